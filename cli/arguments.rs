@@ -1,7 +1,9 @@
 //! The command line as typed.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
+use crate::study::RunPart;
 use crate::study::frontier::Kind;
 use clap::{Args, Parser, Subcommand};
 
@@ -41,7 +43,27 @@ pub enum Command {
     ///
     /// Tables are the same bytes for the same case and seed, whatever the number of threads, and after any stop and
     /// continuation.
-    Run(RunArguments),
+    ///
+    /// Several processes work on one results folder with --join, also on machines that share it: each replica is done once, and the last
+    /// process writes tables and report. Without a shared folder, --part runs a share of the replicas, and `stosszahl merge` puts the
+    /// shares together.
+    #[command(after_help = "Begin with:\n  stosszahl run quick\n  \
+                            stosszahl run quick --join & stosszahl run quick --join & wait\n  \
+                            srun --ntasks 8 stosszahl run CASE --join --threads 4\n  \
+                            stosszahl run quick --part 1/2; stosszahl run quick --part 2/2; stosszahl merge results/quick-part-*")]
+    Run {
+        /// What is run, and where to.
+        #[command(flatten)]
+        run: RunArguments,
+        /// How it is shared with other processes.
+        #[command(flatten)]
+        joining: JoinArguments,
+        /// Run only part K of N of all replicas, for `stosszahl merge` [default of --out: results/NAME-OF-THE-CASE-part-K-of-N].
+        #[arg(long, value_name = "K/N", conflicts_with = "join")]
+        part: Option<RunPart>,
+    },
+    /// Merge the parts of a run (`run --part K/N`) into one results folder: the bytes of a run that was not cut.
+    Merge(MergeArguments),
     /// Validate a case and print what follows from it: mean free path, unit of time, cells, memory, time.
     ///
     /// The time is measured: each engine runs for about a second. So is what `[accuracy]` chooses.
@@ -98,7 +120,14 @@ pub enum Command {
         after_help = "Begin with:\n  stosszahl frontier cases/quick.toml --budget 2m\n  \
                       stosszahl frontier cases/quick.toml --set gas.number=10000 --until 10 --target-error 1%"
     )]
-    Frontier(FrontierArguments),
+    Frontier {
+        /// What is measured, and where to.
+        #[command(flatten)]
+        frontier: FrontierArguments,
+        /// How it is shared with other processes.
+        #[command(flatten)]
+        joining: JoinArguments,
+    },
     /// Make the figures of a paper again, with a verdict on each of its claims; or list the papers.
     ///
     /// Runs the cases of the paper, each in a folder of its own, and writes report.html and claims.csv. What is finished is kept; a
@@ -234,6 +263,50 @@ pub struct RunArguments {
     /// Start even if the case needs more memory than is free.
     #[arg(long)]
     pub force_memory: bool,
+    /// What to print at the end.
+    #[command(flatten)]
+    pub printed: Printed,
+}
+
+/// How several processes share a results folder.
+#[derive(Debug, Args)]
+pub struct JoinArguments {
+    /// Work on the results folder together with the other processes that are started with the same command; also goes on after a stop.
+    #[arg(long, conflicts_with = "force")]
+    pub join: bool,
+    /// With --join: seconds of silence after which a process is lost, and its work is done by others. One that dies on this machine is known
+    /// at once.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = patience, requires = "join")]
+    pub lost_after: f64,
+}
+
+impl JoinArguments {
+    /// Time after which a process is lost; `None` if the folder is not shared.
+    pub fn lost_after(&self) -> Option<Duration> {
+        self.join.then(|| Duration::from_secs_f64(self.lost_after))
+    }
+}
+
+/// Seconds after which a process that is not heard of is lost.
+fn patience(text: &str) -> Result<f64, String> {
+    let found = text.parse::<f64>().ok();
+    found
+        .filter(|found| (1.0..=1e6).contains(found))
+        .ok_or_else(|| "allowed: seconds from 1 to 1e6".to_owned())
+}
+
+/// `stosszahl merge`.
+#[derive(Debug, Args)]
+pub struct MergeArguments {
+    /// The results folders of all parts.
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    /// Results folder [default: results/NAME-OF-THE-CASE].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace an existing results folder.
+    #[arg(long)]
+    pub force: bool,
     /// What to print at the end.
     #[command(flatten)]
     pub printed: Printed,

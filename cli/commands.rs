@@ -4,27 +4,24 @@ use std::io::{self, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
+use std::time::Duration;
 
 use crate::BUNDLE;
 use crate::case::CaseFile;
 use crate::case::format::share;
-use crate::model::Interrupt;
-use crate::report::{Listed, Listing, ReportError, listing, write_held_report, write_report};
-use crate::results::{
-    Existing, Manifest, Verdict, VerdictKind, changed_files, headlines, quantity_title, write_file,
-};
+use crate::report::{Listed, Listing, ReportError, listing, write_report};
+use crate::results::{Existing, Manifest, changed_files, quantity_title, write_file};
 use crate::study::crew::Crew;
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
 use crate::study::run::needed_memory;
-use crate::study::{self, Options, PointSummary, Progress, RunError, Summary, check, run_case};
+use crate::study::{self, Options, RunError, check};
 use clap::CommandFactory as _;
-use serde_json::json;
 
-use crate::arguments::{
-    Arguments, CaseArguments, Command, FrontierArguments, InitArguments, RunArguments,
-};
+use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, InitArguments};
 pub use crate::error::CommandError;
+pub use crate::run::{STOPPED_RUN, run};
+use crate::run::{merge, run_on_threads};
 pub(crate) use crate::terminal::say;
 pub use crate::terminal::{listen, note, outlive_file_limits};
 
@@ -32,7 +29,7 @@ use crate::init as template;
 use crate::progress::Display;
 use crate::reference;
 use crate::reproduce::reproduce;
-use crate::terminal::{beside, duration, line};
+use crate::terminal::{beside, duration};
 
 /// Name of the page of a frontier in its folder.
 const PAGE: &str = "frontier.html";
@@ -51,7 +48,10 @@ pub fn tell(asked: &clap::Error) -> ExitCode {
 /// Does what the command line asks.
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
-        Command::Run(arguments) => run_on_threads(&arguments),
+        Command::Run { run, joining, part } => {
+            read(&run.case).and_then(|file| run_on_threads(&run, &file, &joining, part))
+        }
+        Command::Merge(arguments) => merge(&arguments),
         Command::Check { case, guess } => outline(&case, guess),
         Command::Cases { name } => cases(name.as_deref()),
         Command::Init(arguments) => init(&arguments),
@@ -60,9 +60,8 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Completions { shell } => completions(shell),
         Command::Reference { folders } => print_reference(&folders),
         Command::Manual { folder } => manual(&folder),
-        Command::Frontier(arguments) => {
-            read(&arguments.case).and_then(|file| measure_frontier(&arguments, &file, None))
-        }
+        Command::Frontier { frontier, joining } => read(&frontier.case)
+            .and_then(|file| measure_frontier(&frontier, &file, None, joining.lost_after())),
         Command::Reproduce(arguments) => reproduce(&arguments),
     };
     ended(done)
@@ -317,125 +316,6 @@ fn figure(value: f64) -> String {
     }
 }
 
-/// What a run that was stopped says.
-pub const STOPPED_RUN: &str = "stopped; --resume goes on from the checkpoints";
-
-fn run_on_threads(arguments: &RunArguments) -> Result<(), CommandError> {
-    let file = read(&arguments.case)?;
-    let stop = listen(STOPPED_RUN);
-    let display = if arguments.printed.quiet {
-        Display::silent()
-    } else {
-        Display::new()
-    };
-    run(arguments, &file, &stop, &display, run_case)
-}
-
-/// Runs a case as arguments say, by what does that, and prints what came out.
-///
-/// # Errors
-/// [`CommandError`] of the run or of its report.
-pub fn run(
-    arguments: &RunArguments,
-    file: &CaseFile,
-    stop: &Interrupt,
-    progress: &dyn Progress,
-    runs: impl FnOnce(&CaseFile, &Options<'_>) -> Result<Summary, RunError>,
-) -> Result<(), CommandError> {
-    let options = Options {
-        out: arguments.out.clone(),
-        existing: match (arguments.resume, arguments.force) {
-            (true, _) => Existing::Resume,
-            (_, true) => Existing::Replace,
-            _ => Existing::Refuse,
-        },
-        threads: arguments.threads.map(usize::from),
-        force_memory: arguments.force_memory,
-        stop,
-        progress,
-        commit: env!("STOSSZAHL_COMMIT"),
-    };
-    let summary = match runs(file, &options) {
-        Ok(summary) => summary,
-        Err(error) => {
-            if error.is_interruption() {
-                note(STOPPED_RUN);
-            }
-            return Err(error.into());
-        }
-    };
-    let page = write_held_report(&summary.held)?.display().to_string();
-    if arguments.printed.json {
-        return Ok(say(&as_json(&summary.points, &page))?);
-    }
-    let (verbose, brief) = (arguments.printed.verbose, summary.points.len() > 1);
-    for point in summary.points.iter().filter(|_| !arguments.printed.quiet) {
-        if !point.name.is_empty() {
-            let blank = if verbose { "\n" } else { "" };
-            say(&format!("{blank}{}", point.name))?;
-        }
-        if point.was_complete {
-            say("complete already")?;
-        }
-        for line in lines(point, verbose, brief) {
-            say(&line)?;
-        }
-    }
-    Ok(say(&page)?)
-}
-
-/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are; of a point
-/// among others only the first conclusion and warnings.
-fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
-    let first = headlines(&point.verdicts);
-    let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
-    let others = point.choices.iter().chain(&point.warnings);
-    if verbose {
-        let verdicts = point.verdicts.iter().map(told);
-        return verdicts
-            .chain(others.map(|text| line("note", text)))
-            .collect();
-    }
-    let warnings = |one: &&Verdict| one.kind == VerdictKind::Warning;
-    let urgent = point.verdicts.iter().filter(warnings).map(told);
-    let most = if brief { 1 } else { first.len() };
-    let first = first.iter().take(most).map(|one| told(one));
-    let mut lines: Vec<String> = first.chain(urgent).collect();
-    if brief {
-        return lines;
-    }
-    let more = point.verdicts.len() + others.count() - lines.len();
-    if more > 0 {
-        let what = match more {
-            1 => "1 more line".to_owned(),
-            more => format!("{more} more lines"),
-        };
-        lines.push(line(
-            "",
-            &format!("{what} with --verbose, and in the report"),
-        ));
-    }
-    lines
-}
-
-/// Conclusions, choices and warnings of all points as JSON.
-fn as_json(points: &[PointSummary], report: &str) -> String {
-    let points = points.iter().map(|point| {
-        json!({
-            "name": point.name,
-            // A path need not be a text.
-            "folder": point.folder.display().to_string(),
-            "complete_already": point.was_complete,
-            "seconds": point.seconds,
-            "verdicts": point.verdicts,
-            "choices": point.choices,
-            "warnings": point.warnings,
-        })
-    });
-    let points: Vec<_> = points.collect();
-    format!("{:#}", json!({ "report": report, "points": points }))
-}
-
 /// Measures the settings around a case, in this process or with the help of others, and prints what was found.
 ///
 /// # Errors
@@ -444,6 +324,7 @@ pub fn measure_frontier(
     arguments: &FrontierArguments,
     file: &CaseFile,
     crew: Option<&dyn Crew>,
+    join: Option<Duration>,
 ) -> Result<(), CommandError> {
     let target = share(&arguments.target_error).ok_or_else(|| CommandError::Target {
         found: arguments.target_error.clone(),
@@ -462,6 +343,7 @@ pub fn measure_frontier(
     let options = frontier::Options {
         interrupt: &stop,
         crew,
+        join,
         kinds,
         target,
         budget: arguments.budget.as_secs_f64().max(f64::MIN_POSITIVE),
@@ -500,7 +382,9 @@ fn show(found: &frontier::Frontier) -> Result<(), CommandError> {
         ],
         lists: &lists,
     });
-    found.held.write(PAGE, page.as_bytes())?;
+    if found.is_reporter {
+        found.held.write(PAGE, page.as_bytes())?;
+    }
     let path = found.held.path().join(PAGE);
     Ok(say(&format!("report: {}", path.display()))?)
 }

@@ -32,6 +32,7 @@ pub mod prelude;
 pub mod progress;
 mod reference;
 mod reproduce;
+mod run;
 mod terminal;
 
 pub use stosszahl_analysis as analysis;

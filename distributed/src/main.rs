@@ -145,7 +145,7 @@ fn hold(link: Link, size: i32, command: &Command) -> End {
             })
         }
         Command::Frontier { frontier, .. } => read(&frontier.case)
-            .and_then(|file| commands::measure_frontier(frontier, &file, Some(&others))),
+            .and_then(|file| commands::measure_frontier(frontier, &file, Some(&others), None)),
     };
     let code = commands::ended(done);
     others.hear_who_is_gone();

@@ -15,7 +15,7 @@ use rand::{RngExt, SeedableRng};
 use stosszahl::case::CaseFile;
 use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
-use stosszahl::results::Existing;
+use stosszahl::results::{Existing, half_written};
 use stosszahl::study::{self, Options};
 
 use crate::resume::run;
@@ -23,7 +23,7 @@ use crate::support::part::part_of;
 use crate::support::program::{Desk, assert_same, files, overridden};
 
 /// A case of some tenths of a second, with files of all sorts.
-const CASE: &str = r#"# What do two processes do with one folder?
+pub(crate) const CASE: &str = r#"# What do two processes do with one folder?
 format = 2
 title = "a small comparison"
 seed = 5
@@ -80,15 +80,18 @@ const PAIRS: [Pair; 8] = [
 ];
 
 /// What the process says that is not allowed to write.
-const TOLD: [&str; 5] = [
+const TOLD: [&str; 6] = [
     "another process is writing here",
     "exists; use --resume",
     "no longer the folder that the run began in",
     "belongs to another run",
     "is no results folder",
+    // A file was to be written while its folder was being removed.
+    "No such file or directory",
 ];
 
-const FRONTIER: &str = "frontier case.toml --out out --budget 1s --tests 1 --threads 1 --until 1";
+pub(crate) const FRONTIER: &str =
+    "frontier case.toml --out out --budget 1s --tests 1 --threads 1 --until 1";
 
 fn start(desk: &Desk, line: &str) -> Child {
     let mut command = desk.command(line);
@@ -112,8 +115,8 @@ fn ends(children: [Child; 2]) -> [bool; 2] {
     })
 }
 
-/// All files below a folder, by their names in it.
-fn all_files(folder: &Path) -> BTreeSet<PathBuf> {
+/// All files below a folder, by their names in it, but for hidden ones that a kill left half-written.
+pub(crate) fn all_files(folder: &Path) -> BTreeSet<PathBuf> {
     let mut all = BTreeSet::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(one) = folders.pop() {
@@ -121,7 +124,7 @@ fn all_files(folder: &Path) -> BTreeSet<PathBuf> {
             let path = entry.path();
             if path.is_dir() {
                 folders.push(path);
-            } else {
+            } else if half_written(&entry.file_name().to_string_lossy()).is_none() {
                 all.insert(path.strip_prefix(folder).expect("inside").to_owned());
             }
         }
@@ -263,7 +266,7 @@ fn try_pair(desk: &Desk, pair: Pair, stream: &mut Stream) -> bool {
 }
 
 /// The columns of a table of a frontier that do not depend on the time that runs took.
-fn untimed(folder: &Path) -> Vec<Vec<String>> {
+pub(crate) fn untimed(folder: &Path) -> Vec<Vec<String>> {
     let mut reader = csv::Reader::from_path(folder.join("frontier.csv")).expect("a table");
     let names = reader.headers().expect("names").clone();
     let timed = ["core_seconds", "wall_seconds", "on_front"];

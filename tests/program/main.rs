@@ -7,6 +7,7 @@ mod folders;
 mod frontier;
 mod fuzz;
 mod init;
+mod join;
 mod literature;
 mod memory;
 mod plausibility;

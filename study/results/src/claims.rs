@@ -2,7 +2,7 @@
 //!
 //! Each process has a file of its own in the folder `claims`, which it writes again and again: its heartbeat. A claim of a task is a hard
 //! link to that file under the name of the task, so that all claims of a process beat with it. Making a link is atomic on network file
-//! systems too, and fails if the name is taken. No claim is ever removed or replaced while the task is open: the claim of a process that
+//! systems too, and fails if the name is taken. All links are in one folder, as some file systems have none between folders. No claim is ever removed or replaced while the task is open: the claim of a process that
 //! died is superseded by one with the next number.
 //!
 //! | name | what it is |
@@ -130,7 +130,7 @@ fn machine() -> Option<String> {
 }
 
 /// A name that no other process has.
-fn unique_id() -> String {
+pub(crate) fn unique_id() -> String {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let mut hash = blake3::Hasher::new();
     hash.update(machine().unwrap_or_default().as_bytes());
@@ -250,7 +250,7 @@ impl FolderWorker {
         }))
     }
 
-    /// Claims a task, in the folder of claims of a point, if it is free or its holder was lost; `None` if another process, or this one, has it.
+    /// Claims a task, in the folder of claims, if it is free or its holder was lost; `None` if another process, or this one, has it.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the file system cannot make links.
@@ -310,10 +310,11 @@ impl FolderWorker {
     pub fn mark_done(&self, folder: &Path, task: &str) -> Result<(), ResultsError> {
         let path = folder.join(format!("{task}.{DONE}"));
         match File::create_new(&path) {
-            Err(error) if error.kind() != ErrorKind::AlreadyExists => {
-                Err(ResultsError::system(&path, "written")(error))
-            }
-            _ => Ok(()),
+            Ok(_) => Ok(()),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
+            // The run is finished, and its claims are gone.
+            Err(error) if error.kind() == ErrorKind::NotFound && !folder.exists() => Ok(()),
+            Err(error) => Err(ResultsError::system(&path, "written")(error)),
         }
     }
 
@@ -364,7 +365,7 @@ pub struct TaskStates {
 }
 
 impl TaskStates {
-    /// Reads the folder of claims of a point.
+    /// Reads the folder of claims.
     pub fn read(folder: &Path) -> Self {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
@@ -392,14 +393,28 @@ fn is_of_task(name: &str) -> bool {
     !task.is_empty() && (end == DONE || end.parse::<u32>().is_ok())
 }
 
-/// Removes the claims of the tasks of a finished point, and the folder if nothing else is in it.
-pub(crate) fn remove_claims(folder: &Path) {
+/// Removes the claims of finished tasks, of those whose names begin so.
+pub(crate) fn remove_claims(folder: &Path, prefix: &str) {
+    let is_one = |name: &str| name.starts_with(prefix) && is_of_task(name);
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        if entry.file_name().to_str().is_some_and(is_of_task) {
+        if entry.file_name().to_str().is_some_and(is_one) {
             let _ = fs::remove_file(entry.path());
         }
     }
-    let _ = fs::remove_dir(folder);
+}
+
+impl FolderWorker {
+    /// Removes the files of processes that were lost.
+    pub(crate) fn remove_lost(&self) {
+        for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let is_worker = |name: &str| name.starts_with(WORKER);
+            if entry.file_name().to_str().is_some_and(is_worker)
+                && matches!(self.holder(&entry.path()), Ok(Some(Holder::Lost)))
+            {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
 }
 
 /// The lists of files that processes left in a folder of claims.
@@ -514,7 +529,7 @@ mod tests {
         worker.claim(&folder, "a").expect("links").expect("free");
         worker.mark_done(&folder, "a").expect("marked");
         fs::write(folder.join("notes.txt"), "mine").expect("written");
-        remove_claims(&folder);
+        remove_claims(&folder, "");
         assert!(!folder.join("a.0").exists() && !folder.join("a.done").exists());
         drop(worker);
         assert!(folder.join("notes.txt").exists());

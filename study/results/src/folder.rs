@@ -85,6 +85,20 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
     write().map_err(ResultsError::system(path, "written"))
 }
 
+/// Copies a file so that the copy appears under its name only when it is complete.
+///
+/// # Errors
+/// [`ResultsError::System`] names the file.
+pub fn copy_file(from: &Path, to: &Path) -> Result<(), ResultsError> {
+    let mut source = fs::File::open(from).map_err(ResultsError::system(from, "read"))?;
+    let mut write = || -> std::io::Result<()> {
+        let mut file = AtomicWriteFile::open(to)?;
+        std::io::copy(&mut source, &mut file)?;
+        file.commit()
+    };
+    write().map_err(ResultsError::system(to, "written"))
+}
+
 fn json(path: &Path, content: &impl Serialize) -> Result<Vec<u8>, ResultsError> {
     let mut bytes = serde_json::to_vec_pretty(content)
         .map_err(|error| ResultsError::system(path, "written")(error.into()))?;
@@ -165,18 +179,28 @@ impl Folder {
         warning: Option<String>,
         worker: Option<FolderWorker>,
     ) -> Self {
-        let fingerprint = |run: &RunId| {
-            let mut hash = blake3::Hasher::new();
-            hash.update(&run.numbers).update(run.name.as_bytes());
-            hash.finalize().into()
-        };
         Self {
             path: path.to_owned(),
-            fingerprints: runs.iter().map(fingerprint).collect(),
+            fingerprints: runs.iter().map(RunId::identity).collect(),
             runs,
             list: Mutex::new(list),
             warning,
             worker,
+        }
+    }
+
+    /// Checks that a folder is one of these runs.
+    ///
+    /// # Errors
+    /// [`ResultsError::Foreign`] names what differs; [`ResultsError::NothingToResume`] if there are no results of this program.
+    pub fn require_runs(path: &Path, runs: &[RunId]) -> Result<(), ResultsError> {
+        let path = path.to_owned();
+        let Some(known) = Mark::read(&path)? else {
+            return Err(ResultsError::NothingToResume { path });
+        };
+        match known.differences(runs) {
+            Some(differences) => Err(ResultsError::Foreign { path, differences }),
+            None => Ok(()),
         }
     }
 
@@ -185,7 +209,7 @@ impl Folder {
         self.worker.as_ref()
     }
 
-    /// The folder of claims of tasks that are of no point.
+    /// The folder of claims.
     pub fn claims(&self) -> PathBuf {
         self.path.join(CLAIMS)
     }
@@ -199,7 +223,10 @@ impl Folder {
         self.require_list(&list)?;
         list.take_over(&claims::lists(&self.path))
             .map_err(ResultsError::system(&self.path, "written"))?;
-        claims::remove_claims(&self.claims());
+        if let Some(worker) = &self.worker {
+            worker.remove_lost();
+        }
+        claims::remove_claims(&self.claims(), "");
         Ok(())
     }
 
@@ -304,16 +331,21 @@ fn require_nobody(path: &Path) -> Result<(), ResultsError> {
 
 /// Writes a file as a whole if there is none of its name.
 fn write_new(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
-    let failed = |source| ResultsError::system(path, "written")(source);
-    let name = format!(".{RUN_FILE}.{:06x}", std::process::id() % (1 << 24));
+    // Others know it as a half-written one.
+    let name = format!(".{RUN_FILE}.{}", &claims::unique_id()[..6]);
     let hidden = path.with_file_name(name);
-    write_file(&hidden, bytes)?;
+    let write = || -> std::io::Result<()> {
+        let mut file = fs::File::create_new(&hidden)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    };
+    write().map_err(ResultsError::system(path, "written"))?;
     let linked = fs::hard_link(&hidden, path);
-    fs::remove_file(&hidden).map_err(failed)?;
+    fs::remove_file(&hidden).map_err(ResultsError::system(path, "written"))?;
     match linked {
-        Err(error) if error.kind() != ErrorKind::AlreadyExists => Err(ResultsError::Links {
+        Err(source) if source.kind() != ErrorKind::AlreadyExists => Err(ResultsError::Links {
             path: path.to_owned(),
-            source: error,
+            source,
         }),
         _ => Ok(()),
     }
@@ -401,14 +433,18 @@ impl<'a> Place<'a> {
         self.fingerprint
     }
 
-    /// The folder of claims of its tasks.
-    pub fn claims(&self) -> PathBuf {
-        self.path().join(CLAIMS)
+    /// Name of one of its tasks among those of all points.
+    pub fn task(&self, name: &str) -> String {
+        format!("{}-{name}", self.task_prefix())
+    }
+
+    fn task_prefix(&self) -> String {
+        blake3::Hash::from_bytes(*self.fingerprint).to_hex()[..12].to_owned()
     }
 
     /// Removes the claims of its tasks. To be called when it is finished.
     pub fn remove_claims(&self) {
-        claims::remove_claims(&self.claims());
+        claims::remove_claims(&self.folder.claims(), &self.task_prefix());
     }
 
     /// Returns `true` if the run has a manifest: it was finished.

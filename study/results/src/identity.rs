@@ -92,6 +92,13 @@ impl RunId {
         })
     }
 
+    /// Hash of all that decides the numbers, and of the name of the point, for checkpoints.
+    pub fn identity(&self) -> [u8; 32] {
+        let mut hash = blake3::Hasher::new();
+        hash.update(&self.numbers).update(self.name.as_bytes());
+        hash.finalize().into()
+    }
+
     pub(crate) fn fingerprint(&self) -> Fingerprint {
         let hex = |bytes| blake3::Hash::from_bytes(bytes).to_string();
         Fingerprint {

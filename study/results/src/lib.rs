@@ -24,7 +24,7 @@ mod words;
 pub use claims::{CLAIMS, FolderWorker, TaskClaim, TaskStates};
 pub use engines::{ENGINES, engine_rank, engine_title, quantity_title};
 pub use error::ResultsError;
-pub use folder::{CHECKPOINTS, Existing, Folder, Place, SNAPSHOTS, write_file};
+pub use folder::{CHECKPOINTS, Existing, Folder, Place, SNAPSHOTS, copy_file, write_file};
 pub use identity::{Keys, RunId};
 pub use list::half_written;
 pub use manifest::{

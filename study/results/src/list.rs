@@ -95,16 +95,24 @@ impl List {
 
     /// Takes the names that processes have noted into the list, and removes theirs.
     pub(crate) fn take_over(&mut self, lists: &[PathBuf]) -> std::io::Result<()> {
-        let mut text = Vec::new();
+        let gone_is_fine = |error: std::io::Error| match error.kind() {
+            ErrorKind::NotFound => Ok(()),
+            _ => Err(error),
+        };
+        let mut text = BTreeSet::new();
         for list in lists {
-            text.extend(names(&fs::read(list)?).0);
+            match fs::read(list) {
+                Ok(bytes) => text.extend(names(&bytes).0),
+                Err(error) => gone_is_fine(error)?,
+            }
         }
         self.own = None;
         let lines = text.iter().map(|name| format!("{name}\n"));
         let lines: String = lines.collect();
         self.file.write_all(lines.as_bytes())?;
         self.known.extend(text);
-        lists.iter().try_for_each(fs::remove_file)
+        let mut removed = lists.iter().map(fs::remove_file);
+        removed.try_for_each(|one| one.or_else(gone_is_fine))
     }
 
     /// Returns `true` if the list in the folder of this path is still the open one: the folder was not moved, removed or replaced, and

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_dsmc::Beside;
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
-use stosszahl_results::{Folder, half_written};
+use stosszahl_results::{ResultsError, half_written};
 
 use crate::gauge::Gauge;
 
@@ -106,9 +106,12 @@ pub struct CheckpointFile<'a> {
     pub run: Fingerprint,
     /// Place in the run.
     pub origin: CheckpointOrigin,
-    /// Results folder that must be at its path when the file is written; `None` if another process holds the folder.
-    pub folder: Option<&'a Folder>,
+    /// Says whether the file may still be written; `None` if it always may.
+    pub guard: Option<&'a WriteGuard<'a>>,
 }
+
+/// Says whether files may still be written: the results folder is at its path, and the replica was not taken over by another process.
+pub type WriteGuard<'a> = dyn Fn() -> Result<(), ResultsError> + Sync + 'a;
 
 /// Saves, stops and tells about one part of one replica. `T` is what is saved.
 pub struct Control<'a, T> {
@@ -158,7 +161,7 @@ impl CheckpointFile<'_> {
             path,
             run: [1; 32],
             origin: CheckpointOrigin::default(),
-            folder: None,
+            guard: None,
         }
     }
 }
@@ -232,9 +235,8 @@ impl<'a, T: Content> Control<'a, T> {
             return Ok(());
         };
         let path = &file.path;
-        if let Some(folder) = file.folder {
-            let moved = |error| SnapshotError::of_file(path, io::Error::other(error));
-            folder.require_same().map_err(moved)?;
+        if let Some(guard) = file.guard {
+            guard().map_err(|error| SnapshotError::of_file(path, io::Error::other(error)))?;
         }
         snapshot::write(path, &file.run, &(&file.origin, content))?;
         remove_shards(path, content.set());

@@ -116,7 +116,7 @@ impl Point {
             journal: Some(journal),
             replicas: job
                 .pieces()
-                .map(|piece| there.remove(&piece.replica).map(Ok))
+                .map(|piece| there.remove(&piece.replica))
                 .collect(),
             summary: None,
         };
@@ -254,7 +254,9 @@ impl Work for Board<'_> {
         let Ok(Order { piece, folder, .. }) = postcard::from_bytes(order) else {
             return;
         };
-        let left = self.jobs[piece.point].desk(&folder).restore(piece, record);
+        let job = &self.jobs[piece.point];
+        let guard = || job.place.folder().require_same();
+        let left = job.desk(&folder, &guard).restore(piece, record);
         self.put(piece, left);
     }
 
@@ -318,7 +320,7 @@ impl<'a> Assistant<'a> {
         Desk {
             planned: &self.planned[order.piece.point],
             folder: &order.folder,
-            held: None,
+            guard: None,
             fingerprint: &order.fingerprint,
             number: order.piece.point,
             stop: self.options.stop,

@@ -5,8 +5,9 @@
 //! its number (u64), the seed (u64), the fingerprint again, BLAKE3 hash of all these and of what it left (32 bytes), what it left. A kill may
 //! cut the last one short: that replica is done again.
 
+use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
-use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -33,6 +34,11 @@ pub(crate) struct JournalOwner {
 /// Its name in the folder of a point.
 pub(crate) fn name() -> String {
     format!("{CHECKPOINTS}/replicas.journal")
+}
+
+/// Name of the journal of one of several processes, in the folder of a point.
+pub(crate) fn name_of(worker: &str) -> String {
+    format!("{CHECKPOINTS}/replicas-{worker}.journal")
 }
 
 /// A replica, and what it left.
@@ -69,10 +75,9 @@ fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
 
 /// The entries of a file, and where the last whole one ends; or what is wrong.
 fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wrong> {
-    let mut all = Vec::new();
     // A kill may have cut the header short.
     if bytes.len() < HEADER {
-        return Ok((all, 0));
+        return Ok((Vec::new(), 0));
     }
     if &bytes[..8] != MAGIC {
         return Err(Wrong::Mark);
@@ -80,7 +85,13 @@ fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wro
     if bytes[8..HEADER] != owner.run {
         return Err(Wrong::Run);
     }
-    let mut end = HEADER;
+    let (all, end) = frames(&bytes[HEADER..], owner)?;
+    Ok((all, HEADER + end))
+}
+
+/// The entries that stand one after the other, and where the last whole one ends; or what is wrong.
+fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wrong> {
+    let (mut all, mut end) = (Vec::new(), 0);
     while let Some((head, rest)) = bytes[end..].split_at_checked(FRAME) {
         let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
         let length = usize::try_from(word(0)).unwrap_or(usize::MAX);
@@ -113,7 +124,85 @@ enum Wrong {
     Entry(usize),
 }
 
+impl Wrong {
+    /// What is said of a file.
+    fn of(self, path: &Path, length: usize) -> SnapshotError {
+        let path = path.to_owned();
+        let (found, expected) = match self {
+            Self::Run => return SnapshotError::Foreign { path },
+            Self::Mark => (
+                format!("{length} bytes without its mark"),
+                "finished replicas",
+            ),
+            Self::Hash(number) => (
+                format!("another hash of entry {number}, from 0"),
+                "unchanged entries",
+            ),
+            Self::Entry(number) => (
+                format!("entry {number}, from 0, of another run, point or seed"),
+                "entries of one run",
+            ),
+        };
+        SnapshotError::Damaged {
+            path,
+            found,
+            expected,
+        }
+    }
+}
+
 impl Journal {
+    /// Finds the journals in a folder.
+    pub(crate) fn find_all(folder: &Path) -> Vec<PathBuf> {
+        let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut paths: Vec<PathBuf> = files.map(|entry| entry.path()).collect();
+        paths.retain(|path| path.extension().is_some_and(|end| end == "journal"));
+        paths.sort();
+        paths
+    }
+
+    /// Reads what was added to a journal since it ended at `offset`, 0 for all of it, and says where it ends now. Another process may be adding
+    /// to it, or have removed it.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub(crate) fn read_from(
+        path: &Path,
+        owner: JournalOwner,
+        offset: u64,
+    ) -> Result<(Vec<Entry>, u64), SnapshotError> {
+        let failed = |source| SnapshotError::of_file(path, source);
+        let mut file = match File::open(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok((Vec::new(), offset)),
+            other => other.map_err(failed)?,
+        };
+        let mut bytes = Vec::new();
+        file.seek(SeekFrom::Start(offset)).map_err(failed)?;
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        let read = if offset == 0 {
+            entries(&bytes, owner)
+        } else {
+            frames(&bytes, owner)
+        };
+        let (all, end) = read.map_err(|wrong| wrong.of(path, bytes.len()))?;
+        Ok((all, offset + end as u64))
+    }
+
+    /// Reads all journals in the folder of a point: what each replica left.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub(crate) fn read_all(
+        point: &Path,
+        owner: JournalOwner,
+    ) -> Result<BTreeMap<u64, Vec<u8>>, SnapshotError> {
+        let mut all = BTreeMap::new();
+        for path in Self::find_all(&point.join(CHECKPOINTS)) {
+            all.extend(Self::read_from(&path, owner, 0)?.0);
+        }
+        Ok(all)
+    }
+
     /// Opens the journal of a run, and makes it if there is none; with what is in it.
     ///
     /// # Errors
@@ -124,11 +213,6 @@ impl Journal {
         interval: f64,
     ) -> Result<(Self, Vec<Entry>), SnapshotError> {
         let failed = |source| SnapshotError::of_file(path, source);
-        let damaged = |found: String, expected| SnapshotError::Damaged {
-            path: path.to_owned(),
-            found,
-            expected,
-        };
         let open = OpenOptions::new()
             .read(true)
             .write(true)
@@ -138,23 +222,7 @@ impl Journal {
         let mut file = open.map_err(failed)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
-        let (all, end) = entries(&bytes, owner).map_err(|wrong| match wrong {
-            Wrong::Mark => damaged(
-                format!("{} bytes without its mark", bytes.len()),
-                "finished replicas",
-            ),
-            Wrong::Run => SnapshotError::Foreign {
-                path: path.to_owned(),
-            },
-            Wrong::Hash(number) => damaged(
-                format!("another hash of entry {number}, from 0"),
-                "unchanged entries",
-            ),
-            Wrong::Entry(number) => damaged(
-                format!("entry {number}, from 0, of another run, point or seed"),
-                "entries of one run",
-            ),
-        })?;
+        let (all, end) = entries(&bytes, owner).map_err(|wrong| wrong.of(path, bytes.len()))?;
         file.set_len(end as u64).map_err(failed)?;
         if end == 0 {
             file.rewind().map_err(failed)?;

@@ -2,7 +2,8 @@
 //!
 //! [`plan`] works out what follows from a case, once. [`start`] makes the initial state of a replica, [`engines`] the engines
 //! that run from it, [`follow`] takes each through the moments at which something is due ([`schedule`]). [`run`] does that for
-//! all points, replicas and engines, and writes a results folder; [`crew`] does it with the help of other
+//! all points, replicas and engines, and writes a results folder; [`run_joined`] does it together with other processes that share the
+//! folder, and [`run_part`] does a part of it, which [`merge_parts`] puts together; [`crew`] does it with the help of other
 //! processes, and [`holders`] with one gas in all of them. What is measured are [`measure`] and its implementors in
 //! [`measures`]: each one file that says what it observes, samples, saves and which tables and verdicts it yields.
 
@@ -16,12 +17,14 @@ pub mod follow;
 pub mod frontier;
 mod gauge;
 pub mod holders;
+mod join;
 mod journal;
 pub mod judge;
 mod kicks;
 pub mod measure;
 pub mod measures;
 pub mod pace;
+mod parts;
 mod pieces;
 mod places;
 pub mod plan;
@@ -38,7 +41,9 @@ pub use accuracy::settle;
 pub use check::{Planned, check, format};
 pub use control::Progress;
 pub use gauge::Gauge;
+pub use join::run_joined;
 pub use measure::{Measure, Moment, Probe, Runs};
+pub use parts::{PartSummary, RunPart, merge_parts, read_part, run_part};
 pub use plan::Plan;
 pub use run::{Options, PointSummary, RunError, Summary, run_case};
 

@@ -5,6 +5,7 @@
 //! folder for its checkpoints. What it leaves are its records, as a checkpoint of a finished part holds them, or why it failed;
 //! both can be sent as bytes ([`record`], [`Desk::restore`]). Whoever holds the results folder puts them together.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -13,10 +14,12 @@ use serde::{Deserialize, Serialize};
 use stosszahl_dsmc::shard_name;
 use stosszahl_model::Interrupt;
 use stosszahl_model::Particles;
-use stosszahl_results::{CHECKPOINTS, Folder, Place, ResultsError};
+use stosszahl_results::{CHECKPOINTS, Place, ResultsError, copy_file};
 
 use crate::check::Planned;
-use crate::control::{CheckpointFile, CheckpointOrigin, Content, Control, Progress, Set};
+use crate::control::{
+    CheckpointFile, CheckpointOrigin, Content, Control, Progress, Set, WriteGuard,
+};
 use crate::follow::{Elsewhere, Part, PartError, Saved, prepare};
 use crate::holders::Holders;
 use crate::measure::Finished;
@@ -45,8 +48,8 @@ pub(crate) struct Desk<'a> {
     pub planned: &'a Planned<'a>,
     /// Its folder.
     pub folder: &'a Path,
-    /// The results folder; `None` if another process holds it.
-    pub held: Option<&'a Folder>,
+    /// Says whether checkpoints may still be written; `None` if another process holds the folder.
+    pub guard: Option<&'a WriteGuard<'a>>,
     /// Hash of all that decides the numbers, and of the point.
     pub fingerprint: &'a [u8; 32],
     /// Its number, for the progress.
@@ -113,6 +116,44 @@ pub(crate) fn forget(folder: &Path, plan: &Plan, piece: Piece) {
     }
 }
 
+/// Gives the latest checkpoints of pieces that were begun again the names of first attempts. To be called while no other process works in
+/// the folder.
+pub(crate) fn adopt(folder: &Path) {
+    let checkpoints = folder.join(CHECKPOINTS);
+    let mut latest: BTreeMap<String, (u32, PathBuf)> = BTreeMap::new();
+    for entry in fs::read_dir(&checkpoints).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let attempt = name.to_str().and_then(|name| {
+            let (first, attempt) = name.strip_suffix(".snapshot")?.split_once(".attempt-")?;
+            Some((format!("{first}.snapshot"), attempt.parse::<u32>().ok()?))
+        });
+        let Some((first, attempt)) = attempt else {
+            continue;
+        };
+        let known = latest.insert(first.clone(), (attempt, entry.path()));
+        if let Some(other) = known {
+            let (older, newer) = if other.0 < attempt {
+                (other, (attempt, entry.path()))
+            } else {
+                ((attempt, entry.path()), other)
+            };
+            latest.insert(first, newer);
+            let _ = fs::remove_file(older.1);
+        }
+    }
+    for (first, (_, path)) in latest {
+        // Without it the part goes on from the first attempt.
+        let _ = fs::rename(path, checkpoints.join(first));
+    }
+}
+
+/// The numbers of the parts of a piece in the progress: its start, then its engines.
+pub(crate) fn numbers(plan: &Plan, piece: Piece) -> std::ops::Range<usize> {
+    let parts = plan.engines.len() + 1;
+    let first = piece.replica as usize * parts;
+    first..first + parts
+}
+
 /// Computing time of a replica, about \[s\].
 pub(crate) fn seconds(plan: &Plan) -> f64 {
     plan.engines.iter().map(|engine| plan.seconds(engine)).sum()
@@ -160,7 +201,7 @@ impl Desk<'_> {
             part: part.to_owned(),
             source: Box::new(source),
         };
-        let first = self.numbers(piece).start;
+        let first = numbers(plan, piece).start;
         let (report, start) = if is_prepared(plan) {
             let made = self.start(piece, first);
             let (report, start) = made.map_err(|error| failed("start", error))?;
@@ -191,25 +232,18 @@ impl Desk<'_> {
         Ok((report, runs.into_iter().map(|(_, run)| run).collect()))
     }
 
-    /// The numbers of the parts of a piece in the progress: its start, then its engines.
-    pub(crate) fn numbers(&self, piece: Piece) -> std::ops::Range<usize> {
-        let parts = self.planned.plan.engines.len() + 1;
-        let first = piece.replica as usize * parts;
-        first..first + parts
-    }
-
     /// The checkpoint of a part. A piece that is begun again goes on from a copy of what was left.
     fn checkpoint(&self, piece: Piece, part: &str) -> PathBuf {
         let path = self.folder.join(checkpoint(piece, part));
-        if let Some(before) = piece.attempt.checked_sub(1)
-            && !path.exists()
-        {
-            let attempt = before;
-            let left = self
-                .folder
-                .join(checkpoint(Piece { attempt, ..piece }, part));
-            // Without it the part begins anew.
-            let _ = fs::copy(left, &path);
+        if !path.exists() {
+            let mut before = (0..piece.attempt).rev().map(|attempt| {
+                let left = checkpoint(Piece { attempt, ..piece }, part);
+                self.folder.join(left)
+            });
+            if let Some(left) = before.find(|left| left.exists()) {
+                // Without it the part begins anew.
+                let _ = copy_file(&left, &path);
+            }
         }
         path
     }
@@ -229,7 +263,7 @@ impl Desk<'_> {
                 part: part.to_owned(),
                 seed: case.seed,
             },
-            folder: self.held,
+            guard: self.guard,
         };
         Control::new(Some(file), case.run.checkpoint_seconds, self.stop, tell)
     }

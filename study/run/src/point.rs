@@ -15,6 +15,7 @@ use stosszahl_results::{
 };
 
 use crate::check::Planned;
+use crate::control::WriteGuard;
 use crate::follow::PartError;
 use crate::gauge::Gauge;
 use crate::journal::{self, Journal, JournalOwner};
@@ -44,6 +45,9 @@ pub(crate) struct Job<'a> {
     /// How it is run.
     pub options: &'a Options<'a>,
 }
+
+/// What replicas left, by their number.
+pub(crate) type Left = BTreeMap<u64, Result<Replica, RunError>>;
 
 /// What the replicas of a point left: those of which no engine failed.
 struct Done {
@@ -78,11 +82,11 @@ impl Job<'_> {
     }
 
     /// Where its pieces are worked on, in a folder.
-    pub(crate) fn desk<'d>(&'d self, folder: &'d Path) -> Desk<'d> {
+    pub(crate) fn desk<'d>(&'d self, folder: &'d Path, guard: &'d WriteGuard<'d>) -> Desk<'d> {
         Desk {
             planned: self.planned,
             folder,
-            held: Some(self.place.folder()),
+            guard: Some(guard),
             fingerprint: self.place.fingerprint(),
             number: self.number,
             stop: self.options.stop,
@@ -132,15 +136,16 @@ impl Job<'_> {
         }
         self.begin();
         let folder = self.place.path();
-        let desk = self.desk(&folder);
+        let guard = || self.place.folder().require_same();
+        let desk = self.desk(&folder, &guard);
         let (journal, mut there) = self.journal()?;
-        let all: Vec<(Piece, Option<Replica>)> = self
+        let all: Vec<(Piece, Option<Result<Replica, RunError>>)> = self
             .pieces()
             .map(|piece| (piece, there.remove(&piece.replica)))
             .collect();
         let replicas = all.into_par_iter().map(|(piece, left)| {
             if let Some(left) = left {
-                return Ok(left);
+                return left;
             }
             self.claim(piece, 0)?;
             let left = desk.work(piece);
@@ -150,37 +155,84 @@ impl Job<'_> {
         self.finish(replicas.collect(), began)
     }
 
-    /// The journal of finished replicas, and those that are in it.
+    /// The owner of its journals.
+    pub(crate) fn journal_owner(&self) -> JournalOwner {
+        JournalOwner {
+            run: *self.place.fingerprint(),
+            seed: self.planned.plan.case.seed,
+        }
+    }
+
+    /// The journal of finished replicas of a process that works alone, and those that are in it and in the journals of others that worked here
+    /// before.
     ///
     /// # Errors
     /// [`RunError`] if it cannot be read or written.
-    pub(crate) fn journal(&self) -> Result<(Journal, BTreeMap<u64, Replica>), RunError> {
-        let plan = &self.planned.plan;
+    pub(crate) fn journal(&self) -> Result<(Journal, Left), RunError> {
         let path = self.place.claim(&journal::name())?;
-        let interval = plan.case.run.checkpoint_seconds;
-        let owner = JournalOwner {
-            run: *self.place.fingerprint(),
-            seed: plan.case.seed,
-        };
-        let (journal, entries) = Journal::open(&path, owner, interval)?;
-        let folder = self.place.path();
-        let desk = self.desk(&folder);
+        let interval = self.planned.plan.case.run.checkpoint_seconds;
+        let (journal, _) = Journal::open(&path, self.journal_owner(), interval)?;
+        pieces::adopt(&self.place.path());
         let mut there = BTreeMap::new();
-        for (replica, bytes) in entries {
-            let piece = Piece {
-                point: self.number,
-                replica,
-                attempt: 0,
-            };
-            there.insert(replica, desk.restore(piece, &bytes)?);
-            for part in desk.numbers(piece) {
-                self.options.progress.tell(self.number, part, 1.0, 0);
-            }
+        for (replica, bytes) in self.entries()? {
+            let piece = self.piece(replica);
+            there.insert(replica, self.restore(piece, &bytes)?);
+            self.tell_done(piece);
         }
         Ok((journal, there))
     }
 
-    /// Keeps what a piece left in the journal, if it is finished; its checkpoints are not needed any more then.
+    /// The journal of finished replicas of one of several processes. Others may read an entry as soon as it is added.
+    ///
+    /// # Errors
+    /// [`RunError`] if it cannot be read or written.
+    pub(crate) fn journal_of(&self, worker: &str) -> Result<Journal, RunError> {
+        let path = self.place.claim(&journal::name_of(worker))?;
+        let (journal, _) = Journal::open(&path, self.journal_owner(), 0.0)?;
+        Ok(journal)
+    }
+
+    /// What finished replicas left, by all journals of the point.
+    ///
+    /// # Errors
+    /// [`RunError`] if a journal cannot be read.
+    pub(crate) fn entries(&self) -> Result<BTreeMap<u64, Vec<u8>>, RunError> {
+        Ok(Journal::read_all(&self.place.path(), self.journal_owner())?)
+    }
+
+    fn piece(&self, replica: u64) -> Piece {
+        Piece {
+            point: self.number,
+            replica,
+            attempt: 0,
+        }
+    }
+
+    /// What a piece left, from its bytes: its records, or why its gas could not go on.
+    ///
+    /// # Errors
+    /// [`RunError`] if the bytes cannot be read.
+    pub(crate) fn restore(
+        &self,
+        piece: Piece,
+        bytes: &[u8],
+    ) -> Result<Result<Replica, RunError>, RunError> {
+        let folder = self.place.path();
+        let guard = || self.place.folder().require_same();
+        match self.desk(&folder, &guard).restore(piece, bytes) {
+            Err(error) if !error.is_of_gas() => Err(error),
+            left => Ok(left),
+        }
+    }
+
+    /// Tells the progress that a piece is done.
+    pub(crate) fn tell_done(&self, piece: Piece) {
+        for part in pieces::numbers(&self.planned.plan, piece) {
+            self.options.progress.tell(self.number, part, 1.0, 0);
+        }
+    }
+
+    /// Keeps what a piece left in a journal, if it is finished or its gas cannot go on; its checkpoints are not needed any more then.
     ///
     /// # Errors
     /// [`RunError`] if it cannot be written.
@@ -190,17 +242,18 @@ impl Job<'_> {
         piece: Piece,
         left: &Result<Replica, RunError>,
     ) -> Result<(), RunError> {
-        if left.is_ok() {
-            let bytes = pieces::record(left)
-                .map_err(|error| RunError::Crew(format!("the record of a piece: {error}")))?;
-            self.place.folder().require_same()?;
-            journal.add(piece.replica, &bytes)?;
-            pieces::forget(&self.place.path(), &self.planned.plan, piece);
+        if left.as_ref().is_err_and(|error| !error.is_of_gas()) {
+            return Ok(());
         }
+        let bytes = pieces::record(left)
+            .map_err(|error| RunError::Crew(format!("the record of a piece: {error}")))?;
+        self.place.folder().require_same()?;
+        journal.add(piece.replica, &bytes)?;
+        pieces::forget(&self.place.path(), &self.planned.plan, piece);
         Ok(())
     }
 
-    fn summary(
+    pub(crate) fn summary(
         &self,
         was_complete: bool,
         began: Instant,

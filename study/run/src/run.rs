@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use rayon::prelude::*;
 use stosszahl_case::{CaseError, CaseFile};
@@ -61,6 +62,8 @@ pub struct Summary {
     pub points: Vec<PointSummary>,
     /// The results folder, which no other process writes into until this is dropped: the report is to be written before.
     pub held: Arc<Folder>,
+    /// Whether this process is to write the report: one of those that share the folder.
+    pub is_reporter: bool,
 }
 
 /// One point of a run.
@@ -119,6 +122,9 @@ pub enum RunError {
         /// What is free \[bytes\].
         available: f64,
     },
+    /// Replicas of a run are missing, or a part of it cannot be read.
+    #[error("{0}")]
+    Incomplete(String),
     /// The processes of a run cannot go on together.
     #[error("{0}")]
     Crew(String),
@@ -148,7 +154,9 @@ impl RunError {
     /// Whether the case is to blame, which cannot be started.
     pub fn is_refusal(&self) -> bool {
         match self {
-            Self::Case(_) | Self::Threads { .. } | Self::Memory { .. } => true,
+            Self::Case(_) | Self::Threads { .. } | Self::Memory { .. } | Self::Incomplete(_) => {
+                true
+            }
             Self::Replica { source, .. } => source.is_refusal(),
             Self::Pilot(source) => source.is_refusal(),
             _ => false,
@@ -243,21 +251,42 @@ impl Opened {
         planned: &[Planned<'_>],
         options: &Options<'_>,
     ) -> Result<Self, RunError> {
+        Self::with(file, planned, options, |path, inputs, ids| {
+            Folder::open(path, options.existing, inputs, ids)
+        })
+    }
+
+    /// Makes it, or joins the processes that work in it.
+    ///
+    /// # Errors
+    /// [`RunError::Results`].
+    pub(crate) fn join(
+        file: &CaseFile,
+        planned: &[Planned<'_>],
+        options: &Options<'_>,
+        lost_after: Duration,
+    ) -> Result<Self, RunError> {
+        Self::with(file, planned, options, |path, inputs, ids| {
+            Folder::join(path, inputs, ids, lost_after)
+        })
+    }
+
+    fn with(
+        file: &CaseFile,
+        planned: &[Planned<'_>],
+        options: &Options<'_>,
+        open: impl FnOnce(&Path, &[&Path], Vec<RunId>) -> Result<Folder, ResultsError>,
+    ) -> Result<Self, RunError> {
         let path = options.out.clone().unwrap_or_else(|| {
             Path::new("results").join(file.path.file_stem().unwrap_or_else(|| "case".as_ref()))
         });
-        let starts: Vec<Option<PathBuf>> =
-            planned.iter().map(|one| start_file(&one.plan)).collect();
-        let ids = (planned.iter().zip(&starts))
-            .map(|(one, start)| {
-                let inputs: Vec<&Path> = start.iter().map(PathBuf::as_path).collect();
-                RunId::new(&one.point.name, &as_json(&one.plan), KEYS, &inputs)
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let inputs: Vec<&Path> = std::iter::once(file.path.as_path())
-            .chain(starts.iter().flatten().map(PathBuf::as_path))
+        let starts: Vec<PathBuf> = planned
+            .iter()
+            .filter_map(|one| start_file(&one.plan))
             .collect();
-        let folder = Folder::open(&path, options.existing, &inputs, ids)?;
+        let inputs = std::iter::once(&file.path).chain(&starts);
+        let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
+        let folder = open(&path, &inputs, run_ids(planned)?)?;
         if let Some(warning) = folder.warning() {
             options.progress.note(warning);
         }
@@ -269,6 +298,11 @@ impl Opened {
             folder: Arc::new(folder),
             is_sweep,
         })
+    }
+
+    /// The folder.
+    pub(crate) fn folder(&self) -> &Folder {
+        &self.folder
     }
 
     /// The points, each with its place.
@@ -298,8 +332,22 @@ impl Opened {
             is_sweep: self.is_sweep,
             points,
             held: self.folder.clone(),
+            is_reporter: true,
         }
     }
+}
+
+/// Identifies the runs of all points.
+///
+/// # Errors
+/// [`RunError::Results`] if a start file cannot be read.
+pub(crate) fn run_ids(planned: &[Planned<'_>]) -> Result<Vec<RunId>, RunError> {
+    let one = |planned: &Planned<'_>| {
+        let start = start_file(&planned.plan);
+        let inputs: Vec<&Path> = start.iter().map(PathBuf::as_path).collect();
+        RunId::new(&planned.point.name, &as_json(&planned.plan), KEYS, &inputs)
+    };
+    Ok(planned.iter().map(one).collect::<Result<_, _>>()?)
 }
 
 /// The start file of a case.

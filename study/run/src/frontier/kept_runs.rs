@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use stosszahl_results::{Existing, Folder, Keys, ResultsError, RunId};
+use stosszahl_results::{
+    Existing, Folder, FolderWorker, Keys, ResultsError, RunId, TaskClaim, TaskStates,
+};
 
 use super::measure::RunRecord;
 use super::{FrontierError, Options};
@@ -14,8 +16,10 @@ use crate::plan::Plan;
 use crate::point::as_json;
 use crate::run::start_file;
 
-/// Name of the journal of runs inside the results folder.
+/// Name of the journal of runs inside the results folder, of a process that works alone.
 const JOURNAL_FILE: &str = "runs.journal";
+/// Name of the task of writing the tables.
+const REPORT: &str = "report";
 /// Time between two moments at which the system must have written the journal \[s\].
 const SYNC_SECONDS: f64 = 30.0;
 /// Keys of the case that change no run of a setting.
@@ -27,11 +31,24 @@ const KEYS: Keys<'static> = Keys {
 /// Key of a run: its engine, system size and replica as bytes.
 pub(crate) type RunKey = Vec<u8>;
 
+/// Name of the task of a run.
+pub(crate) fn task_of(key: &RunKey) -> String {
+    format!("run-{}", &blake3::hash(key).to_hex()[..24])
+}
+
 /// Results folder of a frontier, held by this process, with its kept runs.
 pub(crate) struct KeptRuns {
     folder: Arc<Folder>,
     journal: Journal,
-    known: Mutex<BTreeMap<RunKey, RunRecord>>,
+    owner: JournalOwner,
+    known: Mutex<KnownRuns>,
+}
+
+/// Runs that were read, and where each journal ended then.
+#[derive(Default)]
+struct KnownRuns {
+    runs: BTreeMap<RunKey, RunRecord>,
+    ends: BTreeMap<PathBuf, u64>,
 }
 
 impl KeptRuns {
@@ -53,7 +70,10 @@ impl KeptRuns {
         // A run of the same case is something else.
         case["frontier"] = true.into();
         let run = RunId::new("", &case, KEYS, &inputs)?;
-        let folder = Folder::open(path, existing, &inputs, vec![run])?;
+        let folder = match options.join {
+            Some(lost_after) => Folder::join(path, &inputs, vec![run], lost_after)?,
+            None => Folder::open(path, existing, &inputs, vec![run])?,
+        };
         if let Some(warning) = folder.warning() {
             (options.tell)(warning);
         }
@@ -64,23 +84,77 @@ impl KeptRuns {
             run,
             seed: plan.case.seed,
         };
-        let file = folder.claim(JOURNAL_FILE)?;
-        let (journal, entries) =
-            Journal::open(&file, owner, SYNC_SECONDS).map_err(FrontierError::Kept)?;
-        let mut known = BTreeMap::new();
-        for (_, bytes) in entries {
-            let entry = postcard::from_bytes::<(RunKey, RunRecord)>(&bytes);
-            let (key, record) = entry.map_err(|error| FrontierError::Runs {
-                what: "kept runs cannot be read",
-                reason: format!("{}: {error}", file.display()),
-            })?;
-            known.insert(key, record);
-        }
-        Ok(Self {
+        // Others read an entry as soon as its run is marked as done.
+        let (name, sync) = match folder.worker() {
+            Some(worker) => (format!("runs-{}.journal", worker.id()), 0.0),
+            None => (JOURNAL_FILE.to_owned(), SYNC_SECONDS),
+        };
+        let file = folder.claim(&name)?;
+        let (journal, _) = Journal::open(&file, owner, sync).map_err(FrontierError::Kept)?;
+        let kept = Self {
             folder: Arc::new(folder),
             journal,
-            known: Mutex::new(known),
-        })
+            owner,
+            known: Mutex::default(),
+        };
+        kept.refresh()?;
+        Ok(kept)
+    }
+
+    /// Reads the runs that were added to the journals since the last time.
+    ///
+    /// # Errors
+    /// [`FrontierError::Kept`] if a journal is damaged.
+    pub(crate) fn refresh(&self) -> Result<(), FrontierError> {
+        let mut known = self.known();
+        for path in Journal::find_all(self.folder.path()) {
+            let end = known.ends.get(&path).copied().unwrap_or(0);
+            let read = Journal::read_from(&path, self.owner, end);
+            let (entries, end) = read.map_err(FrontierError::Kept)?;
+            for (_, bytes) in entries {
+                let entry = postcard::from_bytes::<(RunKey, RunRecord)>(&bytes);
+                let (key, record) = entry.map_err(|error| FrontierError::Runs {
+                    what: "kept runs cannot be read",
+                    reason: format!("{}: {error}", path.display()),
+                })?;
+                known.runs.entry(key).or_insert(record);
+            }
+            known.ends.insert(path, end);
+        }
+        Ok(())
+    }
+
+    /// This process among those that share the folder; `None` if it works alone.
+    pub(crate) fn worker(&self) -> Option<&FolderWorker> {
+        self.folder.worker()
+    }
+
+    /// The tasks of the folder as they stand.
+    pub(crate) fn tasks(&self) -> TaskStates {
+        TaskStates::read(&self.folder.claims())
+    }
+
+    /// Claims a run for this process, which shares the folder; `None` if another one has it.
+    ///
+    /// # Errors
+    /// [`FrontierError::Results`] if the file system cannot make links.
+    pub(crate) fn claim(
+        &self,
+        worker: &FolderWorker,
+        task: &str,
+    ) -> Result<Option<TaskClaim>, FrontierError> {
+        Ok(worker.claim(&self.folder.claims(), task)?)
+    }
+
+    /// Returns `true` if this process is to write the tables and the page.
+    ///
+    /// # Errors
+    /// As [`Self::claim`].
+    pub(crate) fn is_reporter(&self) -> Result<bool, FrontierError> {
+        match self.worker() {
+            Some(worker) => Ok(self.claim(worker, REPORT)?.is_some()),
+            None => Ok(true),
+        }
     }
 
     /// The results folder.
@@ -88,13 +162,13 @@ impl KeptRuns {
         &self.folder
     }
 
-    fn known(&self) -> MutexGuard<'_, BTreeMap<RunKey, RunRecord>> {
+    fn known(&self) -> MutexGuard<'_, KnownRuns> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Returns a kept run; `None` if it was not made yet.
     pub(crate) fn find(&self, key: &RunKey) -> Option<RunRecord> {
-        self.known().get(key).cloned()
+        self.known().runs.get(key).cloned()
     }
 
     /// Keeps a run.
@@ -113,7 +187,10 @@ impl KeptRuns {
             reason: error.to_string(),
         })?;
         self.journal.add(replica, &bytes)?;
-        self.known().insert(key, record);
+        if let Some(worker) = self.worker() {
+            worker.mark_done(&self.folder.claims(), &task_of(&key))?;
+        }
+        self.known().runs.insert(key, record);
         Ok(())
     }
 

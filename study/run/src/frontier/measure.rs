@@ -8,15 +8,16 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
 use stosszahl_model::{Interrupt, Particle, Particles};
+use stosszahl_results::FolderWorker;
 
 use super::FrontierError;
-use super::kept_runs::{KeptRuns, RunKey};
+use super::kept_runs::{KeptRuns, RunKey, task_of};
 use super::quantity::{MEASURES, observe};
 use super::setting::{Setting, engine};
 use super::sweep::check;
@@ -25,6 +26,8 @@ use crate::measure::Measure;
 use crate::plan::{EngineKind, Plan, PlanError};
 use crate::unsaved::{Unsaved, measures, resized};
 
+/// Shortest and longest time between two looks for a run that is free, where several processes share the folder.
+const LOOKS: [Duration; 2] = [Duration::from_millis(5), Duration::from_millis(500)];
 /// Most memory of the starts that are kept for other settings \[bytes\].
 const STARTS: usize = 1 << 29;
 
@@ -226,6 +229,12 @@ impl Bench<'_> {
         let here = |order: &[u8]| self.take(order, &runner.work(order));
         if let Some(crew) = self.workshop.crew {
             crew.work(&self, runner.slots(), &here);
+        } else if let Some(worker) = self.workshop.kept.worker() {
+            thread::scope(|scope| {
+                for _ in 0..runner.slots() {
+                    scope.spawn(|| self.work_shared(worker, &here));
+                }
+            });
         } else {
             thread::scope(|scope| {
                 for _ in 0..runner.slots() {
@@ -243,6 +252,81 @@ impl Bench<'_> {
         let state = self.state.into_inner();
         let State { done, failure, .. } = state.unwrap_or_else(PoisonError::into_inner);
         failure.map_or(Ok(done), Err)
+    }
+
+    /// Does jobs that this process can claim, until all are done by some process or the budget is spent.
+    fn work_shared(&self, worker: &FolderWorker, here: &(dyn Fn(&[u8]) + Sync)) {
+        let mut pause = LOOKS[0];
+        while !self.is_finished() && !self.is_over() {
+            match self.next_shared(worker) {
+                Ok(Some(order)) => {
+                    here(&order);
+                    pause = LOOKS[0];
+                }
+                Ok(None) => {
+                    thread::sleep(pause);
+                    pause = (2 * pause).min(LOOKS[1]);
+                }
+                Err(error) => {
+                    self.state().failure.get_or_insert(error);
+                }
+            }
+        }
+    }
+
+    /// Takes the jobs that other processes have done, and claims one that is free or whose process was lost.
+    fn next_shared(&self, worker: &FolderWorker) -> Result<Option<Vec<u8>>, FrontierError> {
+        let kept = self.workshop.kept;
+        kept.require_same()?;
+        let mut state = self.state();
+        let tasks = kept.tasks();
+        kept.refresh()?;
+        let key_of = |job: usize| {
+            let (task, replica) = self.jobs[job];
+            key(&self.tasks[task].setting, replica)
+        };
+        let mut left = VecDeque::new();
+        for job in std::mem::take(&mut state.waiting) {
+            match kept.find(&key_of(job)) {
+                Some(record) => {
+                    self.workshop.spend(record.spent);
+                    state.done[job] = Some(record.found);
+                }
+                None => left.push_back(job),
+            }
+        }
+        state.waiting = left;
+        for claimed in [false, true] {
+            for place in 0..state.waiting.len() {
+                let job = state.waiting[place];
+                let task = task_of(&key_of(job));
+                if tasks.is_claimed(&task) == claimed && kept.claim(worker, &task)?.is_some() {
+                    // Another process may have ended it since the journals were read, and all claims be gone.
+                    kept.refresh()?;
+                    if kept.find(&key_of(job)).is_some() {
+                        return Ok(None);
+                    }
+                    state.waiting.remove(place);
+                    state.held += 1;
+                    return Ok(Some(self.order(job)));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// What is to be done of a job.
+    fn order(&self, job: usize) -> Vec<u8> {
+        let (task, replica) = self.jobs[job];
+        let setting = &self.tasks[task].setting;
+        write(&Order {
+            job,
+            group: self.group,
+            kind: setting.engine.kind.clone(),
+            disks: setting.disks,
+            replica,
+            shares: self.shared.contains(&replica),
+        })
     }
 
     /// Whether no run is to be begun any more.
@@ -263,16 +347,7 @@ impl Work for Bench<'_> {
         }
         let job = state.waiting.pop_front()?;
         state.held += 1;
-        let (task, replica) = self.jobs[job];
-        let setting = &self.tasks[task].setting;
-        Some(write(&Order {
-            job,
-            group: self.group,
-            kind: setting.engine.kind.clone(),
-            disks: setting.disks,
-            replica,
-            shares: self.shared.contains(&replica),
-        }))
+        Some(self.order(job))
     }
 
     fn put_back(&self, order: &[u8]) {

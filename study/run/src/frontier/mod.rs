@@ -29,6 +29,7 @@ mod sweep;
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use stosszahl_case::{CaseError, CaseFile};
 use stosszahl_model::Interrupt;
@@ -61,6 +62,8 @@ pub struct Options<'a> {
     pub force: bool,
     /// Told now and then which run has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
+    /// Shares the results folder with other processes that measure the same frontier; one of which nothing is heard for so long is lost.
+    pub join: Option<Duration>,
     /// Raised to stop within a second; the runs that are done are kept.
     pub interrupt: &'a Interrupt,
     /// What connects this process with others that make runs too: they call [`assist`] with the same case.
@@ -86,6 +89,8 @@ pub struct Frontier {
     pub lists: Vec<List>,
     /// The results folder, which no other process writes into until this is dropped: the page is to be written before.
     pub held: Arc<Folder>,
+    /// Whether this process is to write the page: one of those that share the folder.
+    pub is_reporter: bool,
 }
 
 /// A table in words.
@@ -171,10 +176,16 @@ impl FrontierError {
 /// [`FrontierError`] if the case is refused, the reference cannot be had, or a file cannot be written.
 pub fn frontier(file: &CaseFile, options: &Options<'_>) -> Result<Frontier, FrontierError> {
     let (found, tables) = sweep::sweep(file, options)?;
+    if !found.is_reporter {
+        return Ok(found);
+    }
     for table in &tables {
         found.held.write(&table.file(), &table.to_csv()?)?;
     }
     let words = sweep::markdown(&found);
     found.held.write("recommendation.md", words.as_bytes())?;
+    if options.join.is_some() {
+        found.held.settle_claims()?;
+    }
     Ok(found)
 }

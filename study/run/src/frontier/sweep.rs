@@ -302,6 +302,7 @@ pub(crate) fn sweep(
         figure: figure(&rows, options.target),
         lists,
         held: kept.folder().clone(),
+        is_reporter: kept.is_reporter()?,
     };
     Ok((found, [front::table(&rows), orders::table(&orders)]))
 }

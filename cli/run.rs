@@ -1,0 +1,240 @@
+//! `run`, alone and shared by several processes (`--join`, `--part`), `merge`, and what they print.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serde_json::json;
+
+use crate::arguments::{JoinArguments, MergeArguments, Printed, RunArguments};
+use crate::case::CaseFile;
+use crate::error::CommandError;
+use crate::model::Interrupt;
+use crate::progress::Display;
+use crate::report::write_held_report;
+use crate::results::{Existing, REPORT_FILE, Verdict, VerdictKind, headlines};
+use crate::study::{
+    Options, PointSummary, Progress, RunError, RunPart, Summary, merge_parts, read_part, run_case,
+    run_joined, run_part,
+};
+use crate::terminal::{line, listen, note, say};
+
+/// What a run that was stopped says.
+pub const STOPPED_RUN: &str = "stopped; --resume goes on from the checkpoints";
+
+/// Runs a case in this process: alone, together with others, or a part of it.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn run_on_threads(
+    arguments: &RunArguments,
+    file: &CaseFile,
+    joining: &JoinArguments,
+    part: Option<RunPart>,
+) -> Result<(), CommandError> {
+    if let Some(part) = part {
+        return run_share(arguments, file, part);
+    }
+    if let Some(lost_after) = joining.lost_after() {
+        return run_beside(arguments, file, lost_after);
+    }
+    let (stop, display) = (listen(STOPPED_RUN), display_of(&arguments.printed));
+    run(arguments, file, &stop, &display, run_case)
+}
+
+/// Progress on standard error, unless it is not wanted.
+fn display_of(printed: &Printed) -> Display {
+    if printed.quiet {
+        Display::silent()
+    } else {
+        Display::new()
+    }
+}
+
+/// The options of a run.
+fn options_of<'a>(
+    arguments: &RunArguments,
+    stop: &'a Interrupt,
+    progress: &'a dyn Progress,
+) -> Options<'a> {
+    Options {
+        out: arguments.out.clone(),
+        existing: match (arguments.resume, arguments.force) {
+            (true, _) => Existing::Resume,
+            (_, true) => Existing::Replace,
+            _ => Existing::Refuse,
+        },
+        threads: arguments.threads.map(usize::from),
+        force_memory: arguments.force_memory,
+        stop,
+        progress,
+        commit: env!("STOSSZAHL_COMMIT"),
+    }
+}
+
+/// Runs a case as arguments say, by what does that, and prints what came out.
+///
+/// # Errors
+/// [`CommandError`] of the run or of its report.
+pub fn run(
+    arguments: &RunArguments,
+    file: &CaseFile,
+    stop: &Interrupt,
+    progress: &dyn Progress,
+    runs: impl FnOnce(&CaseFile, &Options<'_>) -> Result<Summary, RunError>,
+) -> Result<(), CommandError> {
+    let summary = runs(file, &options_of(arguments, stop, progress));
+    finish(summary, &arguments.printed, STOPPED_RUN)
+}
+
+/// Writes the report of a run, and prints what came out; or says `stopped`.
+fn finish(
+    summary: Result<Summary, RunError>,
+    printed: &Printed,
+    stopped: &str,
+) -> Result<(), CommandError> {
+    let summary = summary.inspect_err(|error| {
+        if error.is_interruption() {
+            note(stopped);
+        }
+    })?;
+    let page = if summary.is_reporter {
+        write_held_report(&summary.held)?
+    } else {
+        summary.folder.join(REPORT_FILE)
+    };
+    let page = page.display().to_string();
+    if printed.json {
+        return Ok(say(&as_json(&summary.points, &page))?);
+    }
+    let (verbose, brief) = (printed.verbose, summary.points.len() > 1);
+    for point in summary.points.iter().filter(|_| !printed.quiet) {
+        if !point.name.is_empty() {
+            let blank = if verbose { "\n" } else { "" };
+            say(&format!("{blank}{}", point.name))?;
+        }
+        if point.was_complete {
+            say("complete already")?;
+        }
+        for line in lines(point, verbose, brief) {
+            say(&line)?;
+        }
+    }
+    Ok(say(&page)?)
+}
+
+/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are; of a point
+/// among others only the first conclusion and warnings.
+fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
+    let first = headlines(&point.verdicts);
+    let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
+    let others = point.choices.iter().chain(&point.warnings);
+    if verbose {
+        let verdicts = point.verdicts.iter().map(told);
+        return verdicts
+            .chain(others.map(|text| line("note", text)))
+            .collect();
+    }
+    let warnings = |one: &&Verdict| one.kind == VerdictKind::Warning;
+    let urgent = point.verdicts.iter().filter(warnings).map(told);
+    let most = if brief { 1 } else { first.len() };
+    let first = first.iter().take(most).map(|one| told(one));
+    let mut lines: Vec<String> = first.chain(urgent).collect();
+    if brief {
+        return lines;
+    }
+    let more = point.verdicts.len() + others.count() - lines.len();
+    if more > 0 {
+        let what = match more {
+            1 => "1 more line".to_owned(),
+            more => format!("{more} more lines"),
+        };
+        lines.push(line(
+            "",
+            &format!("{what} with --verbose, and in the report"),
+        ));
+    }
+    lines
+}
+
+/// Conclusions, choices and warnings of all points as JSON.
+fn as_json(points: &[PointSummary], report: &str) -> String {
+    let points = points.iter().map(|point| {
+        json!({
+            "name": point.name,
+            // A path need not be a text.
+            "folder": point.folder.display().to_string(),
+            "complete_already": point.was_complete,
+            "seconds": point.seconds,
+            "verdicts": point.verdicts,
+            "choices": point.choices,
+            "warnings": point.warnings,
+        })
+    });
+    let points: Vec<_> = points.collect();
+    format!("{:#}", json!({ "report": report, "points": points }))
+}
+
+/// What a run that shares its folder says when it was stopped.
+const STOPPED_JOINED: &str = "stopped; the same command goes on from the checkpoints";
+
+/// Runs a case together with the other processes that share its results folder.
+fn run_beside(
+    arguments: &RunArguments,
+    file: &CaseFile,
+    lost_after: Duration,
+) -> Result<(), CommandError> {
+    let (stop, display) = (listen(STOPPED_JOINED), display_of(&arguments.printed));
+    let options = options_of(arguments, &stop, &display);
+    let summary = run_joined(file, &options, lost_after);
+    finish(summary, &arguments.printed, STOPPED_JOINED)
+}
+
+/// Runs a part of the replicas of a case.
+fn run_share(arguments: &RunArguments, file: &CaseFile, part: RunPart) -> Result<(), CommandError> {
+    let (stop, display) = (listen(STOPPED_RUN), display_of(&arguments.printed));
+    let mut options = options_of(arguments, &stop, &display);
+    options.out.get_or_insert_with(|| {
+        let name = file.path.file_stem().unwrap_or_else(|| "case".as_ref());
+        let mut name = name.to_owned();
+        name.push(format!("-part-{}-of-{}", part.number, part.of));
+        Path::new("results").join(name)
+    });
+    let done = run_part(file, &arguments.case.overrides(), part, &options);
+    let done = done.inspect_err(|error| {
+        if error.is_interruption() {
+            note(STOPPED_RUN);
+        }
+    })?;
+    let folder = done.folder.display();
+    if !arguments.printed.quiet {
+        say(&format!(
+            "{part} is done: {} of {} replicas; `stosszahl merge` makes tables of all parts",
+            done.replicas, done.all
+        ))?;
+    }
+    Ok(say(&folder.to_string())?)
+}
+
+/// Puts the parts of a run together.
+pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
+    let Some(first) = arguments.folders.first() else {
+        return Ok(());
+    };
+    let file = read_part(first)?;
+    let (stop, display) = (listen("stopped"), display_of(&arguments.printed));
+    let options = Options {
+        out: arguments.out.clone(),
+        existing: if arguments.force {
+            Existing::Replace
+        } else {
+            Existing::Refuse
+        },
+        threads: None,
+        force_memory: false,
+        stop: &stop,
+        progress: &display,
+        commit: env!("STOSSZAHL_COMMIT"),
+    };
+    let summary = merge_parts(&file, &arguments.folders, &options);
+    finish(summary, &arguments.printed, "stopped")
+}

@@ -1,0 +1,376 @@
+//! One run by several processes that share its results folder: each claims replicas there, one after the other, and the last one of a point
+//! writes its tables.
+//!
+//! A replica is a function of the case, and what it leaves is kept as a checkpoint holds it, so tables are the bytes of
+//! [`crate::run_case`], whoever did what. A process that died leaves its claims, its checkpoints and its journal: another one supersedes
+//! the claims, goes on from copies of the checkpoints, and reads the journal ([`stosszahl_results::FolderWorker`]).
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use stosszahl_case::CaseFile;
+use stosszahl_results::{Folder, FolderWorker, Manifest, ResultsError, TaskClaim, TaskStates};
+
+use crate::check::Planned;
+use crate::follow::PartError;
+use crate::journal::Journal;
+use crate::pieces::{Piece, seconds};
+use crate::point::Job;
+use crate::run::{Opened, Options, PointSummary, RunError, Summary, prepare, require_memory};
+
+/// Name of the task of writing the tables of a point.
+const FINISH: &str = "finish";
+/// Name of the task of writing the report.
+const REPORT: &str = "report";
+/// Shortest and longest time between two looks for a task that is free.
+const LOOKS: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(500)];
+
+/// Runs all points of a case into a results folder together with the other processes that do the same. A process of which nothing is
+/// heard for `lost_after` is lost, and its replicas are done by others.
+///
+/// # Errors
+/// As [`crate::run_case`]; what other processes do goes on.
+pub fn run_joined(
+    file: &CaseFile,
+    options: &Options<'_>,
+    lost_after: Duration,
+) -> Result<Summary, RunError> {
+    let (planned, threads) = prepare(file, options)?;
+    let bytes = planned.iter().map(|one| one.cost(threads).bytes);
+    require_memory(bytes.fold(0.0, f64::max), options)?;
+    let opened = Opened::join(file, &planned, options, lost_after)?;
+    let jobs = opened.jobs(file, &planned, options);
+    let folder = opened.folder();
+    let worker = folder.worker();
+    let worker = worker.ok_or_else(|| RunError::Crew("the folder is not shared".into()))?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let queue = TaskQueue::new(&jobs, options, folder, worker)?;
+    thread::scope(|scope| {
+        for _ in 0..slots(&planned, threads) {
+            scope.spawn(|| queue.work(&pool));
+        }
+    });
+    let points = queue.finished()?;
+    let is_reporter = worker.claim(&folder.claims(), REPORT)?.is_some();
+    if is_reporter {
+        for job in &jobs {
+            job.place.remove_checkpoints()?;
+            job.place.remove_claims();
+        }
+        folder.settle_claims()?;
+    }
+    Ok(Summary {
+        is_reporter,
+        ..opened.summary(points)
+    })
+}
+
+/// Replicas that are done at once, so that each thread has an engine.
+fn slots(planned: &[Planned<'_>], threads: usize) -> usize {
+    let engines = planned.iter().map(|one| one.plan.engines.len()).min();
+    (threads / engines.unwrap_or(1).max(1)).max(1)
+}
+
+/// Name of the task of a replica of a point.
+fn task_name(job: &Job<'_>, replica: u64) -> String {
+    job.place.task(&format!("replica-{replica}"))
+}
+
+/// What a thread does next.
+enum NextStep {
+    Replica(Piece, TaskClaim),
+    Finish(usize, TaskClaim),
+    /// All is claimed by processes that are alive.
+    Wait,
+    End,
+}
+
+/// The tasks of a run, as this process sees them.
+struct TaskQueue<'a> {
+    jobs: &'a [Job<'a>],
+    options: &'a Options<'a>,
+    folder: &'a Folder,
+    worker: &'a FolderWorker,
+    /// Points, the costliest first.
+    order: Vec<usize>,
+    state: Mutex<QueueState>,
+}
+
+struct QueueState {
+    points: Vec<PointState>,
+    failure: Option<RunError>,
+}
+
+/// A point on its way.
+#[derive(Default)]
+struct PointState {
+    began: Option<Instant>,
+    /// What this process has done.
+    journal: Option<Arc<Journal>>,
+    /// Replicas that the progress knows as done.
+    told: Vec<bool>,
+    summary: Option<PointSummary>,
+}
+
+impl<'a> TaskQueue<'a> {
+    fn new(
+        jobs: &'a [Job<'a>],
+        options: &'a Options<'a>,
+        folder: &'a Folder,
+        worker: &'a FolderWorker,
+    ) -> Result<Self, RunError> {
+        let cost = |point: &usize| seconds(&jobs[*point].planned.plan);
+        let mut order: Vec<usize> = (0..jobs.len()).collect();
+        order.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
+        let mut points = Vec::new();
+        for job in jobs {
+            let mut state = PointState {
+                told: vec![false; job.planned.plan.case.replicas as usize],
+                ..PointState::default()
+            };
+            if job.place.has_manifest() {
+                state.summary = Some(summary_of_finished(job, true)?);
+            } else {
+                // What was kept by processes that died before they could say so, or by one that worked alone.
+                for replica in job.entries()?.into_keys() {
+                    worker.mark_done(&folder.claims(), &task_name(job, replica))?;
+                }
+            }
+            points.push(state);
+        }
+        Ok(Self {
+            jobs,
+            options,
+            folder,
+            worker,
+            order,
+            state: Mutex::new(QueueState {
+                points,
+                failure: None,
+            }),
+        })
+    }
+
+    fn state(&self) -> MutexGuard<'_, QueueState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does tasks until none is left in any process.
+    fn work(&self, pool: &rayon::ThreadPool) {
+        let mut pause = LOOKS[0];
+        loop {
+            let step = self.next_step();
+            let done = match step {
+                Ok(NextStep::End) => return,
+                Ok(NextStep::Wait) => {
+                    thread::sleep(pause);
+                    pause = (2 * pause).min(LOOKS[1]);
+                    continue;
+                }
+                Ok(NextStep::Replica(piece, claim)) => self.work_on(pool, piece, &claim),
+                Ok(NextStep::Finish(point, claim)) => self.finish(point, &claim),
+                Err(error) => Err(error),
+            };
+            pause = LOOKS[0];
+            if let Err(error) = done {
+                self.state().failure.get_or_insert(error);
+            }
+        }
+    }
+
+    /// Finds the next task: one that nobody has claimed, and else one whose process was lost.
+    fn next_step(&self) -> Result<NextStep, RunError> {
+        let mut state = self.state();
+        if state.failure.is_some() {
+            return Ok(NextStep::End);
+        }
+        if self.options.stop.is_raised() {
+            return Err(RunError::Replica {
+                replica: 0,
+                part: String::new(),
+                source: Box::new(PartError::Interrupted),
+            });
+        }
+        self.folder.require_same()?;
+        let tasks = TaskStates::read(&self.folder.claims());
+        for claimed in [false, true] {
+            for &point in &self.order {
+                let there = &mut state.points[point];
+                if there.summary.is_none()
+                    && let Some(step) = self.step_of(point, there, &tasks, claimed)?
+                {
+                    return Ok(step);
+                }
+            }
+        }
+        let is_over = state.points.iter().all(|point| point.summary.is_some());
+        Ok(if is_over {
+            NextStep::End
+        } else {
+            NextStep::Wait
+        })
+    }
+
+    /// Finds a task of a point among those that are claimed, or among those that are not.
+    fn step_of(
+        &self,
+        point: usize,
+        state: &mut PointState,
+        tasks: &TaskStates,
+        claimed: bool,
+    ) -> Result<Option<NextStep>, RunError> {
+        let job = &self.jobs[point];
+        let claims = self.folder.claims();
+        if job.place.has_manifest() {
+            state.summary = Some(summary_of_finished(job, false)?);
+            self.options.progress.end(point);
+            return Ok(None);
+        }
+        let mut is_open = false;
+        for piece in job.pieces() {
+            let task = task_name(job, piece.replica);
+            if tasks.is_done(&task) {
+                if !std::mem::replace(&mut state.told[piece.replica as usize], true) {
+                    job.tell_done(piece);
+                }
+                continue;
+            }
+            is_open = true;
+            if tasks.is_claimed(&task) != claimed {
+                continue;
+            }
+            if let Some(claim) = self.worker.claim(&claims, &task)? {
+                // Others may have finished the point, and removed its claims, since they were read.
+                if job.place.has_manifest() {
+                    job.place.remove_claims();
+                    return Ok(None);
+                }
+                if state.began.is_none() {
+                    state.began = Some(Instant::now());
+                    job.begin();
+                }
+                let attempt = claim.generation;
+                return Ok(Some(NextStep::Replica(Piece { attempt, ..piece }, claim)));
+            }
+        }
+        if is_open {
+            return Ok(None);
+        }
+        let claim = self.worker.claim(&claims, &job.place.task(FINISH))?;
+        Ok(claim.map(|claim| NextStep::Finish(point, claim)))
+    }
+
+    /// Does a replica, and keeps what it left.
+    fn work_on(
+        &self,
+        pool: &rayon::ThreadPool,
+        piece: Piece,
+        claim: &TaskClaim,
+    ) -> Result<(), RunError> {
+        let job = &self.jobs[piece.point];
+        let task = task_name(job, piece.replica);
+        let claims = self.folder.claims();
+        if piece.attempt > 0 && job.entries()?.contains_key(&piece.replica) {
+            return Ok(self.worker.mark_done(&claims, &task)?);
+        }
+        let guard = || {
+            self.folder.require_same()?;
+            if self.worker.holds(claim) {
+                return Ok(());
+            }
+            Err(ResultsError::TakenOver {
+                path: job.place.path(),
+                task: task.clone(),
+            })
+        };
+        job.claim(piece, 0)?;
+        let folder = job.place.path();
+        let left = pool.install(|| job.desk(&folder, &guard).work(piece));
+        match guard() {
+            // This process stood still for too long; the other one has gone on from its checkpoint.
+            Err(error @ ResultsError::TakenOver { .. }) => {
+                self.options.progress.note(&error.to_string());
+                return Ok(());
+            }
+            other => other?,
+        }
+        if let Err(error) = &left
+            && !error.is_of_gas()
+        {
+            return left.map(drop);
+        }
+        let journal = self.journal(piece.point)?;
+        job.keep(&journal, piece, &left)?;
+        Ok(self.worker.mark_done(&claims, &task)?)
+    }
+
+    /// The journal of this process, made with the first replica of the point.
+    fn journal(&self, point: usize) -> Result<Arc<Journal>, RunError> {
+        let mut state = self.state();
+        let journal = &mut state.points[point].journal;
+        if let Some(journal) = journal {
+            return Ok(journal.clone());
+        }
+        let made = Arc::new(self.jobs[point].journal_of(self.worker.id())?);
+        *journal = Some(made.clone());
+        Ok(made)
+    }
+
+    /// Writes the tables of a point of which all replicas are done.
+    fn finish(&self, point: usize, claim: &TaskClaim) -> Result<(), RunError> {
+        let job = &self.jobs[point];
+        if job.place.has_manifest() {
+            return Ok(());
+        }
+        let mut entries = job.entries()?;
+        let mut replicas = Vec::new();
+        for piece in job.pieces() {
+            let Some(bytes) = entries.remove(&piece.replica) else {
+                return Err(RunError::Incomplete(format!(
+                    "{}: replica {} is marked as done, and no journal has it; remove {} and join again",
+                    job.place.path().display(),
+                    piece.replica,
+                    self.folder.claims().display()
+                )));
+            };
+            replicas.push(job.restore(piece, &bytes)?);
+        }
+        if !self.worker.holds(claim) {
+            return Ok(());
+        }
+        let began = self.state().points[point].began;
+        let summary = job.finish(replicas, began.unwrap_or_else(Instant::now))?;
+        job.place.remove_claims();
+        self.state().points[point].summary = Some(summary);
+        Ok(())
+    }
+
+    fn finished(self) -> Result<Vec<PointSummary>, RunError> {
+        let state = self.state.into_inner();
+        let state = state.unwrap_or_else(PoisonError::into_inner);
+        match state.failure {
+            Some(error) => Err(error),
+            None => Ok((state.points.into_iter())
+                .filter_map(|point| point.summary)
+                .collect()),
+        }
+    }
+}
+
+/// The summary of a point that is finished, by its manifest.
+fn summary_of_finished(job: &Job<'_>, was_complete: bool) -> Result<PointSummary, RunError> {
+    let path = job.place.path();
+    let manifest = Manifest::read(&path)?;
+    let Some(manifest) = manifest.filter(|_| job.place.is_complete().unwrap_or(false)) else {
+        return Err(ResultsError::Unsound { path }.into());
+    };
+    Ok(job.summary(
+        was_complete,
+        Instant::now(),
+        manifest.verdicts,
+        manifest.warnings,
+    ))
+}

@@ -1,0 +1,367 @@
+//! Several ordinary processes and one results folder (`run --join`), and runs in parts (`run --part`, `merge`): the bytes of one process.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Output, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use rand::{RngExt, SeedableRng};
+use stosszahl::model::Interrupt;
+use stosszahl::model::random::Stream;
+use stosszahl::results::Existing;
+use stosszahl::study::{self, Options, Progress};
+
+use crate::folders::{self, all_files};
+use crate::support::part::part_of;
+use crate::support::program::{CLUSTERS, Columns, Desk, assert_same, overridden};
+
+/// Two points of some replicas, each of some tenths of a second.
+const CASE: &str = r#"# Do several processes do what one does?
+format = 2
+title = "a small sweep"
+seed = 5
+replicas = 5
+[gas]
+number = 100
+restitution = 0.8
+[box]
+packing_fraction = 0.25
+[start]
+equilibration = 5
+[run]
+until = 6
+checkpoint_seconds = 0.01
+[engine.ed]
+[engine.dsmc-enskog]
+simulators_per_particle = 2
+[measure.structure_factor]
+times = [0, 6]
+[measure.snapshots]
+times = [6]
+[[sweep]]
+"gas.restitution" = [0.8, 0.9]
+"#;
+
+const JOIN: &str = "run case.toml --join --threads 1 --quiet --out out";
+
+fn start(desk: &Desk, line: &str) -> Child {
+    let mut command = desk.command(line);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    child.spawn().expect("the program starts")
+}
+
+fn require_end(child: Child) {
+    let Output { status, stderr, .. } = child.wait_with_output().expect("an end");
+    assert!(status.success(), "{}", String::from_utf8_lossy(&stderr));
+}
+
+/// The folder of a run by one process.
+fn alone(desk: &Desk) -> std::path::PathBuf {
+    if !desk.path("alone").exists() {
+        desk.done("run case.toml --threads 1 --quiet --out alone");
+    }
+    desk.path("alone")
+}
+
+/// The folder has the tables of one process, the same files, and nothing that is left of several.
+fn require_same(desk: &Desk) {
+    let (alone, out) = (alone(desk), desk.path("out"));
+    assert_eq!(all_files(&alone), all_files(&out));
+    for point in points(&alone) {
+        assert_same(&point, &out.join(point.file_name().expect("a name")));
+    }
+    assert!(!out.join("claims").exists());
+    let list = |folder: &Path| {
+        let text = fs::read_to_string(folder.join("run.files")).expect("a list");
+        let mut names: Vec<String> = text.lines().map(str::to_owned).collect();
+        names.retain(|name| !name.contains("checkpoints/"));
+        names.sort();
+        names.dedup();
+        names
+    };
+    assert_eq!(list(&alone), list(&out));
+}
+
+fn points(folder: &Path) -> Vec<std::path::PathBuf> {
+    let entries = fs::read_dir(folder).expect("a folder").flatten();
+    let paths = entries.map(|entry| entry.path());
+    paths
+        .filter(|path| path.join("manifest.json").exists())
+        .collect()
+}
+
+#[test]
+fn several_processes_do_what_one_does() {
+    let desk = Desk::new(CASE);
+    for count in [1, 2, 4] {
+        let children: Vec<Child> = (0..count).map(|_| start(&desk, JOIN)).collect();
+        children.into_iter().for_each(require_end);
+        require_same(&desk);
+        let said = desk.done("run case.toml --join --out out");
+        assert!(said.out.contains("complete already"), "{}", said.out);
+        require_same(&desk);
+        fs::remove_dir_all(desk.path("out")).expect("removed");
+    }
+}
+
+/// Kills one process or some or all at a random moment, again and again, and goes on; the number of kills.
+fn kill_and_go_on(desk: &Desk, seed: u64) -> usize {
+    let mut stream = Stream::seed_from_u64(seed);
+    let count = [1, 2, 4][stream.random_range(0..3)];
+    let _ = fs::remove_dir_all(desk.path("out"));
+    let mut children: Vec<Child> = (0..count).map(|_| start(desk, JOIN)).collect();
+    let mut kills = 0;
+    for _ in 0..stream.random_range(1..=3) {
+        thread::sleep(Duration::from_millis(stream.random_range(20..600)));
+        let killed = match stream.random_range(0..3) {
+            0 => 1,
+            1 => children.len().div_ceil(2),
+            _ => children.len(),
+        };
+        for mut child in children.drain(..killed) {
+            kills += usize::from(child.try_wait().expect("a state").is_none());
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+        children.extend((0..stream.random_range(1..=killed)).map(|_| start(desk, JOIN)));
+    }
+    children.into_iter().for_each(require_end);
+    require_same(desk);
+    kills
+}
+
+#[test]
+fn processes_that_are_killed_are_gone_on_with() {
+    let desk = Desk::new(CASE);
+    let kills: usize = (0..3).map(|seed| kill_and_go_on(&desk, seed)).sum();
+    // And a single process goes on where several were killed.
+    fs::remove_dir_all(desk.path("out")).expect("removed");
+    let mut children = [0, 1].map(|_| start(&desk, JOIN));
+    while !desk.path("out/run.json").exists() {
+        thread::sleep(Duration::from_millis(5));
+    }
+    thread::sleep(Duration::from_millis(100));
+    for child in &mut children {
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+    desk.done("run case.toml --threads 2 --quiet --out out --resume");
+    require_same(&desk);
+    println!("{kills} kills");
+}
+
+/// `cargo test --release --test program join -- --ignored`.
+#[test]
+#[ignore = "takes some minutes: cargo long-tests"]
+fn processes_are_killed_at_fifty_moments() {
+    let desk = Desk::new(CASE);
+    let seeds = part_of(50);
+    let mut kills = 0;
+    for seed in seeds.clone() {
+        let more = kill_and_go_on(&desk, 100 + seed as u64);
+        println!("chain {seed}: {more} kills");
+        kills += more;
+    }
+    println!("{kills} kills in chains {seeds:?}");
+    assert!(kills > seeds.len() / 2, "{kills}");
+}
+
+/// Counts the parts of replicas that a process begins to work on.
+#[derive(Default)]
+struct Begun(std::sync::Mutex<Vec<(usize, usize)>>);
+
+impl Progress for Begun {
+    fn tell(&self, point: usize, part: usize, share: f64, _collisions: u64) {
+        let mut begun = self.0.lock().expect("no panic");
+        if share < 1.0 && !begun.contains(&(point, part)) {
+            begun.push((point, part));
+        }
+    }
+}
+
+/// No replica is done by two processes while both are alive.
+#[test]
+fn each_replica_is_done_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = overridden(Path::new("case.toml"), CASE, &[]);
+    let begun: Vec<Begun> = (0..3).map(|_| Begun::default()).collect();
+    thread::scope(|scope| {
+        for progress in &begun {
+            scope.spawn(|| {
+                let stop = Interrupt::default();
+                let options = Options {
+                    out: Some(folder.path().join("out")),
+                    existing: Existing::Refuse,
+                    threads: Some(1),
+                    force_memory: false,
+                    stop: &stop,
+                    progress,
+                    commit: "",
+                };
+                let done = study::run_joined(&file, &options, Duration::from_mins(10));
+                assert_eq!(done.expect("a run").points.len(), 2);
+            });
+        }
+    });
+    let mut all: Vec<(usize, usize)> = Vec::new();
+    for one in begun {
+        all.extend(one.0.into_inner().expect("no panic"));
+    }
+    let count = all.len();
+    all.sort_unstable();
+    all.dedup();
+    assert_eq!(all.len(), count, "a part was done twice");
+    assert!(count > 10, "{count}");
+}
+
+/// A run that does not share its folder and one that does keep each other out; another case is refused.
+#[test]
+fn one_that_works_alone_and_one_that_joins_do_not_meet() {
+    let desk = Desk::new(CASE);
+    let long = "run case.toml --out out --set run.until=1e6 --threads 1";
+    for (first, second) in [("", " --join"), (" --join", " --resume")] {
+        let mut child = start(&desk, &format!("{long}{first}"));
+        while !desk.path("out/run.json").exists() {
+            assert!(child.try_wait().expect("a state").is_none());
+            thread::sleep(Duration::from_millis(5));
+        }
+        let said = desk.say(&format!("{long}{second}"));
+        assert_eq!(said.code, Some(2), "{}", said.err);
+        assert!(said.err.contains("another process"), "{}", said.err);
+        if first.contains("join") {
+            desk.refused(
+                &format!("{long} --join --seed 8"),
+                &["seed: 5 there, 8 here"],
+            );
+        }
+        child.kill().expect("killed");
+        child.wait().expect("ended");
+        fs::remove_dir_all(desk.path("out")).expect("removed");
+    }
+    desk.refused(&format!("{JOIN} --force"), &["cannot be used with"]);
+    desk.refused("run case.toml --lost-after 5", &["--join"]);
+}
+
+/// Replicas whose gas cannot go on are done once too, and left out of all tables.
+#[test]
+fn replicas_that_cannot_go_on_are_kept() {
+    let desk = Desk::new(CASE);
+    // Many samples, for the limit is looked at between them.
+    let often = "--set run.samples_per_decade=200";
+    desk.done(&format!(
+        "run case.toml --threads 1 --quiet --out free {often}"
+    ));
+    // Exact dynamics of each replica, by point: pair collisions of 100 disks.
+    let counts = points(&desk.path("free")).into_iter().map(|point| {
+        let table = Columns::read(&point, "replicas");
+        let mut last: BTreeMap<String, f64> = BTreeMap::new();
+        let rows = table.texts("replica").iter().zip(table.texts("engine"));
+        for ((replica, engine), count) in rows.zip(table.numbers("collisions_per_particle")) {
+            if engine == "ed" {
+                last.insert(replica.clone(), 50.0 * count);
+            }
+        }
+        last.into_values().fold(f64::INFINITY, f64::min)
+    });
+    // At least one replica of each point is below.
+    let limit = counts.fold(0.0, f64::max).round() + 1.0;
+    let set = format!("{often} --set engine.ed.collision_limit={limit}");
+    desk.done(&format!("run case.toml --threads 1 --out alone {set}"));
+    let line = format!("{JOIN} {set}");
+    let children: Vec<Child> = (0..2).map(|_| start(&desk, &line)).collect();
+    children.into_iter().for_each(require_end);
+    require_same(&desk);
+    let warnings = |folder: &Path| {
+        let manifest = fs::read_to_string(folder.join("manifest.json")).expect("a manifest");
+        let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
+        manifest["warnings"].clone()
+    };
+    let mut failed = 0;
+    for point in points(&desk.path("alone")) {
+        let out = desk.path("out").join(point.file_name().expect("a name"));
+        assert_eq!(warnings(&point), warnings(&out));
+        let said = warnings(&point).to_string();
+        failed += said.matches("is left out of all tables").count();
+    }
+    assert!(failed > 0, "no replica failed at {limit} collisions");
+}
+
+/// Processes that share a frontier, of which one is killed, leave the tables of one, but for times.
+#[test]
+fn several_processes_measure_one_frontier() {
+    let desk = Desk::new(folders::CASE);
+    let line = folders::FRONTIER;
+    desk.done(&line.replace("--out out", "--out alone"));
+    let mut children: Vec<Child> = (0..3)
+        .map(|_| start(&desk, &format!("{line} --join")))
+        .collect();
+    while !desk.path("out/run.json").exists() {
+        thread::sleep(Duration::from_millis(5));
+    }
+    thread::sleep(Duration::from_millis(200));
+    children[0].kill().expect("killed");
+    children.remove(0).wait().expect("ended");
+    children.into_iter().for_each(require_end);
+    assert_eq!(
+        folders::untimed(&desk.path("alone")),
+        folders::untimed(&desk.path("out"))
+    );
+    assert!(desk.path("out/frontier.html").exists() && !desk.path("out/claims").exists());
+    // Alone again, it begins with all runs that are kept.
+    let said = desk.done(line);
+    assert!(said.out.contains("(0 made now)"), "{}", said.out);
+}
+
+#[test]
+fn parts_are_merged_to_the_bytes_of_one_run() {
+    for (text, count) in [(CASE, 3), (CLUSTERS, 2)] {
+        let desk = Desk::new(text);
+        let parts: Vec<String> = (1..=count)
+            .map(|part| format!("results/case-part-{part}-of-{count}"))
+            .collect();
+        for part in 2..=count {
+            let said = desk.done(&format!("run case.toml --threads 1 --part {part}/{count}"));
+            assert!(
+                said.out
+                    .contains(&format!("part {part} of {count} is done")),
+                "{}",
+                said.out
+            );
+        }
+        desk.refused(
+            &format!("merge --out out {}", parts[1..].join(" ")),
+            &["no folder has replica 0"],
+        );
+        assert!(!desk.path("out").exists());
+        desk.done(&format!("run case.toml --threads 2 --part 1/{count}"));
+        desk.done(&format!("run case.toml --part 1/{count} --resume"));
+        // The case file is not needed any more.
+        fs::rename(desk.path("case.toml"), desk.path("other.toml")).expect("moved");
+        desk.done(&format!("merge --out out --quiet {}", parts.join(" ")));
+        fs::rename(desk.path("other.toml"), desk.path("case.toml")).expect("moved");
+        alone(&desk);
+        assert_eq!(all_files(&desk.path("alone")), all_files(&desk.path("out")));
+        if desk.path("alone/manifest.json").exists() {
+            assert_same(&desk.path("alone"), &desk.path("out"));
+        }
+        for point in points(&desk.path("alone")) {
+            assert_same(
+                &point,
+                &desk.path("out").join(point.file_name().expect("a name")),
+            );
+        }
+        desk.done(&format!(
+            "run case.toml --part 1/{count} --seed 9 --out foreign"
+        ));
+        desk.refused(
+            &format!("merge --out again {} foreign", parts.join(" ")),
+            &["belongs to another run", "seed: 9 there"],
+        );
+        desk.refused("merge alone", &["expected a folder that"]);
+        for part in ["0/3", "4/3", "2", "a/b"] {
+            desk.refused(&format!("run case.toml --part {part}"), &["expected K/N"]);
+        }
+    }
+}
