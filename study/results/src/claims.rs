@@ -385,6 +385,15 @@ impl TaskStates {
     }
 }
 
+fn is_id(text: &str) -> bool {
+    text.len() == 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
+}
+
+/// Returns `true` if a name in a folder of claims is the file of a process, which is hidden until it is locked.
+fn is_of_worker(name: &str) -> bool {
+    name.starts_with(WORKER) || name.strip_prefix('.').is_some_and(is_id)
+}
+
 /// Returns `true` if a name in a folder of claims is a claim or the mark of a finished task.
 fn is_of_task(name: &str) -> bool {
     let Some((task, end)) = name.rsplit_once('.') else {
@@ -407,8 +416,7 @@ impl FolderWorker {
     /// Removes the files of processes that were lost.
     pub(crate) fn remove_lost(&self) {
         for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
-            let is_worker = |name: &str| name.starts_with(WORKER);
-            if entry.file_name().to_str().is_some_and(is_worker)
+            if entry.file_name().to_str().is_some_and(is_of_worker)
                 && matches!(self.holder(&entry.path()), Ok(Some(Holder::Lost)))
             {
                 let _ = fs::remove_file(entry.path());
@@ -434,12 +442,8 @@ pub(crate) fn remove_workers(results: &Path) {
     for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let is_ours = |name: &str| {
-            let hidden = name.strip_prefix('.');
-            let id = |id: &str| id.len() == 16 && id.bytes().all(|byte| byte.is_ascii_hexdigit());
-            name.starts_with(WORKER)
-                || hidden.is_some_and(id)
-                || name.strip_suffix(LIST_ENDING).is_some_and(id)
-                || is_of_task(name)
+            let list = name.strip_suffix(LIST_ENDING);
+            is_of_worker(name) || list.is_some_and(is_id) || is_of_task(name)
         };
         if name.to_str().is_some_and(is_ours) {
             let _ = fs::remove_file(entry.path());
