@@ -157,7 +157,7 @@ impl Folder {
         let is_marked = || Ok::<bool, ResultsError>(Mark::read(path)?.is_some());
         if !is_marked()? {
             admit(path, Existing::Refuse, inputs, &runs)?;
-            fs::create_dir_all(path).map_err(ResultsError::system(path, "written"))?;
+            fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
         }
         let (mut list, warning) = List::lock(path, true)?;
         let file = path.join(RUN_FILE);

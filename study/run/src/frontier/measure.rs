@@ -296,9 +296,9 @@ impl Bench<'_> {
             }
         }
         state.waiting = left;
+        let waiting: Vec<usize> = state.waiting.iter().copied().collect();
         for claimed in [false, true] {
-            for place in 0..state.waiting.len() {
-                let job = state.waiting[place];
+            for (place, &job) in waiting.iter().enumerate() {
                 let task = task_of(&key_of(job));
                 if tasks.is_claimed(&task) == claimed && kept.claim(worker, &task)?.is_some() {
                     // Another process may have ended it since the journals were read, and all claims be gone.
