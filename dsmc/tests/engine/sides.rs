@@ -292,9 +292,9 @@ fn a_partition_shields_a_gas_from_a_sliding_wall() {
         };
         let means: Vec<f64> = (0..8)
             .map(|replica| {
-                let scene = grains(0.125, 1.0, Smooth, no_gravity());
+                let scene = grains(0.0625, 1.0, Smooth, no_gravity());
                 let domain = boundaries.walls.domain(vector![40.0, 40.0]).expect("a box");
-                let mut state = gas::<Disks>(&scene, domain, 0.5, 3200, 1.0, replica);
+                let mut state = gas::<Disks>(&scene, domain, 0.5, 6400, 1.0, replica);
                 state.bodies.retain(|body| !obstacle.holds(body.position));
                 let parameters = Parameters {
                     cell_size: Some(2.0),
