@@ -14,6 +14,7 @@ mod plausibility;
 mod reproduce;
 mod resume;
 mod starts;
+mod steady_states;
 #[path = "../support/mod.rs"]
 mod support;
 mod units;

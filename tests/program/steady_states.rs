@@ -1,0 +1,81 @@
+//! Gases that reach a steady state, and the pressure tensor, against theory and against each other.
+
+use std::fs;
+
+use crate::support::program::{Columns, Desk, bundled};
+
+/// Temperature of the Delta model in exact dynamics and in Monte Carlo against Enskog's theory.
+///
+/// Theory expands velocities to the fifth Sonine order and is right to 0.2 %, as far as an independent Monte Carlo of the Boltzmann
+/// equation tells (T/(m Delta^2) = 81.99 at r = 0.9). N - 1 in place of N free velocities makes 0.1 %. At packing 0.005 broken
+/// chaos is below 0.1 %. 0.5 % is allowed for all three. To it comes Student's t with seven degrees of freedom at a false alarm of
+/// 1e-3, 5.41, times the measured standard error; with more than 2 % in all, a wrong cumulant (1.6 %) would pass, so that fails too.
+#[test]
+fn delta_model_settles_at_the_temperature_of_theory() {
+    let desk = Desk::new(&fs::read_to_string(bundled("delta-model")).expect("a case"));
+    desk.done("run case.toml --out out");
+    let table = Columns::read(&desk.path("out"), "steady_state");
+    let column = |name| table.numbers(name);
+    let (found, errors) = (column("temperature_ratio"), column("temperature_ratio_se"));
+    let theory = column("temperature_ratio_theory");
+    for engine in 0..2 {
+        // The last two quarters; neighbouring quarters are 60 collisions long, some twelve relaxation times.
+        let late = [4 * engine + 2, 4 * engine + 3];
+        let mean: f64 = late.iter().map(|&row| 0.5 * found[row] / theory[row]).sum();
+        let squares = late
+            .iter()
+            .map(|&row| (0.5 * errors[row] / theory[row]).powi(2));
+        let error = 1.1 * squares.sum::<f64>().sqrt();
+        println!("engine {engine}: T/T_theory = {mean:.4} ± {error:.4}");
+        let allowed = 0.005 + 5.41 * error;
+        assert!((mean - 1.0).abs() < allowed, "{mean} ± {error}");
+        assert!(allowed < 0.02, "the error bar {error} is too wide");
+    }
+}
+
+/// Pressure of elastic disks: exact dynamics and contact points find Enskog's pressure with the contact value of the equation of
+/// state, and point particles that of the ideal gas; the diagonal is isotropic and the rest zero.
+///
+/// The contact value is right to 0.1 % of the pressure at packing 0.25, that of a periodic box of 400 disks to 1/N = 0.25 %;
+/// contact points with four simulators lose some 0.5 % of their collisions. 1 % is allowed for that, and Student's t with three
+/// degrees of freedom at a false alarm of 1e-3, 12.9, times the measured standard error; with more than 5 % in all a missing
+/// half of the collisional part would still fail, so that is the bound of the error bar.
+#[test]
+fn pressure_of_elastic_disks_is_that_of_the_equation_of_state() {
+    let desk = Desk::new(
+        r#"# Which pressure have elastic disks?
+format = 2
+title = "pressure of elastic disks"
+seed = 3
+replicas = 4
+[gas]
+number = 400
+[box]
+packing_fraction = 0.25
+[run]
+until = 60
+[engine.ed]
+[engine.dsmc-contact-point]
+simulators_per_particle = 4
+[engine.dsmc-boltzmann]
+[measure.stress]
+"#,
+    );
+    desk.done("run case.toml --out out");
+    let table = Columns::read(&desk.path("out"), "stress");
+    let (names, engines) = (table.texts("quantity"), table.texts("engine"));
+    let [total, error, theory] =
+        ["total", "total_se", "total_theory"].map(|name| table.numbers(name));
+    let collisional = table.numbers("collisional");
+    for row in 0..total.len() {
+        let (name, engine) = (&names[row], &engines[row]);
+        println!("{engine} {name}: {} ± {}, theory {}", total[row], error[row], theory[row]);
+        let scale = if engine == "dsmc-boltzmann" { 1.0 } else { 1.79 };
+        let allowed = 0.01 * scale + 12.9 * error[row];
+        assert!((total[row] - theory[row]).abs() < allowed, "{engine} {name}");
+        assert!(allowed < 0.05 * scale + 0.05, "{engine} {name}: the error bar is too wide");
+        if name == "pressure" && engine != "dsmc-boltzmann" {
+            assert!((collisional[row] - 0.79).abs() < 0.03, "{engine}: {}", collisional[row]);
+        }
+    }
+}
