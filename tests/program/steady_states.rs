@@ -69,13 +69,30 @@ simulators_per_particle = 4
     let collisional = table.numbers("collisional");
     for row in 0..total.len() {
         let (name, engine) = (&names[row], &engines[row]);
-        println!("{engine} {name}: {} ± {}, theory {}", total[row], error[row], theory[row]);
-        let scale = if engine == "dsmc-boltzmann" { 1.0 } else { 1.79 };
+        println!(
+            "{engine} {name}: {} ± {}, theory {}",
+            total[row], error[row], theory[row]
+        );
+        let scale = if engine == "dsmc-boltzmann" {
+            1.0
+        } else {
+            1.79
+        };
         let allowed = 0.01 * scale + 12.9 * error[row];
-        assert!((total[row] - theory[row]).abs() < allowed, "{engine} {name}");
-        assert!(allowed < 0.05 * scale + 0.05, "{engine} {name}: the error bar is too wide");
+        assert!(
+            (total[row] - theory[row]).abs() < allowed,
+            "{engine} {name}"
+        );
+        assert!(
+            allowed < 0.05 * scale + 0.05,
+            "{engine} {name}: the error bar is too wide"
+        );
         if name == "pressure" && engine != "dsmc-boltzmann" {
-            assert!((collisional[row] - 0.79).abs() < 0.03, "{engine}: {}", collisional[row]);
+            assert!(
+                (collisional[row] - 0.79).abs() < 0.03,
+                "{engine}: {}",
+                collisional[row]
+            );
         }
     }
 }
