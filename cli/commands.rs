@@ -213,8 +213,9 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
             paces = Some(study::pace::paces(&planned, threads, MEASURING)?);
         }
     }
+    let level = study::check::level(&planned);
     let outlines = planned.iter().enumerate().map(|(number, planned)| {
-        let mut outline = planned.outline(threads);
+        let mut outline = planned.outline(threads, level);
         if let Some(paces) = &paces {
             outline.cost.pace.clone_from(&paces[number]);
         }
@@ -224,10 +225,7 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
     let (about, mut seconds) = (if paces.is_some() { "about" } else { "roughly" }, 0.0);
     for (number, outline) in outlines.iter().enumerate() {
         if number == 0 {
-            say(&file.title())?;
-            if let Some(question) = file.question() {
-                say(&question)?;
-            }
+            say(&outline.title)?;
         }
         if !outline.point.is_empty() {
             say(&format!("\n{}", outline.point))?;
@@ -245,7 +243,6 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
         }
         say(&format!("  engines: {}", outline.engines.join(", ")))?;
         say(&format!("  measures: {}", outline.measures.join(", ")))?;
-        say(&format!("  headline: verdict on {}", outline.leading))?;
         say(&format!(
             "  {} replicas, about {:.2} GiB of memory and {about} {} on {threads} threads",
             outline.replicas,

@@ -12,12 +12,10 @@ use serde_json::json;
 mod domain;
 mod engines;
 mod gas;
-mod question;
 
 pub use domain::*;
 pub use engines::*;
 pub use gas::*;
-pub use question::*;
 
 /// A case: a gas, a box, forces, engines, and what is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,13 +23,9 @@ pub use question::*;
 pub struct Case {
     /// Version of the case format. This program reads version 2.
     pub format: u64,
-    /// Title in one line. Default: made of the gas as it is run. Where `--set` or a sweep changes the gas, that is added.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
+    /// What the case shows, in one line.
     #[schemars(length(min = 1))]
     pub title: String,
-    /// Question that the case answers, and the number that answers it.
-    #[serde(default, skip_serializing_if = "Question::is_default")]
-    pub question: Question,
     /// Units of lengths, masses and energies.
     #[serde(default)]
     pub units: Units,
@@ -346,32 +340,16 @@ pub enum TimeUnit {
     MeanFreeTime,
 }
 
-/// Difference beyond which an interval shows one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum DifferBeyond {
-    /// Any difference.
-    Zero,
-    /// A difference larger than the margin.
-    Margin,
-}
-
 /// How results are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Judging {
-    /// Chance that any verdict of a point says `differ` where there is no difference. Over the points of a sweep it is the rate of
-    /// false discoveries.
+    /// Chance of any false alarm in all verdicts of the case, those of all points of a sweep together.
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 0.5))]
-    pub family_wise_error_rate: f64,
-    /// Margin of every comparison: largest relative difference that counts as agreement.
+    pub false_alarm: f64,
+    /// Largest deviation from theory that counts as agreement, in gases without positions.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub tolerance: f64,
-    /// Margin of numbers that are zero under chaos, in their own unit: the slope of P(b/d), the fourth cumulant less theory.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
-    pub absolute_tolerance: f64,
-    /// Difference beyond which the whole interval must lie to be called one.
-    pub differ_beyond: DifferBeyond,
     /// Orders of the Sonine expansion of theory: 1 for Maxwellian species. Default: as many as are quick.
     #[schemars(range(min = 1, max = 12))]
     pub sonine_orders: Option<u64>,
@@ -380,10 +358,8 @@ pub struct Judging {
 impl Default for Judging {
     fn default() -> Self {
         Self {
-            family_wise_error_rate: 0.05,
-            tolerance: 0.05,
-            absolute_tolerance: 0.02,
-            differ_beyond: DifferBeyond::Zero,
+            false_alarm: 0.05,
+            tolerance: 0.02,
             sonine_orders: None,
         }
     }

@@ -30,7 +30,6 @@ mod places;
 pub mod plan;
 mod point;
 pub mod power;
-mod question;
 pub mod run;
 pub mod schedule;
 pub mod start;

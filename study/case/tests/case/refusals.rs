@@ -154,8 +154,8 @@ fn values_out_of_range_are_refused() {
                 "did you mean \"haff\"?",
             ),
             (
-                &["verdict.family_wise_error_rate=0.5"],
-                "verdict.family_wise_error_rate",
+                &["verdict.false_alarm=0.5"],
+                "verdict.false_alarm",
                 "above 0 and below 0.5",
             ),
             (
@@ -712,7 +712,6 @@ fn relations_of_flows_are_checked() {
     refused(FLOW, OF_FLOWS);
 }
 
-#[allow(clippy::too_many_lines, reason = "a list of refusals")]
 #[test]
 #[expect(clippy::too_many_lines, reason = "a table of refusals")]
 fn relations_of_gases_without_positions_are_checked() {
@@ -831,6 +830,7 @@ fn relations_of_gases_without_positions_are_checked() {
 #[test]
 fn missing_keys_are_named() {
     for (without, key) in [
+        ("title = \"Disks\"\n", "title"),
         ("until = 10\n", "run.until"),
         ("[run]\nuntil = 10\n", "run"),
         ("number = 1000\n", "gas.number"),

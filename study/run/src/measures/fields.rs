@@ -187,14 +187,7 @@ impl Measure for Fields {
         let views: Vec<View<'_>> = (found.iter())
             .map(|(sums, free_shares)| View::new(plan, sums, free_shares, &window))
             .collect();
-        verdicts::all(
-            plan,
-            counts,
-            &steady,
-            (&window, &views),
-            tables,
-            &runs.rule(plan),
-        )
+        verdicts::all(plan, counts, &steady, (&window, &views), tables, runs.level)
     }
 }
 
