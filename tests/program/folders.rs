@@ -297,7 +297,6 @@ fn try_pairs(tries: std::ops::Range<usize>) -> usize {
         let pair = PAIRS[number % PAIRS.len()];
         let mut stream = Stream::seed_from_u64(number as u64);
         let was_told = try_pair(&desk, pair, &mut stream);
-        println!("pair {number}, {pair:?}: told {was_told}");
         told += usize::from(was_told);
     }
     told
@@ -398,7 +397,7 @@ struct Stopped {
     file: CaseFile,
     folder: tempfile::TempDir,
     /// The folders of one case, stopped after other numbers of legs, so that each replica is on its way in one of them.
-    stopped: Vec<PathBuf>,
+    partial: Vec<PathBuf>,
     /// The files of checkpoints in these, and in folders of another seed.
     kept: Vec<PathBuf>,
 }
@@ -455,7 +454,7 @@ impl Stopped {
         Self {
             file,
             folder,
-            stopped,
+            partial: stopped,
             kept,
         }
     }
@@ -488,7 +487,7 @@ impl Stopped {
         let out = self.folder.path().join("out");
         remove(&out);
         copy(
-            &self.stopped[stream.random_range(0..self.stopped.len())],
+            &self.partial[stream.random_range(0..self.partial.len())],
             &out,
         );
         let own = checkpoints(&out);
@@ -578,13 +577,13 @@ fn a_checkpoint_of_another_replica_is_named() {
         let part = part.strip_suffix(".snapshot")?.to_owned();
         let point = path.parent()?.parent()?.file_name()?.to_str()?;
         let is_own = stopped
-            .stopped
+            .partial
             .iter()
             .any(|folder| path.starts_with(folder));
         is_own.then_some((point.to_owned(), number.parse().ok()?, part))
     };
     let mut tried = 0;
-    for folder in &stopped.stopped {
+    for folder in &stopped.partial {
         for target in checkpoints(folder) {
             let Some(there) = origin(&target) else {
                 continue;

@@ -282,7 +282,7 @@ fn resumed_runs_have_the_same_bytes() {
         )
         .expect("an engine");
     }
-    assert!(gas.work().collisions > 3000);
+    assert!(gas.work().collisions > 1000, "{}", gas.work().collisions);
     assert!(gas.work().numbers["shear_energy_imbalance"].abs() < 1e-10);
     assert!(gas.checkpoint().expect("bytes") == again.checkpoint().expect("bytes"));
     assert!(

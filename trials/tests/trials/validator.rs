@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Vector2, Vector3, vector};
+use nalgebra::{Vector2, vector};
 use rand::RngExt;
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::windows::Windows;
