@@ -32,7 +32,7 @@ fn a_contact_time_that_makes_all_contacts_elastic_is_named() {
     let case = |contact_time: &str, restitution: &str| {
         format!(
             "format = 2\ntitle = \"contact time\"\n[gas]\nnumber = 100\nrestitution = {restitution}\n[box]\npacking_fraction = 0.25\n\
-             [run]\nuntil = 1\ntime_unit = \"mean-free-time\"\n[engine.ed]\ncontact_time = {contact_time}\n"
+             [run]\nuntil = 4\ntime_unit = \"mean-free-time\"\n[engine.ed]\ncontact_time = {contact_time}\n"
         )
     };
     // 1 - exp(-4) of the contacts have a partner that collided within two mean free times.

@@ -236,7 +236,7 @@ fn flows_resolve_their_free_path_or_say_so() {
         "[engine.ed]\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 1\ncell_size = 1.4\n";
     for (engines, words, reason) in [
         (coarse, "mean free paths wide", "cells 3.6"),
-        (few, "simulators per cell", "0.25"),
+        (few, "simulators per cell", "0.26"),
     ] {
         let plan = plan(&format!("{WALLS}{engines}"));
         let named = plan

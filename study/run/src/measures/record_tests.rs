@@ -134,7 +134,7 @@ fn simulators_of_a_flow_have_the_quantities_that_are_asked_for() {
         format!(
             "replicas = 2\n[gas]\nnumber = 400\nrestitution = 0.9\n[box]\nsize = [40, 20]\n\
              [walls]\nleft = {{ temperature = 1 }}\nright = {{ temperature = 4 }}\n\
-             [engine.dsmc-boltzmann]\nweights = {{ along = \"x\", factors = [1, 0.5] }}\n[run]\nuntil = 5\n\
+             [engine.dsmc-boltzmann]\nsimulators_per_particle = 1\nweights = {{ along = \"x\", factors = [1, 0.5] }}\n[run]\nuntil = 5\n\
              [measure.snapshots]\ntimes = [5]\n{snapshots}\n[measure.collision_log]\nfrom = 2\nmost = 100000\nreplicas = \"all\""
         )
     };
