@@ -232,7 +232,7 @@ fn open_boxes_and_spheres_are_no_periodic_disks() {
 fn start_files_are_read_between_walls_and_bodies() {
     let walled = format!(
         "{}[box]\n[walls]\nbottom = {{ restitution = 0.9 }}\ntop = \"specular\"\n[gravity]\nacceleration = [0, -1]\n\
-         [[obstacle]]\ndisc = {{ centre = [9, 5], radius = 1 }}\n[engine.dsmc-boltzmann]\n",
+         [[obstacle]]\ndisc = {{ centre = [9, 5], radius = 1 }}\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 1\n",
         FROM_FILE.replace("until = 5", "until = 0.5\nsamples = 4")
     );
     let desk = Desk::new(&format!(
