@@ -144,6 +144,8 @@ pub enum Fault {
     },
     /// A key that has to be there.
     MissingKey {
+        /// What its absence stands for, such as a default that does not go with other keys.
+        found: Option<String>,
         /// What should be there.
         allowed: String,
     },
@@ -198,7 +200,14 @@ impl Refusal {
                     }
                 }
             }
-            Fault::MissingKey { allowed } => format!("{key} is missing: {allowed}"),
+            Fault::MissingKey {
+                found: None,
+                allowed,
+            } => format!("{key} is missing: {allowed}"),
+            Fault::MissingKey {
+                found: Some(found),
+                allowed,
+            } => format!("{key} is missing ({found}); the rule: {allowed}"),
             Fault::BadValue {
                 value,
                 found,
@@ -260,8 +269,11 @@ impl Problem {
 
     /// A key that has to be there.
     pub(crate) fn missing(key: &[String], allowed: impl Into<String>) -> Self {
-        let allowed = allowed.into();
-        Self::new(key, Fault::MissingKey { allowed })
+        let fault = Fault::MissingKey {
+            found: None,
+            allowed: allowed.into(),
+        };
+        Self::new(key, fault)
     }
 }
 

@@ -117,14 +117,9 @@ impl Point {
         allowed: impl Into<String>,
     ) -> CaseError {
         let mut problem = relations::refusal(&self.table, key, allowed);
-        match &mut problem.fault {
-            Fault::BadValue { found, .. } => *found = what,
-            Fault::MissingKey { allowed } => {
-                if let Some(what) = what {
-                    *allowed = format!("{allowed}; found: {what}");
-                }
-            }
-            _ => {}
+        if let Fault::BadValue { found, .. } | Fault::MissingKey { found, .. } = &mut problem.fault
+        {
+            *found = what;
         }
         self.origins.refuse(problem)
     }

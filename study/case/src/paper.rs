@@ -243,7 +243,8 @@ impl PaperFile {
             }
             for (part, keys) in [("set", &run.set), ("quick", &run.quick)] {
                 if let Some(bad) = keys.keys().find(|key| bare_keys(key).is_none()) {
-                    let allowed = format!("keys are dotted, such as \"gas.number\"; found {bad}");
+                    let allowed =
+                        format!("dotted keys, such as \"gas.number\", which {bad} is not");
                     return Err(self.refuse(&format!("run.{name}.{part}"), allowed));
                 }
             }

@@ -348,7 +348,7 @@ pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
         }
         measure.check(plan).map_err(|BadOption { key, allowed }| {
             let dot = if key.is_empty() { "" } else { "." };
-            PlanError::new(format!("measure.{}{dot}{key}", measure.name()), "", allowed)
+            PlanError::of_message(format!("measure.{}{dot}{key}", measure.name()), &allowed)
         })?;
     }
     Ok(list)

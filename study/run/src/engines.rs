@@ -88,7 +88,8 @@ const MOST_CROSSINGS: f64 = 1e7 / 20.0;
 pub fn check(plan: &Plan) -> Result<(), PlanError> {
     let units = plan.message_units();
     for engine in &plan.engines {
-        let refuse = |error: String| PlanError::new(format!("engine.{}", engine.name), "", error);
+        let refuse =
+            |error: String| PlanError::of_message(format!("engine.{}", engine.name), &error);
         match &engine.kind {
             EngineKind::EventDriven { .. } => {
                 let boundaries = plan.exact_boundaries(Streams::new(plan.case.seed, 0))?;
@@ -105,8 +106,8 @@ pub fn check(plan: &Plan) -> Result<(), PlanError> {
                 let crossings = plan.crossings_per_collision();
                 if crossings > MOST_CROSSINGS {
                     return Err(refuse(format!(
-                        "a gas in which disks meet: in this one they cross some {} cells between two collisions, and exact dynamics gives \
-                         up after 1e7; a gas so thin is one for dsmc-boltzmann, or for fewer, larger disks",
+                        "disks cross some {} cells between two collisions, and exact dynamics gives up after 1e7; allowed: \
+                         dsmc-boltzmann for a gas so thin, or fewer, larger disks",
                         short(crossings.round())
                     )));
                 }

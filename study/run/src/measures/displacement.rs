@@ -116,8 +116,7 @@ impl Measure for Displacement {
         let Options { from } = measure::options(plan, self.name())?;
         let first = grid(plan, plan.case.run.until).next().unwrap_or(0.0);
         let last = plan.case.run.until - first;
-        let allowed =
-            format!("a time from 0 to below {last}, so that one sample follows; found {from}");
+        let allowed = format!("a time from 0 to below {last}, so that one sample follows");
         measure::require((0.0..last).contains(&from), "from", allowed)?;
         let closed = plan.case.inflow.is_empty() && plan.case.sticking.is_none();
         let allowed = "a gas whose particles neither come nor go nor stick";

@@ -153,7 +153,7 @@ impl Measure for ImpactParameters {
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let Options { windows, bins } = measure::options(plan, self.name())?;
-        let allowed = format!("a whole number from 2 to 1000; found {bins}");
+        let allowed = "a whole number from 2 to 1000";
         measure::require((2..=1000).contains(&bins), "bins", allowed)?;
         check_windows(windows.as_ref())
     }

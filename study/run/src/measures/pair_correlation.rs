@@ -51,7 +51,7 @@ impl Measure for PairCorrelations {
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         require_periodic(plan)?;
         let options: Options = measure::options(plan, self.name())?;
-        let allowed = format!("a range above 1, in diameters; found {}", options.range);
+        let allowed = "a range above 1, in diameters";
         let good = options.range > 1.0 && options.range.is_finite();
         measure::require(good, "range", allowed)
     }

@@ -46,7 +46,7 @@ impl Replicas {
         let most = plan.case.replicas - 1;
         for (index, &replica) in list.iter().enumerate() {
             let key = format!("replicas.{}", index + 1);
-            let allowed = format!("replicas from 0 to {most}, or \"all\"; found {replica}");
+            let allowed = format!("replicas from 0 to {most}, or \"all\"");
             measure::require(replica <= most, &key, allowed)?;
         }
         Ok(())

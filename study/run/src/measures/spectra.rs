@@ -49,7 +49,8 @@ type Record = Vec<(f64, Option<Spectra>)>;
 /// The shells of numbers up to some largest, or why there are none.
 pub(super) fn shells(plan: &Plan, numbers: &[usize], most: u64) -> Result<Shells, String> {
     let [x, y, _] = plan.lengths;
-    Shells::new([x, y], numbers, most as usize).map_err(|error| error.to_string())
+    Shells::new([x, y], numbers, most as usize)
+        .map_err(|error| format!("{error}; allowed: smaller wave numbers"))
 }
 
 /// Refuses gases in which there are no waves of disks.
@@ -61,7 +62,7 @@ pub(super) fn require_waves(plan: &Plan) -> Result<(), BadOption> {
 
 /// Refuses a number of shells or of waves that is too large, or zero.
 pub(super) fn require_number(found: u64, key: &str) -> Result<(), BadOption> {
-    let allowed = format!("a whole number from 1 to {LARGEST}; found {found}");
+    let allowed = format!("a whole number from 1 to {LARGEST}");
     measure::require((1..=LARGEST).contains(&found), key, allowed)
 }
 

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use stosszahl_analysis::velocities::{Bins, Distribution, Quantity};
 use stosszahl_case::Kind;
-use stosszahl_model::{brief, kinetic, transport};
+use stosszahl_model::{kinetic, transport};
 use stosszahl_results::{Axis, Figure, Mark, Table, table};
 
 use super::over;
@@ -105,12 +105,9 @@ impl Measure for VelocityDistribution {
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let options: Options = measure::options(plan, self.name())?;
         let Options { bins, range, .. } = options;
-        let allowed = format!("a whole number from 2 to 10000; found {bins}");
+        let allowed = "a whole number from 2 to 10000";
         measure::require((2..=10_000).contains(&bins), "bins", allowed)?;
-        let allowed = format!(
-            "a number of thermal speeds from 0.1 to 100; found {}",
-            brief(range)
-        );
+        let allowed = "a number of thermal speeds from 0.1 to 100";
         measure::require((0.1..=100.0).contains(&range), "range", allowed)
     }
 

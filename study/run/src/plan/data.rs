@@ -383,6 +383,14 @@ impl PlanError {
         }
     }
 
+    /// Error with the message of an engine or the analysis, `FOUND; allowed: RULE`; a message without the second part is the rule.
+    pub fn of_message(key: impl Into<String>, message: &str) -> Self {
+        let parts = ["; allowed: ", "; allowed are ", "; allowed is "];
+        let parts = parts.iter().find_map(|part| message.split_once(part));
+        let (found, allowed) = parts.unwrap_or(("", message));
+        Self::new(key, found, allowed)
+    }
+
     /// Refuses a key unless a condition holds.
     ///
     /// # Errors

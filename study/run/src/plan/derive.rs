@@ -410,7 +410,7 @@ fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
 
 fn listed(particles: Particles) -> Result<Species, PlanError> {
     Species::new(particles.kinds)
-        .map_err(|error| PlanError::new("species", error.to_string(), error.allowed))
+        .map_err(|error| PlanError::of_message("species", &error.to_string()))
 }
 
 /// A gas in a box, placed by the program.
@@ -554,11 +554,8 @@ const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
 /// Radius, mass and species of each particle, where the list fits into the memory that is free.
 fn each(particles: &Particles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::Invalid| {
-        PlanError::new(
-            "species",
-            error.to_string(),
-            "ratios of sizes and masses up to 1e300",
-        )
+        let found = format!("{} {}", error.quantity, stosszahl_model::brief(error.found));
+        PlanError::new("species", found, "ratios of sizes and masses up to 1e300")
     };
     let count = particles.count();
     if let Some(free) = free
