@@ -506,7 +506,7 @@ impl Preparation {
             }
         }
         let complete = self.end.map_or(done >= target, |end| end.1);
-        if self.collisions > 0 && !self.fly_on(&mut *gas, leg, complete)? {
+        if self.collisions > 0 && !self.fly_on(plan, &mut *gas, leg, complete)? {
             return Ok(false);
         }
         let given = plan.starts_as_given() && asked == 0;
@@ -538,6 +538,7 @@ impl Preparation {
     /// [`StartError::Interrupted`] leaves the preparation as it was.
     fn fly_on(
         &mut self,
+        plan: &Plan,
         gas: &mut dyn Simulation,
         leg: u64,
         complete: bool,
@@ -547,7 +548,9 @@ impl Preparation {
             // Where next to nothing collides, no longer than it took.
             (gas.time() + free.min(gas.time()), complete)
         });
-        let reached = gas.advance(end, Budget::Collisions(leg), &mut ())?;
+        let reached = gas
+            .advance(end, Budget::Collisions(leg), &mut ())
+            .map_err(|failure| plan.told(failure))?;
         if gas.is_interrupted() {
             return Err(StartError::Interrupted);
         }
@@ -564,14 +567,15 @@ impl Preparation {
         streams: Streams,
     ) -> Result<Box<dyn Simulation>, StartError> {
         let (boundaries, kind) = (plan.exact_boundaries(streams)?, Dissipation::Elastic);
-        Ok(stosszahl_ed::resume(
+        let gas = stosszahl_ed::resume(
             &at_rest(plan),
             plan.count(),
             kind,
             &boundaries,
             &self.gas,
             &Interrupt::default(),
-        )?)
+        );
+        gas.map_err(|error| StartError::from(error).in_units(plan))
     }
 
     /// The finished start, at time 0.
