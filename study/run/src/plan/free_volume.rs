@@ -8,6 +8,7 @@ use stosszahl_model::walls::FreeArea;
 use super::boundaries;
 use super::data::{EnginePlan, Plan, PlanError};
 use super::engines;
+use super::region::Region;
 
 /// Most steps in which diameters are fitted to a free path.
 const STEPS: usize = 200;
@@ -100,6 +101,19 @@ impl Plan {
             0.0 => self.volume,
             _ => self.lengths[..self.dimension].iter().product(),
         }
+    }
+
+    /// Share of a region that obstacles do not cover; 0 where it is no more than rounding.
+    pub(super) fn uncovered_share(&self, region: &Region) -> Result<f64, PlanError> {
+        let obstacles = self.obstacles()?;
+        if obstacles.is_empty() {
+            return Ok(1.0);
+        }
+        let [low, high] = [region.low, region.high].map(|corner| [corner[0], corner[1]]);
+        let sides = [self.lengths[0], self.lengths[1]];
+        let area = FreeArea::new(&obstacles, sides, self.periodic(), 0.0);
+        let share = area.between(low, high) / ((high[0] - low[0]) * (high[1] - low[1]));
+        Ok(if share > 1e-9 { share } else { 0.0 })
     }
 
     /// Share of each cell of a grid over the first two axes that obstacles leave to the centres of particles of an engine,

@@ -2,17 +2,12 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_model::Space;
-
 use crate::words::short;
 
-use super::confinement::Confinement;
-use super::data::{Plan, PlanError, in_space};
+use super::data::{Plan, PlanError};
 
 /// Packing fractions at which random addition of equal disks and spheres jams: Feder 1980; Torquato, Uche & Stillinger 2006.
 const JAMMED: [f64; 2] = [0.547, 0.384];
-/// Points along each axis by which the part of a region outside bodies is found.
-const POINTS: usize = 64;
 /// The key.
 const KEY: &str = "start.region";
 
@@ -58,11 +53,15 @@ impl Plan {
         let Some(region) = self.region() else {
             return Ok(None);
         };
-        let free =
-            in_space!(self.dimension, S => free_share(&Confinement::<S>::of(self)?, &region));
-        Ok(Some(
-            self.packing_fraction * self.volume / (free * region.volume(self.dimension)),
-        ))
+        let whole = Region {
+            low: [0.0; 3],
+            high: self.lengths,
+        };
+        let [open, all] = [region, whole].map(|one| {
+            let share = self.uncovered_share(&one);
+            share.map(|share| share * one.volume(self.dimension))
+        });
+        Ok(Some(self.packing_fraction * all? / open?))
     }
 
     /// Refuses regions outside the box, and those in which the particles find no room.
@@ -128,23 +127,4 @@ impl Plan {
             ));
         }
     }
-}
-
-/// Share of a region that no body covers, by a grid of points.
-fn free_share<S: Space>(confinement: &Confinement<S>, region: &Region) -> f64 {
-    if confinement.obstacles.is_empty() {
-        return 1.0;
-    }
-    let at = |axis: usize, point: usize| {
-        let part = (point as f64 + 0.5) / POINTS as f64;
-        region.low[axis] + part * (region.high[axis] - region.low[axis])
-    };
-    // Bodies stand in the plane.
-    let points = (0..POINTS * POINTS).map(|one| [at(0, one % POINTS), at(1, one / POINTS)]);
-    let is_free = |point: &[f64; 2]| {
-        let place = S::vector(|axis| point.get(axis).copied().unwrap_or(0.0));
-        let body = confinement.body_at(place, 0.0);
-        body.is_none_or(|(_, depth)| depth <= 0.0)
-    };
-    points.filter(is_free).count() as f64 / (POINTS * POINTS) as f64
 }
