@@ -190,7 +190,7 @@ fn place(row: &Row<'_>) -> String {
     format!("{axis} = {}", judge::short(at))
 }
 
-/// The density profiles of two engines.
+/// The density profiles of two engines. A single place along an axis is the whole box, whose density nothing changes.
 fn profiles_agree(
     pair: [&str; 2],
     rows: &[Vec<Row<'_>>; 2],
@@ -198,14 +198,20 @@ fn profiles_agree(
     level: f64,
 ) -> Option<Verdict> {
     let [first, second] = [0, 1].map(|engine| {
-        let all = rows[engine].iter();
-        all.filter(|row| row.says("species", "all"))
+        let all = &rows[engine];
+        let along = ["x", "y"].into_iter().flat_map(|axis| {
+            let found = (all.iter())
+                .filter(|row| row.says("species", "all") && row.says("along", axis))
+                .collect::<Vec<_>>();
+            if found.len() > 1 { found } else { Vec::new() }
+        });
+        along.collect::<Vec<_>>()
     });
     let pair_at = |(a, b): (&Row<'_>, &Row<'_>)| {
         let densities = [a, b].map(|row| row.measured("number_density"));
         (densities, place(a))
     };
-    let places: Vec<_> = first.zip(second).map(pair_at).collect();
+    let places: Vec<_> = first.into_iter().zip(second).map(pair_at).collect();
     let topic = format!("density profile, {} against {}", pair[0], pair[1]);
     let found = judge::profiles(&*topic, pair, &places, parts, level);
     let unknown = "Errors of the profiles are unknown, so they are not compared.";
