@@ -2,6 +2,7 @@
 
 mod book;
 mod cases;
+mod chambers;
 mod command_line;
 mod folders;
 mod frontier;
