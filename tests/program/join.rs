@@ -18,31 +18,12 @@ use crate::support::part::part_of;
 use crate::support::program::{CLUSTERS, Columns, Desk, assert_same, overridden};
 
 /// Two points of some replicas, each of some tenths of a second.
-const CASE: &str = r#"# Do several processes do what one does?
-format = 2
-title = "a small sweep"
-seed = 5
-replicas = 5
-[gas]
-number = 100
-restitution = 0.8
-[box]
-packing_fraction = 0.25
-[start]
-equilibration = 5
-[run]
-until = 6
-checkpoint_seconds = 0.01
-[engine.ed]
-[engine.dsmc-enskog]
-simulators_per_particle = 2
-[measure.structure_factor]
-times = [0, 6]
-[measure.snapshots]
-times = [6]
-[[sweep]]
-"gas.restitution" = [0.8, 0.9]
-"#;
+fn case() -> String {
+    let fewer = folders::CASE
+        .replace("number = 150", "number = 100")
+        .replace("replicas = 6", "replicas = 5");
+    format!("{fewer}[[sweep]]\n\"gas.restitution\" = [0.8, 0.9]\n")
+}
 
 const JOIN: &str = "run case.toml --join --threads 1 --quiet --out out";
 
@@ -94,7 +75,7 @@ fn points(folder: &Path) -> Vec<std::path::PathBuf> {
 
 #[test]
 fn several_processes_do_what_one_does() {
-    let desk = Desk::new(CASE);
+    let desk = Desk::new(&case());
     for count in [1, 2, 4] {
         let children: Vec<Child> = (0..count).map(|_| start(&desk, JOIN)).collect();
         children.into_iter().for_each(require_end);
@@ -134,7 +115,7 @@ fn kill_and_go_on(desk: &Desk, seed: u64) -> usize {
 
 #[test]
 fn processes_that_are_killed_are_gone_on_with() {
-    let desk = Desk::new(CASE);
+    let desk = Desk::new(&case());
     let kills: usize = (0..3).map(|seed| kill_and_go_on(&desk, seed)).sum();
     // And a single process goes on where several were killed.
     fs::remove_dir_all(desk.path("out")).expect("removed");
@@ -156,7 +137,7 @@ fn processes_that_are_killed_are_gone_on_with() {
 #[test]
 #[ignore = "takes some minutes: cargo long-tests"]
 fn processes_are_killed_at_fifty_moments() {
-    let desk = Desk::new(CASE);
+    let desk = Desk::new(&case());
     let seeds = part_of(50);
     let mut kills = 0;
     for seed in seeds.clone() {
@@ -185,7 +166,7 @@ impl Progress for Begun {
 #[test]
 fn each_replica_is_done_once() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = overridden(Path::new("case.toml"), CASE, &[]);
+    let file = overridden(Path::new("case.toml"), &case(), &[]);
     let begun: Vec<Begun> = (0..3).map(|_| Begun::default()).collect();
     thread::scope(|scope| {
         for progress in &begun {
@@ -219,7 +200,7 @@ fn each_replica_is_done_once() {
 /// A run that does not share its folder and one that does keep each other out; another case is refused.
 #[test]
 fn one_that_works_alone_and_one_that_joins_do_not_meet() {
-    let desk = Desk::new(CASE);
+    let desk = Desk::new(&case());
     let long = "run case.toml --out out --set run.until=1e6 --threads 1";
     for (first, second) in [("", " --join"), (" --join", " --resume")] {
         let mut child = start(&desk, &format!("{long}{first}"));
@@ -247,7 +228,7 @@ fn one_that_works_alone_and_one_that_joins_do_not_meet() {
 /// Replicas whose gas cannot go on are done once too, and left out of all tables.
 #[test]
 fn replicas_that_cannot_go_on_are_kept() {
-    let desk = Desk::new(CASE);
+    let desk = Desk::new(&case());
     // Many samples, for the limit is looked at between them.
     let often = "--set run.samples_per_decade=200";
     desk.done(&format!(
@@ -316,7 +297,7 @@ fn several_processes_measure_one_frontier() {
 
 #[test]
 fn parts_are_merged_to_the_bytes_of_one_run() {
-    for (text, count) in [(CASE, 3), (CLUSTERS, 2)] {
+    for (text, count) in [(&*case(), 3), (CLUSTERS, 2)] {
         let desk = Desk::new(text);
         let parts: Vec<String> = (1..=count)
             .map(|part| format!("results/case-part-{part}-of-{count}"))
