@@ -13,14 +13,14 @@ pub struct Bundle(pub &'static Dir<'static>);
 /// A case or paper that comes with the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Bundled {
-    /// Its name: that of its file without the ending.
+    /// Name of the case or paper: its file name without the ending.
     pub name: &'static str,
-    /// The file.
+    /// Text of the file.
     pub text: &'static str,
 }
 
 impl Bundled {
-    /// The question of the case: the comment that it begins with, up to the question mark.
+    /// Returns the question of the case: its first comment, up to the question mark.
     pub fn question(self) -> String {
         let comment = self.text.lines().map_while(|line| line.strip_prefix('#'));
         let words: Vec<&str> = comment.flat_map(str::split_whitespace).collect();
@@ -31,22 +31,22 @@ impl Bundled {
 }
 
 impl Bundle {
-    /// All cases, by name.
+    /// Returns all bundled cases, sorted by name.
     pub fn cases(self) -> Vec<Bundled> {
         files(self.0)
     }
 
-    /// All papers, by name.
+    /// Returns all bundled papers, sorted by name.
     pub fn papers(self) -> Vec<Bundled> {
         self.0.get_dir("papers").map(files).unwrap_or_default()
     }
 
-    /// The case of a name.
+    /// Returns the bundled case of this name.
     pub fn named(self, name: &str) -> Option<Bundled> {
         self.cases().into_iter().find(|one| one.name == name)
     }
 
-    /// The name of a case that is close to what was given, if any is.
+    /// Returns the name of a bundled case that is close to `given`, if there is one.
     pub fn close_to(self, given: &Path) -> Option<&'static str> {
         let name = given.file_stem()?.to_str()?;
         let cases = self.cases();
@@ -89,7 +89,7 @@ impl Bundle {
     }
 }
 
-/// The files of a folder, by name.
+/// Returns the files of a folder, sorted by name.
 fn files(folder: &'static Dir<'static>) -> Vec<Bundled> {
     let one = |file: &'static include_dir::File<'static>| {
         let name = file.path().file_stem()?.to_str()?;

@@ -1,4 +1,4 @@
-//! What can be wrong with a case file, and where.
+//! Errors of case files, and where in the file they are.
 
 use std::fmt::{self, Display, Formatter};
 use std::io;
@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use annotate_snippets::{AnnotationKind, Element, Level, Renderer, Snippet};
 
-/// Why a case could not be read.
+/// Reason why a case could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CaseError {
@@ -17,15 +17,15 @@ pub enum CaseError {
     Unreadable {
         /// The case file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// There is neither a file nor a bundled case of this name.
     #[error("{}: there is no such file, and no bundled case of that name{}; `stosszahl cases` lists them", path.display(), asked(*close))]
     NoCase {
-        /// What was given.
+        /// Path as given.
         path: PathBuf,
-        /// The name of a bundled case that is close to it.
+        /// Name of a similar bundled case, if there is one.
         close: Option<&'static str>,
     },
     /// The path names a folder.
@@ -39,7 +39,7 @@ pub enum CaseError {
     TooLarge {
         /// The case file.
         path: PathBuf,
-        /// Most bytes that are read.
+        /// Largest size that is read \[bytes\].
         limit: u64,
     },
     /// The file is not text.
@@ -57,13 +57,13 @@ pub enum CaseError {
     Refused(Box<Refusal>),
 }
 
-/// A close name as a question, in brackets; nothing where there is none.
+/// Formats a similar name as a question in brackets; empty if there is none.
 fn asked(close: Option<&str>) -> String {
     close.map_or_else(String::new, |name| format!(" (did you mean {name}?)"))
 }
 
 impl CaseError {
-    /// What was refused, unless the error concerns the file as a whole.
+    /// Returns the refused key or value; `None` if the error concerns the file as a whole.
     pub fn refusal(&self) -> Option<&Refusal> {
         match self {
             Self::Refused(refusal) => Some(refusal),
@@ -71,7 +71,7 @@ impl CaseError {
         }
     }
 
-    /// The error for people: with the line, a mark below the place, and advice.
+    /// Formats the error for people: with the line, a mark below the place, and advice.
     pub fn report(&self, colour: bool) -> String {
         let renderer = if colour {
             Renderer::styled()
@@ -107,15 +107,15 @@ impl CaseError {
 pub struct Refusal {
     /// The case file.
     pub path: PathBuf,
-    /// Line and column, from 1; none for what the command line gave.
+    /// Line and column, counted from 1; `None` for an argument of the command line.
     pub place: Option<(usize, usize)>,
-    /// What the command line gave, `key=value`.
+    /// Argument of the command line that was refused, as `key=value`.
     pub argument: Option<String>,
-    /// Whether the place is in a sweep.
+    /// True if the place is in a sweep.
     pub swept: bool,
     /// The dotted key; elements of lists are counted from 1.
     pub key: String,
-    /// What is wrong.
+    /// Fault of the key or value.
     pub fault: Fault,
     /// A close allowed word.
     pub suggestion: Option<String>,
@@ -123,26 +123,26 @@ pub struct Refusal {
     pub(crate) span: Option<Range<usize>>,
 }
 
-/// What is wrong with a key.
+/// Fault of a key, without its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
     /// The text is not TOML.
     Syntax {
-        /// What the TOML reader said.
+        /// Message of the TOML reader.
         message: String,
     },
     /// The case is written in the old format.
     OldFormat {
-        /// What was found, and what to write.
+        /// Changes that make it a case of the current format, one line each: `old -> new`.
         changes: Vec<String>,
     },
-    /// A key that means nothing.
+    /// A key that the format does not have.
     UnknownKey {
-        /// The keys of that table.
+        /// Allowed keys of that table.
         allowed: Vec<String>,
     },
-    /// A key that has to be there.
+    /// A required key is missing.
     MissingKey {
         /// What its absence stands for, such as a default that does not go with other keys.
         found: Option<String>,
@@ -153,20 +153,20 @@ pub enum Fault {
     BadValue {
         /// The value as written.
         value: String,
-        /// What was found behind it, such as in a file that it names.
+        /// Cause in another place, such as in a file that the value names.
         found: Option<String>,
-        /// What is allowed.
+        /// Allowed values.
         allowed: String,
     },
     /// An argument that is not `key=value`.
     BadArgument {
-        /// What is allowed.
+        /// Allowed form of the argument.
         allowed: String,
     },
 }
 
 impl Refusal {
-    /// What is wrong, without the place.
+    /// Describes the fault without its place.
     fn fault(&self, suggest: bool) -> String {
         let key = &self.key;
         let close = asked(self.suggestion.as_deref().filter(|_| suggest));
@@ -314,7 +314,8 @@ pub(crate) fn brief(value: &toml::Value) -> String {
     text.chars().take(WIDTH).chain("...".chars()).collect()
 }
 
-/// What other programs and papers call things, and the keys and words that they have here.
+/// Names in other programs and papers, and the keys and words of the case format that correspond to
+/// them.
 pub const SYNONYMS: &[(&str, &str)] = &[
     ("aggregation", "sticking"),
     ("boundary", "walls"),

@@ -143,7 +143,8 @@ pub struct Range {
     pub log: bool,
 }
 
-/// What a case is about. Derived: two engines are a comparison, no box is a homogeneous gas, walls or faces make a flow.
+/// Kind of a case, derived from its tables: two engines are a comparison, no box is a homogeneous
+/// gas, walls or faces make a flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A periodic gas from one state, by one engine or several.
@@ -155,7 +156,7 @@ pub enum Kind {
 }
 
 impl Case {
-    /// What the case is about.
+    /// Returns the kind of the case, derived from the tables that it has.
     pub fn kind(&self) -> Kind {
         if self.domain.is_none() {
             Kind::Homogeneous
@@ -275,9 +276,9 @@ pub enum Velocities {
 }
 
 impl Velocities {
-    /// Drawn from a Maxwell distribution.
+    /// Velocities drawn from a Maxwell distribution.
     pub const MAXWELLIAN: Self = Self::Word(VelocityWord::Maxwellian);
-    /// As in the start file.
+    /// Velocities read from the start file.
     pub const FILE: Self = Self::Word(VelocityWord::File);
 }
 

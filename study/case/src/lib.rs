@@ -1,9 +1,10 @@
 //! Case files: one TOML file says which gas is run, in which box, by which engines, and what is measured.
 //!
-//! A case is read in four steps. The text becomes a table in which every key knows its place; values of the command line and
-//! of a sweep are written into it; the table is checked against the JSON [`schema`], which holds types, ranges and words; and
-//! relations between keys are checked on the typed [`Case`]. Every error names the file, the line, the key, the value found
-//! and what is allowed.
+//! A case is read in four steps. First the text becomes a table in which every key knows its place.
+//! Then values of the command line and of a sweep are written into the table. The table is checked
+//! against the JSON [`schema`], which holds types, ranges and words; and finally relations between
+//! keys are checked on the typed [`Case`]. Every error names the file, the line, the key, the value
+//! found and what is allowed.
 //!
 //! ```
 //! use std::path::Path;
@@ -74,7 +75,7 @@ pub struct CaseFile {
     pub path: PathBuf,
     /// The points of the sweeps, each different from the others; one point without settings if there is no sweep.
     pub points: Vec<Point>,
-    /// What a user should know of how it was read, in sentences.
+    /// Remarks on how the file was read, in sentences for the user.
     pub notes: Vec<String>,
 }
 
@@ -83,7 +84,7 @@ pub struct CaseFile {
 pub struct Point {
     /// A name that is safe for a folder, such as `packing_fraction=0.25,restitution=1`; empty without settings.
     pub name: String,
-    /// What the sweep sets here.
+    /// Values that the sweep sets at this point.
     pub settings: Vec<Setting>,
     /// The case at this point.
     pub case: Case,
@@ -103,13 +104,14 @@ pub struct Setting {
 }
 
 impl Point {
-    /// The error that refuses the value of a dotted key such as `measure.fields.cells`, or its absence. Elements of lists
-    /// are counted from 1.
+    /// Returns the error that refuses the value of a dotted key such as `measure.fields.cells`, or
+    /// its absence. Elements of lists are counted from 1.
     pub fn refuse(&self, key: &str, allowed: impl Into<String>) -> CaseError {
         self.refuse_found(key, None, allowed)
     }
 
-    /// The same with what was found behind the value, such as in a file that it names.
+    /// Returns the error that refuses the value of a dotted key, with the cause `what` found behind
+    /// the value, such as in a file that it names.
     pub fn refuse_found(
         &self,
         key: &str,
@@ -241,7 +243,7 @@ impl Format {
         })
     }
 
-    /// The case that a table means.
+    /// Converts a table into a typed case.
     fn case(&self, table: &mut Table, path: &Path) -> Result<Case, Problem> {
         self.check(table)?;
         let read: Result<Case, _> = Value::Table(table.clone()).try_into();
@@ -265,12 +267,12 @@ fn set(
     })
 }
 
-/// What is said of a sweep that an override ends.
+/// Returns the note on a sweep that an override removes.
 fn ended(key: &str) -> String {
     format!("{key} is set from outside, so that the sweep of the case over it is left out")
 }
 
-/// Refuses another format before any of its keys is looked at.
+/// Refuses another format version before any other key is looked at.
 fn check_version(table: &Table) -> Result<(), Problem> {
     let key = ["format".to_owned()];
     let version = table.get("format");
@@ -288,7 +290,7 @@ fn check_version(table: &Table) -> Result<(), Problem> {
     }
 }
 
-/// The text of a file.
+/// Reads the text of a file.
 fn read_text(path: &Path) -> Result<String, CaseError> {
     let unreadable = |source| CaseError::Unreadable {
         path: path.to_owned(),

@@ -112,7 +112,7 @@ const CHANGES: &[(&str, &str)] = &[
     ("measure.fit_monomers", "measure.clusters.fit_monomers"),
 ];
 
-/// What has to change in a case of format 1.
+/// Lists the changes that a case of format 1 needs, as `old -> new`.
 pub(crate) fn changes(table: &Table) -> Vec<String> {
     let mut keys = BTreeSet::new();
     gather(table, "", &mut keys);

@@ -59,10 +59,10 @@ struct Spans {
     value: Range<usize>,
 }
 
-/// What replaced the value of a key.
+/// Place that replaced the value of a key.
 #[derive(Clone, Debug)]
 enum Replaced {
-    /// An argument of the command line.
+    /// Argument of the command line.
     Argument(Arc<str>),
     /// A sweep: its value, and its key.
     Sweep(Range<usize>, Range<usize>),
@@ -121,7 +121,7 @@ impl Origins {
         }
     }
 
-    /// The error, with the place of its key.
+    /// Converts a problem into an error with the place of its key.
     pub(crate) fn refuse(&self, problem: Problem) -> CaseError {
         let key = &problem.key;
         let over = |(known, _): &&(Key, Replaced)| key.starts_with(known);

@@ -14,7 +14,7 @@ pub(crate) struct Override {
     pub(crate) key: Key,
     /// The new value.
     pub(crate) value: Value,
-    /// What was given, for messages.
+    /// Argument as given, for messages.
     pub(crate) argument: String,
 }
 
@@ -65,7 +65,7 @@ impl Override {
         })
     }
 
-    /// The value as text, whatever it looks like.
+    /// Returns the override with its value as text.
     pub(crate) fn into_text(mut self) -> Self {
         if !self.value.is_str() {
             let (_, text) = self.argument.split_once('=').unwrap_or_default();
@@ -75,7 +75,7 @@ impl Override {
     }
 }
 
-/// The parts of a dotted key of bare keys, unless it is not one.
+/// Splits a dotted key of bare keys; `None` if it is not one.
 pub(crate) fn bare_keys(dotted: &str) -> Option<Key> {
     /// Deeper keys than this mean nothing in a case.
     const DEPTH: usize = 8;

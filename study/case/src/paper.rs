@@ -32,7 +32,7 @@ pub struct Paper {
     /// Authors, journal and year.
     #[schemars(length(min = 1))]
     pub source: String,
-    /// What a reader should know of the paper as a whole.
+    /// Remark on the paper as a whole, for the reader.
     pub remark: Option<String>,
     /// Chance that any claim of the paper is called different though it is not.
     #[serde(default = "usual")]
@@ -77,7 +77,7 @@ pub struct PaperFigure {
     /// Its number in the paper, such as "3b" or "Table I".
     #[schemars(length(min = 1))]
     pub name: String,
-    /// What it shows.
+    /// Title of the figure.
     #[schemars(length(min = 1))]
     pub title: String,
     /// The run that its tables are of, and its claims unless they say otherwise.
@@ -86,9 +86,9 @@ pub struct PaperFigure {
     /// Tables that are drawn.
     #[serde(default)]
     pub tables: Vec<String>,
-    /// What of the paper's figure is not here.
+    /// Parts of the paper's figure that are missing here.
     pub missing: Option<String>,
-    /// What the paper says.
+    /// Claims of the paper about this figure.
     #[serde(default)]
     pub claim: Vec<Claim>,
 }
@@ -112,7 +112,7 @@ pub struct Place {
     pub keys: BTreeMap<String, Value>,
 }
 
-/// What a paper says of one number.
+/// Claim of a paper about one number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
@@ -140,12 +140,12 @@ pub struct Claim {
     pub over: Option<Place>,
     /// A numeric key column: the number is the power of it by which the quotient grows.
     pub power_of: Option<String>,
-    /// What its standard error comes from.
+    /// Source of the standard error of the number.
     #[serde(default)]
     pub errors: Errors,
-    /// What the paper says.
+    /// Value in the paper.
     pub value: Option<f64>,
-    /// The same at several places: the values of `along`, and those of the paper.
+    /// Values in the paper at several places: pairs of `along` and the paper's number.
     pub values: Option<Vec<[f64; 2]>>,
     /// The key column of `values`.
     pub along: Option<String>,
@@ -159,26 +159,26 @@ pub struct Claim {
     /// Largest deviation that counts as agreement, as a share of the paper's value.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10.0))]
     pub margin: Option<f64>,
-    /// The same as a number in the unit of the value.
+    /// Largest deviation that counts as agreement, in the unit of the value.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub within: Option<f64>,
-    /// What the paper should say.
+    /// Value that the paper should give.
     pub corrected: Option<f64>,
     /// Why the paper is wrong, with the source of the correction.
     pub correction: Option<String>,
-    /// Whether it can be tested by quick runs.
+    /// True if quick runs can test the claim.
     #[serde(default = "yes")]
     pub quick: bool,
 }
 
-/// What a standard error comes from.
+/// Source of a standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Errors {
-    /// From replicas, which are few: intervals are Student's.
+    /// Replicas, which are few: intervals are Student's.
     #[default]
     Replicas,
-    /// From many blocks of time: intervals are normal.
+    /// Many blocks of time: intervals are normal.
     Blocks,
 }
 
@@ -334,7 +334,7 @@ impl PaperFile {
     }
 }
 
-/// Whether a value chooses rows.
+/// Returns true if a value selects rows.
 fn is_choice(value: &Value) -> bool {
     match value {
         Value::String(_) => true,
@@ -343,7 +343,7 @@ fn is_choice(value: &Value) -> bool {
     }
 }
 
-/// A value as a number.
+/// Converts a value to a number.
 pub fn number(value: &Value) -> Option<f64> {
     let whole = value.as_integer().map(|whole| whole as f64);
     value.as_float().or(whole)
@@ -364,7 +364,7 @@ fn read(table: &mut Table) -> Result<Paper, Problem> {
 }
 
 impl Point {
-    /// Whether a sweep has set all of these keys to these values here.
+    /// Returns true if a sweep has set all of these keys to these values here.
     pub fn has(&self, chosen: &BTreeMap<String, Value>) -> bool {
         let same = |a: &Value, b: &Value| match (number(a), number(b)) {
             (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs().max(b.abs()),

@@ -282,7 +282,7 @@ fn without_null(schema: &mut Json) {
     }
 }
 
-/// The alternatives of a schema; a schema without any is its own only one.
+/// Returns the alternatives of a schema; a schema without any is its only alternative.
 fn alternatives(schema: &Json) -> Vec<&Json> {
     let listed = schema.get("anyOf").or_else(|| schema.get("oneOf"));
     match listed.and_then(Json::as_array) {
@@ -309,7 +309,7 @@ fn has_type(schema: &Json, value: &Value) -> bool {
     }
 }
 
-/// The words that a schema allows; none if it allows any.
+/// Returns the words that a schema allows; empty if it allows any.
 fn words(schema: &Json) -> Vec<&str> {
     let listed = schema["enum"].as_array().into_iter().flatten();
     let all = listed.chain(schema.get("const"));
@@ -330,7 +330,8 @@ fn in_range(schema: &Json, number: f64) -> bool {
         && limit("const").is_none_or(|only| number == only)
 }
 
-/// What a schema allows, and the first sentence of what it means.
+/// Describes the allowed values of a schema, with the first sentence of its description in
+/// brackets.
 fn describe(schema: &Json) -> String {
     let text = schema["description"].as_str().unwrap_or_default();
     let text = text.replace('\n', " ");
@@ -343,7 +344,7 @@ fn describe(schema: &Json) -> String {
     }
 }
 
-/// What a schema allows.
+/// Describes the allowed values of a schema.
 fn allowed(schema: &Json) -> String {
     let words = all_words(schema);
     let mut parts = Vec::new();

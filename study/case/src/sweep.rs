@@ -28,9 +28,9 @@ pub(crate) struct Chosen {
 
 /// The points of all sweeps.
 pub(crate) struct Expanded {
-    /// What is set in each point.
+    /// Values set at each point.
     pub(crate) points: Vec<Vec<Chosen>>,
-    /// Keys, as written, that are swept no more, as an override fixes them.
+    /// Keys, as written, that are no longer swept because an override fixes them.
     pub(crate) fixed: Vec<String>,
 }
 
@@ -136,12 +136,12 @@ fn value_at_of(block: &Value, key: &str) -> Value {
         .unwrap_or(Value::Table(table))
 }
 
-/// What is allowed where there are more points than that.
+/// Returns the message for more points than `MOST_POINTS`.
 fn too_many() -> String {
     format!("all sweeps together make at most {MOST_POINTS} points")
 }
 
-/// The values of a range.
+/// Returns the values of a range.
 fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, String> {
     let &Range {
         from,
@@ -217,9 +217,9 @@ impl Names {
         }
     }
 
-    /// The name of a point; empty if it has no settings.
+    /// Returns the name of a point; empty if it has no settings.
     pub(crate) fn name(&mut self, point: &[Chosen]) -> String {
-        /// Letters of a name, well below what file systems allow.
+        /// Longest name \[characters\], well below the limits of file systems.
         const WIDTH: usize = 150;
         let part = |one: &Chosen| {
             let last = one.key.last().map_or("", String::as_str);
@@ -244,7 +244,7 @@ impl Names {
     }
 }
 
-/// A value in as few letters as a name needs.
+/// Formats a value in as few letters as a name needs.
 fn plain(value: &Value) -> String {
     match value {
         Value::Float(number) if (1e-4..1e15).contains(&number.abs()) || *number == 0.0 => {

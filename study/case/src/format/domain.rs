@@ -49,7 +49,7 @@ pub struct Faces {
 pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back", "front"]];
 
 impl Faces {
-    /// The face at an axis and side.
+    /// Returns the face of an axis and side (0 lower, 1 upper).
     pub fn at(&self, axis: usize, side: usize) -> &Face {
         match (axis, side) {
             (0, 0) => &self.left,
@@ -61,12 +61,12 @@ impl Faces {
         }
     }
 
-    /// All of them; in the plane those of the third axis are periodic.
+    /// Returns all faces; in the plane those of the third axis are periodic.
     pub fn all(&self) -> impl Iterator<Item = &Face> {
         (0..3).flat_map(|axis| [0, 1].map(|side| self.at(axis, side)))
     }
 
-    /// Whether all faces are periodic.
+    /// Returns true if all faces are periodic.
     pub fn is_periodic(&self) -> bool {
         *self == Self::default()
     }
@@ -83,7 +83,7 @@ pub enum Face {
 }
 
 impl Face {
-    /// Whether particles bounce off it.
+    /// Returns true if particles bounce off the face.
     pub fn is_wall(&self) -> bool {
         !matches!(self, Self::Word(FaceWord::Periodic | FaceWord::Open))
     }

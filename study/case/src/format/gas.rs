@@ -56,7 +56,7 @@ fn two() -> u64 {
 }
 
 impl Gas {
-    /// Volume of the particles that are simulated: that of the gas over the particles that each stands for.
+    /// Returns the volume of the simulated gas: the volume over the particles per simulator.
     pub fn simulated_volume(&self) -> Option<f64> {
         Some(self.volume? / self.particles_per_simulator.unwrap_or(1.0))
     }
@@ -113,7 +113,7 @@ pub struct Viscoelastic {
 }
 
 impl Viscoelastic {
-    /// Young's modulus, Poisson's ratio and the viscosities, where they are given.
+    /// Returns Young's modulus, Poisson's ratio and the viscosities, if they are given.
     pub fn material(&self) -> Option<(f64, f64, [f64; 2])> {
         Some((self.young_modulus?, self.poisson_ratio?, self.viscosities?))
     }
@@ -274,12 +274,12 @@ pub struct Sticking {
 }
 
 impl Sticking {
-    /// Whether some pairs do not stick.
+    /// Returns true if some pairs do not stick.
     pub fn may_bounce(&self) -> bool {
         self.stick_below.is_some() || self.stick_below_speed.is_some() || self.breaks()
     }
 
-    /// Whether some pairs break.
+    /// Returns true if some pairs break.
     pub fn breaks(&self) -> bool {
         self.break_above.is_some() || self.break_above_speed.is_some()
     }

@@ -1,4 +1,4 @@
-//! What the gas consists of.
+//! Checks of the gas: numbers, sizes and contact laws of its particles.
 
 use std::collections::BTreeSet;
 
@@ -88,7 +88,7 @@ impl Relations<'_> {
         Ok(())
     }
 
-    /// Number, diameter of each species; none where a file or a law says them.
+    /// Number and diameter of each species; empty if a file or a law gives them.
     pub(super) fn contents(&self) -> Vec<(f64, f64)> {
         let gas = &self.case.gas;
         let all = gas.number.unwrap_or(0) as f64;
