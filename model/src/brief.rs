@@ -1,6 +1,7 @@
 //! Numbers in messages.
 
-/// A number as it would be typed, or with seven digits where that is longer than twelve characters.
+/// Formats a number as it would be typed, or with seven digits where that is longer than twelve
+/// characters.
 ///
 /// ```
 /// use stosszahl_model::brief;
@@ -13,7 +14,7 @@
 /// assert_eq!(brief(f64::NAN), "NaN");
 /// ```
 pub fn brief(value: f64) -> String {
-    /// Characters that a reader takes in.
+    /// Longest number that is shown in full \[characters\].
     const LONGEST: usize = 12;
     let [plain, exponent] = [format!("{value}"), format!("{value:e}")];
     if plain.len() <= LONGEST {

@@ -11,7 +11,7 @@ pub struct Clusters {
     radius: f64,
     mass: f64,
     dimension: usize,
-    /// Radii of the smallest clusters, which meet most often.
+    /// Radii of the smallest clusters, which collide most often \[length\].
     radii: Arc<[f64]>,
     /// Monomers in each cluster of the start; one each where the list ends.
     start: Arc<[u32]>,
@@ -21,8 +21,9 @@ pub struct Clusters {
 const TABLE: u32 = 4096;
 
 impl Clusters {
-    /// Clusters of monomers with the given radius and mass in two or three dimensions. `start` lists how many monomers
-    /// each cluster has at first; clusters beyond its end are monomers.
+    /// Creates clusters of monomers with the given radius and mass in two or three dimensions.
+    /// `start` lists how many monomers each cluster has at first; clusters beyond its end are
+    /// monomers.
     ///
     /// # Errors
     /// [`Invalid`] if radius or mass is not positive and finite, the dimension another, or a cluster empty.
@@ -49,7 +50,7 @@ impl Clusters {
     }
 }
 
-/// Radius of a compact cluster of k monomers.
+/// Radius of a compact cluster of k monomers, `R_1 k^(1/D)` \[length\].
 fn law(radius: f64, dimension: usize, k: u32) -> f64 {
     let k = f64::from(k);
     radius * if dimension == 2 { k.sqrt() } else { k.cbrt() }

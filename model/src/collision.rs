@@ -9,15 +9,15 @@ use crate::restitution::Separation;
 use crate::space::Vector;
 use crate::surface::Surface;
 
-/// What a measurement may know of one collision, in the plane and in space alike: in the plane the third component of
-/// vectors is zero. What follows from the fields is computed on demand.
+/// One collision as measurements see it, in the plane and in space alike: in the plane the third
+/// component of vectors is zero. Derived quantities are computed on demand.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collision {
-    /// When it happened \[time\].
+    /// Time of the collision \[time\].
     pub time: f64,
-    /// Where the first partner was \[length\], perhaps in another image of a periodic box; the origin in gases without
-    /// positions.
+    /// Position of the first partner \[length\], perhaps in another image of a periodic box; the
+    /// origin in gases without positions.
     pub position: Vector3<f64>,
     /// Relative velocity before, first minus second \[length/time\].
     pub relative_velocity: Vector3<f64>,
@@ -39,7 +39,7 @@ pub struct Collision {
     pub weight: f64,
     /// Indices of the partners in the state; [`Collision::ANONYMOUS`] where an engine does not distinguish equal particles.
     pub pair: [u32; 2],
-    /// Their species; 0 in a gas of one.
+    /// Species of the partners, from 0; 0 in a gas of one species.
     pub species: [u32; 2],
 }
 
@@ -47,8 +47,8 @@ impl Collision {
     /// The index of a particle that has none.
     pub const ANONYMOUS: u32 = u32::MAX;
 
-    /// A collision of smooth particles at contact, with weight 1, at time 0 and at the origin: the base of
-    /// records that know more.
+    /// Creates a collision of smooth particles at contact, with weight 1, at time 0 and at the
+    /// origin: the base of records that know more.
     ///
     /// `relative` is v1 - v2 \[length/time\] of partners that approach, `line` points from the second to the first partner with the
     /// length of their distance, and the momentum is carried over this distance.
@@ -93,7 +93,7 @@ impl Collision {
         self.restitution * self.approach() + self.added_speed
     }
 
-    /// Square of the normal approach speed, (g . k)^2.
+    /// Square of the normal approach speed, (g . k)^2 \[length^2/time^2\].
     #[inline]
     pub fn normal_square(&self) -> f64 {
         let along = self.relative_velocity.dot(&self.line);
@@ -139,7 +139,7 @@ impl Collision {
     }
 }
 
-/// Velocities and spins after a collision with the given outcome of the normal law.
+/// Returns velocities and spins after a collision with the given outcome of the normal law.
 ///
 /// With g = v1 - v2 and k the unit vector along the line of centres,
 /// v1 += -(m2/(m1 + m2))(1 + e)(g . k) k and v2 -= the same with m1: momentum is conserved, the normal
@@ -159,7 +159,7 @@ pub fn collide<P: Physics>(
     after
 }
 
-/// The normal part of [`collide`]: what smooth particles do.
+/// Applies the normal part of [`collide`], which is all of it for smooth particles.
 #[inline]
 pub fn bounce<V: Vector, W: Copy>(
     pair: &CollidingPair<V, W>,
@@ -251,8 +251,9 @@ mod tests {
         }
     }
 
-    /// A contact that adds speed, for random pairs: the separation speed is `r g + a`, momentum is kept and the
-    /// energy is accounted for, also at g = 0. Bounds: some ten roundings of numbers of order ten, so 3e-14.
+    /// A contact that adds speed, for random pairs: the separation speed is `r g + a`, momentum is
+    /// conserved and the energy is accounted for, also at g = 0. Bounds: some ten roundings of
+    /// numbers of order ten, so 3e-14.
     #[test]
     fn contacts_that_heat_separate_at_the_stated_speed() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(2);

@@ -17,7 +17,7 @@ pub struct Domain<S: Space> {
 }
 
 impl<S: Space> Domain<S> {
-    /// A box with the given side lengths that is periodic in every direction.
+    /// Creates a box with the given side lengths \[length\] that is periodic in every direction.
     ///
     /// # Errors
     /// [`Invalid`] unless all are positive and finite.
@@ -25,7 +25,7 @@ impl<S: Space> Domain<S> {
         Self::new(lengths, [true; 3])
     }
 
-    /// A box that is periodic along some of its axes.
+    /// Creates a box that is periodic along some of its axes.
     pub(crate) fn new(lengths: S::Vector, periodic: [bool; 3]) -> Result<Self, Invalid> {
         for axis in 0..S::DIMENSION {
             Invalid::unless_positive("side of the box", lengths[axis])?;
@@ -34,7 +34,7 @@ impl<S: Space> Domain<S> {
         Ok(Self { images })
     }
 
-    /// The same box in uniform shear flow.
+    /// Returns this box in uniform shear flow.
     ///
     /// # Errors
     /// [`Invalid`] unless the box is periodic along the flow and its gradient.
@@ -48,7 +48,7 @@ impl<S: Space> Domain<S> {
         Ok(Self { images })
     }
 
-    /// The map of periodic images.
+    /// Returns the map of periodic images.
     #[inline]
     pub fn images(&self) -> &Images<S> {
         &self.images
@@ -59,7 +59,7 @@ impl<S: Space> Domain<S> {
         self.images.advance(duration);
     }
 
-    /// Whether the box is periodic along an axis.
+    /// Returns true if the box is periodic along an axis.
     #[inline]
     pub fn is_periodic(&self, axis: usize) -> bool {
         self.images.is_periodic(axis)
@@ -76,19 +76,21 @@ impl<S: Space> Domain<S> {
         (0..S::DIMENSION).map(|axis| self.lengths()[axis]).product()
     }
 
-    /// The image of a position with every component in `[0, length)`, along the axes that are periodic.
+    /// Returns the image of a position with every component in `[0, length)`, along the axes that
+    /// are periodic.
     #[inline]
     pub fn wrap(&self, position: S::Vector) -> S::Vector {
         self.images.wrap(position)
     }
 
-    /// The shortest vector from the second position to the first, over all periodic images.
+    /// Returns the shortest vector from the second position to the first, over all periodic images
+    /// \[length\].
     #[inline]
     pub fn displacement(&self, first: S::Vector, second: S::Vector) -> S::Vector {
         self.images.nearest(first - second)
     }
 
-    /// The distance between two positions, over all periodic images.
+    /// Shortest distance between two positions, over all periodic images \[length\].
     pub fn distance(&self, first: S::Vector, second: S::Vector) -> f64 {
         self.displacement(first, second).square().sqrt()
     }

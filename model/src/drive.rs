@@ -1,19 +1,19 @@
 //! A stochastic drive: random kicks that keep a dissipative gas in motion.
 //!
-//! After every interval each particle gets a kick, a Gaussian change of velocity that is independent of
-//! everything else. In the limit of short intervals this is the white noise of Williams & MacKintosh,
-//! Phys. Rev. E 54, R9 (1996), doi:10.1103/PhysRevE.54.R9, and of van Noije & Ernst, Granular Matter 1, 57
-//! (1998), doi:10.1007/s100350050009. Each particle gains the same energy on average, so the variance of a
-//! kick is in inverse proportion to the mass, and the mean kick, weighted with the masses, is taken out, so
-//! that the total momentum stays what it was.
+//! After every interval each particle gets a kick, a Gaussian change of velocity that is
+//! independent of everything else. In the limit of short intervals this is the white noise of
+//! Williams & MacKintosh, Phys. Rev. E 54, R9 (1996), doi:10.1103/PhysRevE.54.R9, and of van Noije
+//! & Ernst, Granular Matter 1, 57 (1998), doi:10.1007/s100350050009. Each particle gains the same
+//! energy on average, so the variance of a kick is in inverse proportion to the mass. The mean
+//! kick, weighted with the masses, is subtracted, so that the total momentum is conserved.
 //!
 //! Where dissipation balances heating stands in [`kinetic::heated_temperature`](crate::kinetic).
-//! Scaling velocities is no drive: it is free cooling seen through a moving unit of time, in which what free cooling does is
-//! stationary (J. J. Brey, M. J. Ruiz-Montero & F. Moreno, Phys. Rev. E 69, 051303 (2004),
-//! doi:10.1103/PhysRevE.69.051303).
+//! Scaling velocities is no drive: it is free cooling in a moving unit of time, in which free
+//! cooling is stationary (J. J. Brey, M. J. Ruiz-Montero & F. Moreno, Phys. Rev. E 69, 051303
+//! (2004), doi:10.1103/PhysRevE.69.051303).
 //!
-//! Kicks are addressed by their number and the index of the particle, so both engines draw the same ones, and
-//! a run that is continued draws those that it would have drawn.
+//! Kicks are addressed by their number and the index of the particle, so both engines draw the same
+//! kicks, and a continued run draws the kicks of an uninterrupted one.
 
 use rand_distr::{Distribution, StandardNormal};
 
@@ -31,8 +31,8 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// A drive that adds, on average, the energy `heating` to each particle and unit of time
-    /// \[energy/time\], by one kick after each `interval` \[time\].
+    /// Creates a drive that adds, on average, the energy `heating` to each particle and unit of
+    /// time \[energy/time\], by one kick after each `interval` \[time\].
     ///
     /// # Errors
     /// [`Invalid`] unless both are positive and finite, and the energy of one kick too.
@@ -54,7 +54,8 @@ impl Drive {
         self.interval
     }
 
-    /// The changes of velocity \[length/time\] in kick number `number`, by the index of the particle.
+    /// Returns the changes of velocity \[length/time\] in kick number `number`, by the index of the
+    /// particle.
     ///
     /// `copies` is the number of gases that stand one after the other in the scene: the momentum of each is kept by
     /// itself, and kicks of the first are those of a gas that stands alone. With N particles in a gas, each

@@ -1,27 +1,31 @@
 //! Sums that do not depend on the order of adding.
 //!
-//! A finite number of double precision is an integer times 2^-1074. Such integers are added in chunks of 32 bits, each in 64, so that
-//! carries wait, and the sum is rounded once, to the nearest number (the small superaccumulator of Neal, arXiv:1505.05571, with no more
-//! chunks than there are numbers for). So parts of a sum can be made anywhere and put together in any order.
+//! A finite number of double precision is an integer times 2^-1074. Such integers are added in
+//! chunks of 32 bits, each in 64, so that carries wait. The sum is rounded once, to the nearest
+//! number (the small superaccumulator of Neal, arXiv:1505.05571, which here holds only the chunks
+//! that occur). So parts of a sum can be made anywhere and put together in any order.
 
 use serde::{Deserialize, Serialize};
 
-/// Bits of a chunk, and the chunk that all numbers are below.
+/// Bits of a chunk.
 const BITS: u32 = 32;
+/// Mask of the bits of a chunk.
 const MASK: i64 = (1 << BITS) - 1;
+/// First chunk whose numbers are beyond double precision.
 const BEYOND: usize = 66;
-/// After so many numbers carries are passed on: each is below 2^32 in every chunk.
+/// Numbers that are added before carries are propagated: each is below 2^32 in every chunk, so that
+/// sums fit 64 bits.
 const PATIENCE: u32 = 1 << 29;
 
 /// A sum of numbers of double precision, exact until it is rounded.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Exact {
-    /// Which chunk comes first: the first of all counts 2^-1074.
+    /// Index of the first chunk stored; chunk i counts 2^(32 i - 1074).
     low: u8,
     chunks: Vec<i64>,
-    /// Numbers since carries were passed on.
+    /// Numbers added since carries were propagated.
     pending: u32,
-    /// The sum of those that are not finite; zero if there are none.
+    /// Sum of the infinite and NaN numbers; zero if there are none.
     special: f64,
 }
 
@@ -52,7 +56,7 @@ impl Exact {
         self.count(1);
     }
 
-    /// Adds what another has added.
+    /// Adds another sum.
     pub fn merge(&mut self, other: &Self) {
         self.special += other.special;
         if other.chunks.is_empty() {
@@ -67,7 +71,7 @@ impl Exact {
         self.count(1);
     }
 
-    /// The sum, rounded to the nearest number, of two to the even one.
+    /// Returns the sum, rounded to the nearest number, ties to even.
     pub fn value(&self) -> f64 {
         if self.special != 0.0 {
             return self.special;
@@ -83,7 +87,7 @@ impl Exact {
         if negative { -size } else { size }
     }
 
-    /// The value of a sum that is not negative, and carried.
+    /// Rounds a sum that is not negative and whose carries are propagated.
     fn size(&self) -> f64 {
         let Some(top) = self.chunks.iter().rposition(|&chunk| chunk != 0) else {
             return 0.0;
@@ -111,7 +115,7 @@ impl Exact {
         (kept + u128::from(up)) as f64 * power(lowest + cut)
     }
 
-    /// Where a chunk is, after which so many have room.
+    /// Returns the index of `chunk` in the buffer, grown so that `count` chunks fit from there.
     #[inline]
     fn place(&mut self, chunk: usize, count: usize) -> usize {
         if self.chunks.is_empty() {
@@ -138,7 +142,8 @@ impl Exact {
         }
     }
 
-    /// Passes carries on: all chunks but the last, which has the sign, are then from 0 to 2^32 - 1, and so is its size.
+    /// Propagates carries: all chunks but the last, which has the sign, are then from 0 to 2^32 -
+    /// 1, and so is its magnitude.
     fn carry(&mut self) {
         self.pending = 0;
         let mut carry = 0;
@@ -165,7 +170,7 @@ impl Extend<f64> for Exact {
     }
 }
 
-/// 2^exponent, of exponents from -1074 to 1023.
+/// Returns 2^exponent, of exponents from -1074 to 1023.
 fn power(exponent: i32) -> f64 {
     f64::from_bits(match exponent {
         -1074..-1022 => 1 << (exponent + 1074),

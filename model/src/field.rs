@@ -23,7 +23,7 @@ pub trait Field<S: Space>: Copy + Debug + Send + Sync + 'static {
         0.0
     }
 
-    /// The same acceleration everywhere \[length/time^2\]; zero in free flight.
+    /// Uniform acceleration \[length/time^2\]; zero in free flight.
     fn acceleration(&self) -> S::Vector;
 
     /// Moves one particle by the time `duration`.
@@ -48,14 +48,14 @@ impl<S: Space> Field<S> for Free {
     }
 }
 
-/// Parabolas: the same acceleration for all particles, at all places and times; by default none.
+/// Parabolic flight: one acceleration for all particles, at all places and times; by default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gravity<S: Space> {
     acceleration: S::Vector,
 }
 
 impl<S: Space> Gravity<S> {
-    /// An acceleration \[length/time^2\].
+    /// Creates a field from an acceleration \[length/time^2\].
     ///
     /// # Errors
     /// [`Invalid`] unless its components are finite.
@@ -91,7 +91,7 @@ pub struct Sheared {
 }
 
 impl Sheared {
-    /// Flow with a shear rate a \[1/time\].
+    /// Creates a flow with a shear rate a \[1/time\].
     ///
     /// # Errors
     /// [`Invalid`] if the rate is zero or not finite.

@@ -1,8 +1,8 @@
-//! The physics of a gas as data: what is chosen at run time, and how it becomes types.
+//! The physics of a gas as data: choices of run time, and the types that they become.
 //!
-//! Engines are generic; a program that reads a case is not. [`Grains`] says what particles are, and makes the [`Scene`] that stands
-//! for them. An engine's crate chooses among scenes by what changes that which is stored or computed for each particle. All else
-//! is data in it.
+//! Engines are generic; a program that reads a case is not. [`Grains`] describes the particles and
+//! makes the [`Scene`] that stands for them. An engine's crate chooses among scenes by what changes
+//! that which is stored or computed for each particle. All else is data in it.
 
 use nalgebra::Vector3;
 
@@ -18,18 +18,18 @@ use crate::surface::{Rough, Smooth, Surface};
 /// Radii and masses of all particles.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GrainSizes {
-    /// All alike.
+    /// One radius and one mass for all.
     Equal(Monodisperse),
-    /// Each its own.
+    /// Radius and mass of each particle.
     Each(Polydisperse),
     /// Species, one after the other.
     Species(Species),
 }
 
-/// What particles are, and the field that they fly in.
+/// Particles, their contact laws, and the field that they fly in.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grains {
-    /// Radii and masses.
+    /// Radii \[length\] and masses.
     pub sizes: GrainSizes,
     /// The normal contact law.
     pub restitution: Law,
@@ -39,12 +39,12 @@ pub struct Grains {
     pub gravity: Option<Vector3<f64>>,
     /// Shear rate a of the flow u = (a y, 0) \[1/time\]; velocities are relative to it.
     pub shear_rate: Option<f64>,
-    /// Whether walls, obstacles or openings stand in the box.
+    /// True if walls, obstacles or openings are in the box.
     pub is_bounded: bool,
 }
 
 impl Grains {
-    /// Smooth particles of one radius and mass in a periodic box.
+    /// Creates smooth particles of one radius \[length\] and mass in a periodic box.
     pub fn equal(radius: f64, mass: f64, restitution: impl Into<Law>) -> Self {
         Self {
             sizes: GrainSizes::Equal(Monodisperse { radius, mass }),
@@ -56,7 +56,7 @@ impl Grains {
         }
     }
 
-    /// The sizes as species, as scenes with walls, spin or gravity have them.
+    /// Returns the sizes as species, which scenes with walls, spin or gravity need.
     fn species(&self, count: usize) -> Result<Species, Invalid> {
         let kind = |radius, mass, count| crate::species::Kind {
             radius,
@@ -75,7 +75,8 @@ impl Grains {
         }
     }
 
-    /// Whether particles are smooth and fly freely in a periodic box, so that sizes need not be species.
+    /// Returns true if particles are smooth and fly freely in a periodic box, so that sizes need
+    /// not be species.
     pub fn is_plain(&self) -> bool {
         self.rough.is_none()
             && self.gravity.is_none()
@@ -83,15 +84,17 @@ impl Grains {
             && !self.is_bounded
     }
 
-    /// The scene of smooth particles of these sizes in free flight: for [`Self::is_plain`].
+    /// Returns the scene of smooth particles of these sizes in free flight, for grains that are
+    /// [`Self::is_plain`].
     pub fn plain<S: Space, Z>(&self, sizes: Z) -> Scene<S, Smooth, Law, Z, Free> {
         scene(Smooth, self, sizes, Free)
     }
 
-    /// The scene of any grains, with this surface; sizes are species, and `count` says how many particles there are.
+    /// Returns the scene of any grains, with this surface; sizes are species, and `count` is the
+    /// number of particles.
     ///
     /// # Errors
-    /// [`Invalid`] for sizes or fields that cannot be.
+    /// [`Invalid`] for sizes or fields out of range.
     pub fn scene<S: Space, C: Surface<S>>(
         &self,
         surface: C,
@@ -100,7 +103,7 @@ impl Grains {
         Ok(scene(surface, self, self.species(count)?, self.field()?))
     }
 
-    /// The scene of smooth particles of these sizes in a uniform shear flow.
+    /// Returns the scene of smooth particles of these sizes in a uniform shear flow.
     ///
     /// # Errors
     /// [`Invalid`] for a rate that is zero or not finite, and where gravity acts too.
@@ -111,10 +114,11 @@ impl Grains {
         Ok(scene(Smooth, self, sizes, self.flow()?))
     }
 
-    /// The scene of any grains in a uniform shear flow, with this surface; sizes are species.
+    /// Returns the scene of any grains in a uniform shear flow, with this surface; sizes are
+    /// species.
     ///
     /// # Errors
-    /// [`Invalid`] for sizes or rates that cannot be, and where gravity acts too.
+    /// [`Invalid`] for sizes or rates out of range, and where gravity acts too.
     pub fn sheared<S: Space, C: Surface<S>>(
         &self,
         surface: C,

@@ -19,7 +19,7 @@ pub struct Shear {
 }
 
 impl Shear {
-    /// Shear flow whose boxes are aligned.
+    /// Creates a shear flow whose boxes are aligned.
     ///
     /// # Errors
     /// [`Invalid`] if the rate is zero or not finite.
@@ -39,13 +39,14 @@ pub struct Image<V> {
     pub velocity: V,
 }
 
-/// Nearest image of a difference of coordinates, for a period along one axis: from -period/2 to period/2.
+/// Nearest image of a difference of coordinates, for a period along one axis: from -period/2 to
+/// period/2 \[length\].
 #[inline(always)]
 pub fn nearest(difference: f64, period: f64) -> f64 {
     difference - period * (difference / period).round()
 }
 
-/// Image of a coordinate in `[0, period)`.
+/// Image of a coordinate in `[0, period)` \[length\].
 #[inline(always)]
 pub fn wrapped(x: f64, period: f64) -> f64 {
     if (0.0..period).contains(&x) {
@@ -56,7 +57,8 @@ pub fn wrapped(x: f64, period: f64) -> f64 {
     if inside < period { inside } else { 0.0 }
 }
 
-/// Nearest image of the difference of two coordinates in a box, for a period and its half: without a branch or a division.
+/// Nearest image of the difference of two coordinates in a box, for a period and its half
+/// \[length\]: without a branch or a division.
 #[inline(always)]
 pub fn nearest_inside(difference: f64, period: f64, half: f64) -> f64 {
     let image = if difference > half { period } else { 0.0 };
@@ -64,7 +66,7 @@ pub fn nearest_inside(difference: f64, period: f64, half: f64) -> f64 {
     difference - image
 }
 
-/// Image of a coordinate in `[0, period]`: as it is at the far edge too.
+/// Image of a coordinate in `[0, period]` \[length\]: a coordinate at the far edge is unchanged.
 pub fn wrapped_or_edge(x: f64, period: f64) -> f64 {
     if (0.0..=period).contains(&x) {
         return x;
@@ -78,14 +80,14 @@ pub fn wrapped_or_edge(x: f64, period: f64) -> f64 {
 #[serde(bound = "")]
 pub struct Images<S: Space> {
     lengths: S::Vector,
-    /// By axis; beyond the dimension, true.
+    /// Periodicity by axis; true beyond the dimension.
     periodic: [bool; 3],
     /// Uniform shear, if the boxes above and below slide.
     shear: Option<Shear>,
 }
 
 impl<S: Space> Images<S> {
-    /// Images of a box with these sides, along the axes that are periodic.
+    /// Creates the images of a box with these sides, along the axes that are periodic.
     pub fn new(lengths: S::Vector, periodic: [bool; 3]) -> Self {
         Self {
             lengths,
@@ -94,7 +96,7 @@ impl<S: Space> Images<S> {
         }
     }
 
-    /// The same boxes in uniform shear flow.
+    /// Returns these images in uniform shear flow.
     #[must_use]
     pub fn sheared(self, shear: Option<Shear>) -> Self {
         Self { shear, ..self }
@@ -106,13 +108,13 @@ impl<S: Space> Images<S> {
         self.lengths
     }
 
-    /// Whether there are images along an axis.
+    /// Returns true if there are images along an axis.
     #[inline]
     pub fn is_periodic(&self, axis: usize) -> bool {
         self.periodic[axis]
     }
 
-    /// Uniform shear, if the boxes above and below slide.
+    /// Returns the uniform shear, if the boxes above and below slide.
     #[inline]
     pub fn shear(&self) -> Option<Shear> {
         self.shear
@@ -126,7 +128,7 @@ impl<S: Space> Images<S> {
         }
     }
 
-    /// Displacement and velocity of the image in the box that is this many boxes away along each axis.
+    /// Displacement and velocity of the image in the box that is `boxes` away along each axis.
     #[inline]
     pub fn image(&self, boxes: [f64; 3]) -> Image<S::Vector> {
         let mut position = S::vector(|axis| boxes[axis] * self.lengths[axis]);
@@ -138,13 +140,15 @@ impl<S: Space> Images<S> {
         Image { position, velocity }
     }
 
-    /// Velocity of the flow at one place less that at another that is this far away along the gradient \[length/time\].
+    /// Velocity of the flow at one place less that at another that is `distance` away along the
+    /// gradient \[length/time\].
     #[inline]
     pub fn flow(&self, distance: f64) -> f64 {
         self.shear.map_or(0.0, |shear| shear.rate * distance)
     }
 
-    /// Image of a position with every component in `[0, length)`, along the axes that are periodic.
+    /// Returns the image of a position with every component in `[0, length)`, along the axes that
+    /// are periodic.
     #[inline]
     pub fn wrap(&self, mut position: S::Vector) -> S::Vector {
         if let Some(shear) = self.shear {
@@ -159,7 +163,8 @@ impl<S: Space> Images<S> {
         position
     }
 
-    /// Nearest image of a difference of positions; in a narrow box under shear, one of the nearest.
+    /// Returns the nearest image of a difference of positions; in a narrow box under shear, one of
+    /// the nearest.
     #[inline]
     pub fn nearest(&self, mut difference: S::Vector) -> S::Vector {
         if let Some(shear) = self.shear {
@@ -173,8 +178,8 @@ impl<S: Space> Images<S> {
         difference
     }
 
-    /// Nearest image of a difference of positions in the box or a little outside: a branch that is seldom taken instead of a
-    /// division.
+    /// Returns the nearest image of a difference of positions in the box or a little outside: a
+    /// branch that is seldom taken instead of a division.
     #[inline(always)]
     pub fn nearest_of_near(&self, difference: S::Vector) -> S::Vector {
         if self.shear.is_some() {
@@ -224,7 +229,8 @@ mod tests {
         }
     }
 
-    /// A particle that flies across the edge goes on where its image does, with the velocity of the image.
+    /// A particle that flies across the edge continues where its image does, with the velocity of
+    /// the image.
     #[test]
     fn flight_commutes_with_wrapping() {
         let mut images = sheared();

@@ -1,14 +1,15 @@
-//! Work that can be broken off.
+//! Interrupts: requests to end long work early.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Pieces of work between two looks, where one takes some nanoseconds.
+/// Pieces of work between two checks of the interrupt, where one takes some nanoseconds.
 const BETWEEN_LOOKS: u64 = 1024;
 
 /// Asks long work to end early. Clones are the same interrupt.
 ///
-/// Work looks at it several times a second, and leaves nothing behind that could be taken for a result.
+/// Work checks it several times a second, and leaves nothing behind that could be taken for a
+/// result.
 ///
 /// ```
 /// use stosszahl_model::Interrupt;
@@ -34,32 +35,33 @@ impl Interrupt {
         self.0.raised.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the end was asked for.
+    /// Returns true if the end was asked for.
     #[inline]
     pub fn is_raised(&self) -> bool {
         self.0.raised.load(Ordering::Relaxed)
     }
 
-    /// The same, for pieces of work that are counted: only one in a thousand looks.
+    /// Returns true if the end was asked for, checking once in a thousand pieces of work, by their
+    /// `number`.
     #[inline]
     pub fn is_raised_at(&self, number: u64) -> bool {
         number % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && self.is_raised()
     }
 
-    /// Says that something is being saved, as long as the value lives.
+    /// Marks that something is being saved, as long as the value lives.
     #[must_use]
     pub fn hold(&self) -> Hold<'_> {
         self.0.holds.fetch_add(1, Ordering::SeqCst);
         Hold(self)
     }
 
-    /// Whether something is being saved, so that the process should not be ended now.
+    /// Returns true if something is being saved, so that the process should not be ended now.
     pub fn is_held(&self) -> bool {
         self.0.holds.load(Ordering::SeqCst) > 0
     }
 }
 
-/// Something is being saved: [`Interrupt::hold`].
+/// Guard that marks a save in progress; made by [`Interrupt::hold`].
 #[derive(Debug)]
 pub struct Hold<'a>(&'a Interrupt);
 
@@ -69,7 +71,7 @@ impl Drop for Hold<'_> {
     }
 }
 
-/// An interrupt, and whether work has ended because of it.
+/// Interrupt and pause of an engine, and whether work has ended because of the interrupt.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption {
     interrupt: Interrupt,
@@ -78,34 +80,34 @@ pub struct Interruption {
 }
 
 impl Interruption {
-    /// Ends work as soon as this is raised.
+    /// Sets the interrupt that ends work.
     pub fn on(&mut self, interrupt: &Interrupt) {
         self.interrupt = interrupt.clone();
     }
 
-    /// Asks for a pause, where work can go on later, once this is raised.
+    /// Sets the interrupt that asks for a pause, after which work can resume.
     pub fn pause_on(&mut self, pause: &Interrupt) {
         self.pause = pause.clone();
     }
 
-    /// Whether a pause is asked for.
+    /// Returns true if a pause is asked for.
     pub fn is_paused(&self) -> bool {
         self.pause.is_raised()
     }
 
-    /// What work looks at.
+    /// Returns the interrupt that work checks.
     pub fn interrupt(&self) -> &Interrupt {
         &self.interrupt
     }
 
-    /// Whether work has ended early; if the interrupt is raised now, it has from now on.
+    /// Returns true if work has ended early; if the interrupt is raised now, it has from now on.
     #[inline]
     pub fn ends(&mut self) -> bool {
         self.has_ended |= self.interrupt.is_raised();
         self.has_ended
     }
 
-    /// Whether work has ended early.
+    /// Returns true if work has ended early.
     pub fn has_ended(&self) -> bool {
         self.has_ended
     }

@@ -1,22 +1,22 @@
-//! What constructors refuse.
+//! Error of constructors that are given a number out of range.
 
 use crate::brief;
 
-/// A number that a law, a size or a box cannot have.
+/// Number that a law, a size or a box cannot have.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{quantity} is {found}; allowed: {allowed}", found = brief(*found))]
 #[non_exhaustive]
 pub struct Invalid {
-    /// What is wrong.
+    /// Name of the quantity.
     pub quantity: &'static str,
-    /// What was found.
+    /// Value found.
     pub found: f64,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: &'static str,
 }
 
 impl Invalid {
-    /// The error, for other crates.
+    /// Creates the error, for other crates.
     pub fn new(quantity: &'static str, found: f64, allowed: &'static str) -> Self {
         Self {
             quantity,
@@ -25,7 +25,7 @@ impl Invalid {
         }
     }
 
-    /// Passes a number on that lies where it may, refuses it otherwise.
+    /// Returns the number `found` if it is allowed, an error otherwise.
     ///
     /// # Errors
     /// [`Invalid`] unless `is_allowed`.
@@ -42,7 +42,7 @@ impl Invalid {
         }
     }
 
-    /// A finite number above zero.
+    /// Returns a finite number above zero, an error otherwise.
     ///
     /// # Errors
     /// [`Invalid`] for all others.

@@ -1,5 +1,5 @@
-//! Kinetic theory of inelastic hard disks (D = 2) and spheres (D = 3): what the engines are measured
-//! against.
+//! Kinetic theory of inelastic hard disks (D = 2) and spheres (D = 3), against which the engines
+//! are tested.
 //!
 //! Symbols: d diameter, m mass, n number density, phi packing fraction, r coefficient of restitution,
 //! chi pair correlation at contact, T = m<v^2>/D granular temperature (an energy), omega collisions
@@ -63,10 +63,10 @@ pub fn free_volume_factor(packing_fraction: f64) -> f64 {
     }
 }
 
-/// Contact value of a pair of species in a mixture, from that of equal disks at the same packing:
-/// `1/(1 - phi) + (chi - 1/(1 - phi)) 2 d_i d_j M_1/((d_i + d_j) M_2)` with the moments M of the diameter
-/// (Santos, Yuste & López de Haro, Mol. Phys. 96, 1 (1999); with Henderson's chi this is Jenkins &
-/// Mancini 1987).
+/// Contact value of a pair of species in a mixture, from the contact value chi of equal disks at
+/// the same packing: `1/(1 - phi) + (chi - 1/(1 - phi)) 2 d_i d_j M_1/((d_i + d_j) M_2)` with the
+/// moments M of the diameter. Santos, Yuste & López de Haro, Mol. Phys. 96, 1 (1999); with
+/// Henderson's chi this is Jenkins & Mancini 1987.
 pub fn mixture_contact_value(
     equal: f64,
     packing_fraction: f64,
@@ -100,9 +100,9 @@ pub fn fourth_cumulant(dimension: usize, restitution: f64) -> f64 {
         / (9.0 + 24.0 * d + (8.0 * d - 41.0) * r + 30.0 * r * r * (1.0 - r))
 }
 
-/// The same in the linearisation of Montanero & Santos, Granular Matter 2, 53 (2000), doi:10.1007/s100350050035, which
-/// is closer to simulations where dissipation is strong:
-/// `a2 = 16(1 - r)(1 - 2 r^2)/(25 + 24 D + (8 D - 57) r - 2 (1 - r) r^2)`.
+/// Fourth cumulant a2 of the homogeneous cooling state in the linearisation of Montanero & Santos,
+/// Granular Matter 2, 53 (2000), doi:10.1007/s100350050035, which is closer to simulations where
+/// dissipation is strong: `a2 = 16(1 - r)(1 - 2 r^2)/(25 + 24 D + (8 D - 57) r - 2 (1 - r) r^2)`.
 pub fn fourth_cumulant_of_montanero_santos(dimension: usize, restitution: f64) -> f64 {
     let (d, r) = (dimension as f64, restitution);
     16.0 * (1.0 - r) * (1.0 - 2.0 * r * r)
@@ -175,8 +175,8 @@ pub fn heated_temperature(heating: f64, fourth_cumulant: f64) -> f64 {
     (heating / (2.0 + 3.0 * fourth_cumulant / 8.0)).powf(2.0 / 3.0)
 }
 
-/// Time in which a small deviation from [`heated_temperature`] falls to 1/e, in the same units:
-/// `1/(3 (1 + 3 a2/16) sqrt(T))`.
+/// Time in which a small deviation from [`heated_temperature`] falls to 1/e, in units of Haff's
+/// time of the temperature one: `1/(3 (1 + 3 a2/16) sqrt(T))`.
 pub fn heated_relaxation(heating: f64, fourth_cumulant: f64) -> f64 {
     let temperature = heated_temperature(heating, fourth_cumulant);
     1.0 / ((3.0 + 9.0 * fourth_cumulant / 16.0) * temperature.sqrt())
@@ -199,7 +199,7 @@ pub fn velocity_decay(packing_fraction: f64, contact_value: f64, restitution: f6
     0.5 * (1.0 + restitution) * collision_rate(packing_fraction, contact_value, 0.0)
 }
 
-/// x - 1 + exp(-x), to rounding for small x too.
+/// Returns x - 1 + exp(-x), accurate for small x too.
 fn delayed(x: f64) -> f64 {
     if x < 1e-3 {
         // The next term is below 1e-13 of the first.

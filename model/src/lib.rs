@@ -1,10 +1,11 @@
-//! What both engines of stosszahl share, so that a comparison between them means something.
+//! Parts that both engines of stosszahl share, so that a comparison between them is meaningful.
 //!
 //! The event-driven and the Monte Carlo engine must agree on everything but the one question under
-//! study: *who collides with whom, and with which impact parameter*. So the collision law
-//! ([`collision`]), the sizes ([`sizes`]), the box ([`domain`]) and its images ([`images`]), its walls ([`walls`]), the initial states
-//! ([`initial`]), the drive ([`drive`]), the random streams ([`random`]), the snapshot format ([`snapshot`]) and the kinetic
-//! theory that both are measured against ([`kinetic`], [`transport`]) live here, once, and so do hints about [`memory`].
+//! study: *which particles collide, and with which impact parameter*. So this crate holds, once,
+//! the collision law ([`collision`]), the sizes ([`sizes`]), the box ([`domain`]), its images
+//! ([`images`]) and its walls ([`walls`]). It also holds the initial states ([`initial`]), the
+//! drive ([`drive`]), the random streams ([`random`]), the snapshot format ([`snapshot`]), kinetic
+//! theory ([`kinetic`], [`transport`]) and hints about [`memory`].
 //!
 //! # How choices become types
 //!

@@ -1,4 +1,5 @@
-//! What the language does not say about memory: large pages, prefetch of lines before their use, and what becomes of freed blocks.
+//! Memory hints beyond the language: large pages, prefetch of cache lines, and the return of freed
+//! blocks.
 //!
 //! All of it is hints that change no value, and the only unsafe code of the engines but for the choice of instructions in
 //! the event-driven one.
@@ -15,7 +16,7 @@ pub fn prefetch<T>(slice: &[T], index: usize) {
     request::<T, 2>(slice, index);
 }
 
-/// Prefetches an element that is needed next into the first cache, as [`prefetch`] into the second.
+/// Prefetches an element that is needed next into the first cache; [`prefetch`] uses the second.
 #[inline(always)]
 pub fn prefetch_next<T>(slice: &[T], index: usize) {
     request::<T, 3>(slice, index);
@@ -34,8 +35,9 @@ fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
     let _ = (slice, index);
 }
 
-/// An empty vector with room for `capacity` elements, on large pages where the system grants them: disks
-/// that meet are in no helpful order, and each touch of another small page costs a walk of the page table.
+/// An empty vector with room for `capacity` elements, on large pages where the system grants them:
+/// disks that collide are in no helpful order, and each touch of another small page costs a walk of
+/// the page table.
 pub fn reserved<T>(capacity: usize) -> Vec<T> {
     let vector = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]
@@ -60,7 +62,7 @@ pub fn reserved<T>(capacity: usize) -> Vec<T> {
     vector
 }
 
-/// A vector of `count` copies of a value, made as [`reserved`].
+/// Returns a vector of `count` copies of a value, allocated by [`reserved`].
 pub fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
     let mut vector = reserved(count);
     vector.resize(count, value);
@@ -82,7 +84,8 @@ pub fn available() -> Option<f64> {
     Some(left.map_or(free, |(limit, taken)| free.min((limit - taken).max(0.0))))
 }
 
-/// The number of kibibytes beside a name in a file of the system, in bytes.
+/// Returns the value of a line of a system file that starts with `name` and counts kibibytes
+/// \[bytes\].
 fn value_of(file: &str, name: &str) -> Option<f64> {
     let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
@@ -92,12 +95,13 @@ fn value_of(file: &str, name: &str) -> Option<f64> {
 
 /// Gives large blocks back to the system as soon as they are freed.
 ///
-/// The GNU allocator keeps blocks of up to 32 MiB once it has seen one freed, for each thread by itself. A checkpoint is made of such
-/// blocks, so that with several threads the peak of the process was twice what is used at any time. For a program to call first.
+/// The GNU allocator keeps blocks of up to 32 MiB once it has seen one freed, for each thread by
+/// itself. A checkpoint is made of such blocks, so that with several threads the peak of the
+/// process was twice what is used at any time. A program calls this first.
 pub fn return_large_blocks() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// \[bytes\]
+        /// Block size from which memory goes back to the system at once \[bytes\].
         const LARGE: libc::c_int = 1 << 20;
         // SAFETY: the two thresholds are those of the allocator, and change only where blocks come from. Where it is refused, blocks
         // are kept.

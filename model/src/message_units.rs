@@ -1,6 +1,7 @@
 //! Units of the numbers in messages.
 
-/// Units of a case: what one unit of an engine is in them. Errors of engines are told in these units.
+/// Units of a case, each as the size of one engine unit. Errors of engines are reported in these
+/// units.
 ///
 /// ```
 /// use stosszahl_model::MessageUnits;

@@ -1,4 +1,4 @@
-//! What a measurement may see while an engine runs: its collisions, in batches.
+//! Observers: measurements that receive the collisions of a running engine, in batches.
 //!
 //! An observer is called through a virtual table, once for some hundred collisions, so that a new measurement
 //! instantiates no engine anew. A type parameter for it lost: each measurement made every engine compile once more, for
@@ -6,7 +6,7 @@
 
 use crate::collision::Collision;
 
-/// A measurement that an engine feeds.
+/// Receiver of the collisions of an engine.
 ///
 /// ```
 /// use stosszahl_model::{Collision, Observer};
@@ -21,16 +21,18 @@ use crate::collision::Collision;
 /// }
 /// ```
 pub trait Observer {
-    /// Receives collisions in order of time. At the end of [`crate::Simulation::advance`] all of it have been received.
+    /// Receives collisions in order of time. At the end of [`crate::Simulation::advance`] all
+    /// collisions of that call have been received.
     fn collisions(&mut self, batch: &[Collision]);
 
-    /// Whether it looks at collisions at all; if not, engines record none. Read at the beginning of each advance.
+    /// Returns true if the observer needs collisions; otherwise engines record none. Read at the
+    /// beginning of each advance.
     fn looks(&self) -> bool {
         true
     }
 }
 
-/// Looks at nothing.
+/// Observer that needs no collisions.
 impl Observer for () {
     fn collisions(&mut self, _batch: &[Collision]) {}
 
@@ -59,7 +61,7 @@ impl<T: Observer + ?Sized> Observer for Box<T> {
     }
 }
 
-/// Several observers see the same collisions.
+/// Pair of observers that receive the same collisions.
 impl<A: Observer, B: Observer> Observer for (A, B) {
     fn collisions(&mut self, batch: &[Collision]) {
         self.0.collisions(batch);
@@ -83,7 +85,7 @@ impl<A: Observer> Observer for [A] {
     }
 }
 
-/// An observer made of a function of one collision.
+/// Observer made of a function of one collision.
 pub struct EachCollision<F>(pub F);
 
 impl<F: FnMut(&Collision)> Observer for EachCollision<F> {
@@ -95,7 +97,7 @@ impl<F: FnMut(&Collision)> Observer for EachCollision<F> {
 /// Collisions of a batch: few enough to stay in the first two caches.
 const BATCH: usize = 256;
 
-/// What engines record collisions in: it hands them to the observer when some have come together.
+/// Buffer in which engines record collisions; it passes them to the observer in batches.
 pub struct Recorder<'a> {
     observer: &'a mut dyn Observer,
     looks: bool,
@@ -103,7 +105,7 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// A recorder for an observer; it stores nothing where that does not look.
+    /// Creates a recorder for an observer; it stores nothing if the observer needs no collisions.
     pub fn new(observer: &'a mut dyn Observer) -> Self {
         let looks = observer.looks();
         Self {
@@ -113,13 +115,13 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Whether the observer looks.
+    /// Returns true if the observer needs collisions.
     #[inline(always)]
     pub fn looks(&self) -> bool {
         self.looks
     }
 
-    /// Records a collision, which is only computed if the observer looks.
+    /// Records a collision, which is computed only if the observer needs it.
     #[inline(always)]
     pub fn record(&mut self, collision: impl FnOnce() -> Collision) {
         if self.looks {
@@ -135,7 +137,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Hands over a batch that an engine has stored itself.
+    /// Passes on a batch that an engine has stored itself.
     pub fn pass(&mut self, batch: &[Collision]) {
         if self.looks && !batch.is_empty() {
             self.flush();
@@ -143,7 +145,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Hands over what is left; engines call it at the end of an advance.
+    /// Passes on the remaining collisions; engines call it at the end of an advance.
     pub fn flush(&mut self) {
         if !self.batch.is_empty() {
             self.observer.collisions(&self.batch);

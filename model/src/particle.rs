@@ -16,16 +16,16 @@ pub struct Particle {
     pub radius: f64,
     /// Mass.
     pub mass: f64,
-    /// Energy of rotation, I w^2/2.
+    /// Energy of rotation, I w^2/2 \[energy\].
     pub spin_energy: f64,
     /// Number of the species, from 0.
     pub species: u32,
-    /// Number of particles that it stands for; 1 in exact dynamics.
+    /// Number of particles that a simulator stands for; 1 in exact dynamics.
     pub weight: f64,
 }
 
 impl Particle {
-    /// A particle of a radius and mass at rest at the origin.
+    /// Creates a particle of a radius \[length\] and mass at rest at the origin.
     pub fn of(radius: f64, mass: f64) -> Self {
         Self {
             position: Vector3::zeros(),

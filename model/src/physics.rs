@@ -29,17 +29,17 @@ pub trait Physics: Clone + Debug + Send + Sync + 'static {
     fn sizes(&self) -> &Self::Sizes;
     /// Flight between collisions.
     fn field(&self) -> &Self::Field;
-    /// The same physics for particles of other sizes.
+    /// Returns this physics for particles of other sizes.
     #[must_use]
     fn with_sizes(&self, sizes: Self::Sizes) -> Self;
 }
 
-/// Positions and velocities of a physics.
+/// Vector of positions and velocities of a physics.
 pub type VectorOf<P> = <<P as Physics>::Space as Space>::Vector;
-/// Spin of a physics; `()` for smooth particles.
+/// Spin of a particle of a physics; `()` for smooth particles.
 pub type SpinOf<P> = <<P as Physics>::Surface as Surface<<P as Physics>::Space>>::Spin;
 
-/// The choices of one scene, bundled.
+/// Dimension, contact laws, sizes and field of a gas, bundled.
 ///
 /// ```
 /// use stosszahl_model::{Constant, Free, Monodisperse, Plane, Scene, Smooth};

@@ -1,10 +1,10 @@
 //! Random streams that are addressed, never shared.
 //!
-//! A stream is a function of (seed, replica, purpose, address), so that results do not depend on who
-//! drew first, on the number of threads, or on where a run was stopped and continued. Each address is
-//! hashed into the seed of a xoshiro256++ generator (Blackman & Vigna, ACM Trans. Math. Softw. 47, 36
-//! (2021), doi:10.1145/3460772). A counter-based generator would need no hashing, but costs four times
-//! as much a draw once a stream is used more than a few times.
+//! A stream is a function of (seed, replica, purpose, address). So results do not depend on the
+//! order of draws, on the number of threads, or on where a run was stopped and resumed. Each
+//! address is hashed into the seed of a xoshiro256++ generator (Blackman & Vigna, ACM Trans. Math.
+//! Softw. 47, 36 (2021), doi:10.1145/3460772). A counter-based generator would need no hashing, but
+//! costs four times as much a draw once a stream is used more than a few times.
 
 use std::convert::Infallible;
 
@@ -12,7 +12,7 @@ use rand::rand_core::utils::fill_bytes_via_next_word;
 use rand::{SeedableRng, TryRng};
 pub use rand_xoshiro::Xoshiro256PlusPlus as Stream;
 
-/// What a stream is for; streams of different purposes never meet.
+/// Purpose of a stream; streams of different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
@@ -59,7 +59,8 @@ const fn absorb(state: u64, word: u64) -> u64 {
     mix(state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(word.wrapping_add(0x9e37_79b9_7f4a_7c15)))
 }
 
-/// A number from 0 up to 1 that is a hash of others, bit by bit: for a choice that depends on nothing else.
+/// Returns a number in \[0, 1) that is a hash of the bits of others: for a choice that depends on
+/// nothing else.
 pub fn unit<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
     let hash = numbers.fold(0, |state, number| absorb(state, number.to_bits()));
     // The 53 bits of a fraction.
@@ -74,7 +75,7 @@ impl Streams {
         }
     }
 
-    /// The streams of one of several users that must not share them.
+    /// Returns streams for one of several users that must not share theirs.
     #[must_use]
     pub fn branch(&self, user: u64) -> Self {
         Self {
@@ -92,7 +93,7 @@ impl Streams {
         Stream::seed_from_u64(key)
     }
 
-    /// Many short streams that share the first part of their address.
+    /// Returns many short streams that share the first part of their address.
     #[inline]
     pub fn bundle(&self, purpose: Purpose, first: u64) -> Bundle {
         let key = absorb(absorb(self.root, purpose as u64), first);
@@ -102,9 +103,9 @@ impl Streams {
     }
 }
 
-/// The short streams of one (purpose, first half of the address): where each gives only some ten numbers, its making
-/// counts. Both words of a stream are hashes of the second half of the address, counted from two roots of 64 bits each
-/// that are hashes of the rest.
+/// The short streams of one (purpose, first half of the address): where each gives only some ten
+/// numbers, the cost of creating it counts. Both words of a stream are hashes of the second half of
+/// the address, counted from two roots of 64 bits each that are hashes of the rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bundle {
     roots: [u64; 2],
@@ -119,15 +120,16 @@ impl Bundle {
     }
 }
 
-/// A xoroshiro128++ generator (Blackman & Vigna 2021), with the bits of the one in `rand_xoshiro`. The constructor of that one is
-/// not inlined: a call for each cell cost Monte Carlo a twentieth of its speed.
+/// A xoroshiro128++ generator (Blackman & Vigna 2021), with the bits of the one in `rand_xoshiro`.
+/// The constructor of `rand_xoshiro` is not inlined: a call for each cell cost Monte Carlo a
+/// twentieth of its speed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShortStream {
     words: [u64; 2],
 }
 
 impl ShortStream {
-    /// Of two words; for two zeros, which would give nothing but zeros, others stand.
+    /// Creates a generator from two words; two zeros, which would give only zeros, are replaced.
     #[inline]
     const fn new(words: [u64; 2]) -> Self {
         let words = if words[0] | words[1] == 0 {
@@ -173,7 +175,7 @@ mod tests {
     use rand::{Rng, RngExt};
     use rand_xoshiro::Xoroshiro128PlusPlus;
 
-    /// The same bits as the generator of another crate.
+    /// Short streams give the bits of the generator of another crate.
     #[test]
     fn short_streams_are_xoroshiro128() {
         let mut stream = Streams::new(1, 0).at(Purpose::Kicks, [0, 0]);

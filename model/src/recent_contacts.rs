@@ -2,16 +2,17 @@
 
 use std::collections::BTreeMap;
 
-/// Latest contacts of an engine that goes from contact to contact: where its time goes.
+/// Latest contacts of an event-driven engine, which show where its time goes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecentContacts {
-    /// Number of contacts that were looked at.
+    /// Number of contacts examined.
     pub contacts: usize,
     /// Number of particles that took part in them.
     pub involved: usize,
-    /// The fewest particles that make up half of all participations, the most frequent first, by index.
+    /// The fewest particles that make up half of all participations, the most frequent first, by
+    /// index.
     pub busiest: Vec<usize>,
-    /// Position of the first of them \[length\].
+    /// Position of the first particle of `busiest` \[length\].
     pub place: [f64; 3],
 }
 

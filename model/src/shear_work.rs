@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Work of a uniform shear flow on a gas, and where it went: the energy of peculiar motion and spin is what was supplied, plus the
-/// work `-a P_xy V` of the stress over time, less what collisions dissipated, exactly and at any density.
+/// Energy balance of a gas in uniform shear flow: the energy of peculiar motion and spin is the
+/// energy supplied, plus the work `-a P_xy V` of the stress over time, less the energy dissipated,
+/// exactly and at any density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShearWork {
-    /// Energy at the start, and what drives have added since \[energy\]; `None` before the start.
+    /// Energy at the start plus the energy that drives have added since \[energy\]; `None` before
+    /// the start.
     pub supplied: Option<f64>,
     /// Work of the kinetic part of the stress, the integral of `-a sum m c_x c_y` over time \[energy\].
     pub kinetic: f64,
@@ -22,7 +24,8 @@ impl ShearWork {
         self.supplied.unwrap_or_default() + self.kinetic + self.collisional - self.dissipated
     }
 
-    /// Energy less the expected one, over the work and dissipation so far; 0 before there was any.
+    /// Energy less the expected one, over the sum of work and dissipation so far; 0 before there
+    /// was any.
     pub fn imbalance(&self, energy: f64) -> f64 {
         let turnover = self.kinetic.abs() + self.collisional.abs() + self.dissipated.abs();
         if turnover > 0.0 {

@@ -1,4 +1,4 @@
-//! The one interface of all engines: what a measurement, a program or another language drives.
+//! The one interface of all engines, for measurements, programs and other languages.
 //!
 //! [`Simulation`] is object-safe and knows no type of a scene. Engines are instantiated for their physics inside their own
 //! crates and chosen at run time, once for each leg of a run: one virtual call for 10^5 to 10^8 collisions. So crates build
@@ -26,18 +26,18 @@ use crate::state::State;
 use crate::sum::{Adds, Sum};
 use crate::walls::Ledger;
 
-/// All particles at one time. This is what measurements see and what engines start from.
+/// All particles at one time: the input of measurements and the start of engines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Particles {
-    /// Time \[time\].
+    /// Time of the state \[time\].
     pub time: f64,
-    /// 2 or 3.
+    /// Dimension: 2 or 3.
     pub dimension: usize,
     /// Sides of the box \[length\]; beyond the dimension, and without positions, zero.
     pub lengths: [f64; 3],
-    /// Whether the box is periodic, by axis; true beyond the dimension.
+    /// Periodicity by axis; true beyond the dimension.
     pub periodic: [bool; 3],
-    /// The particles; their indices mean the same particle at all times, unless particles come and go.
+    /// Particles by index; an index means one particle at all times, unless particles come and go.
     pub all: Vec<Particle>,
 }
 
@@ -47,7 +47,7 @@ impl Particles {
         self.moments().temperature(self.dimension)
     }
 
-    /// Moments of their velocities.
+    /// Returns the moments of the velocities.
     pub fn moments(&self) -> Moments {
         let mut moments = Moments::default();
         for particle in &self.all {
@@ -56,7 +56,8 @@ impl Particles {
         moments
     }
 
-    /// The map of periodic images, without shear; there are none along axes without a length.
+    /// Returns the map of periodic images, without shear; there are none along axes without a
+    /// length.
     pub fn images(&self) -> Images<Volume> {
         let periodic = [0, 1, 2].map(|axis| self.periodic[axis] && self.lengths[axis] > 0.0);
         Images::new(self.lengths.into(), periodic)
@@ -68,7 +69,8 @@ impl Particles {
     }
 }
 
-/// Moments of velocities. Their sums are exact, so that they do not depend on the order of particles, nor on who adds which.
+/// Moments of velocities. Their sums are exact, so that they do not depend on the order in which
+/// particles are added.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Moments {
     count: Exact,
@@ -86,7 +88,7 @@ impl Moments {
         moments
     }
 
-    /// Adds so many particles of a `m v^2`.
+    /// Adds `weight` particles whose `m v^2` is `square`.
     pub fn add(&mut self, weight: f64, square: f64) {
         self.count.add(weight);
         self.second.add(weight * square);
@@ -121,23 +123,27 @@ impl Adds for Moments {
     }
 }
 
-/// How far [`Simulation::advance`] may go before the time is reached.
+/// Limit of work of one call of [`Simulation::advance`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Budget {
-    /// To the time, however long that takes.
+    /// No limit: the call ends when the time is reached.
     Unlimited,
-    /// One leg: some seconds of work, counted in collisions or time steps. A leg is a function of the checkpoint before it, so
-    /// that a run that was stopped between two legs goes on to the same bytes.
+    /// One segment: some seconds of work, counted in collisions or time steps. A segment is a
+    /// function of the checkpoint before it, so that a run that was stopped between two segments
+    /// resumes to the same bytes.
     Leg,
-    /// This number of pair collisions; Monte Carlo in cells stops at the end of the time step in which they are reached.
+    /// Number of pair collisions; Monte Carlo in cells stops at the end of the time step in which
+    /// it is reached.
     Collisions(u64),
 }
 
-/// Collisions between two looks at [`Simulation::pause_on`], of engines that go from collision to collision.
+/// Collisions between two checks of [`Simulation::pause_on`], of engines that go from collision to
+/// collision.
 const BETWEEN_PAUSES: u64 = 50_000;
 
-/// Spends a budget of collisions at once, or, where a pause may be asked for, in slices after which it is looked at. `advance` has a
-/// number of collisions, and returns what came of them and whether the budget was all that ended them.
+/// Spends a budget of collisions at once or, if a pause may be asked for, in slices with a check
+/// after each. `advance` gets a number of collisions, and returns its outcome and whether the
+/// budget was all that ended it.
 pub fn in_slices<T>(
     mut budget: u64,
     pause: Option<&Interrupt>,
@@ -153,30 +159,30 @@ pub fn in_slices<T>(
     }
 }
 
-/// What was done, in numbers that do not depend on the machine.
+/// Work done, in numbers that do not depend on the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Work {
-    /// Pair collisions, of simulators where those collide.
+    /// Pair collisions; of simulators where simulators collide.
     pub collisions: u64,
     /// Named numbers, such as predictions per collision.
     pub numbers: BTreeMap<String, f64>,
 }
 
-/// What one boundary has given to the gas so far.
+/// Momentum and energy that one boundary has given to the gas so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundaryFlux {
-    /// Its name: a face, an obstacle, an inflow.
+    /// Name of the face, obstacle or inflow.
     pub name: String,
-    /// Contacts with it, or particles through it; negative where particles left.
+    /// Contacts with the boundary, or particles through it; negative where particles left.
     pub particles: f64,
-    /// Momentum.
+    /// Momentum given to the gas \[mass length/time\].
     pub momentum: [f64; 3],
-    /// Kinetic energy, with that of rotation.
+    /// Kinetic energy given to the gas, including that of rotation \[energy\].
     pub energy: f64,
 }
 
 impl BoundaryFlux {
-    /// What a wall or an obstacle gave.
+    /// Converts the ledger of a wall or an obstacle.
     pub fn of_ledger<S: Space>(name: impl Into<String>, ledger: &Ledger<S>) -> Self {
         Self {
             name: name.into(),
@@ -187,16 +193,16 @@ impl BoundaryFlux {
     }
 }
 
-/// Clusters of a gas whose particles stick and break.
+/// Cluster sizes of a gas whose particles stick and break.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Census {
-    /// Number of clusters by number of monomers, rising.
+    /// Number of monomers of a cluster and number of such clusters, sizes rising.
     pub sizes: Vec<(u32, u64)>,
-    /// What sticking and breaking did so far, by name.
+    /// Counters and energies of sticking and breaking so far, by name.
     pub ledger: BTreeMap<String, f64>,
 }
 
-/// An engine that cannot start or go on, whatever its own error says.
+/// Error of any engine that cannot start or continue.
 #[derive(Debug)]
 pub struct Failure(Box<dyn Error + Send + Sync>);
 
@@ -206,7 +212,7 @@ impl Failure {
         Self(Box::new(error))
     }
 
-    /// The error of an engine, if it is of this type.
+    /// Returns the error of an engine, if it is of this type.
     pub fn downcast_ref<E: Error + 'static>(&self) -> Option<&E> {
         self.0.downcast_ref()
     }
@@ -224,26 +230,27 @@ impl Error for Failure {
     }
 }
 
-/// A gas under way, whatever moves it.
+/// A gas that an engine advances in time.
 ///
 /// Measurements that an engine cannot make are `None`.
 pub trait Simulation: Send {
-    /// The present time.
+    /// Current time \[time\].
     fn time(&self) -> f64;
 
-    /// 2 or 3.
+    /// Dimension: 2 or 3.
     fn dimension(&self) -> usize;
 
     /// Number of particles, or of simulators.
     fn count(&self) -> usize;
 
-    /// Number of particles that a simulator stands for, in the mean; 1 in exact dynamics.
+    /// Number of particles that a simulator stands for, on average; 1 in exact dynamics.
     fn weight(&self) -> f64;
 
     /// Advances to a time, or until the budget is spent. True if the time was reached; never if it was interrupted.
     ///
     /// # Errors
-    /// [`Failure`] if the gas cannot go on, as in inelastic collapse; it then stands at that moment.
+    /// [`Failure`] if the gas cannot be advanced, as in inelastic collapse; its state is then that
+    /// of this moment.
     fn advance(
         &mut self,
         until: f64,
@@ -251,41 +258,43 @@ pub trait Simulation: Send {
         observer: &mut dyn Observer,
     ) -> Result<bool, Failure>;
 
-    /// Lets [`Self::advance`] end early once this is raised, which it looks at several times a second.
+    /// Sets an interrupt that ends [`Self::advance`] early; it is checked several times a second.
     fn stop_on(&mut self, interrupt: &Interrupt);
 
-    /// Lets [`Self::advance`] end early once this is raised, between two collisions or steps: the gas is then whole and can go
-    /// on. It changes no number: the next advance to the same time ends with the bytes of one that was not paused, unless something
-    /// else is done with the gas in between. A checkpoint of a paused Monte Carlo gas goes on with other random numbers.
+    /// Sets an interrupt that ends [`Self::advance`] early, between two collisions or steps: the
+    /// gas is then whole and can be advanced again. A pause changes no number: the next advance to
+    /// the same time ends with the bytes of a run without a pause, unless the gas is changed in
+    /// between. A checkpoint of a paused Monte Carlo gas continues with other random numbers.
     fn pause_on(&mut self, pause: &Interrupt);
 
-    /// Lets [`Self::advance`] share its work among this many threads of the present thread pool, where that pays. No number depends
-    /// on it. Monte Carlo uses all threads of the pool in any case.
+    /// Sets the number of threads among which [`Self::advance`] may share its work, where that
+    /// pays. No number depends on it. Monte Carlo always uses all threads of the pool.
     fn use_threads(&mut self, _threads: usize) {}
 
-    /// Whether the interrupt broke an advance off. The gas is then in the middle of it, so that nothing that it shows has a
-    /// meaning, and it advances no further: what goes on is the last checkpoint.
+    /// Returns true if the interrupt broke an advance off. The state of the gas is then invalid,
+    /// and it advances no further: a run resumes from the last checkpoint.
     fn is_interrupted(&self) -> bool;
 
-    /// Shows each particle once, in the order of the engine's own storage; exact dynamics in that of indices.
+    /// Calls `look` for every particle, in storage order (event-driven: in index order).
     fn visit(&self, look: &mut dyn FnMut(&Particle));
 
-    /// The gas at the present time, in the order of indices.
+    /// Returns the gas at the current time, in the order of indices.
     fn particles(&self) -> Particles;
 
-    /// Adds all particles to an empty sum, wherever they are.
+    /// Adds all particles to an empty sum, on all processes.
     fn add_up(&self, sum: &mut dyn Sum) {
         self.visit(&mut |particle| sum.add(particle));
         sum.close(0);
     }
 
-    /// Adds all particles to an empty sum that also looks at neighbours up to a distance `reach`: strip by strip of the box, which are
-    /// groups. Those of weight zero are not of the strip, but near it. Only positions and weights are shown.
+    /// Adds all particles to an empty sum that also needs neighbours up to a distance `reach`
+    /// \[length\], with one group for each strip of the box. Particles of weight zero are not in
+    /// the strip, but near it. Only positions and weights are given.
     fn add_up_near(&self, _reach: f64, sum: &mut dyn Sum) {
         self.add_up(sum);
     }
 
-    /// Moments of the velocities.
+    /// Returns the moments of the velocities.
     fn moments(&self) -> Moments {
         let mut moments = Moments::default();
         self.add_up(&mut moments);
@@ -297,26 +306,29 @@ pub trait Simulation: Send {
         self.moments().temperature(self.dimension())
     }
 
-    /// Adds to the velocity of each particle, in the order of [`Self::particles`]; particles beyond the list stay as they are.
+    /// Adds a change \[length/time\] to the velocity of each particle, in the order of
+    /// [`Self::particles`]; particles beyond the list stay as they are.
     ///
     /// # Errors
     /// [`Failure`] if a velocity is no finite number afterwards.
     fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure>;
 
-    /// Multiplies all velocities.
+    /// Multiplies all velocities by `factor`.
     ///
     /// # Errors
     /// [`Failure`] unless the factor is positive and finite.
     fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure>;
 
-    /// Everything that is needed to go on to the same bytes, but what the constructor is given.
+    /// Returns all data from which a run resumes to the same bytes, besides the arguments of the
+    /// constructor.
     ///
     /// # Errors
     /// [`Failure`] if memory does not suffice.
     fn checkpoint(&self) -> Result<Vec<u8>, Failure>;
 
-    /// The same of a gas that several processes hold, with its particles in files that each of them writes for itself: their names
-    /// begin with the path `stem`, and they are of this run. None, and nothing is written, where one process holds all.
+    /// Returns the checkpoint of a gas that several processes hold, while each of them writes its
+    /// particles into a file of its own: file names begin with the path `stem`, and files carry the
+    /// fingerprint `run`. `None`, with nothing written, if one process holds the whole gas.
     ///
     /// # Errors
     /// [`Failure`] if a process cannot write its file.
@@ -328,10 +340,11 @@ pub trait Simulation: Send {
         Ok(None)
     }
 
-    /// What was done so far.
+    /// Returns the work done so far.
     fn work(&self) -> Work;
 
-    /// Latest contacts, of engines that go from contact to contact; none where they are not known.
+    /// Returns the latest contacts, of engines that go from contact to contact; `None` if they are
+    /// unknown.
     fn recent_contacts(&self) -> Option<RecentContacts> {
         None
     }
@@ -339,17 +352,18 @@ pub trait Simulation: Send {
     /// Memory held \[bytes\].
     fn bytes(&self) -> usize;
 
-    /// Measures displacements from now on; false if this engine cannot.
+    /// Starts to track displacements from now on; false if this engine cannot.
     fn follow_displacements(&mut self) -> bool {
         false
     }
 
-    /// How far each particle has come since then, across the edges of the box, in the order of [`Self::particles`].
+    /// Displacement of each particle since [`Self::follow_displacements`], across the edges of the
+    /// box, in the order of [`Self::particles`] \[length\].
     fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
         None
     }
 
-    /// Mean square of these displacements; none without particles.
+    /// Mean of the squared [`Self::displacements`] \[length^2\]; `None` without particles.
     fn mean_squared_displacement(&self) -> Option<f64> {
         let all = self.displacements().filter(|all| !all.is_empty())?;
         let squares = all.iter().map(Vector3::norm_squared);
@@ -366,12 +380,13 @@ pub trait Simulation: Send {
         None
     }
 
-    /// What walls, obstacles, openings and inflows have given so far; empty where there are none.
+    /// Returns the momentum and energy that walls, obstacles, openings and inflows have given so
+    /// far; empty without them.
     fn boundaries(&self) -> Vec<BoundaryFlux> {
         Vec::new()
     }
 
-    /// Clusters, where particles stick and break.
+    /// Returns the cluster sizes, if particles stick and break.
     fn census(&self) -> Option<Census> {
         None
     }

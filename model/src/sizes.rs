@@ -13,33 +13,33 @@ use crate::invalid::Invalid;
 /// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing for
 /// equal particles, the index for unequal ones.
 pub trait Sizes: Clone + Debug + Send + Sync + 'static {
-    /// True where the type says that all particles are alike, so that pair factors are compile-time ones.
+    /// True if all particles are alike by type, so that pair factors are compile-time constants.
     const UNIFORM: bool;
-    /// True where a tag belongs to one particle only, so that none can be added.
+    /// True if a tag belongs to one particle only, so that none can be added.
     const INDIVIDUAL: bool;
-    /// What a particle must carry for its size to be found again.
+    /// Data that a particle carries to find its size.
     type Tag: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
-    /// The tag of the particle with the given index in the state.
+    /// Returns the tag of the particle with the given index in the state.
     fn tag(&self, index: usize) -> Self::Tag;
-    /// The index of a particle in the state; `order`, its place in a working order, stands in for it
-    /// where equal particles carry no index.
+    /// Returns the index of a particle in the state; `order`, its place in a working order,
+    /// replaces it where equal particles carry no index.
     fn index(tag: Self::Tag, order: usize) -> usize;
-    /// The sizes of `times` copies of the gas, one after the other.
+    /// Returns the sizes of `times` copies of the gas, one after the other.
     #[must_use]
     fn repeated(&self, times: usize) -> Self;
-    /// The radius of a particle.
+    /// Radius of a particle \[length\].
     fn radius(&self, tag: Self::Tag) -> f64;
-    /// The mass of a particle.
+    /// Mass of a particle.
     fn mass(&self, tag: Self::Tag) -> f64;
-    /// The largest radius of all.
+    /// Largest radius of all particles \[length\].
     fn largest_radius(&self) -> f64;
-    /// Whether all particles have one radius and one mass, as those of a single species do.
+    /// Returns true if all particles have one radius and one mass, as in a single species.
     #[inline]
     fn are_equal(&self) -> bool {
         Self::UNIFORM
     }
-    /// The species that a particle belongs to, where there are several; 0 otherwise.
+    /// Returns the species of a particle, from 0; 0 if there is only one.
     #[inline]
     fn kind(&self, _tag: Self::Tag) -> u32 {
         0
@@ -52,7 +52,7 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     }
 }
 
-/// All particles alike.
+/// One radius and one mass for all particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monodisperse {
     /// Radius of every particle \[length\].
@@ -92,15 +92,15 @@ impl Sizes for Monodisperse {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polydisperse {
     sizes: Arc<[(f64, f64)]>,
-    /// Number of the species of each; none where all are of one.
+    /// Species of each particle; `None` if all are of one species.
     kinds: Option<Arc<[u32]>>,
     largest: f64,
-    /// Whether all have one radius and mass.
+    /// True if all particles have one radius and mass.
     equal: bool,
 }
 
 impl Polydisperse {
-    /// Sizes from (radius, mass) of each particle, in the order of the state.
+    /// Creates sizes from (radius, mass) of each particle, in the order of the state.
     ///
     /// # Errors
     /// [`Invalid`] if a value is not positive and finite, or there is none.
@@ -120,7 +120,7 @@ impl Polydisperse {
         })
     }
 
-    /// The same with the number of the species of each particle.
+    /// Returns these sizes with the number of the species of each particle.
     ///
     /// # Errors
     /// [`Invalid`] unless there is one for each particle.
@@ -136,7 +136,7 @@ impl Polydisperse {
 }
 
 impl Polydisperse {
-    /// (radius, mass) of each particle, in the order of the state.
+    /// Returns (radius, mass) of each particle, in the order of the state.
     pub fn pairs(&self) -> &[(f64, f64)] {
         &self.sizes
     }

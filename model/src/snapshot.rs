@@ -16,7 +16,7 @@ const MAGIC: &[u8; 8] = b"STOSSZHL";
 const FORMAT: u32 = 3;
 const EXPECTED: &str = "format 3";
 const HEADER: usize = 8 + 4 + 8 + 32 + 32;
-/// Bytes that are written at once.
+/// Size of the write buffer \[bytes\].
 const BUFFER: usize = 1 << 16;
 
 /// Identifies the run that a snapshot belongs to: a hash of the case and whatever else decides its
@@ -26,7 +26,7 @@ pub type Fingerprint = [u8; 32];
 /// BLAKE3 hash of the payload of a snapshot.
 pub type Checksum = [u8; 32];
 
-/// Why a snapshot could not be written or read.
+/// Reason why a snapshot could not be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SnapshotError {
@@ -35,39 +35,39 @@ pub enum SnapshotError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// Not a snapshot, damaged, or of another format.
+    /// The file is not a snapshot, damaged, or of another format.
     #[error("{}: not a usable snapshot: {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What was found.
+        /// Content found.
         found: String,
-        /// What belongs there.
+        /// Expected content.
         expected: &'static str,
     },
-    /// A snapshot of another case, point of a sweep, seed or version.
+    /// The snapshot is of another case, point of a sweep, seed or version.
     #[error("{}: the snapshot belongs to another run (case, point, seed or version differ)", path.display())]
     Foreign {
         /// The file.
         path: PathBuf,
     },
-    /// A snapshot of the same run that was written for another place in it.
+    /// The snapshot is of this run, but was written for another place in it.
     #[error("{}: holds {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
     Misplaced {
         /// The file.
         path: PathBuf,
         /// Replica, engine, point and seed that the file was written for.
         found: String,
-        /// Those that belong under its name.
+        /// Replica, engine, point and seed that belong under the file name.
         expected: String,
     },
 }
 
 impl SnapshotError {
-    /// What the system said of a file.
+    /// Wraps an error of the operating system about a file.
     pub fn of_file(path: &Path, source: io::Error) -> Self {
         Self::File {
             path: path.to_owned(),
@@ -87,8 +87,9 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     })
 }
 
-/// Has a file written that appears under its name only when it is complete. The folder is opened once, at the beginning, so that the
-/// file ends where it was begun, also if the folder is moved meanwhile.
+/// Writes a file that appears under its name only when it is complete. The folder is opened once,
+/// at the beginning, so that the file ends where it was begun, also if the folder is moved
+/// meanwhile.
 fn when_complete<T>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<T, SnapshotError>,
@@ -100,12 +101,12 @@ fn when_complete<T>(
     Ok(written)
 }
 
-/// Counts and hashes what goes into a file, so that nothing of it need be held.
+/// Writer that counts and hashes the bytes of a file, so that none need be held.
 struct Hashed<'a> {
     file: &'a mut File,
     hash: blake3::Hasher,
     length: u64,
-    /// Serialisers do not pass it on.
+    /// Error of the operating system, which serialisers do not pass on.
     failure: Option<io::Error>,
 }
 
@@ -143,7 +144,7 @@ pub fn write<T: Serialize>(
     when_complete(path, |file| fill(path, file, run, content))
 }
 
-/// Header and payload of the snapshot that is to become `path`.
+/// Writes the header and payload of the snapshot that is to become `path`.
 fn fill<T: Serialize>(
     path: &Path,
     file: &mut File,
@@ -185,7 +186,7 @@ fn fill<T: Serialize>(
     Ok(checksum)
 }
 
-/// Reads the snapshot of the given run.
+/// Reads a snapshot of the given run.
 ///
 /// # Errors
 /// [`SnapshotError`] if the file is absent, damaged, or belongs to another run.
@@ -193,7 +194,7 @@ pub fn read<T: DeserializeOwned>(path: &Path, run: &Fingerprint) -> Result<T, Sn
     Ok(read_checked(path, run)?.0)
 }
 
-/// [`read`], with the checksum of the payload.
+/// Reads a snapshot as [`read`] does, and returns the checksum of its payload too.
 ///
 /// # Errors
 /// As [`read`].

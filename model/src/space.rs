@@ -1,4 +1,4 @@
-//! The dimension of the scene, as a type.
+//! The dimension of a gas, as a type.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Debug;
@@ -31,15 +31,15 @@ pub trait Vector:
     + Sync
     + 'static
 {
-    /// The scalar product a . b.
+    /// Scalar product a . b.
     fn inner(&self, other: &Self) -> f64;
 
-    /// The squared length.
+    /// Squared length.
     fn square(&self) -> f64 {
         self.inner(self)
     }
 
-    /// The same vector in space; components beyond the dimension are zero.
+    /// Returns this vector in three dimensions; components beyond the dimension are zero.
     fn spatial(&self) -> Vector3<f64>;
 }
 
@@ -78,34 +78,35 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Moment r x F of what acts at the end of an arm.
     fn moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin;
 
-    /// The vector of which each component is what the function says of its number. Written out, it stays in registers
+    /// Returns the vector whose component i is `component(i)`. Written out, it stays in registers
     /// where a loop over components would go through memory.
     fn vector(component: impl FnMut(usize) -> f64) -> Self::Vector;
     /// Area or volume of a particle, pi r^2 or 4 pi r^3/3 \[length^D\].
     fn ball(radius: f64) -> f64;
-    /// What a particle sweeps through on its way, for a contact distance: 2 d or pi d^2 \[length^(D-1)\].
+    /// Cross-section of two particles at a contact distance: 2 d or pi d^2 \[length^(D-1)\].
     fn cross_section(distance: f64) -> f64;
-    /// A unit vector along the line of centres, from the second partner to the first, for an approach along the
-    /// unit vector `direction`, and its component along it, never positive: the impact parameter is uniform in the
-    /// cross section, as molecular chaos has it.
+    /// Draws a unit vector along the line of centres, from the second partner to the first, for an
+    /// approach along the unit vector `direction`. Also returns the component of `direction` along
+    /// it, never positive. The impact parameter is uniform in the cross-section, as molecular chaos
+    /// has it.
     fn line_of_centres(direction: Self::Vector, stream: &mut impl Rng) -> (Self::Vector, f64);
-    /// A random unit vector, all directions equally likely.
+    /// Draws a unit vector, all directions equally likely.
     fn random_direction(stream: &mut impl Rng) -> Self::Vector;
-    /// All directions together: 2 pi or 4 pi.
+    /// Solid angle of all directions: 2 pi or 4 pi.
     const SOLID_ANGLE: f64;
-    /// A random rotation, all equally likely.
+    /// Draws a rotation, all equally likely.
     fn random_turn(stream: &mut impl Rng) -> Self::Turn;
-    /// A vector, rotated.
+    /// Rotates a vector.
     fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
-    /// An angular velocity, rotated.
+    /// Rotates an angular velocity.
     fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin;
-    /// An angular velocity as a vector in space; that of a disk is along the third axis.
+    /// Returns an angular velocity as a vector in space; that of a disk is along the third axis.
     fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
-    /// The angular velocity that a vector in space stands for.
+    /// Returns the angular velocity that a vector in space stands for.
     fn spin_of(vector: Vector3<f64>) -> Self::Spin;
     /// Pair correlation of equal particles at contact.
     fn contact_value(packing_fraction: f64) -> f64;
-    /// Structure factor at long waves of an elastic gas of equal particles.
+    /// Structure factor at long wavelengths of an elastic gas of equal particles.
     fn structure_factor_at_zero(packing_fraction: f64) -> f64;
     /// Packing fraction of random close packing.
     const RANDOM_CLOSE_PACKING: f64;
@@ -117,18 +118,18 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     const MEAN_SPEED: f64;
 }
 
-/// Two dimensions: disks.
+/// The plane, two dimensions: disks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Plane;
 
-/// Three dimensions: spheres.
+/// Space, three dimensions: spheres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Volume;
 
 impl Space for Plane {
     const DIMENSION: usize = 2;
     type Vector = SVector<f64, 2>;
-    /// Sine and cosine.
+    /// Sine and cosine of the angle.
     type Turn = (f64, f64);
     type Spin = SVector<f64, 1>;
     const ROTATIONS: usize = 1;
@@ -202,7 +203,7 @@ impl Space for Plane {
     fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
         kinetic::collision_rate(packing_fraction, contact_value, 0.0)
     }
-    /// sqrt(pi/2).
+    /// Mean speed over sqrt(T/m), sqrt(pi/2).
     const MEAN_SPEED: f64 = 1.253_314_137_315_500_3;
 }
 
@@ -310,7 +311,7 @@ impl Space for Volume {
     fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
         spheres::collision_rate(packing_fraction, contact_value)
     }
-    /// sqrt(8/pi).
+    /// Mean speed over sqrt(T/m), sqrt(8/pi).
     const MEAN_SPEED: f64 = 1.595_769_121_605_730_7;
 }
 

@@ -14,26 +14,28 @@ pub struct Kind {
     pub radius: f64,
     /// Mass of one particle.
     pub mass: f64,
-    /// How many particles there are; none is allowed.
+    /// Number of particles; may be 0.
     pub count: usize,
 }
 
-/// Species, one after the other in the order of the state; a particle carries the number of its species only, so the
-/// table stays in the fastest memory however many particles there are.
+/// Species, one after the other in the order of the state. A particle carries only the number of
+/// its species, so the table stays in the fastest cache for any number of particles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
     kinds: Arc<[Kind]>,
-    /// First index of each species in the state, and the number of all particles.
+    /// Offsets: first index of each species in the state, then the total number of particles.
     first: Arc<[usize]>,
+    /// Largest radius \[length\].
     largest: f64,
-    /// Whether all have one radius and mass.
+    /// True if all particles have one radius and mass.
     equal: bool,
-    /// What [`Sizes::kind`] says of each entry: its number, unless several entries are of one species.
+    /// Species of each entry of `kinds`, as [`Sizes::kind`] returns it: its index, unless several
+    /// entries are of one species.
     numbers: Arc<[u32]>,
 }
 
 impl Species {
-    /// The mixture of the given species.
+    /// Creates the mixture of the given species.
     ///
     /// # Errors
     /// [`Invalid`] if there is none, or 2^32 or more, if a radius or mass is not positive and finite, or if there are 2^32
@@ -69,7 +71,7 @@ impl Species {
         })
     }
 
-    /// The same with the number of the species that each entry of the list is of.
+    /// Returns this mixture with the number of the species that each entry of the list belongs to.
     ///
     /// # Errors
     /// [`Invalid`] unless there is one for each entry.
@@ -83,7 +85,7 @@ impl Species {
         })
     }
 
-    /// The entries in their order; those of a repeated gas copy after copy.
+    /// Returns the entries in their order; those of a repeated gas copy after copy.
     pub fn kinds(&self) -> &[Kind] {
         &self.kinds
     }
@@ -148,8 +150,9 @@ impl Sizes for Species {
     }
 }
 
-/// The species of particles, by the number that an engine gives them: sets of simulators are numbered on, and in a gas of
-/// continuous sizes each particle has a number of its own, in the order of sizes.
+/// Map from the species number of an engine to the species of the case: sets of simulators are
+/// numbered on, and in a gas of continuous sizes each particle has a number of its own, in the
+/// order of sizes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Grouping {
     groups: usize,
@@ -157,7 +160,8 @@ pub struct Grouping {
 }
 
 impl Grouping {
-    /// So many species; of continuous sizes, of so many numbers.
+    /// Creates the map to `groups` species; `kinds` is the count of numbers in a gas of continuous
+    /// sizes.
     pub fn new(groups: usize, kinds: Option<usize>) -> Self {
         Self {
             groups: groups.max(1),
@@ -170,7 +174,7 @@ impl Grouping {
         self.groups
     }
 
-    /// The species of a number.
+    /// Returns the species of an engine's number.
     #[inline]
     pub fn group(self, kind: u32) -> usize {
         match self.kinds {

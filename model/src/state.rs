@@ -1,4 +1,4 @@
-//! The interchange between engines, measurements and files.
+//! State of a gas: the interchange format of engines, measurements and files.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::sizes::Sizes;
 use crate::space::{Space, Vector};
 use crate::surface::Surface;
 
-/// One particle. Engines keep working storage of their own; this is what they exchange.
+/// One particle. Engines keep working storage of their own; this is the form that they exchange.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Body<P: Physics> {
@@ -16,12 +16,12 @@ pub struct Body<P: Physics> {
     pub position: VectorOf<P>,
     /// Velocity \[length/time\].
     pub velocity: VectorOf<P>,
-    /// Angular velocity, or nothing.
+    /// Angular velocity \[1/time\]; `()` for smooth particles.
     pub spin: SpinOf<P>,
 }
 
 impl<P: Physics> Body<P> {
-    /// A particle that does not spin.
+    /// Creates a particle that does not spin.
     pub fn new(position: VectorOf<P>, velocity: VectorOf<P>) -> Self {
         Self {
             position,
@@ -63,11 +63,11 @@ impl<P: Physics> std::fmt::Debug for Body<P> {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct State<P: Physics> {
-    /// Time \[time\].
+    /// Time of the state \[time\].
     pub time: f64,
     /// The box.
     pub domain: Domain<P::Space>,
-    /// The particles; sizes are found by their index here.
+    /// Particles; their sizes are found by their index here.
     pub bodies: Vec<Body<P>>,
 }
 
@@ -82,7 +82,7 @@ impl<P: Physics> Clone for State<P> {
 }
 
 impl<P: Physics> State<P> {
-    /// Total kinetic energy, sum of m v^2 / 2.
+    /// Total kinetic energy, sum of m v^2/2 \[energy\].
     pub fn kinetic_energy(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();
         let twice: f64 = self
@@ -94,7 +94,7 @@ impl<P: Physics> State<P> {
         0.5 * twice
     }
 
-    /// Energy of rotation, sum of I w^2/2; zero where nothing spins.
+    /// Energy of rotation, sum of I w^2/2 \[energy\]; zero where nothing spins.
     pub fn spin_energy(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();
         let bodies = self.bodies.iter().enumerate();
@@ -107,7 +107,7 @@ impl<P: Physics> State<P> {
             .sum()
     }
 
-    /// Temperature of rotation, <I w^2> for each rotation \[energy\].
+    /// Temperature of rotation, <I w^2>/`ROTATIONS` \[energy\].
     pub fn spin_temperature(&self, scene: &P) -> f64 {
         let degrees = (P::Space::ROTATIONS * self.bodies.len().max(1)) as f64;
         2.0 * self.spin_energy(scene) / degrees
@@ -129,7 +129,7 @@ impl<P: Physics> State<P> {
         2.0 * self.kinetic_energy(scene) / degrees
     }
 
-    /// The share of the domain that the particles cover.
+    /// Packing fraction: share of the domain that the particles cover.
     pub fn packing_fraction(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();
         let covered: f64 = (0..self.bodies.len())

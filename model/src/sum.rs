@@ -1,8 +1,9 @@
-//! Sums over the particles of a gas, made by whoever holds them.
+//! Sums over the particles of a gas, independent of the processes and threads that hold them.
 //!
-//! A gas shows its particles in groups ([`Simulation::add_up`](crate::Simulation::add_up)). Which particles form a group, their order in
-//! it and its number do not depend on how many processes or threads hold the gas; the order of groups may. So within a group one adds
-//! as usual, and groups are put together in a way that their order does not matter for: exactly ([`Totals`]), in the order of their
+//! A gas shows its particles in groups ([`Simulation::add_up`](crate::Simulation::add_up)). Which
+//! particles form a group, their order in it and its number do not depend on how many processes or
+//! threads hold the gas; the order of groups may. So within a group numbers are added as usual, and
+//! groups are combined independently of their order: exactly ([`Totals`]), in the order of their
 //! numbers once all are there ([`Parts`]), or as integers.
 
 use serde::de::DeserializeOwned;
@@ -11,36 +12,37 @@ use serde::{Deserialize, Serialize};
 use crate::exact::Exact;
 use crate::particle::Particle;
 
-/// A sum of some kind, empty or not. Empty, it tells another process which sum to make; so options are part of it.
+/// Sum of some kind, which engines fill. An empty one tells another process which sum to make, so
+/// its options are part of it.
 pub trait Adds: Serialize + DeserializeOwned {
-    /// The name of its kind, by which another process knows it.
+    /// Name of the kind of sum, by which another process knows it.
     const NAME: &'static str;
 
-    /// Adds a particle to the group that is open.
+    /// Adds a particle to the open group.
     fn add(&mut self, particle: &Particle);
 
     /// Ends a group.
     fn close(&mut self, _group: u32) {}
 
-    /// Adds what another has added.
+    /// Adds another sum.
     fn merge(&mut self, other: Self);
 }
 
-/// [`Adds`] of any kind, as an engine sees it.
+/// Object-safe form of [`Adds`], as an engine uses it.
 pub trait Sum {
-    /// The name of its kind.
+    /// Name of the kind of sum.
     fn name(&self) -> &'static str;
 
-    /// [`Adds::add`].
+    /// Calls [`Adds::add`].
     fn add(&mut self, particle: &Particle);
 
-    /// [`Adds::close`].
+    /// Calls [`Adds::close`].
     fn close(&mut self, group: u32);
 
-    /// What it is and what was added, for another process.
+    /// Serialises the options and content of the sum, for another process.
     fn save(&self) -> Vec<u8>;
 
-    /// Adds what another process has saved; false if those are no bytes of such a sum.
+    /// Adds a sum that another process has saved; false if the bytes are not of such a sum.
     fn add_saved(&mut self, bytes: &[u8]) -> bool;
 }
 
@@ -68,10 +70,11 @@ impl<T: Adds> Sum for T {
     }
 }
 
-/// Makes a sum of the kind of a name as another process has saved it; none if the name is of another kind.
+/// Function that restores a sum that another process has saved, by the name of its kind; `None` for
+/// another kind.
 pub type Make = fn(&str, &[u8]) -> Option<Box<dyn Sum>>;
 
-/// [`Make`] of one kind.
+/// Restores a sum of the kind `T`: the [`Make`] of one kind.
 pub fn made<T: Adds + 'static>(name: &str, bytes: &[u8]) -> Option<Box<dyn Sum>> {
     if name != T::NAME {
         return None;
@@ -80,17 +83,17 @@ pub fn made<T: Adds + 'static>(name: &str, bytes: &[u8]) -> Option<Box<dyn Sum>>
     Some(Box::new(sum))
 }
 
-/// A few sums by place, added exactly from group to group.
+/// A short array of order-independent sums (superaccumulators), one per slot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Totals {
     sums: Vec<Exact>,
-    /// Of the group that is open.
+    /// Sums of the open group, by slot.
     #[serde(skip)]
     open: Vec<f64>,
 }
 
 impl Totals {
-    /// So many sums.
+    /// Creates `places` empty sums.
     pub fn new(places: usize) -> Self {
         Self {
             sums: vec![Exact::default(); places],
@@ -98,7 +101,7 @@ impl Totals {
         }
     }
 
-    /// The sums of the open group.
+    /// Returns the sums of the open group.
     #[inline]
     pub fn open(&mut self) -> &mut [f64] {
         if self.open.is_empty() {
@@ -114,26 +117,27 @@ impl Totals {
         }
     }
 
-    /// Adds those of another.
+    /// Adds the sums of another.
     pub fn merge(&mut self, other: &Self) {
         for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
             sum.merge(more);
         }
     }
 
-    /// All sums, rounded.
+    /// Returns all sums, rounded.
     pub fn values(&self) -> Vec<f64> {
         self.sums.iter().map(Exact::value).collect()
     }
 }
 
-/// Sums by place, of which a group has few among many. What groups have is kept apart until all are there.
+/// Sums by slot, of which a group has few among many. The sums of groups are kept apart until all
+/// are there.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Parts<T> {
     places: usize,
-    /// By group and place.
+    /// Sums of closed groups: group, slot and sum.
     all: Vec<(u32, u32, T)>,
-    /// Of the group that is open: by place, and which places it has.
+    /// Sums of the open group by slot; `None` for slots without one.
     #[serde(skip)]
     open: Vec<Option<T>>,
     #[serde(skip)]
@@ -141,7 +145,7 @@ pub struct Parts<T> {
 }
 
 impl<T: Copy + Default> Parts<T> {
-    /// So many places.
+    /// Creates an empty array of `places` slots.
     pub fn new(places: usize) -> Self {
         Self {
             places,
@@ -151,7 +155,7 @@ impl<T: Copy + Default> Parts<T> {
         }
     }
 
-    /// A sum of the open group.
+    /// Returns a sum of the open group.
     ///
     /// # Panics
     /// Beyond the last place.
@@ -175,12 +179,12 @@ impl<T: Copy + Default> Parts<T> {
         }
     }
 
-    /// Adds those of another.
+    /// Adds the sums of another.
     pub fn merge(&mut self, other: Self) {
         self.all.extend(other.all);
     }
 
-    /// Shows all parts with their places, in the order of groups.
+    /// Calls `show` for all sums with their slots, in the order of groups.
     pub fn in_order(mut self, mut show: impl FnMut(usize, &T)) {
         self.all
             .sort_unstable_by_key(|&(group, place, _)| (group, place));
@@ -194,7 +198,7 @@ impl<T: Copy + Default> Parts<T> {
 mod tests {
     use super::*;
 
-    /// Weights by place, in both ways; places are kinds.
+    /// Weights by slot, in both ways; slots are kinds.
     #[derive(Serialize, Deserialize)]
     struct Both {
         totals: Totals,

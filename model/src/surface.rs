@@ -1,4 +1,4 @@
-//! The tangential contact law, and what a particle stores for it.
+//! Tangential contact laws, and the spin that a particle stores for them.
 
 use std::fmt::Debug;
 
@@ -14,25 +14,26 @@ use crate::space::{Space, Vector};
 
 /// The tangential half of the contact law, between two particles and between a particle and a wall.
 ///
-/// The associated type is all that a particle stores for it: a smooth grain carries `()`, which is
+/// The type `Spin` is all that a particle stores for it: a smooth particle carries `()`, which is
 /// zero bytes and zero instructions.
 pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
-    /// Angular velocity of one particle, or nothing.
+    /// Angular velocity of one particle \[1/time\]; `()` if particles do not spin.
     type Spin: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
     /// True where particles spin.
     const ROUGH: bool;
 
-    /// Adds the tangential impulse of a contact to what the normal one has left, and turns the partners.
+    /// Adds the tangential impulse of a contact to the velocities after the normal one, and changes
+    /// the spins.
     fn rub(
         &self,
         pair: &CollidingPair<S::Vector, Self::Spin>,
         after: &mut PostCollision<S::Vector, Self::Spin>,
     );
 
-    /// Tangential impulse of a wall: its `normal` is a unit vector into the gas, `velocity` is relative to
-    /// the wall, and `slip` is what is left of the tangential velocity of the contact, from -1 to 1, where 1 is no
-    /// friction.
+    /// Applies the tangential impulse of a wall. The `normal` is a unit vector into the gas,
+    /// `velocity` is relative to the wall, and `slip` is the tangential velocity of the contact
+    /// after it over that before, from -1 to 1, where 1 is no friction.
     fn slide(
         &self,
         normal: S::Vector,
@@ -42,7 +43,7 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
         spin: &mut Self::Spin,
     );
 
-    /// A spin drawn from the Maxwellian of a temperature I <w^2>/`ROTATIONS` \[energy\].
+    /// Draws a spin from the Maxwellian of a temperature I <w^2>/`ROTATIONS` \[energy\].
     fn thermal_spin(
         &self,
         temperature: f64,
@@ -51,19 +52,19 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
         stream: &mut impl Rng,
     ) -> Self::Spin;
 
-    /// Energy of rotation, I w^2/2.
+    /// Energy of rotation, I w^2/2 \[energy\].
     fn spin_energy(&self, mass: f64, radius: f64, spin: Self::Spin) -> f64;
 
-    /// A spin times a number: engines have units of their own.
+    /// Multiplies a spin by a number, to convert units.
     fn scaled(spin: Self::Spin, factor: f64) -> Self::Spin;
 
-    /// A spin, rotated.
+    /// Rotates a spin.
     fn turned(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
 
-    /// A spin as a vector in space; that of a disk is along the third axis.
+    /// Returns a spin as a vector in space; that of a disk is along the third axis.
     fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
 
-    /// The spin that a vector in space stands for.
+    /// Returns the spin that a vector in space stands for.
     fn spin_of(vector: Vector3<f64>) -> Self::Spin;
 }
 
@@ -116,13 +117,14 @@ impl<S: Space> Surface<S> for Smooth {
     fn spin_of(_vector: Vector3<f64>) {}
 }
 
-/// Grains that turn each other: a contact multiplies the tangential velocity of the two surfaces with minus the
-/// coefficient of tangential restitution.
+/// Rough particles: a contact multiplies the relative tangential velocity of the two surfaces by
+/// minus the coefficient of tangential restitution.
 ///
-/// With n the unit vector along the line of centres from the second to the first partner, R the radii, and the
-/// velocity of the contact c = v1 - v2 - (R1 w1 + R2 w2) x n, the tangential impulse on the first partner is
-/// J = -mu (q/(1 + q)) (1 + beta) (c - (c . n) n), q = I/(m R^2) and mu the reduced mass, and each spin changes by
-/// -n x J/(q m R). Momentum and angular momentum are conserved, energy only for beta = -1 (smooth) and 1.
+/// Let n be the unit vector along the line of centres from the second to the first partner, R the
+/// radii, and c = v1 - v2 - (R1 w1 + R2 w2) x n the velocity of the contact. The tangential impulse
+/// on the first partner is J = -mu (q/(1 + q)) (1 + beta) (c - (c . n) n), with q = I/(m R^2) and
+/// mu the reduced mass. Each spin changes by -n x J/(q m R). Momentum and angular momentum are
+/// conserved, energy only for beta = -1 (smooth) and 1.
 ///
 /// Walton, Braun, Mallon & Cervelli (1988); Luding, Huthmann, McNamara & Zippelius, Phys. Rev. E 58, 3416 (1998),
 /// doi:10.1103/PhysRevE.58.3416.
@@ -133,9 +135,9 @@ pub struct Rough {
 }
 
 impl Rough {
-    /// A surface with the coefficient of tangential restitution beta, from -1 (perfectly smooth) to 1 (perfectly rough),
-    /// and the moment of inertia in units of m R^2, above 0 and at most 1: 1/2 for a disk, 2/5 for a sphere
-    /// ([`Space::INERTIA`]).
+    /// Creates a surface with the coefficient of tangential restitution beta, from -1 (perfectly
+    /// smooth) to 1 (perfectly rough), and the moment of inertia in units of m R^2, above 0 and at
+    /// most 1: 1/2 for a disk, 2/5 for a sphere ([`Space::INERTIA`]).
     ///
     /// # Errors
     /// [`Invalid`] outside these ranges.
@@ -259,7 +261,7 @@ impl<S: Space> Surface<S> for Rough {
     }
 }
 
-/// What of a vector is across a unit vector.
+/// Returns the part of a vector that is perpendicular to a unit vector.
 #[inline]
 fn tangential<V: Vector>(vector: V, normal: V) -> V {
     vector - normal * vector.inner(&normal)

@@ -15,10 +15,11 @@ use crate::kinetic;
 /// Shear viscosity of dilute elastic disks in first Sonine order, `eta_0 = sqrt(m T/pi)/(2 d)`, in sqrt(m T)/d.
 pub const DILUTE_VISCOSITY: f64 = 0.282_094_791_773_878_14;
 
-/// What all Sonine orders make of the viscosity of dilute elastic disks, over the first (Gass 1971).
+/// Viscosity of dilute elastic disks in all Sonine orders over that in first order (Gass 1971).
 pub const VISCOSITY_ORDERS: f64 = 1.022;
 
-/// What three Sonine orders make of the self-diffusion of elastic disks, over the first; two make it 43/42.
+/// Self-diffusion of elastic disks in three Sonine orders over that in first order; two orders give
+/// 43/42.
 pub const DIFFUSION_ORDERS: f64 = 1.027;
 
 /// The dimension of all formulas here.
@@ -73,8 +74,9 @@ pub fn shear_viscosity(packing_fraction: f64, contact_value: f64, restitution: f
         + D / (D + 2.0) * bulk_viscosity(packing_fraction, contact_value, restitution)
 }
 
-/// Shear viscosity of elastic disks with [`VISCOSITY_ORDERS`] on its kinetic part \[sqrt(m T)/d\]: what an elastic
-/// simulation of the Enskog equation is measured against. The collisional part has no orders to sum.
+/// Shear viscosity of elastic disks with [`VISCOSITY_ORDERS`] on its kinetic part \[sqrt(m T)/d\]:
+/// the reference of elastic simulations of the Enskog equation. The collisional part has no orders
+/// to sum.
 pub fn elastic_viscosity(packing_fraction: f64, contact_value: f64) -> f64 {
     DILUTE_VISCOSITY * VISCOSITY_ORDERS * kinetic_viscosity(packing_fraction, contact_value, 1.0)
         + D / (D + 2.0) * bulk_viscosity(packing_fraction, contact_value, 1.0)

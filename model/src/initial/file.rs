@@ -14,23 +14,25 @@ use nalgebra::Vector3;
 /// Content of a start file, as written; components that the file lacks are zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StartFile {
-    /// Side lengths of the box, the third 0 where the file names two; none where it names no box.
+    /// Side lengths of the box \[length\], the third 0 where the file names two; `None` without a
+    /// box.
     pub lengths: Option<[f64; 3]>,
-    /// Axes along which the file calls the box periodic; none where it does not say.
+    /// Periodicity by axis; `None` where the file does not state it.
     pub periodic: Option<[bool; 3]>,
-    /// Centres, if the file has them.
+    /// Centres \[length\], if the file has them.
     pub positions: Option<Vec<Vector3<f64>>>,
-    /// Velocities, if the file has them.
+    /// Velocities \[length/time\], if the file has them.
     pub velocities: Option<Vec<Vector3<f64>>>,
-    /// Angular velocities, if the file has them.
+    /// Angular velocities \[1/time\], if the file has them.
     pub spins: Option<Vec<Vector3<f64>>>,
-    /// Radii, if the file has them.
+    /// Radii \[length\], if the file has them.
     pub radii: Option<Vec<f64>>,
     /// Masses, if the file has them.
     pub masses: Option<Vec<f64>>,
     /// Names of the species of the particles, if the file has them.
     pub types: Option<Vec<String>>,
-    /// Numbers of particles that each stands for, if the file has them.
+    /// Weights: numbers of particles that each particle of the file stands for, if the file has
+    /// them.
     pub weights: Option<Vec<f64>>,
 }
 
@@ -42,7 +44,7 @@ impl StartFile {
     }
 }
 
-/// Why a start file could not be used.
+/// Reason why a start file could not be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {
@@ -51,19 +53,19 @@ pub enum FileError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A line has something else than what belongs there.
+    /// A line has wrong content.
     #[error("{}:{line}: found {found}; expected {expected}", path.display())]
     Content {
         /// The file.
         path: PathBuf,
-        /// Line, from 1.
+        /// Line, counted from 1.
         line: usize,
-        /// What was found.
+        /// Text found.
         found: String,
-        /// What belongs there.
+        /// Expected content.
         expected: String,
     },
 }

@@ -12,19 +12,19 @@ use crate::space::Plane;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     name: &'static str,
-    /// Columns and rows.
+    /// Number of columns and rows.
     counts: [usize; 2],
-    /// Odd rows are shifted by half a column.
+    /// True if odd rows are shifted by half a column.
     staggered: bool,
     lengths: [f64; 2],
 }
 
-/// The square-like lattice with the largest shortest distance that holds `count` disks.
+/// Returns the square-like lattice with the largest shortest distance that holds `count` disks.
 pub fn square(count: usize, domain: &Domain<Plane>) -> Lattice {
     best(count, domain, "square", false)
 }
 
-/// The hexagon-like lattice with the largest shortest distance that holds `count` disks.
+/// Returns the hexagon-like lattice with the largest shortest distance that holds `count` disks.
 pub fn hexagonal(count: usize, domain: &Domain<Plane>) -> Lattice {
     best(count, domain, "hexagonal", true)
 }
@@ -49,7 +49,7 @@ fn best(count: usize, domain: &Domain<Plane>, name: &'static str, staggered: boo
 }
 
 impl Lattice {
-    /// Shortest distance of two sites, periodic images of one site included.
+    /// Shortest distance of two sites, periodic images of one site included \[length\].
     pub fn spacing(&self) -> f64 {
         let [a, h] = [0, 1].map(|axis| self.lengths[axis] / self.counts[axis] as f64);
         if self.staggered {
@@ -73,7 +73,7 @@ impl Lattice {
         ]
     }
 
-    /// Reciprocal vectors of the shortest lengths, half of them (the other half are their negatives).
+    /// Returns the shortest reciprocal vectors, half of them (the other half are their negatives).
     fn reciprocal(&self) -> Vec<[i32; 2]> {
         let [columns, rows] = self.counts.map(|count| count as i32);
         if self.staggered {
@@ -83,7 +83,7 @@ impl Lattice {
         }
     }
 
-    /// Whether it holds disks that do not overlap.
+    /// Checks that the lattice holds `count` disks that do not overlap.
     ///
     /// # Errors
     /// [`PlacementError::TooDense`] if it does not.

@@ -1,4 +1,4 @@
-//! Initial states: where the bodies are, how fast they move, and the check that none overlap.
+//! Initial states: positions, velocities, and the check that no particles overlap.
 //!
 //! A disordered start is made by random sequential addition up to [`SEQUENTIAL_LIMIT`]; above, a
 //! hexagonal lattice with randomly placed vacancies is returned as a start to be *melted* by elastic
@@ -24,10 +24,10 @@ use crate::interrupt::Interrupt;
 use crate::random::{Purpose, Streams};
 use crate::space::Plane;
 
-/// Which arrangement was requested.
+/// Arrangement of the particles at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrangement {
-    /// No order.
+    /// Random positions without order.
     Disordered,
     /// Square lattice.
     Square,
@@ -92,8 +92,8 @@ pub fn place(
     lattice(arrangement, count, domain).occupy(count, diameter, domain, &mut stream)
 }
 
-/// Whether equal disks fit on the lattice of an arrangement, of which no order is that of the hexagonal one. Places none, so
-/// that it costs no memory.
+/// Checks that equal disks fit on the lattice of an arrangement; a disordered one takes the
+/// hexagonal lattice. Places no disk, so that it costs no memory.
 ///
 /// # Errors
 /// [`PlacementError::TooDense`] if they do not.

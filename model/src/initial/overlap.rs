@@ -15,11 +15,12 @@ use crate::space::Plane;
 pub struct Overlap {
     /// Indices of the two, the smaller first; equal where a disk meets its own periodic image.
     pub pair: [usize; 2],
-    /// How far they overlap \[length\].
+    /// Depth of the overlap \[length\].
     pub depth: f64,
 }
 
-/// The overlapping pair with the smallest indices, if any overlaps by more than `tolerance` \[length\].
+/// Returns the overlapping pair with the smallest indices, if any overlaps by more than `tolerance`
+/// \[length\].
 ///
 /// A bounding-volume hierarchy over all disks is compared with itself and with each periodic image that
 /// reaches into the box, along the axes that are periodic; the distance of a candidate pair is parry's ball-ball contact, a closed form.

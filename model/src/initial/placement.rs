@@ -7,7 +7,7 @@ use crate::brief;
 /// Positions of placed disks, and the lattice they came from, if any.
 #[derive(Clone, Debug)]
 pub struct Placement {
-    /// Centres of the disks.
+    /// Centres of the disks \[length\].
     pub positions: Vec<Vector2<f64>>,
     /// Reciprocal vectors whose Bragg peaks show whether the lattice is forgotten; empty without one.
     pub reciprocal: Vec<[i32; 2]>,
@@ -26,7 +26,7 @@ pub enum PlacementError {
     Jammed {
         /// Number of disks.
         count: usize,
-        /// Box.
+        /// Sides of the box \[length\].
         lengths: [f64; 2],
     },
     /// The lattice that fits into the box is too tight.
@@ -35,26 +35,26 @@ pub enum PlacementError {
          the closest lattice sites are {spacing} apart; allowed at this number and box: packing fractions up to {allowed:.4}",
         brief(lengths[0]), brief(lengths[1]), diameter = brief(*diameter), spacing = brief(*spacing))]
     TooDense {
-        /// `square` or `hexagonal`.
+        /// Name of the lattice: `square` or `hexagonal`.
         lattice: &'static str,
         /// Number of disks.
         count: usize,
-        /// Their diameter.
+        /// Diameter of the disks \[length\].
         diameter: f64,
-        /// Box.
+        /// Sides of the box \[length\].
         lengths: [f64; 2],
-        /// Shortest distance of two sites.
+        /// Shortest distance of two sites \[length\].
         spacing: f64,
         /// Largest packing fraction that this lattice holds.
         allowed: f64,
     },
-    /// It was asked to end.
+    /// The placement was asked to end.
     #[error("stopped")]
     Interrupted,
 }
 
 impl PlacementError {
-    /// Converts the lengths of the error to units of which one of its own is `unit`.
+    /// Scales all lengths of the error by `unit`.
     #[must_use]
     pub fn in_units(mut self, unit: f64) -> Self {
         match &mut self {

@@ -23,8 +23,8 @@ pub fn sequential_addition(
     add(&vec![0.5 * diameter; count], domain, stream, interrupt)
 }
 
-/// As [`sequential_addition`], for disks of the given radii: the large ones first, which would find no place among the
-/// small ones. Places are in the order of the radii.
+/// Adds disks of the given radii at random as [`sequential_addition`]: large ones first, which
+/// would find no place among small ones. Places are in the order of the radii.
 pub fn sequential_addition_of(
     radii: &[f64],
     domain: &Domain<Plane>,
@@ -42,7 +42,7 @@ pub fn sequential_addition_of(
     Some(positions)
 }
 
-/// Adds disks in their order.
+/// Adds disks in the order of `radii`.
 fn add(
     radii: &[f64],
     domain: &Domain<Plane>,
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use crate::random::Stream;
 
-    /// Random numbers, of which one raises an interrupt.
+    /// Random numbers, one of which raises an interrupt.
     struct Raising {
         stream: Stream,
         left: u64,
@@ -146,7 +146,8 @@ mod tests {
         }
     }
 
-    /// Some thousand trials after it is asked to, also while one disk finds no place.
+    /// Placement ends some thousand trials after it is asked to, also while one disk finds no
+    /// place.
     #[test]
     fn it_ends_soon_after_an_interrupt() {
         let domain = Domain::<Plane>::periodic(vector![100.0, 100.0]).expect("a box");

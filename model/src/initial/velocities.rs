@@ -28,7 +28,7 @@ enum Shape {
 impl VelocityDistribution {
     /// Maxwellian, a2 = 0.
     pub const MAXWELLIAN: Self = Self(Shape::Maxwellian);
-    /// Largest fourth cumulant: beyond it a few particles have nearly all of the energy.
+    /// Largest fourth cumulant a2: beyond it a few particles have nearly all of the energy.
     pub const LARGEST_CUMULANT: f64 = 10.0;
 
     /// Smallest fourth cumulant that a distribution in D dimensions has, `-2/(D + 2)`.
@@ -36,7 +36,7 @@ impl VelocityDistribution {
         -2.0 / (dimension as f64 + 2.0)
     }
 
-    /// Distribution with the fourth cumulant `a2` in so many dimensions.
+    /// Creates a distribution with the fourth cumulant `a2` in `dimension` dimensions.
     ///
     /// # Errors
     /// [`Invalid`] below [`Self::least_cumulant`], which no distribution has, and above [`Self::LARGEST_CUMULANT`].
@@ -166,9 +166,10 @@ mod tests {
     use crate::{Body, Constant, Domain, Free, Plane, Polydisperse, Rough, Scene, Smooth};
     use nalgebra::vector;
 
-    /// Fourth cumulants of 200 samples of 2000 velocities: their mean lies within 4.4 of its measured standard errors of what is
-    /// asked, which 10 tests fail once in 10^4 times by chance; and the error is at most a tenth of the smallest a2 here. The mean
-    /// of a ratio is biased by some (1 + a2)/2000 of it, less than that error.
+    /// Fourth cumulants of 200 samples of 2000 velocities: their mean lies within 4.4 of its
+    /// measured standard errors of the requested value, which 10 tests fail once in 10^4 times by
+    /// chance. The error is at most a tenth of the smallest a2 here. The mean of a ratio is biased
+    /// by some (1 + a2)/2000 of it, less than that error.
     #[test]
     fn fourth_cumulants_are_those_asked_for() {
         fn measured<S: Space>(a2: f64) -> [f64; 2] {

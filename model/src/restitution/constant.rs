@@ -1,9 +1,10 @@
-//! The same restitution at every approach speed.
+//! Constant restitution: one coefficient for all approach speeds.
 
 use super::normal_law::Restitution;
 use crate::invalid::Invalid;
 
-/// One coefficient for all speeds; [`Constant::ELASTIC`] is the elastic gas, so no law of its own exists for that.
+/// One coefficient for all speeds; [`Constant::ELASTIC`] is the elastic gas, which needs no law of
+/// its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant(f64);
 
@@ -11,7 +12,7 @@ impl Constant {
     /// The elastic law.
     pub const ELASTIC: Self = Self(1.0);
 
-    /// The law with the given coefficient.
+    /// Creates the law with the given coefficient.
     ///
     /// # Errors
     /// [`Invalid`] outside [0, 1].

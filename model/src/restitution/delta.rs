@@ -23,7 +23,7 @@ pub struct DeltaModel {
 }
 
 impl DeltaModel {
-    /// The law with a coefficient r and a speed Delta \[length/time\].
+    /// Creates the law with a coefficient r and a speed Delta \[length/time\].
     ///
     /// # Errors
     /// [`Invalid`] unless r is in \[0, 1\] and Delta is finite and not negative.

@@ -1,4 +1,4 @@
-//! Viscoelastic strength from what particles are made of.
+//! Viscoelastic strength from material constants.
 
 use super::viscoelastic::Viscoelastic;
 use crate::invalid::Invalid;
@@ -17,8 +17,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// A material with Young's modulus Y \[energy/length^3\], Poisson's ratio nu, and the viscosities of shear `eta_1` and of
-    /// bulk `eta_2` \[energy time/length^3\].
+    /// Creates a material with Young's modulus Y \[energy/length^3\], Poisson's ratio nu, and the
+    /// viscosities of shear `eta_1` and of bulk `eta_2` \[energy time/length^3\].
     ///
     /// # Errors
     /// [`Invalid`] unless the modulus is positive, the ratio above -1 and at most 1/2, and viscosities are at least zero and make
@@ -46,16 +46,17 @@ impl Material {
         Ok(material)
     }
 
-    /// The dissipative time A.
+    /// Dissipative time A \[time\].
     pub fn time(&self) -> f64 {
         let (nu, [shear, bulk]) = (self.poisson_ratio, self.viscosities);
         let viscosity = 4.0 / 3.0 * shear * (1.0 - nu + nu * nu) + bulk * (1.0 - 2.0 * nu).powi(2);
         (1.0 + nu) / ((1.0 - nu) * self.young_modulus) * viscosity
     }
 
-    /// The law between two spheres of these radii and masses: of strength `(A kappa^(2/5))^(1/2)`,
-    /// `kappa = (3/2)^(3/2) Y R_eff^(1/2)/((1 - nu^2) m_eff)`, `R_eff = R_1 R_2/(R_1 + R_2)`, `m_eff = m_1 m_2/(m_1 + m_2)`
-    /// (Eqs. A3 to A5 of Bodrova & Osinsky, whose effective diameter is twice this radius).
+    /// Returns the law between two spheres of these radii and masses: of strength `(A
+    /// kappa^(2/5))^(1/2)`, `kappa = (3/2)^(3/2) Y R_eff^(1/2)/((1 - nu^2) m_eff)`, `R_eff = R_1
+    /// R_2/(R_1 + R_2)`, `m_eff = m_1 m_2/(m_1 + m_2)` (Eqs. A3 to A5 of Bodrova & Osinsky, whose
+    /// effective diameter is twice this radius).
     ///
     /// # Errors
     /// [`Invalid`] unless radii, masses and the strength are positive and finite.

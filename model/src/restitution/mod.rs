@@ -1,8 +1,9 @@
-//! The normal contact law: which share of the approach speed a pair keeps.
+//! The normal contact law: the speed at which a pair separates, for its approach speed.
 //!
-//! A law is one file here and one line in [`Law`], which all engines that are chosen at run time use. The choice costs
-//! mixtures without positions four hundredths of their speed, and the others less than could be measured. Engines are
-//! generic over [`Restitution`] all the same, for those who have a law of their own.
+//! A law is one file here and one line in [`Law`], which all engines that are chosen at run time
+//! use. The choice costs mixtures without positions four hundredths of their speed, and the others
+//! less than could be measured. Engines are generic over [`Restitution`] nevertheless, so that a
+//! program can use a custom law.
 
 mod constant;
 mod delta;
@@ -53,13 +54,13 @@ macro_rules! laws {
 }
 
 laws! {
-    /// The same at every approach speed.
+    /// Constant restitution, at every approach speed.
     Constant(Constant),
-    /// Falling with the approach speed.
+    /// Viscoelastic restitution, which falls with the approach speed.
     Viscoelastic(Viscoelastic),
-    /// Constant, with a speed that every contact adds.
+    /// Constant restitution, with a speed that every contact adds.
     Delta(DeltaModel),
-    /// Another for each pair of species.
+    /// One law for each pair of species.
     Pairs(PerPair<Law>),
 }
 
@@ -67,7 +68,7 @@ impl Law {
     /// The elastic law.
     pub const ELASTIC: Self = Self::Constant(Constant::ELASTIC);
 
-    /// The coefficient of restitution, if it is the same for all pairs and speeds.
+    /// Returns the coefficient of restitution, if it is constant for all pairs and speeds.
     pub fn constant(&self) -> Option<f64> {
         match self {
             Self::Constant(law) => Some(law.coefficient()),
@@ -75,7 +76,7 @@ impl Law {
         }
     }
 
-    /// The law of a gas that heats itself at contacts, if it is the same for all pairs.
+    /// Returns the law of a gas that heats itself at contacts, if all pairs have the same one.
     pub fn delta(&self) -> Option<DeltaModel> {
         match self {
             Self::Delta(law) => Some(*law),
@@ -83,7 +84,7 @@ impl Law {
         }
     }
 
-    /// Whether no energy is ever lost.
+    /// Returns true if no energy is ever lost.
     pub fn is_elastic(&self) -> bool {
         self.constant() == Some(1.0)
     }

@@ -1,4 +1,4 @@
-//! Interface of a normal contact law, and what it says of one contact.
+//! Interface of a normal contact law, and its outcome for one contact.
 
 use std::fmt::Debug;
 
@@ -21,7 +21,7 @@ impl Separation {
         added_speed: 0.0,
     };
 
-    /// The same contact for an engine whose velocities are physical ones over `speed`.
+    /// Returns this outcome for an engine whose velocities are physical ones over `speed`.
     #[must_use]
     #[inline(always)]
     pub fn in_units(self, speed: f64) -> Self {
@@ -39,7 +39,7 @@ impl Separation {
 }
 
 impl From<f64> for Separation {
-    /// A contact that keeps the share `coefficient` and adds nothing.
+    /// Creates the outcome of a contact that keeps the share `coefficient` and adds nothing.
     #[inline(always)]
     fn from(coefficient: f64) -> Self {
         Self {
@@ -55,14 +55,15 @@ pub trait Restitution: Clone + Debug + Send + Sync + 'static {
     /// \[length/time\]. A law that adds speed gives the quotient of the speeds after and before.
     fn normal(&self, approach: f64) -> f64;
 
-    /// The same for a pair of the given species (see [`crate::Sizes::kind`]), where the law depends on them.
+    /// Coefficient of restitution of a pair of the given species (see [`crate::Sizes::kind`]) at a
+    /// normal approach speed `approach` \[length/time\].
     #[inline]
     fn between(&self, _kinds: [u32; 2], approach: f64) -> f64 {
         self.normal(approach)
     }
 
-    /// Speeds after a contact of a pair of the given species: what engines ask. Only laws that add
-    /// speed state it themselves.
+    /// Returns the outcome of a contact of a pair of the given species, as engines need it. Only
+    /// laws that add speed override it.
     #[inline]
     fn separation(&self, kinds: [u32; 2], approach: f64) -> Separation {
         self.between(kinds, approach).into()

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::normal_law::{Restitution, Separation};
 use crate::invalid::Invalid;
 
-/// One law of the same form for each unordered pair of species; cheap to clone, as replicas share the table.
+/// One law of the same form for each unordered pair of species; cheap to clone, as replicas share
+/// the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PerPair<R> {
     laws: Arc<[R]>,
@@ -13,8 +14,8 @@ pub struct PerPair<R> {
 }
 
 impl<R: Restitution> PerPair<R> {
-    /// The laws of `count` species, by rows: `laws[i * count + j]` acts between species i and j; of each unordered
-    /// pair, the law with i <= j is used.
+    /// Creates the laws of `count` species, by rows: `laws[i * count + j]` acts between species i
+    /// and j; of each unordered pair, the law with i <= j is used.
     ///
     /// # Errors
     /// [`Invalid`] unless there are `count * count` laws, at least one.
@@ -32,7 +33,7 @@ impl<R: Restitution> PerPair<R> {
         })
     }
 
-    /// The law between two species; species beyond the table act as its last.
+    /// Returns the law between two species; species beyond the table act as its last.
     #[inline]
     pub fn law(&self, kinds: [u32; 2]) -> &R {
         let last = self.count - 1;
@@ -42,7 +43,7 @@ impl<R: Restitution> PerPair<R> {
 }
 
 impl<R: Restitution> Restitution for PerPair<R> {
-    /// The law of the first species with itself: engines that know no species have one.
+    /// Coefficient of the first species with itself, for engines that know no species.
     #[inline]
     fn normal(&self, approach: f64) -> f64 {
         self.law([0, 0]).normal(approach)

@@ -7,11 +7,11 @@ use crate::invalid::Invalid;
 /// v* = strength * g^(1/10).
 ///
 /// With the material constants of Brilliantov et al., Phys. Rev. E 53, 5382 (1996),
-/// doi:10.1103/PhysRevE.53.5382, strength = (A kappa^(2/5))^(1/2) in units of \[speed\]^(-1/10).
-/// Up to v* = 0.5 the series eps = 1 + sum `h_n` v*^n (Schwager & Pöschel 1998, with the contact ending
-/// when the force vanishes) is used, exact there to 1e-7; beyond, the Padé form of Müller & Pöschel,
-/// Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, off by at most 8e-3. The two meet
-/// with a step of 4e-4 at v* = 0.5.
+/// doi:10.1103/PhysRevE.53.5382, strength = (A kappa^(2/5))^(1/2) in units of \[speed\]^(-1/10). Up
+/// to v* = 0.5 the series eps = 1 + sum `h_n` v*^n (Schwager & Pöschel 1998, with the contact
+/// ending when the force vanishes) is used, exact there to 1e-7. Beyond v* = 0.5 it is the Padé
+/// form of Müller & Pöschel, Phys. Rev. E 84, 021302 (2011), doi:10.1103/PhysRevE.84.021302, off by
+/// at most 8e-3. The two meet with a step of 4e-4 at v* = 0.5.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viscoelastic(f64);
 
@@ -40,7 +40,7 @@ const SERIES: [f64; 20] = [
 ];
 
 impl Viscoelastic {
-    /// The law with the given strength \[speed^(-1/10)\].
+    /// Creates the law with the given strength \[speed^(-1/10)\].
     ///
     /// # Errors
     /// [`Invalid`] unless it is positive and finite.

@@ -1,12 +1,13 @@
-//! Where a function of time first falls through zero: the roots behind contacts in parabolic flight.
+//! Times at which a function first falls through zero: the roots behind contacts in parabolic
+//! flight.
 
 use std::ops::Range;
 
 /// Steps after which a root that is halved or better each time has all its digits.
 const MOST_STEPS: usize = 200;
 
-/// The time at which h + w t + a t^2/2 falls through zero; `None` if it never falls through it. Negative where that was
-/// before.
+/// Returns the time at which h + w t + a t^2/2 falls through zero; `None` if it never falls through
+/// it. Negative where that was before.
 ///
 /// A parabola falls through zero at one of its two roots only, (-w - sqrt(w^2 - 2 a h))/a, taken in the form that loses
 /// no digits.
@@ -27,9 +28,9 @@ pub(super) fn of_parabola(height: f64, speed: f64, acceleration: f64) -> Option<
     }
 }
 
-/// The turning points of a function inside an interval: where its slope is zero. `turns` are those of the slope, in
-/// order; between two of them the slope has at most one root, which is bracketed and cannot be lost. The slope and its
-/// own slope come as a pair.
+/// Returns the turning points of a function inside an interval: where its slope is zero. `turns`
+/// are those of the slope, in order; between two of them the slope has at most one root, which is
+/// bracketed and cannot be lost. The slope and its own slope come as a pair.
 pub(super) fn turning_points(
     slope: impl Fn(f64) -> (f64, f64),
     turns: &[f64],
@@ -48,8 +49,9 @@ pub(super) fn turning_points(
     found
 }
 
-/// The root of a function that is monotonic in an interval and has different signs at its ends: Newton's steps, and a
-/// half of the interval where these leave it or do not come closer. The function and its slope come as a pair.
+/// Returns the root of a function that is monotonic in an interval and has different signs at its
+/// ends: Newton's steps, and a half of the interval where these leave it or do not come closer. The
+/// function and its slope come as a pair.
 pub(super) fn bracketed(function: impl Fn(f64) -> (f64, f64), within: Range<f64>) -> f64 {
     let (mut low, mut high) = (within.start, within.end);
     let rises = function(low).0 < 0.0;

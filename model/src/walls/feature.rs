@@ -1,9 +1,10 @@
 //! The parts of an obstacle that a particle can touch, and when it does: edges, corners and discs.
 //!
-//! All times are roots of the exact flight. Straight flight: a linear equation for an edge and a quadratic one for a
-//! corner or a disc. Parabolic flight: a quadratic and a quartic. The quartic is not solved by a formula, which loses
-//! digits and roots: its turning points and theirs are found one after the other, from the quadratic at the end of that
-//! chain on, so that each root is alone between two of them and is bracketed.
+//! All times are roots of the exact flight. Straight flight: a linear equation for an edge and a
+//! quadratic one for a corner or a disc. Parabolic flight: a quadratic and a quartic. The quartic
+//! is not solved by a formula, which loses digits and roots. Turning points of its derivatives are
+//! found first, from the quadratic upwards. So each root is alone between two turning points and is
+//! bracketed.
 
 use nalgebra::{Vector2, vector};
 
@@ -12,28 +13,29 @@ use super::descent;
 /// A particle in flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight {
-    /// Where it is now \[length\].
+    /// Current position \[length\].
     pub position: Vector2<f64>,
-    /// Its velocity now \[length/time\].
+    /// Current velocity \[length/time\].
     pub velocity: Vector2<f64>,
-    /// Its acceleration \[length/time^2\].
+    /// Acceleration \[length/time^2\].
     pub acceleration: Vector2<f64>,
 }
 
 impl Flight {
-    /// Where it is after a time.
+    /// Returns the position after a time \[length\].
     #[inline]
     pub fn at(&self, time: f64) -> Vector2<f64> {
         self.position + (self.velocity + self.acceleration * (0.5 * time)) * time
     }
 
-    /// Its velocity after a time.
+    /// Returns the velocity after a time \[length/time\].
     #[inline]
     pub fn velocity_at(&self, time: f64) -> Vector2<f64> {
         self.velocity + self.acceleration * time
     }
 
-    /// The corners of the rectangle that the flight up to a time stays in.
+    /// Returns the lower left and upper right corner of the rectangle that contains the flight up
+    /// to a time.
     pub(super) fn bounds(&self, time: f64) -> [Vector2<f64>; 2] {
         let end = self.at(time);
         let (mut least, mut most) = (self.position.inf(&end), self.position.sup(&end));
@@ -53,7 +55,7 @@ impl Flight {
 /// A contact to come.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// How long until then \[time\]; never negative.
+    /// Time until the contact \[time\]; never negative.
     pub time: f64,
     /// Unit vector from the obstacle to the centre of the particle.
     pub normal: Vector2<f64>,
@@ -62,24 +64,25 @@ pub struct Hit {
 /// A straight piece without its ends, touched from the outside or from both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Where it begins.
+    /// First end \[length\].
     pub(super) from: Vector2<f64>,
-    /// Unit vector along it.
+    /// Unit vector along the edge.
     pub(super) along: Vector2<f64>,
     pub(super) length: f64,
-    /// Whether it can be touched from both sides, or only from the right of its direction.
+    /// True if the edge can be touched from both sides; false if only from the right of its
+    /// direction.
     pub(super) both_sides: bool,
 }
 
 /// A disc, or, with the radius 0, a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Round {
-    /// Where it is.
+    /// Centre \[length\].
     pub(super) centre: Vector2<f64>,
     pub(super) radius: f64,
 }
 
-/// Something that a particle can touch.
+/// Part of an obstacle that a particle can touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Feature {
     /// A straight piece.
@@ -89,7 +92,7 @@ pub enum Feature {
 }
 
 impl Feature {
-    /// The same elsewhere.
+    /// Returns this feature moved by a vector \[length\].
     #[must_use]
     pub fn moved(&self, by: Vector2<f64>) -> Self {
         match *self {
@@ -104,9 +107,10 @@ impl Feature {
         }
     }
 
-    /// The first contact of a particle in flight before `limit`, as the earliest time at which its edge moves into
-    /// the feature. One that touches by rounding and comes closer, or is held against it by its acceleration, is
-    /// there at once; one that leaves is not, however near it is.
+    /// Returns the first contact of a particle in flight before `limit`, as the earliest time at
+    /// which its edge moves into the feature. A particle that touches by rounding and approaches,
+    /// or is held against the feature by its acceleration, has a contact at once; one that leaves
+    /// has none, however near it is.
     #[inline]
     pub fn first_contact(&self, flight: &Flight, radius: f64, limit: f64) -> Option<Hit> {
         match self {
@@ -115,7 +119,7 @@ impl Feature {
         }
     }
 
-    /// Unit vector towards a point that touches it.
+    /// Returns the unit vector from the feature towards a point that touches it.
     pub fn normal(&self, point: Vector2<f64>) -> Vector2<f64> {
         match self {
             Self::Edge(edge) => {
@@ -130,7 +134,8 @@ impl Feature {
         }
     }
 
-    /// Distance of a point from its line: of an edge, from either side.
+    /// Distance of a point from the line of an edge, on either side, or from a disc or corner
+    /// \[length\].
     pub fn distance(&self, point: Vector2<f64>) -> f64 {
         match self {
             Self::Edge(edge) => {
@@ -141,7 +146,7 @@ impl Feature {
         }
     }
 
-    /// The corners of the rectangle around it.
+    /// Returns the lower left and upper right corner of the rectangle around the feature.
     pub fn bounds(&self) -> [Vector2<f64>; 2] {
         match self {
             Self::Edge(edge) => {

@@ -1,4 +1,4 @@
-//! When a particle in flight, straight or parabolic, reaches a plane.
+//! Times at which a particle in straight or parabolic flight reaches a plane.
 
 use super::vibration::Vibration;
 
@@ -134,7 +134,8 @@ mod tests {
         assert_eq!(time_to_plane(0.0, 1e-12, 0.0), None);
     }
 
-    /// Against a search in steps of a thousandth of a period.
+    /// A vibrating plane is reached at the time that a search in steps of a thousandth of a period
+    /// finds.
     #[test]
     fn a_vibrating_plane_is_reached_first_then() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(9);

@@ -44,8 +44,8 @@ pub struct FreeArea {
 }
 
 impl FreeArea {
-    /// Obstacles in a box of the given sides, for centres that stay `clearance` away \[length\]. Along periodic axes the
-    /// images of obstacles count too.
+    /// Creates the free area of obstacles in a box of the given sides, for centres that stay
+    /// `clearance` away \[length\]. Along periodic axes the images of obstacles count too.
     pub fn new(
         obstacles: &[Obstacle],
         lengths: [f64; 2],
@@ -74,7 +74,7 @@ impl FreeArea {
     }
 }
 
-/// A part of a grown obstacle.
+/// Part of a grown obstacle.
 #[derive(Clone, Debug)]
 enum Shape {
     Disc {
@@ -86,7 +86,7 @@ enum Shape {
 }
 
 impl Shape {
-    /// All parts of an obstacle that is grown by a clearance.
+    /// Returns all parts of an obstacle that is grown by a clearance.
     fn all(obstacle: &Obstacle, clearance: f64) -> Vec<Self> {
         let mut parts = Vec::new();
         if let Outline::Polygon { points } = obstacle.outline() {
@@ -122,7 +122,7 @@ impl Shape {
         }
     }
 
-    /// Whether the rectangle around it overlaps another one.
+    /// Returns true if the rectangle around the shape overlaps another one.
     fn meets(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let overlaps = |axis: usize| {
             let (least, most) = match self {
@@ -139,7 +139,8 @@ impl Shape {
         overlaps(0) && overlaps(1)
     }
 
-    /// Adds the places along the first axis at which it begins or ends, has a corner, or crosses one of two heights.
+    /// Adds the positions along the first axis at which the shape begins or ends, has a corner, or
+    /// crosses one of two heights.
     fn add_stops(&self, heights: [f64; 2], stops: &mut Vec<f64>) {
         match self {
             Self::Disc { centre, radius } => {
@@ -161,7 +162,8 @@ impl Shape {
         }
     }
 
-    /// Adds the intervals along the second axis that it covers at a place along the first.
+    /// Adds the intervals along the second axis that the shape covers at a position along the
+    /// first.
     fn add_intervals(&self, x: f64, intervals: &mut Vec<[f64; 2]>) {
         match self {
             Self::Disc { centre, radius } => {
@@ -234,7 +236,7 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Length that is left free at a place along the first axis.
+    /// Free length at a position along the first axis \[length\].
     fn free(&self, x: f64) -> f64 {
         let mut intervals = Vec::with_capacity(self.shapes.len());
         for shape in self.shapes {
@@ -249,8 +251,8 @@ impl Line<'_> {
         length + (self.high - top).max(0.0)
     }
 
-    /// Integral of that length between two ends. With the place as `middle - half cos(a)` the root at the end of a
-    /// disc becomes smooth.
+    /// Integral of the free length between two ends \[length^2\]. With the position as `middle -
+    /// half cos(a)` the root at the end of a disc becomes smooth.
     fn integral(&self, ends: [f64; 2], tolerance: f64) -> f64 {
         let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
         let value = |angle: f64| half * angle.sin() * self.free(middle - half * angle.cos());
@@ -268,7 +270,7 @@ fn gauss(value: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
     half * GAUSS.into_iter().map(pair).sum::<f64>()
 }
 
-/// The integral between two ends by halves, unless they say the same as the `whole`.
+/// Integrates between two ends by halves, unless their sum agrees with the `whole`.
 fn halved(
     value: &impl Fn(f64) -> f64,
     [from, to]: [f64; 2],

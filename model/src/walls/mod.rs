@@ -1,8 +1,8 @@
-//! What stands at the edges of the box and inside it: one law of rebound for both engines.
+//! Walls, open faces and obstacles of the box, with one law of rebound for both engines.
 //!
-//! A face of the box is periodic, a wall, or open. Walls are data: an engine that finds none schedules no event and
-//! draws no number for them. Times of contact with plane walls are closed forms ([`flight`]). What stands inside the
-//! box is an [`Obstacle`], in the plane.
+//! A face of the box is periodic, a wall, or open. Walls are data: an engine that finds none
+//! schedules no event and draws no number for them. Times of contact with plane walls are closed
+//! forms ([`flight`]). Bodies inside the box are [`Obstacle`]s, in the plane.
 
 mod descent;
 mod feature;
@@ -31,16 +31,16 @@ pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back"
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Wall<S: Space> {
-    /// What becomes of a particle that touches it.
+    /// Law by which particles rebound.
     pub rebound: Rebound,
-    /// How fast it slides along itself \[length/time\].
+    /// Velocity at which the wall slides along itself \[length/time\].
     pub sliding: S::Vector,
-    /// How it moves to and fro, if it does.
+    /// Motion of the wall to and fro, if it vibrates.
     pub vibration: Option<Vibration>,
 }
 
 impl<S: Space> Wall<S> {
-    /// A wall that stands still.
+    /// Creates a wall at rest.
     pub fn still(rebound: Rebound) -> Self {
         Self {
             rebound,
@@ -49,7 +49,7 @@ impl<S: Space> Wall<S> {
         }
     }
 
-    /// A wall that changes nothing but the direction.
+    /// Creates a wall that reverses the normal velocity and nothing else.
     pub fn specular() -> Self {
         Self::still(Rebound::Restitutive {
             restitution: 1.0,
@@ -57,12 +57,12 @@ impl<S: Space> Wall<S> {
         })
     }
 
-    /// How far it is from its face into the gas at a time \[length\].
+    /// Displacement of the wall from its face into the gas at a time \[length\].
     pub fn displacement(&self, time: f64) -> f64 {
         self.vibration.map_or(0.0, |v| v.displacement(time))
     }
 
-    /// Its velocity at a time, for the inward normal of its face \[length/time\].
+    /// Velocity of the wall at a time, for the inward normal of its face \[length/time\].
     pub fn velocity(&self, normal: S::Vector, time: f64) -> S::Vector {
         match self.vibration {
             Some(vibration) => self.sliding + normal * vibration.velocity(time),
@@ -71,39 +71,40 @@ impl<S: Space> Wall<S> {
     }
 }
 
-/// One face of the box.
+/// Face of the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub enum Face<S: Space> {
-    /// What leaves here enters on the opposite side.
+    /// Periodic face: particles that leave enter on the opposite side.
     #[default]
     Periodic,
     /// A wall.
     Wall(Wall<S>),
-    /// What leaves is gone. Monte Carlo only: exact dynamics keeps its disks.
+    /// Open face: particles that leave are removed. Monte Carlo only, since exact dynamics keeps
+    /// its disks.
     Open,
 }
 
-/// Why faces do not fit together.
+/// Reason why faces are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WallError {
-    /// Periodic on one side only.
+    /// An axis is periodic on one side only.
     #[error(
         "axis {axis}: one face is periodic and the opposite one is not; allowed are both or none"
     )]
     HalfPeriodic {
-        /// Which, from 0.
+        /// Number of the axis, from 0.
         axis: usize,
     },
     /// A number out of range.
     #[error("axis {axis}, side {side}: {source}")]
     BadNumber {
-        /// Which, from 0.
+        /// Number of the axis, from 0.
         axis: usize,
-        /// 0 for the lower face, 1 for the upper.
+        /// Side of the axis: 0 lower, 1 upper.
         side: usize,
-        /// Which number, and what is allowed.
+        /// Refused number, and its allowed values.
         source: Invalid,
     },
 }
@@ -116,7 +117,7 @@ pub struct Walls<S: Space> {
 }
 
 impl Walls<Volume> {
-    /// The faces of the first two axes.
+    /// Returns the faces of the first two axes.
     pub fn in_plane(&self) -> Walls<Plane> {
         let flat = |face: Face<Volume>| match face {
             Face::Periodic => Face::Periodic,
@@ -136,15 +137,16 @@ impl Walls<Volume> {
 }
 
 impl<S: Space> Walls<S> {
-    /// No walls: a periodic box.
+    /// Returns no walls: a periodic box.
     pub fn none() -> Self {
         Self::default()
     }
 
-    /// Walls at the faces, lower and upper, of the axes.
+    /// Creates walls at the faces, lower and upper, of the axes.
     ///
     /// # Errors
-    /// [`WallError`] if an axis is periodic on one side only, or a number of a wall has no meaning.
+    /// [`WallError`] if an axis is periodic on one side only, or a number of a wall is out of
+    /// range.
     pub fn new(faces: &[[Face<S>; 2]]) -> Result<Self, WallError> {
         let mut walls = Self::default();
         for (axis, pair) in faces.iter().take(S::DIMENSION).enumerate() {
@@ -166,12 +168,12 @@ impl<S: Space> Walls<S> {
         Ok(walls)
     }
 
-    /// The face at an axis and a side, 0 or 1.
+    /// Returns the face at an axis and a side, 0 or 1.
     pub fn face(&self, axis: usize, side: usize) -> &Face<S> {
         &self.faces[axis][side]
     }
 
-    /// The wall at an axis and a side, 0 or 1, if there is one.
+    /// Returns the wall at an axis and a side, 0 or 1, if there is one.
     #[inline]
     pub fn wall(&self, axis: usize, side: usize) -> Option<&Wall<S>> {
         match &self.faces[axis][side] {
@@ -180,17 +182,17 @@ impl<S: Space> Walls<S> {
         }
     }
 
-    /// Whether all faces are periodic.
+    /// Returns true if all faces are periodic.
     pub fn is_periodic(&self) -> bool {
         (self.faces.iter().flatten()).all(|face| *face == Face::Periodic)
     }
 
-    /// Whether anything can leave for good.
+    /// Returns true if a face is open, so that particles can leave.
     pub fn is_open(&self) -> bool {
         (self.faces.iter().flatten()).any(|face| *face == Face::Open)
     }
 
-    /// A box of the given sides with these faces.
+    /// Creates a box of the given sides with these faces.
     ///
     /// # Errors
     /// [`Invalid`] unless they are positive and finite.
@@ -199,7 +201,7 @@ impl<S: Space> Walls<S> {
         Domain::new(lengths, periodic)
     }
 
-    /// The unit vector into the gas at a face.
+    /// Returns the unit vector into the gas at a face.
     pub fn normal(axis: usize, side: usize) -> S::Vector {
         let mut normal = S::Vector::default();
         normal[axis] = if side == 0 { 1.0 } else { -1.0 };
@@ -207,7 +209,7 @@ impl<S: Space> Walls<S> {
     }
 }
 
-/// Whether the numbers of a wall across an axis have a meaning.
+/// Checks that the numbers of a wall across an axis are valid.
 fn check<S: Space>(wall: &Wall<S>, axis: usize) -> Result<(), Invalid> {
     wall.rebound.check()?;
     for component in 0..S::DIMENSION {

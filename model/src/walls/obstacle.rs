@@ -1,4 +1,4 @@
-//! What stands inside the box, in the plane: discs, segments, polylines and polygons.
+//! Obstacles inside the box, in the plane: discs, segments, polylines and polygons.
 
 use crate::{Invalid, brief};
 use nalgebra::Vector2;
@@ -30,30 +30,30 @@ const SHARPEST: f64 = 1e-6;
 pub enum Outline {
     /// A solid disc.
     Disc {
-        /// Its centre \[length\].
+        /// Centre \[length\].
         centre: Vector2<f64>,
-        /// Its radius \[length\].
+        /// Radius \[length\].
         radius: f64,
     },
     /// A thin straight plate, touched from both sides.
     Segment {
-        /// Its ends \[length\].
+        /// Both ends \[length\].
         ends: [Vector2<f64>; 2],
     },
     /// A thin bent plate, touched from both sides; closed if the last point is the first.
     Polyline {
-        /// Its corners, in order \[length\].
+        /// Corners, in order \[length\].
         points: Vec<Vector2<f64>>,
     },
     /// A solid with straight edges, convex or not, whose edges do not touch but at their ends.
     Polygon {
-        /// Its corners, in either order \[length\].
+        /// Corners, in either order \[length\].
         points: Vec<Vector2<f64>>,
     },
 }
 
 impl Outline {
-    /// The same shape elsewhere.
+    /// Returns this shape moved by a vector \[length\].
     #[must_use]
     pub fn moved(&self, by: Vector2<f64>) -> Self {
         let all = |points: &[Vector2<f64>]| points.iter().map(|point| point + by).collect();
@@ -75,18 +75,18 @@ impl Outline {
     }
 }
 
-/// Why something is no obstacle.
+/// Reason why an obstacle is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObstacleError {
     /// Too few points.
     #[error("{found} points; a {shape} has at least {least}")]
     TooFewPoints {
-        /// Polyline or polygon.
+        /// Name of the shape: polyline or polygon.
         shape: &'static str,
-        /// How many were given.
+        /// Number of points given.
         found: usize,
-        /// How many are needed.
+        /// Number of points needed.
         least: usize,
     },
     /// A number out of range.
@@ -95,32 +95,32 @@ pub enum ObstacleError {
     /// An edge without length.
     #[error("edge {edge} has the length {length:e}; allowed are lengths above {least:e}")]
     Degenerate {
-        /// Which, from 0.
+        /// Number of the edge, from 0.
         edge: usize,
-        /// What was found.
+        /// Length of the edge \[length\].
         length: f64,
-        /// What is allowed.
+        /// Least length of an edge \[length\].
         least: f64,
     },
     /// Edges that touch each other away from a common corner.
     #[error("edges {} and {} touch near ({}, {}); allowed are edges that meet at their ends only, one after the other", edges[0], edges[1], brief(place[0]), brief(place[1]))]
     SelfTouching {
-        /// Which two, from 0.
+        /// Numbers of the two edges, from 0.
         edges: [usize; 2],
-        /// Where.
+        /// Place where they touch \[length\].
         place: [f64; 2],
     },
-    /// Not inside the box.
+    /// The obstacle is not inside the box.
     #[error("reaches from ({}, {}) to ({}, {}); allowed is the box of {} x {}", brief(bounds[0][0]), brief(bounds[0][1]), brief(bounds[1][0]), brief(bounds[1][1]), brief(lengths[0]), brief(lengths[1]))]
     Outside {
-        /// Its lower left and upper right corner.
+        /// Lower left and upper right corner of the obstacle \[length\].
         bounds: [[f64; 2]; 2],
-        /// The box.
+        /// Sides of the box \[length\].
         lengths: [f64; 2],
     },
 }
 
-/// Something that stands in the box, and what becomes of a particle that touches it.
+/// A body in the box, with the law by which particles rebound from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Obstacle {
     outline: Outline,
@@ -131,10 +131,11 @@ pub struct Obstacle {
 }
 
 impl Obstacle {
-    /// An obstacle of a shape.
+    /// Creates an obstacle of a shape.
     ///
     /// # Errors
-    /// [`ObstacleError`] if the shape has parts without length, or touches itself, or a number has no meaning.
+    /// [`ObstacleError`] if the shape has parts without length, or touches itself, or a number is
+    /// out of range.
     pub fn new(outline: Outline, rebound: Rebound) -> Result<Self, ObstacleError> {
         rebound.check()?;
         let points = check_numbers(&outline)?;
@@ -168,29 +169,30 @@ impl Obstacle {
         })
     }
 
-    /// Its shape.
+    /// Returns the shape.
     pub fn outline(&self) -> &Outline {
         &self.outline
     }
 
-    /// What becomes of a particle that touches it.
+    /// Returns the law by which particles rebound.
     pub fn rebound(&self) -> &Rebound {
         &self.rebound
     }
 
-    /// Its edges, corners and discs.
+    /// Returns the edges, corners and discs of the shape.
     pub fn features(&self) -> &[Feature] {
         &self.features
     }
 
-    /// The radius with which a particle of the given one is taken: at least a hair's breadth.
+    /// Radius that is used for a particle of the given radius: at least a hair's breadth
+    /// \[length\].
     #[inline]
     pub fn taken(&self, radius: f64) -> f64 {
         radius.max(self.hair)
     }
 
-    /// The first contact before `limit` of a particle in straight or parabolic flight; for a particle that has just
-    /// rebounded, the next one.
+    /// Returns the first contact before `limit` of a particle in straight or parabolic flight; for
+    /// a particle that has just rebounded, the next one.
     ///
     /// ```
     /// use nalgebra::vector;
@@ -238,7 +240,7 @@ impl Obstacle {
         }
     }
 
-    /// Whether a point is inside a solid.
+    /// Returns true if a point is inside a solid.
     pub fn holds(&self, point: Vector2<f64>) -> bool {
         match &self.outline {
             Outline::Disc { centre, radius } => (point - centre).norm() < *radius,
@@ -250,17 +252,18 @@ impl Obstacle {
         }
     }
 
-    /// Whether a particle overlaps it by more than `tolerance` \[length\].
+    /// Returns true if a particle overlaps the obstacle by more than `tolerance` \[length\].
     pub fn overlaps(&self, position: Vector2<f64>, radius: f64, tolerance: f64) -> bool {
         radius - self.clearance(position) > tolerance
     }
 
-    /// The lower left and the upper right corner of the rectangle around it \[length\].
+    /// Returns the lower left and upper right corner of the rectangle around the obstacle
+    /// \[length\].
     pub fn bounds(&self) -> [Vector2<f64>; 2] {
         self.bounds
     }
 
-    /// Area that it takes from the gas \[length^2\].
+    /// Area that the obstacle takes from the gas \[length^2\].
     pub fn area(&self) -> f64 {
         match &self.outline {
             Outline::Disc { radius, .. } => std::f64::consts::PI * radius * radius,
@@ -269,7 +272,7 @@ impl Obstacle {
         }
     }
 
-    /// Whether it is inside a box of the given sides, edges included.
+    /// Checks that the obstacle is inside a box of the given sides, edges included.
     ///
     /// # Errors
     /// [`ObstacleError::Outside`] if it is not.
@@ -295,7 +298,7 @@ pub struct Obstacles {
 }
 
 impl Obstacles {
-    /// All that stands in a box.
+    /// Builds the hierarchy of all obstacles of a box.
     pub fn new(all: Vec<Obstacle>) -> Self {
         let mut leaves = Vec::new();
         let mut boxes = Vec::new();
@@ -314,12 +317,13 @@ impl Obstacles {
         }
     }
 
-    /// The obstacles, as they were given.
+    /// Returns the obstacles, in the order given.
     pub fn all(&self) -> &[Obstacle] {
         &self.all
     }
 
-    /// The first contact of a particle in flight before `limit`, which is finite, and the number of the obstacle.
+    /// Returns the first contact of a particle in flight before `limit`, which is finite, and the
+    /// number of the obstacle.
     pub fn first_contact(
         &self,
         position: Vector2<f64>,
@@ -357,14 +361,15 @@ impl Obstacles {
         first
     }
 
-    /// The first obstacle, by number, that a particle overlaps by more than `tolerance` \[length\].
+    /// Returns the number of the first obstacle that a particle overlaps by more than `tolerance`
+    /// \[length\].
     pub fn overlapped(&self, position: Vector2<f64>, radius: f64, tolerance: f64) -> Option<usize> {
         let overlaps = |obstacle: &Obstacle| obstacle.overlaps(position, radius, tolerance);
         self.all.iter().position(overlaps)
     }
 }
 
-/// The points of a shape, if they are numbers and enough.
+/// Returns the points of a shape, if they are finite and enough.
 fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> {
     let too_few = |shape, found, least| {
         Err(ObstacleError::TooFewPoints {
@@ -397,7 +402,7 @@ fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> 
     Ok(points)
 }
 
-/// The largest coordinate.
+/// Largest absolute coordinate \[length\].
 fn extent(points: &[Vector2<f64>]) -> f64 {
     points.iter().map(Vector2::amax).fold(0.0, f64::max)
 }
@@ -410,7 +415,7 @@ fn signed_area(points: &[Vector2<f64>]) -> f64 {
     0.5 * twice.sum::<f64>()
 }
 
-/// The edges and corners along a line of points.
+/// Returns the edges and corners along a line of points.
 fn edges<'a>(
     all: &[Vector2<f64>],
     points: impl Iterator<Item = &'a Vector2<f64>>,
@@ -459,7 +464,7 @@ fn edges<'a>(
     Ok(features)
 }
 
-/// Whether edges touch only where one ends and the next begins.
+/// Checks that edges touch only where one ends and the next begins.
 fn check_touching(
     points: &[Vector2<f64>],
     edges: &[Edge],

@@ -1,4 +1,4 @@
-//! What a wall does to a particle.
+//! Law by which particles rebound from walls and obstacles.
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
@@ -9,7 +9,7 @@ use crate::physics::{Physics, SpinOf, VectorOf};
 use crate::space::{Space, Vector};
 use crate::surface::Surface;
 
-/// The law of a wall.
+/// Law of rebound of a wall or an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Rebound {
     /// The normal velocity is reversed and multiplied by `restitution`, 0 to 1; the tangential velocity of the contact (of
@@ -17,7 +17,7 @@ pub enum Rebound {
     Restitutive {
         /// Coefficient of normal restitution.
         restitution: f64,
-        /// What is left of the tangential velocity of the contact.
+        /// Tangential velocity of the contact after it over that before, from -1 to 1.
         slip: f64,
     },
     /// The particle forgets how it came and leaves with the flux of a Maxwellian at rest with the wall: the normal
@@ -37,12 +37,12 @@ pub struct Touch<V> {
     pub wall: V,
     /// Mass of the particle.
     pub mass: f64,
-    /// Its radius.
+    /// Radius of the particle \[length\].
     pub radius: f64,
 }
 
 impl Rebound {
-    /// Whether its numbers have a meaning.
+    /// Checks that the numbers of the law are valid.
     pub(super) fn check(&self) -> Result<(), Invalid> {
         let within = |name, number: f64, least: f64, allowed| {
             let is_within = (least..=1.0).contains(&number);
@@ -61,7 +61,8 @@ impl Rebound {
         }
     }
 
-    /// The velocity and spin of a particle after a contact. `stream` is made only where numbers are drawn.
+    /// Changes the velocity and spin of a particle at a contact. `stream` is made only where
+    /// numbers are drawn.
     #[inline]
     pub fn apply<P: Physics, R: Rng>(
         &self,
@@ -103,7 +104,7 @@ impl Rebound {
     }
 }
 
-/// What a wall has given to the gas so far.
+/// Momentum and energy that a wall has given to the gas so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Ledger<S: Space> {
@@ -111,7 +112,7 @@ pub struct Ledger<S: Space> {
     pub contacts: f64,
     /// Momentum \[mass length/time\].
     pub momentum: S::Vector,
-    /// Kinetic energy, of rotation too.
+    /// Kinetic energy, including that of rotation \[energy\].
     pub energy: f64,
 }
 
@@ -124,7 +125,7 @@ impl<S: Space> Ledger<S> {
         self.energy += energy * weight;
     }
 
-    /// Adds the entries of another.
+    /// Adds the entries of another ledger.
     pub fn add(&mut self, other: &Self) {
         self.contacts += other.contacts;
         self.momentum += other.momentum;

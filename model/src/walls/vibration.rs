@@ -1,4 +1,4 @@
-//! A wall that moves to and fro.
+//! Vibration of a wall: motion to and fro.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub struct Vibration {
 }
 
 impl Vibration {
-    /// A vibration.
+    /// Creates a vibration.
     ///
     /// # Errors
     /// [`Invalid`] unless amplitude and period are positive and finite.
@@ -24,17 +24,17 @@ impl Vibration {
         })
     }
 
-    /// How far the wall goes \[length\].
+    /// Amplitude: farthest displacement of the wall into the gas \[length\].
     pub fn amplitude(&self) -> f64 {
         self.amplitude
     }
 
-    /// Time of one way there and back.
+    /// Period: time of one way into the gas and back \[time\].
     pub fn period(&self) -> f64 {
         self.period
     }
 
-    /// Its speed \[length/time\].
+    /// Speed of the wall \[length/time\].
     pub fn speed(&self) -> f64 {
         2.0 * self.amplitude / self.period
     }
@@ -53,7 +53,7 @@ impl Vibration {
         }
     }
 
-    /// Distance from its face at a time.
+    /// Displacement of the wall from its face into the gas at a time \[length\].
     pub fn displacement(&self, time: f64) -> f64 {
         let turns = self.turns(time);
         let since = (time - turns * 0.5 * self.period) * self.speed();
@@ -64,7 +64,7 @@ impl Vibration {
         }
     }
 
-    /// Velocity into the gas from a time on.
+    /// Velocity of the wall into the gas from a time on \[length/time\].
     pub fn velocity(&self, time: f64) -> f64 {
         if self.turns(time).rem_euclid(2.0) == 0.0 {
             self.speed()
@@ -73,7 +73,7 @@ impl Vibration {
         }
     }
 
-    /// The first time after this one at which it turns.
+    /// First turning time of the wall after `time` \[time\].
     pub fn next_turn(&self, time: f64) -> f64 {
         ((self.turns(time) + 1.0) * 0.5 * self.period).max(time.next_up())
     }
