@@ -1,4 +1,5 @@
-//! How far a run is from the truth: bias and noise, what several runs make of them, and how many runs meet a target.
+//! Accuracy of a method: bias and noise, the error of several runs, and how many runs meet a
+//! target.
 //!
 //! A setting of a method is repeated with independent seeds. The mean of its values less a reference is its systematic
 //! error b, which more runs do not lower; their spread s is the statistical error of one run, which n runs lower to
@@ -21,12 +22,12 @@ const OUTSIDE: f64 = 0.05;
 /// Chance that an assured error is exceeded.
 const EXCEEDED: f64 = 0.01;
 
-/// A value to be met, with what is known of it.
+/// Reference value and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
-    /// The value.
+    /// Reference value, in the unit of the measurement.
     pub value: f64,
-    /// Its standard error; 0 if it is exact.
+    /// Standard error of the reference; 0 if it is exact.
     pub standard_error: f64,
 }
 
@@ -37,24 +38,24 @@ pub struct Accuracy {
     pub mean: f64,
     /// Systematic error: mean less reference, over the unit.
     pub systematic: f64,
-    /// Its standard error, with that of the reference, over the unit.
+    /// Standard error of the systematic error, including that of the reference, over the unit.
     pub systematic_error: f64,
     /// Statistical error of one run: the standard deviation of the values, over the unit.
     pub statistical: f64,
-    /// How many values.
+    /// Number of values.
     pub repetitions: usize,
     reference_error: f64,
     quantiles: Quantiles,
 }
 
-/// Quantiles for a number of values.
+/// Quantiles for a number of degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Quantiles {
-    /// Student's, at [`OUTSIDE`] on two sides.
+    /// Student's quantile at [`OUTSIDE`] on two sides.
     range: f64,
-    /// Student's, at [`EXCEEDED`] on two sides.
+    /// Student's quantile at [`EXCEEDED`] on two sides.
     assured: f64,
-    /// Factors from the spread found to the lowest and highest true one.
+    /// Factors from the spread found to the lowest and highest true spread.
     spread: [f64; 2],
 }
 
@@ -73,8 +74,9 @@ impl Quantiles {
 }
 
 impl Accuracy {
-    /// From values of single runs, a reference, and the unit of all errors: the reference itself for relative errors, 1 for
-    /// absolute ones. None for fewer than two values, a number that is not finite, or a unit of zero.
+    /// Computes the accuracy from values of single runs, a reference, and the unit of all errors:
+    /// the reference itself for relative errors, 1 for absolute ones. None for fewer than two
+    /// values, a number that is not finite, or a unit of zero.
     ///
     /// ```
     /// use stosszahl_analysis::accuracy::{Accuracy, Known};
@@ -107,8 +109,8 @@ impl Accuracy {
         .filter(|_| finite)
     }
 
-    /// The same for a method that has no systematic error by definition, such as the one that made the reference: what is not
-    /// known then is the reference alone.
+    /// Returns this accuracy for a method that has no systematic error by definition, such as the
+    /// method of the reference: then only the reference is uncertain.
     #[must_use]
     pub fn without_systematic_error(self) -> Self {
         Self {
@@ -118,7 +120,7 @@ impl Accuracy {
         }
     }
 
-    /// Range of the size of the systematic error.
+    /// Range of the magnitude of the systematic error, over the unit.
     pub fn systematic_range(&self) -> [f64; 2] {
         let (size, reach) = (
             self.systematic.abs(),
@@ -127,34 +129,38 @@ impl Accuracy {
         [(size - reach).max(0.0), size + reach]
     }
 
-    /// Range of the statistical error of one run.
+    /// Range of the statistical error of one run, over the unit.
     pub fn statistical_range(&self) -> [f64; 2] {
         self.quantiles
             .spread
             .map(|factor| factor * self.statistical)
     }
 
-    /// Total error of the mean of a number of runs. The square of the systematic error is taken less that of its own standard
-    /// error, which it holds on average, and at least zero.
+    /// Total error of the mean of `runs` runs, over the unit. The square of its own standard error,
+    /// which the squared systematic error holds on average, is subtracted from it, down to zero at
+    /// least.
     pub fn total(&self, runs: u64) -> f64 {
         let square = self.systematic.powi(2) - self.systematic_error.powi(2);
         (square.max(0.0) + self.statistical.powi(2) / runs as f64).sqrt()
     }
 
-    /// Range of the total error: both parts at the low, and both at the high ends of theirs.
+    /// Range of the total error of the mean of `runs` runs, over the unit: both parts at the low
+    /// ends, and both at the high ends of their ranges.
     pub fn total_range(&self, runs: u64) -> [f64; 2] {
         let (bias, noise) = (self.systematic_range(), self.statistical_range());
         [0, 1].map(|end: usize| bias[end].hypot(noise[end] / (runs as f64).sqrt()))
     }
 
-    /// The error that the mean of a number of new runs exceeds with a chance of 1 % at most: size of the systematic error, and
-    /// Student's quantile times what is not known of it and of the mean.
+    /// Error that the mean of `runs` new runs exceeds with a chance of 1 % at most, over the unit:
+    /// magnitude of the systematic error, plus Student's quantile times the uncertainty of it and
+    /// of the mean.
     pub fn assured(&self, runs: u64) -> f64 {
         let noise = self.statistical / (runs as f64).sqrt();
         self.systematic.abs() + self.quantiles.assured * self.systematic_error.hypot(noise)
     }
 
-    /// The fewest runs whose assured error is at most `target`; none if no number of them is enough, or more than `most`.
+    /// Returns the fewest runs whose assured error is at most `target`; `None` if no number up to
+    /// `most` is enough.
     pub fn runs_for(&self, target: f64, most: u64) -> Option<u64> {
         let noise = (target - self.systematic.abs()) / self.quantiles.assured;
         let rest = noise.powi(2) - self.systematic_error.powi(2);
@@ -189,8 +195,9 @@ mod tests {
             .collect()
     }
 
-    /// The true bias, noise and total error lie within their ranges as often as stated: of 2000 trials 1900 ± 9.7 for bias and
-    /// noise, of which five standard errors are allowed, and more often for the total, whose range is at least as wide.
+    /// The true bias, noise and total error lie within their ranges as often as stated. Of 2000
+    /// trials these are 1900 ± 9.7 for bias and noise, of which five standard errors are allowed.
+    /// They are more for the total, whose range is at least as wide.
     #[test]
     fn ranges_hold_the_truth() {
         let (bias, noise, count) = (0.02, 0.05, 8);

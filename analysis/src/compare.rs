@@ -1,14 +1,15 @@
-//! Verdicts: statistical tests with a stated false-alarm probability, and what they say in words.
+//! Verdicts: statistical tests with a stated false-alarm probability, and their conclusions in
+//! words.
 
 use crate::replicas::{of_sums, quantile};
 use crate::statistics::{Estimate, TTest, holm, student_t_test};
 use serde::{Deserialize, Serialize};
 
-/// Smallest difference, as a factor, that a test must have been able to see for "no difference found" to be
-/// called agreement.
+/// Smallest ratio of two quantities that a test must have been able to see for "no difference
+/// found" to be called agreement.
 pub const SMALLEST_DIFFERENCE: f64 = 7.0 / 6.0;
 
-/// What a test says of two quantities a and b.
+/// Outcome of a test of two quantities a and b.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
     /// No difference found, and the error small enough to have seen one by a sixth.
@@ -22,7 +23,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The word used in tables.
+    /// Returns the word for tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Agree => "agree",
@@ -33,31 +34,33 @@ impl Verdict {
     }
 }
 
-/// a/b at one time.
+/// Quotient a/b at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quotient {
     /// Quotient of the means over replicas, with its jackknife error.
     pub quotient: Estimate,
     /// Normal-equivalent z of log(a/b); `None` for a single replica.
     pub z: Option<f64>,
-    /// Two-sided p value of log(a/b) = 0.
+    /// Two-sided p value of the hypothesis log(a/b) = 0.
     pub p_value: Option<f64>,
     /// Half the width of the confidence interval of log(a/b) that a single test at `false_alarm` has; `None` for a single
     /// replica.
     pub half_width: Option<f64>,
-    /// What the test says, all times taken together.
+    /// Outcome of the test at this time, with all times taken together.
     pub verdict: Verdict,
 }
 
 /// Compares two positive quantities at several times; `pairs[t]` holds (a, b) of each replica.
 ///
-/// Replicas are paired, as both engines start from the same state, and the logarithm of the quotient of the means is tested by
-/// Student's t over the pseudo-values of its jackknife ([`crate::replicas`]). The
-/// probability of any false alarm over all times is kept at `false_alarm`, half of it spent on each of two ways to
-/// find a difference: from the last time backwards without any correction until a time shows none (the
-/// fixed-sequence procedure, Maurer, Hothorn & Lehmacher 1995), which asks since when a and b have parted; and at
-/// single times by Holm's step-down. Times at which a and b are identical in every replica (the start) agree and
-/// count as no test. A time that only a test without correction would call different stays undecided.
+/// Replicas are paired, as both engines start from the same state, and the logarithm of the
+/// quotient of the means is tested by Student's t over the pseudo-values of its jackknife
+/// ([`crate::replicas`]). The probability of any false alarm over all times is kept at
+/// `false_alarm`, half of it spent on each of two ways to find a difference. One goes from the last
+/// time backwards, without correction, until a time shows no difference (the fixed-sequence
+/// procedure, Maurer, Hothorn & Lehmacher 1995): it asks since when a and b have parted. The other
+/// tests single times by Holm's step-down. Times at which a and b are identical in every replica
+/// (the start) agree and count as no test. A time that only a test without correction would call
+/// different stays undecided.
 pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
     let log = |replicas: &Vec<(f64, f64)>| {
         let sums: Vec<[f64; 2]> = replicas.iter().map(|&(a, b)| [a, b]).collect();
@@ -119,12 +122,12 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], false_alarm: f64) -> Vec<Quotient> {
         .collect()
 }
 
-/// Student's quantile times the standard error.
+/// Half width of a confidence interval: Student's quantile times the standard error.
 fn half_width(log: &Estimate, test: Option<&TTest>, false_alarm: f64) -> Option<f64> {
     Some(quantile(false_alarm, Some(test?.degrees_of_freedom)) * log.standard_error?)
 }
 
-/// Whether a single test without correction finds no difference either, and a difference by
+/// Returns true if a single test without correction finds no difference either, and a difference by
 /// [`SMALLEST_DIFFERENCE`] would have stood out at its level.
 fn agrees(test: Option<&TTest>, half_width: Option<f64>, false_alarm: f64) -> bool {
     test.is_some_and(|test| test.p_value > false_alarm)

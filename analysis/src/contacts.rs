@@ -1,4 +1,5 @@
-//! What happens at contact, against molecular chaos at the temperature of the place: the observatory of broken chaos.
+//! Contact statistics against molecular chaos at the local temperature: measurements of the
+//! breakdown of molecular chaos.
 //!
 //! Under molecular chaos partners are drawn from the velocities of the place, independently, and met with a chance in proportion to
 //! their normal relative speed g. With local Maxwellian velocities its square is then exponential,
@@ -14,10 +15,11 @@
 //! The *total* temperature would take flow for heat. Velocities are not quite Maxwellian in a cooling gas: with the fourth cumulant
 //! a2 moments of order p change by about `a2 p (p - 2)/16` of themselves, below .5 % at the restitutions of gases.
 //!
-//! *Shuffled pairs* tell short-range correlations from shear. Of pairs that approach each other within a tenth of a diameter of
-//! contact, weighted by their normal speed, the slope of P(b/d) is what it will be at contact. The same pairs, but with
-//! velocities about the local flow that are those of two other disks of the same cells, keep flow, shear, temperatures and places,
-//! and lose all that partners know of each other.
+//! *Shuffled pairs* tell short-range correlations from shear. Of pairs that approach each other
+//! within a tenth of a diameter of contact, weighted by their normal speed, the slope of P(b/d) is
+//! close to that at contact. The same pairs, but with velocities about the local flow that are
+//! those of two other disks of the same cells, keep flow, shear, temperatures and positions, and
+//! lose all correlations between partners.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -31,13 +33,13 @@ use history::History;
 pub use history::{BYTES_PER_SIMULATOR, LONGEST_RING, MEMORY, MOST_BETWEEN};
 use pairs::each_pair;
 
-/// Disks of a cell, on average, of which the local flow and temperature are those.
+/// Mean number of disks in a cell, over which local flow and temperature are taken.
 pub const LOCAL: f64 = 24.0;
-/// Pairs up to this distance over their contact distance count as near contact.
+/// Largest distance of pairs near contact, over their contact distance.
 pub const NEAR: f64 = 1.1;
-/// Distances that part the bins of velocity correlations, over the contact distance.
+/// Edges of the distance bins of velocity correlations, over the contact distance.
 pub const EDGES: [f64; DISTANCES + 1] = [1.0, NEAR, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0];
-/// Their number.
+/// Number of distance bins.
 pub const DISTANCES: usize = 8;
 /// Orders p of the moments of the normal speed.
 pub const ORDERS: [i32; 4] = [-1, 1, 2, 3];
@@ -56,55 +58,60 @@ pub fn moment_of_chaos(order: i32, temperature: f64, reduced_mass: f64) -> f64 {
     (2.0 * temperature / reduced_mass).powf(half) * gamma(1.0 + half)
 }
 
-/// Mean of the power `T^q` of a temperature that is found from `freedom` squares, over that power of the true one.
+/// Mean of the power `T^q` of a temperature measured from `freedom` squares, over that power of the
+/// true temperature.
 fn bias(power: f64, freedom: f64) -> f64 {
     let half = 0.5 * freedom;
     (ln_gamma(half + power) - ln_gamma(half) - power * half.ln()).exp()
 }
 
-/// Sums over what happened in one window of time. Ratios of them are what is measured.
+/// Sums over the collisions and pairs of one window of time. Results are ratios of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
-    /// Collisions, each of the weight of its simulators.
+    /// Number of physical collisions: each counts the weight of its simulators.
     pub physical: f64,
-    /// Collisions where the local temperature is known.
+    /// Number of physical collisions whose local temperature is known.
     pub known: f64,
-    /// Powers of the normal speed before contact.
+    /// Sums of the powers [`ORDERS`] of the normal speed before contact.
     pub before: [f64; 4],
-    /// Powers of the normal speed after contact.
+    /// Sums of the powers [`ORDERS`] of the normal speed after contact.
     pub after: [f64; 4],
-    /// What chaos expects of each of them before contact.
+    /// Sums of the powers before contact that molecular chaos expects.
     pub chaos: [f64; 4],
-    /// Collisions of slow and of fast pairs.
+    /// Number of collisions of slow and of fast pairs.
     pub pairs: [f64; 2],
-    /// Their (b/d)^(D-1).
+    /// Sums of (b/d)^(D-1) of slow and of fast pairs.
     pub impacts: [f64; 2],
-    /// Collisions whose partners are known by their index.
+    /// Number of collisions whose partners have an index.
     pub named: f64,
-    /// Those whose partners met each other last, with no collision of either since.
+    /// Number of collisions whose partners had their last collision with each other.
     pub again: f64,
-    /// Those whose partners have met within the last [`MEMORY`] collisions of both.
+    /// Number of collisions whose partners have met within the last [`MEMORY`] collisions of both.
     pub returned: f64,
-    /// These by the collisions that both have had since.
+    /// Number of returns by the collisions that both partners have had since they met.
     pub between: [f64; MOST_BETWEEN + 1],
-    /// Collisions that close a ring of so many collisions, this one and the first one included.
+    /// Number of collisions that close a ring, by its length: the number of its collisions,
+    /// including this one and the first.
     pub rings: [f64; LONGEST_RING + 1],
-    /// Normal speed of approaching pairs near contact; of pairs as they are, and shuffled.
+    /// Sums of the normal speed of approaching pairs near contact: real and shuffled pairs.
     pub flux: [f64; 2],
-    /// The same times (b/d)^(D-1).
+    /// Sums of the normal speed times (b/d)^(D-1) of approaching pairs near contact: real and
+    /// shuffled pairs.
     pub flux_impacts: [f64; 2],
-    /// Local temperature and that of the whole gas, flow included, summed over particles of which the former is known.
+    /// Sums of the local temperature and of that of the whole gas, flow included, over particles
+    /// whose local temperature is known.
     pub heat: [f64; 2],
-    /// By distance, [`EDGES`]: of pairs as they are, and shuffled.
+    /// Velocity products by distance, with bin edges [`EDGES`]: real and shuffled pairs.
     pub velocities: [[Products; 2]; DISTANCES],
 }
 
-/// Products of the velocities of both partners of pairs, along the line of centres and across it.
+/// Products of the velocities of both partners of pairs, along the line of centres and
+/// perpendicular to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Products {
-    /// Sums of the products.
+    /// Sums of the products: along and perpendicular.
     pub products: [f64; 2],
-    /// Sums of the mean squares of both.
+    /// Sums of the mean squares of both velocities: along and perpendicular.
     pub squares: [f64; 2],
 }
 
@@ -128,7 +135,7 @@ impl Products {
     }
 }
 
-/// Flow and temperature around the particles, in cells.
+/// Local flow and temperature in cells.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Local {
     cells: [usize; 3],
@@ -136,7 +143,8 @@ struct Local {
     places: Vec<Place>,
 }
 
-/// One cell: how many particles, temperature (0 if unknown), and squares that it is from.
+/// One cell: number of particles, temperature (0 if unknown), and number of squares that it is
+/// from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Place {
     count: usize,
@@ -144,7 +152,7 @@ struct Place {
     freedom: f64,
 }
 
-/// The linear flow of a cell.
+/// Linear flow of a cell.
 #[derive(Clone, Copy, Default)]
 struct Flow {
     mass: f64,
@@ -160,7 +168,7 @@ impl Flow {
 }
 
 impl Local {
-    /// The cell of a place, which may be in another image of the box.
+    /// Returns the cell of a position, which may be in another image of the box.
     fn cell(&self, place: &Vector3<f64>) -> usize {
         (0..3).rev().fold(0, |index, axis| {
             let (count, length) = (self.cells[axis], self.lengths[axis]);
@@ -173,7 +181,8 @@ impl Local {
         })
     }
 
-    /// Flow and temperature of all cells; velocities about the flow, free of what the fit takes from their spread, by particle, and the cells
+    /// Computes flow and temperature of all cells. Also returns the flow of each cell, the
+    /// velocities about the flow by particle, freed of the loss of spread by the fit, and the cells
     /// of all particles.
     fn of(particles: &Particles) -> (Self, Vec<Flow>, Vec<Vector3<f64>>, Vec<usize>) {
         let dimension = particles.dimension;
@@ -251,21 +260,21 @@ impl Local {
     }
 }
 
-/// Observes contacts in windows of time.
+/// Observer of contacts in windows of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contacts {
-    /// Start and end of each window \[time\], not included, with its sums.
+    /// Start and end of each window \[time\], the end not included, with its sums.
     pub windows: Vec<([f64; 2], Sums)>,
     dimension: usize,
     number: f64,
     local: Local,
-    /// Temperature of the whole gas now, and at the last look.
+    /// Temperature of the whole gas: current value, value at the last sample.
     temperature: [f64; 2],
     history: History,
 }
 
 impl Contacts {
-    /// Windows `[start, end)` of a gas; they may overlap.
+    /// Creates an observer with windows `[start, end)` of a gas \[time\]; they may overlap.
     pub fn new(spans: &[[f64; 2]], particles: &Particles) -> Self {
         let mut contacts = Self {
             windows: spans.iter().map(|&span| (span, Sums::default())).collect(),
@@ -285,7 +294,7 @@ impl Contacts {
         self.temperature[0] = temperature;
     }
 
-    /// Looks at the gas: local flow and temperature from now on, and pairs near contact.
+    /// Samples the gas: local flow and temperature from now on, and pairs near contact.
     pub fn look(&mut self, time: f64, particles: &Particles) {
         let (local, flows, own, cells) = Local::of(particles);
         self.local = local;
@@ -370,7 +379,7 @@ impl Contacts {
         }
     }
 
-    /// Particles of the gas, all simulators of each counted once.
+    /// Number of particles of the gas: the sum of the weights.
     pub fn particles(&self) -> f64 {
         self.number
     }
@@ -425,7 +434,8 @@ impl Observer for Contacts {
     }
 }
 
-/// The next number of a fixed sequence: splitmix64 (Steele, Lea & Flood 2014, doi:10.1145/2660193.2660195).
+/// Returns the next number of a fixed sequence: splitmix64 (Steele, Lea & Flood 2014,
+/// doi:10.1145/2660193.2660195).
 fn next(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut mixed = *state;
@@ -447,7 +457,7 @@ mod tests {
         Vector3::new(x, y, 0.0)
     }
 
-    /// A gas of points in the plane with a shear flow, at temperature 4 and mass 1.
+    /// Creates a gas of points in the plane with a shear flow, at temperature 4 and mass 1.
     fn gas(stream: &mut Xoshiro256PlusPlus, count: usize, side: f64, shear: f64) -> Particles {
         let one = |_| {
             let mut particle = Particle::of(0.5, 1.0);

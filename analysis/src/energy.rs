@@ -8,7 +8,8 @@ use stosszahl_model::{Collision, Moments, Observer, Particles, Physics, Simulati
 pub struct EnergySample {
     /// Time \[time\].
     pub time: f64,
-    /// Granular temperature T = <m v^2>/D; in proportion to the kinetic energy per particle.
+    /// Granular temperature T = <m v^2>/D \[energy\]; proportional to the kinetic energy per
+    /// particle.
     pub temperature: f64,
     /// a2 = D <m^2 v^4>/((D + 2) <m v^2>^2) - 1; 0 for a Maxwellian and for a gas at rest.
     pub fourth_cumulant: f64,
@@ -17,7 +18,7 @@ pub struct EnergySample {
 }
 
 impl EnergySample {
-    /// Takes the moments of a state after `pair_collisions` pair collisions of its bodies.
+    /// Computes the moments of a state after `pair_collisions` pair collisions of its particles.
     pub fn new<P: Physics>(scene: &P, state: &State<P>, pair_collisions: u64) -> Self {
         let moments = Moments::of_state(scene, state);
         let simulators = state.bodies.len();
@@ -25,14 +26,15 @@ impl EnergySample {
         Self::from_moments(state.time, P::Space::DIMENSION, &moments, collisions)
     }
 
-    /// Takes the moments of particles after `pair_collisions` pair collisions of them.
+    /// Computes the moments of particles after `pair_collisions` pair collisions of them.
     pub fn of(particles: &Particles, pair_collisions: u64) -> Self {
         let collisions = 2.0 * pair_collisions as f64 / particles.all.len().max(1) as f64;
         let moments = particles.moments();
         Self::from_moments(particles.time, particles.dimension, &moments, collisions)
     }
 
-    /// Takes the moments of a gas, [`Simulation::moments`], without a look at each particle here.
+    /// Computes the sample of a gas from its moments, [`Simulation::moments`], without a loop over
+    /// particles.
     pub fn of_gas(gas: &dyn Simulation, moments: &Moments) -> Self {
         let collisions = 2.0 * gas.work().collisions as f64 / gas.count().max(1) as f64;
         Self::from_moments(gas.time(), gas.dimension(), moments, collisions)
@@ -60,7 +62,7 @@ impl EnergySample {
     }
 }
 
-/// Observes the momentum transferred in collisions, for the pressure.
+/// Observer of the momentum transferred in collisions, for the pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Virial {
     sum: f64,

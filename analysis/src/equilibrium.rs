@@ -21,19 +21,21 @@ pub const FALSE_ALARM: f64 = 1e-3;
 /// Outcome of one test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Which test.
+    /// Name of the test.
     pub name: String,
-    /// What was compared.
+    /// Test statistic: chi-squared, or a ratio of means; NaN where the sample is too small.
     pub statistic: f64,
-    /// Probability of a statistic at least so extreme in an equilibrated gas, where it is known.
+    /// Probability of a statistic at least so extreme in an equilibrated gas; `None` where it is
+    /// unknown.
     pub p_value: Option<f64>,
-    /// Whether the gas passed; `None` where the sample is too small to decide, or the test has no meaning.
+    /// True if the gas passed; `None` where the sample is too small to decide, or the test does not
+    /// apply.
     pub passed: Option<bool>,
-    /// In words.
+    /// Result in words.
     pub detail: String,
 }
 
-/// P(b/d) = 1 by chi-squared. Needs 1000 collisions a bin, to see deviations of 10 %.
+/// Tests P(b/d) = 1 by chi-squared. It needs 1000 collisions per bin, to see deviations of 10 %.
 pub fn impact_uniform(bins: &[u64]) -> Outcome {
     let name = "uniform impact parameters".to_owned();
     let total: u64 = bins.iter().sum();
@@ -64,7 +66,8 @@ pub fn impact_uniform(bins: &[u64]) -> Outcome {
     }
 }
 
-/// Bragg peaks of the lattice `reciprocal` against wave vectors of about the same length in other directions.
+/// Tests Bragg peaks of the lattice `reciprocal` against wave vectors of about the same length in
+/// other directions.
 ///
 /// In a fluid S at a wave vector is exponentially distributed around the mean of its ring, so the ratio of the
 /// two means follows the F distribution with (2 m, 2 M) degrees of freedom.
@@ -109,7 +112,7 @@ pub fn lattice_forgotten(
     }
 }
 
-/// Up to 60 wave vectors of nearly the length of the given ones, at other directions.
+/// Returns up to 60 wave vectors of nearly the length of the given ones, in other directions.
 fn ring_around(lengths: [f64; 2], reciprocal: &[[i32; 2]]) -> Vec<[i32; 2]> {
     let mut ring: Vec<[i32; 2]> = Vec::new();
     for &[x, y] in reciprocal {
@@ -135,16 +138,19 @@ fn ring_around(lengths: [f64; 2], reciprocal: &[[i32; 2]]) -> Vec<[i32; 2]> {
 /// Longest wave number, times the diameter, at which S(k) is still S(0) for this purpose: hard-disk structure
 /// changes it by less than a tenth.
 const LONG_WAVE: f64 = 0.6;
-/// Waves along a side of a square box up to which they count as the longest; and most modes that are looked at: where there are more, the mean
-/// of 129 to 256 is known to 9 % or better.
+/// Number of waves along a side of a square box up to which they count as the longest.
 const LONGEST_WAVES: f64 = 24.0;
+/// Most modes examined: of more, modes at equal steps are taken, and the mean of 129 to 256 is
+/// known to 9 % or better.
 const MOST_MODES: usize = 256;
 
-/// Density fluctuations of long wavelength against the compressibility of the fluid, S(0) = 1/(d(phi Z)/d phi).
+/// Tests density fluctuations of long wavelength against the compressibility of the fluid, S(0) =
+/// 1/(d(phi Z)/d phi).
 ///
-/// A perfect lattice has S = 0 there, a forgotten one S(0). The start is called forgotten when the mean S is at
-/// least half of S(0); the standard error of the mean over M independent exponential modes is S(0)/sqrt(M), and
-/// the test needs it small enough to put that threshold 3.1 standard errors (false alarm 1e-3) away.
+/// A perfect lattice has S = 0 there, a forgotten one S(0). The start is called forgotten when the
+/// mean S is at least half of S(0). The standard error of the mean over M independent exponential
+/// modes is S(0)/sqrt(M), and the test needs it small enough to put that threshold 3.1 standard
+/// errors (false alarm 1e-3) away.
 pub fn long_waves_fluctuate(
     positions: &[Vector2<f64>],
     lengths: [f64; 2],

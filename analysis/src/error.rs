@@ -4,7 +4,7 @@ use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Invalid;
 
-/// What a measurement or a test can refuse, with the numbers that made it refuse.
+/// Error of a measurement or a test, with the numbers that it refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -29,7 +29,7 @@ pub enum Error {
     ObservedInvalid {
         /// Index of the bin.
         bin: usize,
-        /// The count found there.
+        /// Observed count of the bin.
         found: f64,
     },
     /// An expected count is too small for the chi-squared distribution to hold; merge bins.
@@ -37,7 +37,7 @@ pub enum Error {
     ExpectedTooSmall {
         /// Index of the bin.
         bin: usize,
-        /// The expected count found there.
+        /// Expected count of the bin.
         found: f64,
         /// The smallest expected count allowed.
         allowed: f64,
@@ -55,13 +55,13 @@ pub enum Error {
     LengthInvalid {
         /// Axis of the side, from 0.
         axis: usize,
-        /// The length found.
+        /// Length found.
         found: f64,
     },
-    /// A number has no meaning here.
+    /// A number is out of range.
     #[error(transparent)]
     Invalid(#[from] Invalid),
-    /// No shell was asked for.
+    /// The largest shell is zero, or there are no shells.
     #[error("the largest wave number must be at least 1")]
     WaveNumberInvalid,
     /// The density lattice would be too large.
@@ -85,7 +85,7 @@ pub enum Error {
     PositionInvalid {
         /// Index of the point.
         index: usize,
-        /// The position found; 0 beyond the dimension.
+        /// Position found; 0 beyond the dimension.
         found: [f64; 3],
     },
     /// The range of distances is not positive, or reaches beyond the nearest periodic image.
@@ -93,20 +93,20 @@ pub enum Error {
         "the range {found} must be positive and at most {allowed}, half the shortest side of the box"
     )]
     RangeInvalid {
-        /// The range found (length).
+        /// Range found \[length\].
         found: f64,
-        /// The largest range allowed (length).
+        /// Largest range allowed \[length\].
         allowed: f64,
     },
     /// A pair of reciprocal indices that is no mode.
     #[error("the mode ({}, {}) is none; indices are at most {allowed} in magnitude, and not both zero", found[0], found[1])]
     ModeInvalid {
-        /// The indices found.
+        /// Reciprocal indices found.
         found: [i32; 2],
-        /// The largest magnitude allowed.
+        /// Largest magnitude of an index.
         allowed: u32,
     },
-    /// A fit has nothing to hold on to.
+    /// A fit has too few usable values.
     #[error(
         "{found} usable values; the fit needs at least {needed}, finite and with errors above zero"
     )]
@@ -122,7 +122,7 @@ pub enum Error {
         /// Number of bins.
         found: usize,
     },
-    /// It was broken off.
+    /// The measurement was interrupted.
     #[error("interrupted")]
     Interrupted,
 }
@@ -160,17 +160,17 @@ pub(crate) fn check_positions<const D: usize>(
     }
 }
 
-/// The points of a sum, which come one by one and in several processes.
+/// Points of a sum, which come one by one and in several processes.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Seen {
-    /// How many count.
+    /// Number of points that count.
     pub(crate) count: usize,
-    /// A position that is not finite.
+    /// A position that is not finite, if there is one.
     bad: Option<[f64; 3]>,
 }
 
 impl Seen {
-    /// Whether a position is finite; otherwise [`Self::check`] refuses all.
+    /// Returns true if a position is finite; otherwise [`Self::check`] refuses all.
     #[inline]
     pub(crate) fn is_good(&mut self, position: Vector3<f64>) -> bool {
         let is_good = position.iter().all(|part| part.is_finite());
@@ -186,7 +186,7 @@ impl Seen {
         self.bad = self.bad.or(other.bad);
     }
 
-    /// Refuses fewer points than needed, and positions that are not finite, whose place is not known.
+    /// Refuses fewer points than needed, and positions that are not finite, whose index is unknown.
     pub(crate) fn check(&self, needed: usize) -> Result<(), Error> {
         if self.count < needed {
             let found = self.count;
@@ -199,7 +199,7 @@ impl Seen {
     }
 }
 
-/// Whether a number is positive and finite.
+/// Returns true if a number is positive and finite.
 pub(crate) fn is_positive(number: f64) -> bool {
     number > 0.0 && number.is_finite()
 }

@@ -21,7 +21,7 @@ use stosszahl_model::sum::Parts;
 use crate::Error;
 use crate::time_average::TimeErrors;
 
-/// A grid over the first two axes of a box; what lies along a third one is one cell.
+/// Grid over the first two axes of a box; cells extend over the whole third axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
     lengths: [f64; 2],
@@ -30,7 +30,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// `counts` cells along the sides `lengths` of a box of a `depth` (1 in the plane).
+    /// Creates `counts` cells along the sides `lengths` of a box of a `depth` (1 in the plane).
     ///
     /// # Errors
     /// [`Error::Invalid`] unless all are positive and finite.
@@ -49,7 +49,7 @@ impl Grid {
         })
     }
 
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     pub fn counts(&self) -> [usize; 2] {
         self.counts
     }
@@ -64,13 +64,13 @@ impl Grid {
         [0, 1].map(|axis| self.lengths[axis] / self.counts[axis] as f64)
     }
 
-    /// Area of a cell times the depth.
+    /// Area of a cell times the depth of the box \[length^D\].
     pub fn cell_volume(&self) -> f64 {
         let [x, y] = self.width();
         x * y * self.depth
     }
 
-    /// Centre of a cell, by its number: the first axis runs fastest.
+    /// Centre of a cell \[length\], by its number: the first axis runs fastest.
     pub fn centre(&self, cell: usize) -> [f64; 2] {
         let [x, y] = self.width();
         let column = cell % self.counts[0];
@@ -78,7 +78,8 @@ impl Grid {
         [(column as f64 + 0.5) * x, (row as f64 + 0.5) * y]
     }
 
-    /// The cell of a position; one beyond an edge by rounding is at it.
+    /// Returns the cell of a position; a position beyond an edge by rounding is in the cell at the
+    /// edge.
     #[inline]
     pub fn cell(&self, x: f64, y: f64) -> usize {
         let place = |axis: usize, at: f64| {
@@ -89,7 +90,7 @@ impl Grid {
     }
 }
 
-/// One particle, as a field needs it.
+/// Particle in the form that fields need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
     /// Position along the first two axes \[length\].
@@ -98,9 +99,9 @@ pub struct Sighting {
     pub velocity: [f64; 3],
     /// Mass.
     pub mass: f64,
-    /// Twice the energy of rotation, I w^2.
+    /// Twice the energy of rotation, I w^2 \[energy\].
     pub twice_spin_energy: f64,
-    /// How many particles it stands for.
+    /// Number of particles that a simulator stands for.
     pub weight: f64,
 }
 
@@ -110,9 +111,9 @@ pub struct Sums {
     number: f64,
     mass: f64,
     momentum: [f64; 3],
-    /// Sum of m v^2.
+    /// Sum of m v^2 \[energy\].
     square: f64,
-    /// Sum of I w^2.
+    /// Sum of I w^2 \[energy\].
     spin: f64,
 }
 
@@ -150,25 +151,26 @@ impl Sums {
 /// Collisions in one cell and block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Contacts {
-    /// Pair collisions.
+    /// Number of pair collisions.
     count: f64,
-    /// Momentum transferred times the distance of the centres.
+    /// Sum of the momentum transferred times the distance of the centres \[energy\].
     virial: f64,
 }
 
-/// All sums of one run: by block, species and cell.
+/// Sums of one run: by block, species and cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fields {
     grid: Grid,
     species: usize,
-    /// Ends of the blocks: block b lies between `b` and `b + 1` times this \[time\].
+    /// Length of a block: block b ends at `b + 1` times it \[time\].
     block: f64,
     samples: Vec<u64>,
     sums: Vec<Sums>,
     contacts: Vec<Contacts>,
 }
 
-/// All particles at one time, by species and cell. They come in the groups of [`stosszahl_model::sum`].
+/// Sums over all particles at one time, by species and cell. Particles come in the groups of
+/// [`stosszahl_model::sum`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Sample {
     grid: Grid,
@@ -176,7 +178,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Adds a particle of a species to the group that is open.
+    /// Adds a particle of a species to the open group.
     #[inline]
     pub fn add(&mut self, species: usize, particle: &Sighting) {
         let [x, y] = particle.position;
@@ -189,40 +191,41 @@ impl Sample {
         self.parts.close(group);
     }
 
-    /// Adds the particles of another.
+    /// Adds the particles of another sample.
     pub fn merge(&mut self, other: Self) {
         self.parts.merge(other.parts);
     }
 }
 
-/// What a particle can do, for temperatures.
+/// Number of components of velocity and spin, for temperatures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Freedom {
-    /// Components of a velocity.
+    /// Number of components of a velocity.
     pub dimension: usize,
-    /// Components of a spin; 0 for smooth particles.
+    /// Number of components of a spin; 0 for smooth particles.
     pub rotations: usize,
 }
 
-/// The fields of one cell.
+/// Fields of one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Values {
-    /// Particles per free volume (area in the plane).
+    /// Number density: particles per free volume (area in the plane) \[1/length^D\].
     pub number_density: f64,
     /// Mean velocity, weighted with the masses \[length/time\].
     pub velocity: [f64; 3],
     /// Translational temperature, m <(v - u)^2>/D \[energy\].
     pub temperature: f64,
-    /// Temperature of rotation, I <w^2> for each rotation \[energy\]; the mean spin is part of it.
+    /// Temperature of rotation, I <w^2> over the number of spin components \[energy\]; the mean
+    /// spin is part of it.
     pub spin_temperature: f64,
-    /// n T + (momentum carried by collisions)/(D V) \[energy/volume\].
+    /// Pressure: n T + (momentum carried by collisions)/(D V) \[energy/length^D\].
     pub pressure: f64,
-    /// Collisions that a particle takes part in, per time.
+    /// Collisions per particle and time \[1/time\].
     pub collision_rate: f64,
 }
 
 impl Values {
-    /// The fields in their order, for arithmetic.
+    /// Returns the fields in their order, for arithmetic.
     pub fn list(&self) -> [f64; 8] {
         let [u, v, w] = self.velocity;
         [
@@ -250,26 +253,26 @@ impl Values {
     }
 }
 
-/// Fields of one place, and their standard errors.
+/// Fields at one place, and their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// The fields.
+    /// Fields.
     pub values: Values,
-    /// Their standard errors; no number where fewer than two parts of the runs saw the place.
+    /// Standard errors of the fields; NaN where fewer than two parts of the runs saw the place.
     pub errors: Values,
 }
 
 /// Fields at several places, with errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldAverages {
-    /// The places, in their order.
+    /// Fields by place, in the order of places.
     pub places: Vec<Measured>,
     /// Independent parts of the runs behind the errors of each field, in the order of [`Values::list`]; see
     /// [`TimeErrors::parts`].
     pub parts: [usize; 8],
 }
 
-/// Which particles of which cells are taken together.
+/// Cells that are averaged together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
     /// Each cell by itself.
@@ -281,7 +284,7 @@ pub enum Along {
 }
 
 impl Fields {
-    /// Nothing yet, for `blocks` blocks of the given length of time.
+    /// Creates empty sums for `blocks` blocks of the given length of time.
     ///
     /// # Errors
     /// [`Error::Invalid`] without a species, a block, or a positive length of time.
@@ -300,7 +303,7 @@ impl Fields {
         })
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
@@ -315,7 +318,7 @@ impl Fields {
         self.samples.len()
     }
 
-    /// A sample without particles.
+    /// Returns a sample without particles.
     pub fn sample(&self) -> Sample {
         Sample {
             grid: self.grid,
@@ -334,7 +337,7 @@ impl Fields {
         sample.parts.in_order(|place, part| sums[place].merge(part));
     }
 
-    /// Adds a collision at a time and a place that stands for `weight` of them.
+    /// Adds a collision at a time and a position that stands for `weight` collisions.
     #[inline]
     pub fn collision(&mut self, time: f64, position: [f64; 2], virial: f64, weight: f64) {
         let block = ((time / self.block).max(0.0) as usize).min(self.samples.len() - 1);
@@ -383,19 +386,20 @@ impl Fields {
 /// Averages of fields over the replicas of one run and a window of time.
 #[derive(Clone, Debug)]
 pub struct Averages<'a> {
-    /// The replicas.
+    /// Replicas of the run.
     pub replicas: &'a [&'a Fields],
-    /// Blocks of the window.
+    /// Blocks of the window, as indices.
     pub blocks: Range<usize>,
-    /// What a particle can do.
+    /// Number of components of velocity and spin.
     pub freedom: Freedom,
-    /// Share of each cell in which centres of particles can be: densities are of that. Empty where it is all of each.
+    /// Share of each cell in which centres of particles can be: densities are per free volume.
+    /// Empty if all of every cell is free.
     pub free_shares: &'a [f64],
 }
 
 impl Averages<'_> {
-    /// Fields of all species together, or of one: then pressure and collision rate are left at zero, since collisions are
-    /// counted for all.
+    /// Averages the fields of all species together, or of one: then pressure and collision rate are
+    /// zero, since collisions are counted for all species.
     pub fn fields(&self, species: Option<usize>, along: Along) -> FieldAverages {
         let groups = self.groups(along);
         let totals: Vec<Gathered> = (groups.iter())
@@ -428,8 +432,9 @@ impl Averages<'_> {
         }
     }
 
-    /// Numbers that follow from the fields of some cells, and their errors as those of one place: the numbers of all
-    /// replicas and blocks together, and again those of each part.
+    /// Computes numbers that follow from the fields of some cells, with their errors as those of
+    /// one place. The numbers are computed for all replicas and blocks together, and again for each
+    /// part.
     pub fn derived<const N: usize>(
         &self,
         cells: &[usize],
@@ -453,12 +458,12 @@ impl Averages<'_> {
         (found, errors)
     }
 
-    /// Replicas and blocks of the window.
+    /// Number of replicas and of blocks of the window.
     fn size(&self) -> [usize; 2] {
         [self.replicas.len(), self.blocks.len()]
     }
 
-    /// Cells of each place.
+    /// Returns the cells of each place.
     fn groups(&self, along: Along) -> Vec<Vec<usize>> {
         let Some(first) = self.replicas.first() else {
             return Vec::new();
@@ -485,7 +490,7 @@ impl Averages<'_> {
         total
     }
 
-    /// Sums over some cells in some blocks of the window of one replica; none without a sample.
+    /// Sums over some cells in some blocks of the window of one replica; `None` without a sample.
     fn part(
         &self,
         replica: usize,
@@ -527,7 +532,7 @@ impl Gathered {
         }
     }
 
-    /// The fields, with temperatures about a given velocity.
+    /// Computes the fields, with temperatures about a given velocity.
     fn values(&self, about: [f64; 3], freedom: Freedom, with_collisions: bool) -> Values {
         let Sums {
             number,
@@ -574,8 +579,9 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// A drifting Maxwellian whose density and temperature rise along x: fields within z = 4.4 of what was put in, with the
-    /// error that is measured; and that error is the true one, to 20 %, and small enough to see a change of 3 %.
+    /// A drifting Maxwellian whose density and temperature rise along x: fields lie within z = 4.4
+    /// of the true ones, with the measured error. That error is the true one, to 20 %, and small
+    /// enough to see a change of 3 %.
     #[test]
     fn fields_are_what_was_put_in() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(1);

@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// A measured value at a place.
+/// Measured value at a position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Where.
+    /// Position.
     pub x: f64,
-    /// What was found.
+    /// Value.
     pub y: f64,
-    /// Its standard error.
+    /// Standard error of the value.
     pub error: f64,
 }
 
@@ -23,11 +23,11 @@ pub struct Point {
 pub struct Line {
     /// Value at x = 0.
     pub intercept: f64,
-    /// Its standard error.
+    /// Standard error of the value at x = 0.
     pub intercept_error: f64,
     /// Slope.
     pub slope: f64,
-    /// Its standard error.
+    /// Standard error of the slope.
     pub slope_error: f64,
     /// Sum of the squared deviations over the squared errors.
     pub chi_squared: f64,
@@ -94,8 +94,8 @@ pub fn line(points: &[Point]) -> Result<Line, Error> {
     })
 }
 
-/// The limit of a quantity at vanishing step, cell size, or simulator weight, whose error is `a h^order`: Richardson's
-/// extrapolation, by a line in h^order. The slope is a.
+/// Returns the limit of a quantity at vanishing step, cell size, or simulator weight, whose error
+/// is `a h^order`: Richardson's extrapolation, by a line in h^order. The slope is a.
 ///
 /// # Errors
 /// As [`line()`].
@@ -113,17 +113,18 @@ pub fn richardson(points: &[Point], order: f64) -> Result<Line, Error> {
 /// A measured order of convergence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Order {
-    /// The order at which `limit + a h^order` fits best, searched from 0.1 to 6.
+    /// Order at which `limit + a h^order` fits best, searched from 0.1 to 6.
     pub value: f64,
-    /// Where chi-squared exceeds its minimum by one: the range of one standard error, open ends at the ends of the search.
+    /// Range of one standard error of the order, where chi-squared exceeds its minimum by one; open
+    /// ends are at the ends of the search.
     pub range: [f64; 2],
-    /// Limit at that order.
+    /// Limit at the best order.
     pub limit: f64,
     /// Chi-squared of the best fit; degrees of freedom are the number of values less three.
     pub chi_squared: f64,
 }
 
-/// Smallest and largest order that is searched.
+/// Smallest and largest order searched.
 const ORDERS: [f64; 2] = [0.1, 6.0];
 
 /// Fits `limit + a h^order` with all three free, by a scan of the order with [`richardson`] at each.

@@ -1,28 +1,30 @@
-//! Mean flow of the species of a gas, and what they have beside it, by sums over its particles.
+//! Mean flow of the species of a gas, and their thermal energy relative to it, by sums over its
+//! particles.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Adds, Grouping, Particle, Sum};
 
-/// What adds all particles of a gas to a sum, as [`stosszahl_model::Simulation::add_up`] does.
+/// Function that adds all particles of a gas to a sum, as [`stosszahl_model::Simulation::add_up`]
+/// does.
 pub type AddUp<'a> = dyn FnMut(&mut dyn Sum) + 'a;
 
-/// The flow of one species.
+/// Mean flow of one species.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Flow {
     /// Sum of the weights: number of particles.
     pub number: f64,
-    /// Sum of their squares.
+    /// Sum of the squared weights.
     pub squares: f64,
-    /// Mass.
+    /// Mass of the species.
     pub mass: f64,
     /// Mean velocity, weighted with the masses; zero without particles \[length/time\].
     pub velocity: Vector3<f64>,
 }
 
 impl Flow {
-    /// None: what is beside it is all motion.
+    /// No flow, with infinite mass: velocities relative to it are the velocities themselves.
     pub const NONE: Self = Self {
         number: 0.0,
         squares: 0.0,
@@ -31,7 +33,7 @@ impl Flow {
     };
 }
 
-/// The flow of each species.
+/// Computes the flow of each species.
 pub fn flows(grouping: Grouping, add_up: &mut AddUp<'_>) -> Vec<Flow> {
     let mut sums = Flows {
         grouping,
@@ -48,7 +50,7 @@ pub fn flows(grouping: Grouping, add_up: &mut AddUp<'_>) -> Vec<Flow> {
     values.chunks(6).map(flow).collect()
 }
 
-/// Weights, their squares, mass and momentum by species.
+/// Sums of weights, their squares, mass and momentum by species.
 #[derive(Serialize, Deserialize)]
 pub struct Flows {
     grouping: Grouping,
@@ -79,18 +81,19 @@ impl Adds for Flows {
     }
 }
 
-/// What one species has beside its flow.
+/// Thermal motion of one species relative to its flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thermal {
     /// Number of particles.
     pub number: f64,
     /// Sum of `m (v - u)^2` \[energy\].
     pub twice_energy: f64,
-    /// Sums of the powers 1 to 3 of `1 - m/M`, M being the mass of all.
+    /// Sums of `w f^p`, p = 1 to 3, with `f = 1 - w m/M`, the weight w and the mass M of the
+    /// species.
     pub free: [f64; 3],
 }
 
-/// What each species has beside these flows.
+/// Computes the thermal motion of each species relative to these flows.
 pub fn thermal(grouping: Grouping, flows: &[Flow], add_up: &mut AddUp<'_>) -> Vec<Thermal> {
     let mut sums = Warmth {
         grouping,
@@ -107,7 +110,7 @@ pub fn thermal(grouping: Grouping, flows: &[Flow], add_up: &mut AddUp<'_>) -> Ve
     values.chunks(5).map(thermal).collect()
 }
 
-/// The sums of [`Thermal`] by species.
+/// Sums of [`Thermal`] by species.
 #[derive(Serialize, Deserialize)]
 pub struct Warmth {
     grouping: Grouping,

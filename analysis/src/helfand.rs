@@ -28,9 +28,10 @@
 //!
 //! # Design
 //!
-//! The run is cut into bins. Fluxes are averaged over all starts at the end of a bin, up to a largest lag of so many bins; displacements,
-//! which N disks average, over lags one after the other. What is kept are velocities and displacements of the disks and the sums: no
-//! state of the engine is asked for between start and end.
+//! The run is cut into bins. Fluxes are averaged over all starts at the end of a bin, up to a
+//! largest lag of a given number of bins; displacements, which N disks average, over lags one after
+//! the other. What is kept are velocities and displacements of the disks and the sums: no state of
+//! the engine is asked for between start and end.
 //!
 //! Beside the moments stand the correlations of Green and Kubo ([`Helfand::correlations`]). The collisional flux is a sum of pulses, of
 //! which integrals have a meaning and values have none, so fluxes and velocities are means over whole bins.
@@ -50,21 +51,23 @@ type Integrals = [[f64; FLUXES]; 2];
 /// Sums over starts at one lag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Sums {
-    /// Starts that were summed.
+    /// Number of starts.
     starts: f64,
-    /// Squares of the kinetic, the product of both, squares of the collisional change of each flux.
+    /// Sums for each flux: squared kinetic change, product of the kinetic and the collisional
+    /// change, squared collisional change.
     squares: [[f64; 3]; FLUXES],
-    /// Collisional change of the pressure flux.
+    /// Sum of the collisional change of the pressure flux.
     pressure: f64,
-    /// Squares of displacements, of all disks.
+    /// Sum of the squared displacements of all disks \[length^2\].
     displacements: f64,
-    /// Disks that were summed, over all starts.
+    /// Number of displacements, over all disks and starts.
     disks: f64,
-    /// Pairs of bins so far apart, from none on.
+    /// Number of pairs of bins at this distance, from none on.
     pairs: f64,
-    /// Products of the changes of each flux in two such bins.
+    /// Sums of the products of the changes of each flux in two bins at this distance.
     products: [f64; FLUXES],
-    /// Products of the displacements in the first bin and in that at the end of the lag, of the disks above.
+    /// Sum of the products of the displacements in the first and in the last bin of the lag, over
+    /// the counted displacements.
     steps: f64,
 }
 
@@ -72,46 +75,48 @@ struct Sums {
 /// coefficient. The first, at no lag, are of bins with themselves and count half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correlations {
-    /// The lag \[time\].
+    /// Lag \[time\].
     pub lag: f64,
-    /// Velocity autocorrelation, for the self-diffusion coefficient.
+    /// Velocity autocorrelation: its integral over the lag is the self-diffusion coefficient.
     pub diffusion: f64,
-    /// For the shear viscosity.
+    /// Stress autocorrelation: its integral over the lag is the shear viscosity.
     pub shear: f64,
-    /// For the bulk viscosity.
+    /// Pressure autocorrelation: its integral over the lag is the bulk viscosity.
     pub bulk: f64,
-    /// For the heat conductivity.
+    /// Heat flux autocorrelation: its integral over the lag is the heat conductivity.
     pub heat: f64,
 }
 
 /// Moments at one lag, scaled so that their slope in the lag is the coefficient: [`Helfand::moments`] has the units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// The lag \[time\].
+    /// Lag \[time\].
     pub lag: f64,
-    /// Of displacements, for the self-diffusion coefficient.
+    /// Moment of displacements, for the self-diffusion coefficient.
     pub diffusion: f64,
-    /// Kinetic, both, collisional, for the shear viscosity; the sum is the whole.
+    /// Kinetic, mixed and collisional moment, for the shear viscosity; their sum is the whole.
     pub shear: [f64; 3],
-    /// For the bulk viscosity.
+    /// Moment of the pressure: its slope in the lag is the bulk viscosity.
     pub bulk: f64,
-    /// Kinetic, both, collisional, for the heat conductivity; the sum is the whole.
+    /// Kinetic, mixed and collisional moment, for the heat conductivity; their sum is the whole.
     pub heat: [f64; 3],
 }
 
-/// A disk under way.
+/// Velocity and displacement of a disk.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Disk {
     velocity: Vector2<f64>,
-    /// Displacement since the beginning of the present lag, up to the time `since`.
+    /// Displacement since the beginning of the current lag, up to the time `since` \[length\].
     moved: Vector2<f64>,
+    /// Time of the last collision or end of a bin.
     since: f64,
-    /// Displacement in the first bin of the present lag, and up to the end of the last bin.
+    /// Displacement in the first bin of the current lag \[length\].
     first: Vector2<f64>,
+    /// Displacement of the current lag up to the end of the last bin \[length\].
     last: Vector2<f64>,
 }
 
-/// The sums of one run, fed with its collisions.
+/// Sums of one run, fed with its collisions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Helfand {
     mass: f64,
@@ -120,18 +125,18 @@ pub struct Helfand {
     start: f64,
     now: f64,
     bin: f64,
-    /// Bins that have ended.
+    /// Number of bins that have ended.
     bins: u64,
     disks: Vec<Disk>,
     flux: [f64; FLUXES],
     integrals: Integrals,
     /// Integrals at the ends of the last bins, the latest first.
     history: VecDeque<Integrals>,
-    /// By lag, from one bin on.
+    /// Sums by lag, from one bin on.
     sums: Vec<Sums>,
 }
 
-/// Kinetic fluxes of a disk.
+/// Returns the kinetic fluxes of a disk.
 fn carried(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
     let energy = 0.5 * mass * v.norm_squared();
     [
@@ -147,8 +152,8 @@ impl Helfand {
     /// Memory for each disk \[bytes\].
     pub const BYTES_PER_DISK: usize = size_of::<Disk>();
 
-    /// Sums that begin at a time, with the velocities of all disks of one mass in a box of some area; lags reach over `bins` bins of
-    /// one duration.
+    /// Creates sums that begin at the time `start`, with the velocities of all disks of one mass in
+    /// a box of some area; lags reach over `bins` bins of the duration `bin`.
     pub fn new(
         start: f64,
         velocities: impl IntoIterator<Item = Vector2<f64>>,
@@ -191,7 +196,8 @@ impl Helfand {
         }
     }
 
-    /// Takes in a collision; those before the last one are ignored, as are partners that are not known.
+    /// Adds a collision; collisions before the last one are ignored, as are partners without an
+    /// index.
     pub fn collide(&mut self, collision: &Collision) {
         if collision.time < self.now {
             return;
@@ -231,7 +237,7 @@ impl Helfand {
         }
     }
 
-    /// Goes on to a time without a collision.
+    /// Advances to a time without a collision.
     pub fn advance(&mut self, until: f64) {
         loop {
             let end = self.start + (self.bins + 1) as f64 * self.bin;
@@ -314,7 +320,8 @@ impl Helfand {
         }
     }
 
-    /// Correlations of fluxes by lag, from none on, in the units of [`Helfand::moments`] over a lag.
+    /// Returns the correlations of fluxes by lag, from none on, in the units of
+    /// [`Helfand::moments`] over a lag.
     pub fn correlations(&self) -> Vec<Correlations> {
         let speed = (self.temperature / self.mass).sqrt();
         let run = self.now - self.start;
@@ -341,9 +348,10 @@ impl Helfand {
         reached.map(one).collect()
     }
 
-    /// Moments by lag, in units of which mass m and temperature T of the gas are one: with the unit d of lengths, lags come in
-    /// d sqrt(m/T), diffusion in d sqrt(T/m), viscosities in sqrt(m T)/d, conductivity in sqrt(T/m)/d, each times a lag. Lags that no bin
-    /// has reached are left out.
+    /// Returns the moments by lag, in units of which mass m and temperature T of the gas are one:
+    /// with the unit d of lengths, lags come in d sqrt(m/T), diffusion in d sqrt(T/m), viscosities
+    /// in sqrt(m T)/d, conductivity in sqrt(T/m)/d, each times a lag. Lags that no bin has reached
+    /// are left out.
     pub fn moments(&self) -> Vec<Moments> {
         let speed = (self.temperature / self.mass).sqrt();
         let run = self.now - self.start;

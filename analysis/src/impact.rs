@@ -1,9 +1,10 @@
-//! Impact parameters of a gas, in one go: for programs of one's own.
+//! Impact parameters of a whole run, for custom programs.
 
 use stosszahl_model::{Collision, Observer};
 
-/// Observes impact parameters. Under molecular chaos b/d is uniform in the plane, and P = 2 b/d in space, where its square
-/// is uniform: the chance that a collision is more central, `u = (b/d)^(D-1)`, is uniform in both.
+/// Observer of impact parameters. Under molecular chaos b/d is uniform in the plane, and P = 2 b/d
+/// in space, where its square is uniform: the chance that a collision is more central, `u =
+/// (b/d)^(D-1)`, is uniform in both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpactParameters {
     dimension: i32,
@@ -14,14 +15,14 @@ pub struct ImpactParameters {
 }
 
 impl Default for ImpactParameters {
-    /// Twenty bins, disks.
+    /// Creates an observer of twenty bins, for disks.
     fn default() -> Self {
         Self::new(2, 20)
     }
 }
 
 impl ImpactParameters {
-    /// So many bins of equal width, for 2 or 3 dimensions.
+    /// Creates an observer of `bins` bins of equal width, for 2 or 3 dimensions.
     pub fn new(dimension: usize, bins: usize) -> Self {
         Self {
             dimension: dimension as i32,
@@ -32,7 +33,7 @@ impl ImpactParameters {
         }
     }
 
-    /// Pair collisions seen.
+    /// Number of pair collisions seen.
     pub fn collisions(&self) -> u64 {
         self.collisions
     }
@@ -49,7 +50,8 @@ impl ImpactParameters {
         (self.collisions > 0).then(|| 12.0 * (self.sum / self.collisions as f64 - 0.5))
     }
 
-    /// Its standard error, if collisions are independent; those of one clustered gas are not.
+    /// Standard error of [`Self::slope`] if collisions are independent; those of one clustered gas
+    /// are not.
     pub fn slope_error(&self) -> Option<f64> {
         let count = self.collisions as f64;
         let mean = self.sum / count;

@@ -85,11 +85,11 @@ pub(crate) fn wave_vector(lengths: [f64; 2], index: [i32; 2]) -> Vector2<f64> {
     ]
 }
 
-/// What the mean squared amplitude of either velocity component of one mode is in thermal equilibrium, over N times the
-/// temperature `Σ v²/(2 N)`: `1 + (1 - S(k))/(N - 1)`.
+/// Mean squared amplitude of either velocity component of one mode in thermal equilibrium, over N
+/// times the temperature `Σ v²/(2 N)`: `1 + (1 - S(k))/(N - 1)`.
 ///
-/// With the total momentum fixed at zero, two velocities have the covariance -T/(N - 1) per component, and the pairs of
-/// a mode sum to `N S(k) - N`.
+/// With the total momentum fixed at zero, two velocities have the covariance -T/(N - 1) per
+/// component, and the pairs of a mode sum to `N S(k) - N`.
 pub fn equilibrium_energy(points: usize, structure_factor: f64) -> f64 {
     1.0 + (1.0 - structure_factor) / points.saturating_sub(1).max(1) as f64
 }
@@ -104,7 +104,8 @@ pub struct Modes {
 }
 
 impl Modes {
-    /// Modes `k = 2π (n_x/L_x, n_y/L_y)` of a box with sides `lengths`, one for each pair of indices n.
+    /// Creates the modes `k = 2π (n_x/L_x, n_y/L_y)` of a box with sides `lengths`, one for each
+    /// pair of indices n.
     ///
     /// # Errors
     /// [`Error::LengthInvalid`]; [`Error::ModeInvalid`] for n = 0 and for indices beyond ten thousand.
@@ -129,8 +130,9 @@ impl Modes {
         })
     }
 
-    /// Modes with wave numbers |k| from `range[0]` up to but not including `range[1]` \[1/length\], one of each pair ±k, at
-    /// most `most` of them: at equal steps in the order of their indices if there are more.
+    /// Returns the modes with wave numbers |k| from `range[0]` up to but not including `range[1]`
+    /// \[1/length\], one of each pair ±k, at most `most` of them: at equal steps in the order of
+    /// their indices if there are more.
     ///
     /// # Errors
     /// As [`Modes::new`].
@@ -152,7 +154,7 @@ impl Modes {
         Self::new(lengths, indices.into_iter().step_by(stride).collect())
     }
 
-    /// Reciprocal indices of the modes.
+    /// Returns the reciprocal indices of the modes.
     pub fn indices(&self) -> &[[i32; 2]] {
         &self.indices
     }
@@ -165,8 +167,8 @@ impl Modes {
             .map(move |&index| wave_vector(lengths, index).norm())
     }
 
-    /// `Σ_j w_j exp(-i k · r_j)` of all modes, in their order, for several weights w of each point at once; `weights` gives
-    /// those of a point by its number.
+    /// Computes `Σ_j w_j exp(-i k · r_j)` of all modes, in their order, for several weights w of
+    /// each point at once; `weights` gives those of a point by its number.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -196,8 +198,8 @@ impl Modes {
         Ok(sums)
     }
 
-    /// Amplitudes of all modes, in their order. Velocities beyond the number of positions are ignored, and missing ones
-    /// are zero.
+    /// Computes the amplitudes of all modes, in their order. Velocities beyond the number of
+    /// positions are ignored, and missing ones are zero.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -225,28 +227,29 @@ impl Modes {
     }
 }
 
-/// Which weights the particles of a gas have in [`Amplitudes`].
+/// Weights of the particles of a gas in [`Amplitudes`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Weighing {
-    /// One each.
+    /// Weight one for each particle.
     Density,
-    /// One, the momentum beside a mean flow, and the energy beside it less a temperature.
+    /// Three weights: one, the momentum relative to a mean flow, and the energy relative to it less
+    /// a temperature.
     Fields {
-        /// The flow \[length/time\].
+        /// Mean flow \[length/time\].
         flow: Vector2<f64>,
-        /// The temperature \[energy\].
+        /// Temperature \[energy\].
         temperature: f64,
     },
 }
 
-/// [`Modes::sums`] over the particles of a gas.
+/// Sums over the particles of a gas that give [`Modes::sums`].
 #[derive(Serialize, Deserialize)]
 pub struct Amplitudes {
     modes: Modes,
     weighing: Weighing,
     seen: Seen,
     totals: Totals,
-    /// Places and weights of the open group.
+    /// Positions and weights of the open group.
     #[serde(skip)]
     places: Vec<Vector2<f64>>,
     #[serde(skip)]
@@ -254,7 +257,7 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// None yet.
+    /// Creates empty sums.
     pub fn new(modes: Modes, weighing: Weighing) -> Self {
         let weights = match weighing {
             Weighing::Density => 1,
@@ -270,7 +273,8 @@ impl Amplitudes {
         }
     }
 
-    /// Number of points, and for each mode the sums of all weights, one after the other.
+    /// Returns the number of points, and for each mode the sums of all weights, one after the
+    /// other.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -391,9 +395,9 @@ fn add_block<const W: usize>(
     }
 }
 
-/// Changes of velocity that add to a gas one shear wave for each given mode: `amplitude t cos(k · r)` with t across k as in
-/// [`Amplitude`]. The transverse amplitude of that mode grows by `amplitude N/2` in its real part, but for correlations
-/// of the places.
+/// Returns changes of velocity that add to a gas one shear wave for each given mode: `amplitude t
+/// cos(k · r)` with t across k as in [`Amplitude`]. The transverse amplitude of that mode grows by
+/// `amplitude N/2` in its real part, but for correlations of the positions.
 ///
 /// # Errors
 /// [`Error::PositionInvalid`], [`Error::PointsTooFew`].

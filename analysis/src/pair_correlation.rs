@@ -1,4 +1,5 @@
-//! The pair correlation function: how many neighbours stand at a distance, against chance.
+//! The pair correlation function: the number of neighbours at a distance, relative to independent
+//! points.
 //!
 //! g(r) is the number of pairs found at distance r over the number expected of as many independent points:
 //!
@@ -33,14 +34,14 @@ pub struct Bin {
     pub r_over_d: f64,
     /// Pairs found over pairs expected of independent points.
     pub g: f64,
-    /// Pairs found, each counted once; half of them where one of the two is a centre.
+    /// Number of pairs found, each counted once; half a pair where only one of the two is a centre.
     pub pairs: u64,
 }
 
 /// Pair correlation function in bins of equal width, from distance 0 to the range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairCorrelation {
-    /// The bins in rising order; bin i holds the distances r with i ≤ r · bins / range < i + 1.
+    /// Bins in rising order; bin i holds the distances r with i ≤ r · bins / range < i + 1.
     pub bins: Vec<Bin>,
 }
 
@@ -79,7 +80,7 @@ pub fn of_disks(
     measure(positions, lengths, diameter, range, bins, interrupt)
 }
 
-/// [`of_disks`] in space.
+/// Measures g(r) of points in a periodic box in space, as [`of_disks`] in the plane.
 ///
 /// # Errors
 /// As [`of_disks`].
@@ -94,7 +95,8 @@ pub fn of_spheres(
     measure(positions, lengths, diameter, range, bins, interrupt)
 }
 
-/// Not public, so that it is compiled here, as fast code, and not where it is used.
+/// Measures g(r) in any dimension. Not public, so that it is compiled here, as fast code, and not
+/// where it is used.
 fn measure<const D: usize>(
     positions: &[SVector<f64, D>],
     lengths: [f64; D],
@@ -134,7 +136,8 @@ fn check(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// The neighbours by bin of so many centres among so many points, over those of independent ones.
+/// Divides the neighbours by bin of `centres` centres among `points` points by those expected of
+/// independent points.
 fn correlation(
     lengths: &[f64],
     diameter: f64,
@@ -160,23 +163,24 @@ fn correlation(
     }
 }
 
-/// Pairs of a gas, strip by strip of its box ([`stosszahl_model::Simulation::add_up_near`]): the neighbours of those that are centres,
-/// among the particles of the strip and those near it.
+/// Pairs of a gas, strip by strip of its box ([`stosszahl_model::Simulation::add_up_near`]):
+/// neighbours of centres among the particles of the strip and those near it.
 ///
-/// Where particles stand for less than one of the gas, as many of them are centres as there are particles of the gas, by a hash of where
-/// each is: m simulators for each particle have m squared times as many pairs as the gas, of which a share of 2/m is counted then. Those are
-/// still more than exact dynamics has, so that the error is the smaller one.
+/// Where particles stand for less than one of the gas, only as many of them are centres as there
+/// are particles of the gas, chosen by a hash of their positions. Then m simulators per particle
+/// have m squared times as many pairs as the gas, of which a share of 2/m is counted. Those are
+/// still more than exact dynamics has, so that the error is smaller.
 #[derive(Serialize, Deserialize)]
 pub struct Pairs {
     lengths: Vec<f64>,
     range: f64,
-    /// Points of the strips, and positions of all that came.
+    /// Points of the strips, and their validity.
     seen: Seen,
-    /// Of the points, those whose neighbours are counted.
+    /// Number of centres: points whose neighbours are counted.
     centres: usize,
-    /// By bin.
+    /// Number of neighbours by bin.
     neighbours: Vec<u64>,
-    /// The strip that is open: places, and which are centres.
+    /// Open strip: positions, and true for centres.
     #[serde(skip)]
     open: Vec<(Vector3<f64>, bool)>,
     #[serde(skip)]
@@ -186,7 +190,8 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// None yet, in a box in the plane or in space; the interrupt breaks off what this process does.
+    /// Creates empty sums in a box in the plane or in space; the interrupt breaks off the work of
+    /// this process.
     ///
     /// # Errors
     /// As [`of_disks`].
@@ -209,7 +214,7 @@ impl Pairs {
         })
     }
 
-    /// g(r) of all that was added.
+    /// Returns g(r) of all pairs added.
     ///
     /// # Errors
     /// As [`of_disks`]; [`Error::PointsTooFew`] without a centre, too.
@@ -320,7 +325,7 @@ mod tests {
         super::measure(positions, lengths, diameter, range, bins, &never)
     }
 
-    /// All pairs, one by one.
+    /// Counts all pairs, one by one.
     fn all_pairs<const D: usize>(
         positions: &[SVector<f64, D>],
         lengths: [f64; D],
@@ -426,7 +431,8 @@ mod tests {
         }
     }
 
-    /// The same in three uneven strips, each counted by another sum that sees all else as near.
+    /// Measures in three uneven strips, each counted by another sum that sees all other points as
+    /// near.
     fn in_strips(positions: &[Vector3<f64>], lengths: [f64; 3], range: f64) -> PairCorrelation {
         let empty = || Pairs::new(&lengths, range, 20, &Interrupt::default()).unwrap();
         let mut all = empty();
@@ -449,7 +455,7 @@ mod tests {
         all.correlation(1.0).unwrap()
     }
 
-    /// g(r) by [`Pairs`] of points that stand for less than a particle each.
+    /// Measures g(r) by [`Pairs`] of points that stand for less than a particle each.
     fn of_weight(positions: &[Vector3<f64>], lengths: &[f64], range: f64, weight: f64) -> Pairs {
         let mut pairs = Pairs::new(lengths, range, 20, &Interrupt::default()).unwrap();
         for &position in positions {
@@ -585,8 +591,8 @@ mod tests {
         }
     }
 
-    /// The same for simulators of an eighth of a particle, of which an eighth are centres: 60 configurations of 2000 have 15 000 of 120 000, with
-    /// a standard error of 115.
+    /// Independent simulators of an eighth of a particle, of which an eighth are centres, have g =
+    /// 1: 60 configurations of 2000 have 15 000 of 120 000, with a standard error of 115.
     #[test]
     fn few_centres_have_no_correlation_either() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(36);

@@ -2,14 +2,17 @@
 //! from displacements.
 //!
 //! An amplitude that obeys `da/dx = -rate a + noise` with noise that is independent of the past has
-//! `<a(x + h) a(x)> = exp(-rate h) <a(x)²>`. Its propagator over one step is the slope of the regression of each value on
-//! the one before it, through the origin, pooled over replicas, modes and times: the most likely one for Gaussian noise
-//! of constant strength, whether the amplitude was set from outside or is itself thermal noise, and whether it decays or
-//! grows. Fits of the logarithm of the mean amplitude lost: they need a model of how the noise builds up, and weights.
+//! `<a(x + h) a(x)> = exp(-rate h) <a(x)²>`. Its propagator over one step is the slope of the
+//! regression of each value on the one before it, through the origin, pooled over replicas, modes
+//! and times. It is the maximum-likelihood estimate for Gaussian noise of constant strength. It
+//! holds for amplitudes that were set from outside or are thermal noise, and that decay or grow.
+//! Fits of the logarithm of the mean amplitude lost: they need a model of how the noise builds up,
+//! and weights.
 //!
-//! Times must be evenly spaced in x, and farther apart than the gas remembers otherwise (a few collisions of a particle),
-//! or early memory is taken for a rate. x is the time, or any function of it in which the rate is constant: the thermal
-//! path in a gas whose temperature changes, `ln(1 + t/t_0)` in a cooling one, with a over the thermal speed.
+//! Times must be evenly spaced in x, and farther apart than the gas remembers otherwise (a few
+//! collisions of a particle), or early memory is taken for a rate. The variable x is the time, or
+//! any function of it in which the rate is constant: the thermal path in a gas whose temperature
+//! changes, `ln(1 + t/t_0)` in a cooling one, with a over the thermal speed.
 //!
 //! The standard error is that of the jackknife over replicas (B. Efron & C. Stein, *Annals of Statistics* **9**, 586
 //! (1981), doi:10.1214/aos/1176345462), as the estimate is a ratio.
@@ -18,8 +21,8 @@ use crate::Error;
 use crate::replicas::{add_terms, of_sums};
 use crate::statistics::Estimate;
 
-/// The estimate that a function of sums over replicas makes, and its jackknife error: `sums` has for each replica the
-/// terms that add up, `value` is what is made of their totals.
+/// Estimates a function of sums over replicas, with its jackknife error: `sums` has for each
+/// replica the terms that add up, `value` is the function of their totals.
 ///
 /// None without replicas; no error with one.
 ///
@@ -49,7 +52,8 @@ pub fn jackknife<const N: usize>(
     })
 }
 
-/// The rate at which amplitudes decay, per unit of x (negative if they grow), from series of values that are `spacing` apart.
+/// Estimates the rate at which amplitudes decay, per unit of x (negative if they grow), from series
+/// of values that are `spacing` apart.
 ///
 /// `replicas` holds for each replica its series: one for each amplitude, real and imaginary parts apart. A rate of zero
 /// mean noise would be infinite; it is then not a number.
@@ -138,9 +142,10 @@ mod tests {
         StandardNormal.sample(stream)
     }
 
-    /// Amplitudes of known rate and noise, growing and decaying, set from outside and thermal: the rate within 4.4 standard
-    /// errors (false alarm 1e-5 each), and these small enough to see 7 %; and over repeated experiments the scatter is the jackknife's
-    /// error within a quarter (4.4 standard errors of 160 variances).
+    /// Amplitudes of known rate and noise, growing and decaying, set from outside and thermal, have
+    /// their rate within 4.4 standard errors (false alarm 1e-5 each), which are small enough to see
+    /// 7 %. Over repeated experiments the scatter is the jackknife's error within a quarter (4.4
+    /// standard errors of 160 variances).
     #[test]
     fn known_rates_are_found() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(2);

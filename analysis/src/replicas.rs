@@ -1,9 +1,10 @@
-//! Tests over independent replicas: what few of them leave open, and how many it takes.
+//! Tests over independent replicas: uncertainty with few of them, and the number needed.
 //!
-//! Collisions of one gas hang together: a cluster, or a shear wave, bends the impact parameters of all that happens in it. So
-//! counts are never judged as if they were independent events; each replica gives one value, and values are judged by Student's
-//! distribution ([`quantile`]), several at once by Hotelling's ([`hotelling_test`]). Both are exact for normal values, whatever
-//! the spread within a replica is.
+//! Collisions of one gas are correlated: a cluster, or a shear wave, changes the impact parameters
+//! of all its collisions. So counts are never judged as if they were independent events; each
+//! replica gives one value, and values are judged by Student's distribution ([`quantile`]), several
+//! at once by Hotelling's ([`hotelling_test`]). Both are exact for normal values, whatever the
+//! spread within a replica is.
 //!
 //! Chi-squared of pooled counts over the measured over-dispersion lost: it takes all shapes to be equally over-dispersed. Where
 //! one of them dominates, as in clusters, its F test at 1 % with four replicas and 18 shapes rings in up to 23 % of all gases.
@@ -94,8 +95,9 @@ pub fn ratio_of_means(pairs: &[(f64, f64)]) -> Option<Estimate> {
     Estimate::over_replicas(&of_sums(&sums, |[a, b]| a / b))
 }
 
-/// Standard errors within which an estimate lies with the chance `1 - level`: Student's quantile, on two sides; that of a normal
-/// number where the error is known without replicas. Infinite without degrees of freedom.
+/// Number of standard errors within which an estimate lies with the chance `1 - level`: Student's
+/// quantile, on two sides; that of a normal number where the error is known without replicas.
+/// Infinite without degrees of freedom.
 ///
 /// ```
 /// use stosszahl_analysis::replicas::quantile;
@@ -122,15 +124,16 @@ pub fn quantile(level: f64, degrees_of_freedom: Option<usize>) -> f64 {
 pub struct HotellingTest {
     /// `T² = R m' S⁻¹ m`, of the mean m and the covariance S over R replicas.
     pub statistic: f64,
-    /// Numbers that are tested at once.
+    /// Number of means tested at once.
     pub numbers: usize,
     /// Chance of so large a statistic if all means are zero.
     pub p_value: f64,
 }
 
-/// Whether the means of several normal numbers, correlated in any way, can all be zero: H. Hotelling, *Annals of Mathematical
-/// Statistics* **2**, 360 (1931), doi:10.1214/aoms/1177732979. With q numbers, `(R - q)/(q (R - 1)) T²` has the distribution
-/// F(q, R - q). `rows` has the numbers of each replica.
+/// Tests whether the means of several normal numbers, correlated in any way, can all be zero: H.
+/// Hotelling, *Annals of Mathematical Statistics* **2**, 360 (1931), doi:10.1214/aoms/1177732979.
+/// With q numbers, `(R - q)/(q (R - 1)) T²` has the distribution F(q, R - q). `rows` has the
+/// numbers of each replica.
 ///
 /// `None` unless there are more replicas than numbers, and their covariance is regular.
 ///
@@ -166,11 +169,12 @@ pub fn hotelling_test(rows: &[Vec<f64>]) -> Option<HotellingTest> {
     })
 }
 
-/// Points of the quadrature over the spread that is found.
+/// Points of the quadrature over the measured spread.
 const SPREADS: usize = 400;
 
-/// The chance that Student's test at `level` finds a mean that is `effect` standard deviations of one replica away from the
-/// hypothesis: that of the non-central t distribution, `∫ P(|z + effect √R| > t s) dP(s)` over the spread s that is found.
+/// Chance that Student's test at `level` finds a mean that is `effect` standard deviations of one
+/// replica away from the hypothesis: that of the non-central t distribution, `∫ P(|z + effect √R| >
+/// t s) dP(s)` over the spread s that is found.
 ///
 /// ```
 /// use stosszahl_analysis::replicas::power;
@@ -184,8 +188,8 @@ pub fn power(effect: f64, replicas: usize, level: f64) -> f64 {
     power_within(&limits(replicas, level), effect, replicas)
 }
 
-/// How far from zero Student's test at `level` wants a mean, in true standard errors, for each spread that may be found, all equally
-/// likely.
+/// Distances from zero that Student's test at `level` requires of a mean, in true standard errors,
+/// for spreads that are all equally likely.
 fn limits(replicas: usize, level: f64) -> Vec<f64> {
     let freedom = replicas.saturating_sub(1);
     let Ok(squares) = ChiSquared::new(freedom as f64) else {
@@ -199,7 +203,7 @@ fn limits(replicas: usize, level: f64) -> Vec<f64> {
     (0..SPREADS).map(at).collect()
 }
 
-/// [`power`] for these [`limits`], which cost far more than the rest.
+/// Computes [`power`] from these [`limits`], which cost far more than the rest.
 fn power_within(limits: &[f64], effect: f64, replicas: usize) -> f64 {
     let Ok(normal) = Normal::new(0.0, 1.0) else {
         return 0.0;
@@ -209,8 +213,8 @@ fn power_within(limits: &[f64], effect: f64, replicas: usize) -> f64 {
     limits.iter().map(found).sum::<f64>() / SPREADS as f64
 }
 
-/// The smallest effect, in standard deviations of one replica, that [`power`] finds with the chance `found`; infinite for
-/// fewer than two replicas.
+/// Smallest effect, in standard deviations of one replica, that [`power`] finds with the chance
+/// `found`; infinite for fewer than two replicas.
 pub fn smallest_effect(replicas: usize, level: f64, found: f64) -> f64 {
     if replicas < 2 {
         return f64::INFINITY;
@@ -236,8 +240,8 @@ pub fn smallest_effect(replicas: usize, level: f64, found: f64) -> f64 {
 /// Most replicas that [`replicas_needed`] counts to.
 pub const MOST_REPLICAS: usize = 1_000_000;
 
-/// The fewest replicas with which an effect, in standard deviations of one replica, is found with the chance `found`; at most
-/// [`MOST_REPLICAS`].
+/// Returns the fewest replicas with which an effect, in standard deviations of one replica, is
+/// found with the chance `found`; at most [`MOST_REPLICAS`].
 ///
 /// ```
 /// use stosszahl_analysis::replicas::{power, replicas_needed};
@@ -377,7 +381,8 @@ mod tests {
         );
     }
 
-    /// Three numbers that hang together, of very different spreads: one in a hundred tests at 1 % rings.
+    /// Three correlated numbers of very different spreads: one in a hundred tests at 1 % gives a
+    /// false alarm.
     #[test]
     fn hotelling_rings_at_its_level_whatever_the_covariance() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(3);

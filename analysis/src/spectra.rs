@@ -43,27 +43,27 @@ pub struct Shells {
 /// Spectra of one shell, means over its modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
-    /// Of the density, `S_nn`.
+    /// Spectrum of the density, `S_nn = <|rho|²>/N`.
     pub density: f64,
-    /// Of the flow across k, shear: `S_perp`.
+    /// Spectrum of the flow perpendicular to k (shear), `S_perp`.
     pub transverse: f64,
-    /// Of the flow along k, sound: `S_par`.
+    /// Spectrum of the flow along k (sound), `S_par`.
     pub longitudinal: f64,
-    /// Of the temperature, `S_TT`.
+    /// Spectrum of the temperature, `S_TT`.
     pub temperature: f64,
 }
 
 /// All spectra of one configuration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectra {
-    /// By shell.
+    /// Spectra by shell.
     pub shells: Vec<Spectrum>,
-    /// The amplitude of shear of each mode, `p_perp/sqrt(N m T)` as real and imaginary part: its square is `S_perp` of the mode.
-    /// Empty in a gas at rest.
+    /// Shear amplitude of each mode, `p_perp/sqrt(N m T)` as real and imaginary part: its square is
+    /// `S_perp` of the mode. Empty in a gas at rest.
     pub shear: Vec<[f64; 2]>,
 }
 
-/// A disk as spectra see it.
+/// Disk in the form that spectra need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
     /// Position \[length\].
@@ -75,8 +75,9 @@ pub struct Disk {
 }
 
 impl Shells {
-    /// The shells of given numbers, in rising order; one mode of each pair ±k, and at most `most` of a shell: at equal steps in
-    /// the order of their indices if there are more. Shells without modes are left out.
+    /// Creates the shells of given numbers, in rising order; one mode of each pair ±k, and at most
+    /// `most` of a shell: at equal steps in the order of their indices if there are more. Shells
+    /// without modes are left out.
     ///
     /// # Errors
     /// [`Error::LengthInvalid`]; [`Error::WaveNumberInvalid`] for the shell 0 and without shells; [`Error::ModeInvalid`] for
@@ -120,12 +121,12 @@ impl Shells {
         })
     }
 
-    /// The modes of all shells, one shell after the other.
+    /// Returns the modes of all shells, one shell after the other.
     pub fn modes(&self) -> &Modes {
         &self.modes
     }
 
-    /// The modes of each shell, by their numbers in [`Self::modes`].
+    /// Returns the modes of each shell, as index ranges of [`Self::modes`].
     pub fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let starts = std::iter::once(&0).chain(&self.ends);
         starts.zip(&self.ends).map(|(&start, &end)| start..end)
@@ -138,7 +139,7 @@ impl Shells {
         self.ranges().map(|range| mean(&all[range])).collect()
     }
 
-    /// Spectra of one configuration of some disks, as [`Self::measure_gas`].
+    /// Measures the spectra of one configuration of some disks, as [`Self::measure_gas`].
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -155,7 +156,8 @@ impl Shells {
         })
     }
 
-    /// Spectra of one configuration of a gas; those of velocities are zero in a gas at rest.
+    /// Measures the spectra of one configuration of a gas; those of velocities are zero in a gas at
+    /// rest.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -220,7 +222,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 impl Disk {
-    /// A disk of mass one.
+    /// Creates a disk of mass one.
     pub fn unit(position: [f64; 2], velocity: [f64; 2]) -> Self {
         let [x, y] = position;
         Self {
@@ -245,7 +247,7 @@ mod tests {
 
     const LENGTHS: [f64; 2] = [20.0, 13.0];
 
-    /// Independent places, and velocities of a Maxwellian at the temperature 1 in a wind.
+    /// Independent positions, and velocities of a Maxwellian at the temperature 1 in a wind.
     fn gas(count: usize, masses: &[f64], seed: u64) -> Vec<Disk> {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
         let one = |number: usize| {
@@ -261,7 +263,8 @@ mod tests {
         (0..count).map(one).collect()
     }
 
-    /// Against sines of whole phases, mode by mode. Powers of phases round to some 1e-15 each, of 150 points.
+    /// Spectra are the sums of sines of whole phases, mode by mode. Powers of phases round to some
+    /// 1e-15 each, of 150 points.
     #[test]
     fn spectra_are_the_plain_sums() {
         let disks = gas(150, &[1.0, 2.5], 1);
@@ -337,8 +340,9 @@ mod tests {
         }
     }
 
-    /// Independent places and velocities: all spectra are one at every k. Within z = 4.9 standard errors (false alarm 1e-6
-    /// each), which see 2 %; fixing momentum and energy at those of the moment takes 1/N = 0.5 % off and puts as much on.
+    /// Independent positions and velocities have spectra of one at every k, within z = 4.9 standard
+    /// errors (false alarm 1e-6 each), which see 2 %; fixing momentum and energy at those of the
+    /// moment takes 1/N = 0.5 % off and puts as much on.
     #[test]
     fn thermal_noise_has_spectra_of_one() {
         let shells = Shells::new(LENGTHS, &[1, 2, 3, 4, 5], 30).unwrap();

@@ -52,7 +52,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Takes in one number.
+    /// Adds one number.
     pub fn add(&mut self, value: f64) {
         self.count += 1;
         let before = value - self.mean;
@@ -60,22 +60,22 @@ impl Moments {
         self.squares += before * (value - self.mean);
     }
 
-    /// How many numbers were taken in.
+    /// Returns the number of values added.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Mean of the numbers; none of no numbers.
+    /// Mean of the numbers; `None` without numbers.
     pub fn mean(&self) -> Option<f64> {
         (self.count > 0).then_some(self.mean)
     }
 
-    /// Unbiased variance, Σ (x - mean)² / (n - 1); none of fewer than two numbers.
+    /// Unbiased variance, Σ (x - mean)² / (n - 1); `None` for fewer than two numbers.
     pub fn variance(&self) -> Option<f64> {
         (self.count > 1).then(|| self.squares / (self.count - 1) as f64)
     }
 
-    /// Standard error of the mean, s / √n; none of fewer than two numbers.
+    /// Standard error of the mean, s / √n; `None` for fewer than two numbers.
     pub fn standard_error(&self) -> Option<f64> {
         self.variance()
             .map(|variance| (variance / self.count as f64).sqrt())
@@ -92,7 +92,7 @@ impl FromIterator<f64> for Moments {
     }
 }
 
-/// A measured number and how far it can be trusted.
+/// Measured number with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Mean over the replicas (unit of the measurement).
@@ -132,7 +132,7 @@ pub struct TTest {
     /// t = (mean - hypothesis) / (s / √n); infinite when the values agree with each other but not with the
     /// hypothesis.
     pub statistic: f64,
-    /// n - 1.
+    /// Degrees of freedom, n - 1.
     pub degrees_of_freedom: usize,
     /// Probability of a statistic at least this far from 0, on either side, under the hypothesis.
     pub p_value: f64,
@@ -141,8 +141,8 @@ pub struct TTest {
     pub normal_z: f64,
 }
 
-/// Whether independent normal values can have the mean `hypothesis`: the two-sided one-sample test of
-/// Student, *Biometrika* **6**, 1 (1908), doi:10.2307/2331554.
+/// Tests whether independent normal values can have the mean `hypothesis`: the two-sided one-sample
+/// test of Student, *Biometrika* **6**, 1 (1908), doi:10.2307/2331554.
 ///
 /// For a paired comparison, pass the differences and the hypothesis 0; for a ratio, the logarithms of the
 /// ratios. None for fewer than two values, or when a number is not finite. Equal values have no variance to
@@ -197,16 +197,16 @@ fn normal_z(p_value: f64) -> f64 {
 /// Outcome of [`chi_squared_test`] and [`uniform_test`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChiSquaredTest {
-    /// Σ (observed - expected)² / expected.
+    /// Test statistic Σ (observed - expected)² / expected.
     pub statistic: f64,
-    /// Bins - 1 - fitted parameters.
+    /// Degrees of freedom: bins - 1 - fitted parameters.
     pub degrees_of_freedom: usize,
     /// Probability of a statistic at least this large under the hypothesis.
     pub p_value: f64,
 }
 
-/// Whether counts in bins can come from a distribution that expects given counts: K. Pearson, *Philosophical
-/// Magazine* **50**, 157 (1900), doi:10.1080/14786440009463897.
+/// Tests whether counts in bins can come from a distribution that expects given counts: K. Pearson,
+/// *Philosophical Magazine* **50**, 157 (1900), doi:10.1080/14786440009463897.
 ///
 /// `fitted` is the number of parameters of the distribution that were fitted to the same counts. The counts
 /// must be of independent events; the statistic then follows the chi-squared distribution with
@@ -280,7 +280,8 @@ pub fn chi_squared_test(
     })
 }
 
-/// Whether counts can come from bins of equal probability: [`chi_squared_test`] against their mean.
+/// Tests whether counts can come from bins of equal probability: [`chi_squared_test`] against their
+/// mean.
 ///
 /// # Errors
 /// As [`chi_squared_test`].
@@ -290,8 +291,8 @@ pub fn uniform_test(counts: &[u64]) -> Result<ChiSquaredTest, Error> {
     chi_squared_test(&observed, &vec![mean; observed.len()], 0)
 }
 
-/// Which of many hypotheses to reject so that the probability of rejecting even one true one stays at or below
-/// `false_alarm`: S. Holm, *Scandinavian Journal of Statistics* **6**, 65 (1979).
+/// Returns which of many hypotheses to reject, so that the probability of rejecting any true one is
+/// at most `false_alarm`: S. Holm, *Scandinavian Journal of Statistics* **6**, 65 (1979).
 ///
 /// The p values are taken from the smallest up; the one with i smaller ones before it is rejected while
 /// p ≤ `false_alarm` / (n - i), and the first that is not ends the search. The tests need not be independent,

@@ -1,11 +1,13 @@
-//! From when on a flow is steady.
+//! Detection of the time after which a flow is steady.
 //!
-//! The marginal standard error rule (White, *Simulation* 69, 323 (1997), doi:10.1177/003754979706900601): of all
-//! beginnings that could be left out, the one after which the standard error of the mean of what is left, taken as if it
-//! were independent, is smallest. A drift makes the sum of squares grow faster than the number that it is divided by.
+//! The marginal standard error rule (White, *Simulation* 69, 323 (1997),
+//! doi:10.1177/003754979706900601): the beginning left out is the one after which the standard
+//! error of the mean of the remaining values, taken as if they were independent, is smallest. A
+//! drift makes the sum of squares grow faster than the number that it is divided by.
 
-/// How many of the first values of a series to leave out, at most half, or `None` if the series is not steady: too short,
-/// or best without all that may be left out, so that what is left may still drift.
+/// Number of the first values of a series to leave out, at most half; `None` if the series is not
+/// steady. Then it is too short, or best without all values that may be left out, so that the rest
+/// may still drift.
 ///
 /// Values are averaged in groups of five, as in the MSER-5 variant (White, Cobb & Spratt 2000), which keeps a few equal
 /// values from looking steady.
@@ -53,8 +55,9 @@ mod tests {
             .collect()
     }
 
-    /// A relaxation with time 20 that begins thirty standard deviations away is left out until it is a standard deviation
-    /// or less; noise alone mostly loses little; a drift is never steady. The rule is right for nine series in ten.
+    /// A relaxation with time 20 that begins thirty standard deviations away is left out until it
+    /// is a standard deviation or less: noise alone mostly loses little; a drift is never steady.
+    /// The rule is right for nine series in ten.
     #[test]
     fn finds_where_the_relaxation_ends() {
         let (mut found, mut whole) = (0, 0);

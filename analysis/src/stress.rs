@@ -10,18 +10,20 @@
 //! term is the **kinetic** part, the second the **collisional** one, which point particles do not have. Its trace over
 //! D n T is the equation of state.
 //!
-//! The kinetic sum is measured when the gas is looked at. Between two looks it follows the collisions, of which each
-//! changes it by `mu (g' g' - g g)` with the relative velocities g before and g' after it, so that its integral over
-//! time is exact for smooth particles in free flight, also while the gas cools. Tangential impulses, walls and fields are
-//! seen at the next look. In a uniform shear flow u = (a y, 0), whose particles have velocities c relative to it, the
-//! flight changes `c_x` by `-a c_y` per time, and with it the sum, exactly too.
+//! The kinetic sum is measured when the gas is sampled. Between two samples it follows the
+//! collisions. Each changes it by `mu (g' g' - g g)` with the relative velocities g before and g'
+//! after it, so that its integral over time is exact for smooth particles in free flight, also
+//! while the gas cools. Tangential impulses, walls and fields are seen at the next look. In a
+//! uniform shear flow u = (a y, 0), whose particles have velocities c relative to it, the flight
+//! changes `c_x` by `-a c_y` per time, and with it the sum, exactly too.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Adds, Collision, Observer, Particle, Sum};
 
-/// Kinetic part of the pressure tensor times the volume, about the mean velocity \[energy\].
+/// Computes the kinetic part of the pressure tensor times the volume, about the mean velocity
+/// \[energy\].
 ///
 /// `add_up` adds all particles of a gas, as [`stosszahl_model::Simulation::add_up`] does.
 pub fn kinetic_stress(add_up: &mut dyn FnMut(&mut dyn Sum)) -> Matrix3<f64> {
@@ -100,7 +102,7 @@ pub struct StressIntegrals {
     pub collisional: Matrix3<f64>,
     /// Kinetic energy lost to the normal part of contacts, less what they added \[energy\].
     pub energy_lost: f64,
-    /// Physical collisions.
+    /// Number of physical collisions.
     pub collisions: f64,
     /// Time covered \[time\].
     pub duration: f64,
@@ -125,24 +127,26 @@ impl StressIntegrals {
     }
 }
 
-/// Observes the pressure tensor of one run in blocks of time.
+/// Observer of the pressure tensor of one run in blocks of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StressRecorder {
-    /// Start of the first block, and length of each \[time\].
+    /// Start of the first block \[time\].
     start: f64,
+    /// Length of each block \[time\].
     length: f64,
     /// Integrals by block.
     blocks: Vec<StressIntegrals>,
-    /// Present kinetic sum \[energy\], and since when its integral is not added yet \[time\].
+    /// Current kinetic sum \[energy\].
     kinetic: Matrix3<f64>,
+    /// Time up to which the integral of the kinetic sum is added \[time\].
     since: f64,
     /// Shear rate of the flow \[1/time\]; 0 without one.
     shear_rate: f64,
 }
 
 impl StressRecorder {
-    /// `count` blocks of equal length from `start` to `end` \[time\] for a gas with the given kinetic sum at time
-    /// `now`.
+    /// Creates `count` blocks of equal length from `start` to `end` \[time\] for a gas with the
+    /// given kinetic sum at time `now`.
     pub fn new([start, end]: [f64; 2], count: usize, now: f64, kinetic: Matrix3<f64>) -> Self {
         Self {
             start,
@@ -154,13 +158,14 @@ impl StressRecorder {
         }
     }
 
-    /// The same in a uniform shear flow, relative to which velocities are \[1/time\].
+    /// Returns this recorder for a uniform shear flow of the given rate \[1/time\], relative to
+    /// which velocities are.
     #[must_use]
     pub fn in_flow(self, shear_rate: f64) -> Self {
         Self { shear_rate, ..self }
     }
 
-    /// Lets particles fly for a time; returns the integral of the kinetic sum over it.
+    /// Advances the kinetic sum by a time of flight; returns its integral over that time.
     fn fly(&mut self, time: f64) -> Matrix3<f64> {
         if self.shear_rate == 0.0 {
             return self.kinetic * time;
@@ -178,7 +183,7 @@ impl StressRecorder {
         (before - one * (turn / 2.0) + two * (turn * turn / 3.0)) * time
     }
 
-    /// Integrals by block, in order of time.
+    /// Returns the integrals by block, in order of time.
     pub fn blocks(&self) -> &[StressIntegrals] {
         &self.blocks
     }
@@ -221,7 +226,7 @@ impl StressRecorder {
         }
     }
 
-    /// Number of the block of a time, if it is in one.
+    /// Returns the number of the block of a time, if the time is in a block.
     fn block(&self, time: f64) -> Option<usize> {
         let number = (time - self.start) / self.length;
         let inside = number >= 0.0 && number < self.blocks.len() as f64;

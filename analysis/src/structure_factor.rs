@@ -1,4 +1,4 @@
-//! The structure factor: how strongly the density fluctuates at each wavelength.
+//! The structure factor: the strength of density fluctuations by wavelength.
 //!
 //! For N points `r_j` that stand for w disks each,
 //!
@@ -72,12 +72,14 @@
 //!
 //! # Design
 //!
-//! The density is real, so two rows travel as real and imaginary part of one complex transform, and only the
-//! columns up to the largest requested wave number are transformed along the other axis: between a quarter and
-//! a half of the full complex transform. Between the two passes the lattice is transposed in blocks that fit
-//! the cache. Points are counted in integers, 2⁴⁴ to a point or as many as fit into 63 bits with all points, so that
-//! the density is the same whoever adds them up ([`Lattice`]); that moves a share by some 1e-13. A non-uniform transform would have no aliasing to correct, but needs an oversampled lattice and
-//! a wider spreading kernel, several times the cost, for accuracy that the statistical error hides.
+//! The density is real, so two rows travel as real and imaginary part of one complex transform.
+//! Only the columns up to the largest requested wave number are transformed along the other axis:
+//! between a quarter and a half of the full complex transform. Between the two passes the lattice
+//! is transposed in blocks that fit the cache. Points are counted in integers, 2⁴⁴ to a point or as
+//! many as fit into 63 bits with all points, so that the density does not depend on the process
+//! that adds them ([`Lattice`]); that moves a share by some 1e-13. A non-uniform transform would
+//! have no aliasing to correct, but needs an oversampled lattice and a wider spreading kernel,
+//! several times the cost, for accuracy that the statistical error hides.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -94,33 +96,34 @@ use crate::error::{Seen, check_lengths, check_positions};
 /// Largest number of sites of the density lattice: 2²⁶ sites are half a gibibyte.
 pub const LARGEST_LATTICE: usize = 1 << 26;
 
-/// Sites in the shortest wave, at most: of a finer lattice the corrections are below 1e-3, and a wide box of few disks would take
-/// gibibytes.
+/// Most sites in the shortest wave: with a finer lattice the corrections are below 1e-3, and a wide
+/// box of few disks would take gibibytes.
 const SITES_IN_WAVE: usize = 32;
 
 /// Edge of the blocks of the transpose: 16 complex numbers are four cache lines.
 const BLOCK: usize = 16;
 
-/// How a point is assigned to the density lattice.
+/// Assignment of a point to sites of the density lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Assignment {
-    /// All of it to the nearest site; halfway between, to the one above.
+    /// Whole point on the nearest site; halfway between, on the one above.
     NearestGridPoint,
-    /// To the four sites around it, in proportion to the area of the opposite rectangle.
+    /// Shares on the four sites around the point, in proportion to the area of the opposite
+    /// rectangle.
     CloudInCell,
 }
 
-/// What a [`StructureFactorPlan`] measures, and how.
+/// Options of a [`StructureFactorPlan`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
-    /// The largest shell, as |k| `L_x` / 2π.
+    /// Number of the largest shell, |k| `L_x` / 2π.
     pub largest_wave_number: usize,
-    /// How points are assigned to the lattice.
+    /// Assignment of points to the lattice.
     pub assignment: Assignment,
-    /// Whether to undo the window and the aliased shot noise. Without it, the spectrum is that of the points
-    /// moved to the lattice.
+    /// True to undo the window and the aliased shot noise. If false, the spectrum is that of the
+    /// points moved to the lattice.
     pub correction: bool,
-    /// Lattice spacing aimed at (length): one diameter of the disks, or less for less aliasing.
+    /// Desired lattice spacing \[length\]: one diameter of the disks, or less for less aliasing.
     pub diameter: f64,
 }
 
@@ -138,8 +141,8 @@ pub struct Shell {
 /// Structure factor averaged over shells.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StructureFactor {
-    /// The shells in rising order. The first is shell 1, except in a box so long in y that modes other than 0
-    /// round to 0; these then form a first shell of their own.
+    /// Shells in rising order. The first is shell 1, except in a box so long in y that modes other
+    /// than 0 round to 0; these then form a first shell of their own.
     pub shells: Vec<Shell>,
 }
 
@@ -150,7 +153,8 @@ pub(crate) struct Mode {
     pub(crate) shell: usize,
 }
 
-/// One of every pair of modes ±n whose wave number rounds to at most `largest`, column by column in `n_y`.
+/// Returns one of every pair of modes ±n whose wave number rounds to at most `largest`, column by
+/// column in `n_y`.
 pub(crate) fn half_plane(lengths: [f64; 2], largest: usize) -> impl Iterator<Item = Mode> {
     let aspect = lengths[0] / lengths[1];
     let [width, height] =
@@ -202,7 +206,8 @@ fn average(modes: impl Iterator<Item = (usize, f64, f64)>, largest: usize) -> St
     StructureFactor { shells }
 }
 
-/// Where a mode stands in the transformed lattice, and the line S = gain · raw + w · offset that corrects it.
+/// Position of a mode in the transformed lattice, and the line S = gain · raw + w · offset that
+/// corrects it.
 struct PlannedMode {
     position: usize,
     shell: usize,
@@ -252,10 +257,11 @@ pub struct StructureFactorPlan {
 impl StructureFactorPlan {
     /// Chooses the lattice and plans the transforms for a box with sides `lengths`.
     ///
-    /// Along each axis the number of sites is the power of two whose spacing is nearest to the diameter, the
-    /// finer of two equally near; doubled while the largest wave number is not below M / 2, where a mode could
-    /// not be distinguished from its mirror image, and no more than 32 for the shortest wave. 560 diameters become 512 sites,
-    /// 1.094 diameters apart.
+    /// Along each axis the number of sites is the power of two whose spacing is nearest to the
+    /// diameter, the finer of two equally near. It is doubled while the largest wave number is not
+    /// below M / 2, where a mode could not be distinguished from its mirror image. There are no
+    /// more than 32 sites for the shortest wave. 560 diameters become 512 sites, 1.094 diameters
+    /// apart.
     ///
     /// # Errors
     /// [`Error::LengthInvalid`], [`Error::Invalid`], [`Error::WaveNumberInvalid`], and
@@ -320,7 +326,7 @@ impl StructureFactorPlan {
         })
     }
 
-    /// Sites of the density lattice along x and y.
+    /// Returns the number of sites of the density lattice along x and y.
     pub fn lattice(&self) -> [usize; 2] {
         self.sites
     }
@@ -354,7 +360,7 @@ impl StructureFactorPlan {
         self.measure_on(lattice, weight)
     }
 
-    /// A lattice without points, which can hold so many.
+    /// Creates a lattice without points that can hold up to `points` points.
     pub fn lattice_of(&self, points: usize) -> Lattice {
         Lattice {
             lengths: self.lengths,
@@ -421,28 +427,29 @@ impl StructureFactorPlan {
     }
 }
 
-/// Points on the lattice of a [`StructureFactorPlan`]. Shares are counted in integers, so that it does not matter who adds which point, nor
-/// in which order.
+/// Points on the lattice of a [`StructureFactorPlan`]. Shares are counted in integers, so that the
+/// result does not depend on the order of points, nor on the process that adds them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Lattice {
     lengths: [f64; 2],
     sites: [usize; 2],
     assignment: Assignment,
-    /// What a point counts: as much as all of them can on one site.
+    /// Integer that a whole point counts: as large as all points can have on one site.
     point: i64,
     seen: Seen,
-    /// Row r holds the sites x = 2 r and x = 2 r + 1, for all y; nothing before the first point.
+    /// Rows of sites: row r holds x = 2 r and x = 2 r + 1, for all y; empty before the first point.
     rows: Vec<[i64; 2]>,
 }
 
-/// A share of a point is at most 2^-44 from the nearest integer: then [`MAGIC`] rounds it.
+/// Largest binary exponent of the integer that a point counts: shares are then below 2^51, so that
+/// [`MAGIC`] rounds them.
 const FINEST: u32 = 44;
-/// A number below 2^51 that is added to this one and taken away again has become the nearest integer, which is then what the bits
-/// differ by.
+/// Number that rounds others: a number below 2^51 that is added to it and taken away again has
+/// become the nearest integer, by which the bits differ.
 const MAGIC: f64 = 6_755_399_441_055_744.0;
 
 impl Lattice {
-    /// Adds a point.
+    /// Adds a point to the lattice.
     pub fn place(&mut self, position: Vector2<f64>) {
         let [m_x, m_y] = self.sites;
         self.seen.count += 1;
@@ -508,15 +515,15 @@ impl Adds for Lattice {
     }
 }
 
-/// The largest indices of modes, and the sites, along x and y.
+/// Largest indices of modes, and number of sites, along x and y.
 fn shape(lengths: [f64; 2], options: Options) -> ([usize; 2], [usize; 2]) {
     let indices = largest_indices(lengths, options.largest_wave_number);
     let along = |axis| sites(lengths[axis], options.diameter, indices[axis]);
     (indices, [along(0), along(1)])
 }
 
-/// The power of two whose spacing is nearest to the diameter, doubled until it exceeds twice `largest_index`; no more than
-/// [`SITES_IN_WAVE`] for a wave of that index.
+/// Returns the power of two whose spacing is nearest to the diameter, doubled until it exceeds
+/// twice `largest_index`; no more than [`SITES_IN_WAVE`] for a wave of that index.
 fn sites(length: f64, diameter: f64, largest_index: usize) -> usize {
     let needed = largest_index.saturating_mul(2).saturating_add(1);
     let enough = largest_index.saturating_mul(SITES_IN_WAVE).max(needed);
@@ -529,7 +536,7 @@ fn sites(length: f64, diameter: f64, largest_index: usize) -> usize {
     sites
 }
 
-/// Power window W² and aliased shot noise C of a mode on a lattice.
+/// Computes the power window W² and the aliased shot noise C of a mode on a lattice.
 fn response(assignment: Assignment, index: [i32; 2], sites: [usize; 2]) -> (f64, f64) {
     let mut window = 1.0;
     let mut shot = 1.0;
@@ -552,7 +559,8 @@ fn response(assignment: Assignment, index: [i32; 2], sites: [usize; 2]) -> (f64,
     (window, shot)
 }
 
-/// The structure factor at one k = 2π (`n_x` / `L_x`, `n_y` / `L_y`), by adding up N phases:
+/// Computes the structure factor at one k = 2π (`n_x` / `L_x`, `n_y` / `L_y`), by adding up N
+/// phases:
 ///
 /// ```text
 /// S(k) = |Σ_j exp(-i k · r_j)|² / N
@@ -582,7 +590,8 @@ pub fn direct_sum(positions: &[Vector2<f64>], lengths: [f64; 2], n_x: i32, n_y: 
     amplitude.norm_sqr() / positions.len() as f64
 }
 
-/// The shells of [`StructureFactorPlan::measure`] by direct sum, N operations for each mode.
+/// Measures the shells of [`StructureFactorPlan::measure`] by direct sum, N operations for each
+/// mode.
 ///
 /// # Errors
 /// As for the plan and its measurement: [`Error::LengthInvalid`], [`Error::WaveNumberInvalid`],
@@ -607,8 +616,8 @@ pub fn direct_shells(
     Ok(average(values, largest_wave_number))
 }
 
-/// S at given reciprocal-lattice indices n, by [`direct_sum`]: N for all the reciprocal vectors of a perfect
-/// crystal, about 1 once it has melted.
+/// Computes S at given reciprocal-lattice indices n, by [`direct_sum`]: N for all the reciprocal
+/// vectors of a perfect crystal, about 1 once it has melted.
 pub fn bragg_peaks(
     positions: &[Vector2<f64>],
     lengths: [f64; 2],

@@ -12,17 +12,19 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Fewest joined blocks of all replicas together.
 const FEWEST: usize = 4;
-/// Blocks of all replicas from which an error is known well enough that the largest of several is hardly too large.
+/// Blocks of all replicas from which an error is known so well that the largest of several is
+/// hardly too large.
 const MANY: usize = 16;
-/// Chance that blocks without correlation seem to be correlated, for each length of longer blocks.
+/// Chance that uncorrelated blocks seem to be correlated, for each length of longer blocks.
 const FALSE_ALARM: f64 = 0.05;
-/// The same for a step from one length to a longer one, once blocks are known to be correlated.
+/// Chance of seeming growth for a step from one length to a longer one, once blocks are known to be
+/// correlated.
 const DOUBT: f64 = 0.3;
 
 /// Standard errors of averages of N quantities at several places.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimeErrors<const N: usize> {
-    /// Standard errors by place; no number where fewer than two parts have a value.
+    /// Standard errors by place; NaN where fewer than two parts have a value.
     pub standard_errors: Vec<[f64; N]>,
     /// Independent parts of the runs that the errors of a quantity come from: blocks that are longer than the
     /// correlation time, or replicas where none are. Intervals are Student's with one degree of freedom less.
@@ -30,9 +32,9 @@ pub struct TimeErrors<const N: usize> {
 }
 
 impl<const N: usize> TimeErrors<N> {
-    /// Errors of averages over so many replicas, each of so many blocks of equal time. `averages` are those over all of
-    /// it by place, and `part` gives the values at a place in some blocks of a replica: none, or no number of a
-    /// quantity, where nothing is known.
+    /// Computes the errors of averages over `replicas` replicas, each of `blocks` blocks of equal
+    /// time. `averages` are those over all of it by place. `part` returns the values at a place in
+    /// some blocks of a replica: `None`, or NaN for a quantity, where nothing is known.
     ///
     /// The error at a place is the largest of those over at least 16 blocks, over the blocks that are long enough for
     /// the quantity at all places together, and over replicas.
@@ -92,13 +94,14 @@ impl<const N: usize> TimeErrors<N> {
 
 /// Errors over blocks of one length.
 struct Level<const N: usize> {
-    /// Blocks of all replicas.
+    /// Number of blocks of all replicas.
     parts: usize,
     /// Squares of the errors by place.
     squares: Vec<[f64; N]>,
 }
 
-/// Numbers of joined blocks of a replica, from as many as there are down to one for replicas.
+/// Returns the numbers of joined blocks of a replica, from as many as there are down to one for
+/// replicas.
 fn divisions(replicas: usize, blocks: usize) -> Vec<usize> {
     let mut divisions = Vec::new();
     let mut each = blocks;
@@ -110,7 +113,7 @@ fn divisions(replicas: usize, blocks: usize) -> Vec<usize> {
     divisions
 }
 
-/// Squares of the standard errors of averages by the values of parts.
+/// Computes the squares of the standard errors of averages from the values of parts.
 fn squared_errors<const N: usize>(
     parts: impl Iterator<Item = [f64; N]>,
     averages: &[f64; N],
@@ -130,9 +133,10 @@ fn squared_errors<const N: usize>(
     })
 }
 
-/// The shortest blocks after which the error of a quantity does not grow, by Fisher's test of the quotient of its squares,
-/// which is averaged over all places: those that are there if no longer ones show a correlation, and otherwise the first after
-/// which no growth is likely.
+/// Returns the index of the shortest blocks after which the error of a quantity does not grow, by
+/// Fisher's test of the quotient of its squares, averaged over all places. That is the shortest
+/// blocks if no longer ones show a correlation, otherwise the first after which no growth is
+/// likely.
 fn long_enough<const N: usize>(levels: &[Level<N>], quantity: usize) -> usize {
     let Some(first) = levels.first() else {
         return 0;
@@ -175,7 +179,8 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Block values of a replica: an offset that it keeps, and noise that forgets itself by a factor from block to block.
+    /// Block values of a replica: a constant offset, and noise that is correlated from block to
+    /// block by a factor.
     fn replica(
         stream: &mut Xoshiro256PlusPlus,
         blocks: usize,

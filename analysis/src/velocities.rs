@@ -29,7 +29,7 @@ use stosszahl_model::{Adds, Grouping, Particle};
 
 use crate::flow::{AddUp, Flow, flows, thermal};
 
-/// What is counted.
+/// Quantity that is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// Each component, of either sign.
@@ -41,22 +41,22 @@ pub enum Quantity {
 /// Equal bins of velocities over the thermal speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
-    /// What is counted.
+    /// Quantity that is counted.
     pub quantity: Quantity,
-    /// 2 or 3.
+    /// Dimension: 2 or 3.
     pub dimension: usize,
     /// Number of bins.
     pub number: usize,
-    /// Largest magnitude.
+    /// Largest magnitude, over the thermal speed.
     pub range: f64,
 }
 
-/// What was found at one time.
+/// Velocity distribution at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distribution {
-    /// Density by bin; with what lies beyond the bins its integral is one.
+    /// Density by bin; the integral over the bins and the share beyond them is one.
     pub density: Vec<f64>,
-    /// Share beyond the bins.
+    /// Share of the velocities beyond the bins.
     pub beyond: f64,
     /// Fourth cumulant a2.
     pub fourth_cumulant: f64,
@@ -65,7 +65,7 @@ pub struct Distribution {
 }
 
 impl Bins {
-    /// Lower edge of the first bin.
+    /// Lower edge of the first bin, over the thermal speed.
     fn low(&self) -> f64 {
         match self.quantity {
             Quantity::Component => -self.range,
@@ -73,12 +73,12 @@ impl Bins {
         }
     }
 
-    /// Width of a bin.
+    /// Width of a bin, over the thermal speed.
     pub fn width(&self) -> f64 {
         (self.range - self.low()) / self.number as f64
     }
 
-    /// Edges of a bin.
+    /// Edges of a bin, over the thermal speed.
     pub fn edges(&self, bin: usize) -> [f64; 2] {
         [bin, bin + 1].map(|edge| self.low() + edge as f64 * self.width())
     }
@@ -121,7 +121,8 @@ impl Bins {
         shell * (-square).exp() * (1.0 + a2 * sonine)
     }
 
-    /// The distribution of each species of a gas; none of fewer than two particles, or at rest.
+    /// Measures the distribution of each species of a gas; `None` for fewer than two particles, or
+    /// at rest.
     pub fn measure(&self, grouping: Grouping, add_up: &mut AddUp<'_>) -> Vec<Option<Distribution>> {
         let d = self.dimension as f64;
         let flows = flows(grouping, add_up);
@@ -173,7 +174,8 @@ impl Bins {
 pub struct Counts {
     bins: Bins,
     grouping: Grouping,
-    /// Flow, temperature and degrees of freedom; none of those that are not counted.
+    /// Flow, temperature and degrees of freedom by species; `None` for species that are not
+    /// counted.
     species: Vec<Option<(Flow, f64, f64)>>,
     totals: Totals,
 }
@@ -243,7 +245,7 @@ mod tests {
         }
     }
 
-    /// The distribution of particles of one species, shown in groups.
+    /// Measures the distribution of particles of one species, added in groups.
     fn measure(bins: Bins, particles: &[Particle]) -> Option<Distribution> {
         let mut add_up = |sum: &mut dyn Sum| {
             for (group, some) in particles.chunks(1000).enumerate() {

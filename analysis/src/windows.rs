@@ -10,14 +10,16 @@
 //! * and what speed and impact parameter have to do with each other,
 //!   `<g^2 (1 - b^2/d^2)>/(<g^2><1 - b^2/d^2>)`,
 //!
-//! Spheres have 8 T/m in place of 6 T/m and 1/2 in place of 2/3. Impact parameters are uniform on the disk that the
-//! partners show each other, so (b/d)^(D-1) is uniform under chaos: b/d of disks, its square of spheres.
+//! Spheres have 8 T/m in place of 6 T/m and 1/2 in place of 2/3. Impact parameters are uniform on
+//! the cross-section of the partners, so (b/d)^(D-1) is uniform under chaos: b/d of disks, its
+//! square of spheres.
 //!
-//! So any difference between two engines at the same temperature splits into these four. T is that of the *total* kinetic energy:
-//! in a gas that flows, most of it can be flow, and a speed factor far below one then says that partners share the flow, not that
-//! chaos fails. (The local temperature at contact is what [`crate::contacts`] measures against.) All are taken relative
-//! to the temperature *at the moment of each collision*, which the observer knows from the energy lost so far, so
-//! windows in which the gas cools by decades mix nothing.
+//! So any difference between two engines at the same temperature splits into these four. T is that
+//! of the *total* kinetic energy: in a gas that flows, most of it can be flow, and a speed factor
+//! far below one then says that partners share the flow, not that chaos fails. ([`crate::contacts`]
+//! takes the local temperature at contact instead.) All are taken relative to the temperature *at
+//! the moment of each collision*, which the observer knows from the energy lost so far, so windows
+//! in which the gas cools by decades mix nothing.
 
 mod pairs;
 
@@ -28,20 +30,20 @@ use crate::replicas::pseudo_values;
 
 pub use pairs::{PairBins, PairKind};
 
-/// What happened in one window of time.
+/// Sums over the collisions in one window of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Window {
-    /// 2 or 3.
+    /// Dimension: 2 or 3.
     pub dimension: usize,
     /// Start of the window \[time\].
     pub start: f64,
     /// End of the window \[time\], not included.
     pub end: f64,
-    /// Collisions by |b|/d, in bins of equal width from 0 to 1.
+    /// Number of collisions by |b|/d, in bins of equal width from 0 to 1.
     pub bins: Vec<u64>,
-    /// Pair collisions seen (of simulators, where those are what collides).
+    /// Number of pair collisions seen; of simulators where simulators collide.
     pub collisions: u64,
-    /// Pair collisions of disks: the above times their weight.
+    /// Number of physical collisions: sum of their weights.
     pub physical_collisions: f64,
     /// Sum of |b|/d.
     pub impact: f64,
@@ -58,12 +60,13 @@ pub struct Window {
 }
 
 impl Window {
-    /// Mean of |b|/d; 1/2 under molecular chaos, 2/3 of spheres. `None` without collisions.
+    /// Mean of |b|/d: 1/2 for disks and 2/3 for spheres under molecular chaos. `None` without
+    /// collisions.
     pub fn mean_impact(&self) -> Option<f64> {
         (self.collisions > 0).then(|| self.impact / self.collisions as f64)
     }
 
-    /// Sums of (b/d)^(D-1) and of its square.
+    /// Returns the sums of (b/d)^(D-1) and of its square.
     fn uniform(&self) -> [f64; 2] {
         if self.dimension == 2 {
             [self.impact, self.impact_square]
@@ -72,7 +75,7 @@ impl Window {
         }
     }
 
-    /// Adds what happened in the same window of another replica.
+    /// Adds this window of another replica.
     pub fn merge(&mut self, other: &Self) {
         for (count, more) in self.bins.iter_mut().zip(&other.bins) {
             *count += more;
@@ -93,8 +96,8 @@ impl Window {
         (self.collisions > 0).then(|| 12.0 * (self.uniform()[0] / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] if collisions were independent, which those of one clustered gas are not: what the
-    /// spread over replicas is compared with.
+    /// Standard error of [`Self::slope`] if collisions were independent, which those of one
+    /// clustered gas are not: the spread over replicas is compared with it.
     pub fn slope_error(&self) -> Option<f64> {
         let n = self.collisions as f64;
         let [mean, square] = self.uniform().map(|sum| sum / n);
@@ -102,13 +105,13 @@ impl Window {
         (self.collisions > 0).then(|| 12.0 * (variance / n).sqrt())
     }
 
-    /// Chances of the bins under molecular chaos.
+    /// Returns the chances of the bins under molecular chaos.
     pub fn chances(&self) -> Vec<f64> {
         let bins = self.bins.len();
         (0..bins).map(|bin| self.chaos(bin) / bins as f64).collect()
     }
 
-    /// Density of |b|/d in a bin under molecular chaos: 1 of disks, 2 b/d of spheres.
+    /// Density of |b|/d in a bin under molecular chaos: 1 for disks, 2 b/d for spheres.
     pub fn chaos(&self, bin: usize) -> f64 {
         if self.dimension == 2 {
             1.0
@@ -117,9 +120,10 @@ impl Window {
         }
     }
 
-    /// The factors of the dissipation identity; `theory` is the collision rate of molecular chaos per particle
-    /// and unit of sqrt(T/m), as `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number in
-    /// one replica.
+    /// Computes the factors of the dissipation identity; `theory` is the collision rate of
+    /// molecular chaos per particle and unit of sqrt(T/m), as
+    /// `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number in one
+    /// replica.
     pub fn dissipation(&self, theory: f64, disks: usize) -> Option<Dissipation> {
         if self.collisions == 0 || self.root_temperature <= 0.0 {
             return None;
@@ -144,32 +148,34 @@ impl Window {
 /// Cooling rate over that of molecular chaos, and its four factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dissipation {
-    /// Collision rate over Enskog's.
+    /// Collision rate over that of Enskog's theory.
     pub rate: f64,
-    /// <g^2> of colliding pairs over 2 (D + 1) T/m.
+    /// Mean <g^2> of colliding pairs over 2 (D + 1) T/m.
     pub speed: f64,
-    /// <1 - b^2/d^2> over 2/(D + 1).
+    /// Mean <1 - b^2/d^2> over 2/(D + 1).
     pub impact: f64,
-    /// What is left of <g^2(1 - b^2/d^2)> beyond the product of the means.
+    /// Mean <g^2(1 - b^2/d^2)> over the product of the means of both factors.
     pub correlation: f64,
-    /// The product of all four.
+    /// Cooling rate over that of molecular chaos: the product of all four factors.
     pub dissipation: f64,
 }
 
 impl Dissipation {
-    /// Cooling rate over that of molecular chaos at the squared speed of the colliding pairs instead of at the total kinetic
-    /// energy: energy is lost as the power 3/2 of it. What waves and clusters do to the speeds of pairs drops out.
+    /// Cooling rate over that of molecular chaos at the squared speed of the colliding pairs
+    /// instead of at the total kinetic energy: energy is lost as the power 3/2 of it. The effect of
+    /// waves and clusters on the speeds of pairs drops out.
     pub fn at_pair_speed(&self) -> f64 {
         self.dissipation / self.speed.powf(1.5)
     }
 }
 
-/// Observes collisions in windows of time; the factors of the dissipation identity have a meaning for equal particles only.
+/// Observer of collisions in windows of time; the factors of the dissipation identity are valid for
+/// equal particles only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Windows {
-    /// The windows; they may overlap.
+    /// Windows of time; they may overlap.
     pub windows: Vec<Window>,
-    /// Impact parameters by kind of pair, where there are several.
+    /// Impact parameters by kind of pair, in a gas of several species.
     pub pairs: Option<PairBins>,
     dimension: usize,
     temperature: f64,
@@ -178,8 +184,8 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// Windows `[start, end)` \[time\], each with `bins` bins, for a gas of `disks` disks that starts at time
-    /// `start` and temperature `temperature`.
+    /// Creates windows `[start, end)` \[time\], each with `bins` bins, for a gas of `disks` disks
+    /// that starts at time `start` and temperature `temperature`.
     pub fn new(
         spans: &[[f64; 2]],
         bins: usize,
@@ -214,7 +220,7 @@ impl Windows {
         }
     }
 
-    /// The same for spheres (3) or disks (2).
+    /// Returns this observer for disks (2) or spheres (3).
     #[must_use]
     pub fn in_dimension(mut self, dimension: usize) -> Self {
         self.dimension = dimension;
@@ -243,7 +249,7 @@ impl Windows {
     }
 }
 
-/// One window of all replicas together; `None` of no replicas.
+/// Merges one window of all replicas; `None` without replicas.
 pub fn merged(windows: &[&Window]) -> Option<Window> {
     let (first, rest) = windows.split_first()?;
     let mut sum = (*first).clone();
@@ -253,7 +259,8 @@ pub fn merged(windows: &[&Window]) -> Option<Window> {
     Some(sum)
 }
 
-/// Pseudo-values ([`pseudo_values`]) of a number that follows from one window of all replicas; those without it are left out.
+/// Pseudo-values ([`pseudo_values`]) of a number that follows from one window of all replicas;
+/// replicas without it are left out.
 pub fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Vec<f64> {
     let known = windows.iter().filter(|one| of(one).is_some());
     let known: Vec<Window> = known.map(|one| (*one).clone()).collect();

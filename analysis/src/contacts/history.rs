@@ -1,20 +1,22 @@
-//! Who met whom: former partners, and rings of collisions that close.
+//! Collision history: former partners, and rings of collisions that close.
 //!
-//! A collision is an event with two parents, the last events of its partners. Partners whose pasts have an event in common know of each other:
-//! the shortest way from the collision back to that event along one partner, and forth along the other, is a *ring*. Its length is
-//! the number of its events, the collision itself included. Two when partners meet again with nobody between; three when two meet that
-//! met the same third one, or that meet again after one of them met a third one (M. H. Ernst & J. R. Dorfman, *Physica* **61**, 157 (1972),
+//! A collision is an event with two parents, the last events of its partners. Partners whose pasts
+//! have an event in common are correlated: the shortest way from the collision back to that event
+//! along one partner, and forth along the other, is a *ring*. Its length is the number of its
+//! events, the collision itself included. It is two when partners meet again with no collision in
+//! between. It is three when two meet that met one third particle, or that meet again after one of
+//! them met a third particle (M. H. Ernst & J. R. Dorfman, *Physica* **61**, 157 (1972),
 //! doi:10.1016/0031-8914(72)90087-X, on ring collisions).
 //!
 //! Rings up to [`LONGEST_RING`] are found, by comparing the pasts level by level: 125 comparisons at most.
 
 use serde::{Deserialize, Serialize};
 
-/// Collisions of a particle among which a former partner is looked for.
+/// Number of latest collisions of a particle among which a former partner is searched.
 pub const MEMORY: usize = 8;
-/// Most collisions of both partners between two meetings within that memory.
+/// Most collisions of both partners between two meetings within [`MEMORY`].
 pub const MOST_BETWEEN: usize = 2 * (MEMORY - 1);
-/// Length of the longest ring that is looked for.
+/// Length of the longest ring that is searched, in collisions.
 pub const LONGEST_RING: usize = 6;
 
 /// Events kept for each simulator: its last sixteen collisions, on average.
@@ -25,23 +27,24 @@ const WIDEST: usize = 1 << (LONGEST_RING - 2);
 /// Memory for each simulator \[bytes\].
 pub const BYTES_PER_SIMULATOR: usize = (MEMORY + 2 * EVENTS) * size_of::<u32>() + size_of::<u64>();
 
-/// Former partners of each simulator, the last one first, and events.
+/// Former partners of each simulator, the last one first, and latest events.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct History {
     partners: Vec<[u32; MEMORY]>,
-    /// The last event of each, numbered from 1.
+    /// Last event of each simulator, numbered from 1; 0 if it has none.
     last: Vec<u64>,
-    /// How many events ago the parents were, 0 if there is none; a circular store.
+    /// Parents of each event, as the number of events since then; 0 without a parent. A circular
+    /// buffer.
     parents: Vec<[u32; 2]>,
     count: u64,
 }
 
-/// What a collision is to the past of its partners.
+/// Relation of a collision to the past of its partners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Past {
-    /// Collisions that both have had since they met; none if they did not meet within the memory.
+    /// Collisions that both have had since they met; `None` if they did not meet within [`MEMORY`].
     pub between: Option<usize>,
-    /// Length of the ring that it closes.
+    /// Length of the ring that the collision closes, in collisions; `None` without a ring.
     pub ring: Option<usize>,
 }
 
@@ -58,7 +61,7 @@ impl History {
         }
     }
 
-    /// Notes a collision; none if its partners are not known.
+    /// Records a collision; `None` if its partners have no index.
     pub(super) fn note(&mut self, pair: [u32; 2]) -> Option<Past> {
         let [i, j] = pair.map(|who| who as usize);
         if i.max(j) >= self.partners.len() {
@@ -86,12 +89,12 @@ impl History {
         Some(Past { between, ring })
     }
 
-    /// Whether an event is still in the store.
+    /// Returns true if an event is still in the buffer.
     fn knows(&self, event: u64) -> bool {
         event > 0 && event + (self.parents.len() as u64) > self.count
     }
 
-    /// The parents of the events of a level.
+    /// Returns the parents of the events of a level.
     fn before(&self, (level, count): &Level) -> Level {
         let mut before: Level = ([0; WIDEST], 0);
         for &event in &level[..*count] {
@@ -106,7 +109,7 @@ impl History {
         before
     }
 
-    /// Length of the shortest ring that an event closes whose parents are these.
+    /// Length of the shortest ring that an event with these parents closes.
     fn ring(&self, parents: [u64; 2]) -> Option<usize> {
         // Levels 1, 2, ... of both pasts.
         let mut levels = parents.map(|event| {
@@ -171,7 +174,7 @@ mod tests {
         assert_eq!(ring([5, 6]), Some(4));
     }
 
-    /// The events of a past with the fewest steps to each, from lists of all of them.
+    /// Finds the events of a past with the fewest steps to each, from lists of all events.
     fn past(all: &[[usize; 2]], event: usize, steps: usize, found: &mut Vec<(usize, usize)>) {
         if event == 0 || steps > LONGEST_RING {
             return;
@@ -182,8 +185,9 @@ mod tests {
         }
     }
 
-    /// All rings of thousands of collisions of few particles, against pasts that are written out. The store is long enough for all that
-    /// the oracle sees: twelve particles forget nothing of six levels, but for one that hardly ever meets another.
+    /// All rings of thousands of collisions of few particles, against pasts that are written out.
+    /// The buffer is long enough for all that the oracle sees: twelve particles forget nothing of
+    /// six levels, but for one that hardly ever collides.
     #[test]
     fn rings_are_those_of_whole_pasts() {
         const PARTICLES: usize = 40;
@@ -217,7 +221,7 @@ mod tests {
         assert!(lengths[2..].iter().all(|&count| count > 5), "{lengths:?}");
     }
 
-    /// What is older than the store is forgotten, without a wrong ring.
+    /// Events older than the buffer are forgotten, without a wrong ring.
     #[test]
     fn old_events_are_forgotten() {
         let mut history = History::new(4);

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use stosszahl_model::Particles;
 
-/// Calls for each pair between contact and `reach` times the contact distance, with the line from the second to the first, and its
-/// length over the contact distance.
+/// Calls `call` for each pair between contact and `reach` times the contact distance, with the line
+/// from the second to the first, and its length over the contact distance.
 pub(super) fn each_pair(
     particles: &Particles,
     reach: f64,

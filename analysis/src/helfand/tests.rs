@@ -3,7 +3,8 @@ use nalgebra::vector;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Velocities of all disks from a time on, and what the collision that made them gave: stress and energy over the line.
+/// Velocities of all disks from a time on, and the stress and energy that the collision at its
+/// beginning carried.
 struct Span {
     from: f64,
     velocities: Vec<Vector2<f64>>,
@@ -19,7 +20,8 @@ const BIN: f64 = 0.3;
 const LAGS: usize = 4;
 const END: f64 = 6.05;
 
-/// Disks of mass [`MASS`] that meet at random times along random lines: no motion of disks, but the same sums.
+/// Disks of mass [`MASS`] that collide at random times along random lines: disks do not move, but
+/// the sums are the same.
 fn history(seed: u64) -> (Vec<Span>, Vec<Collision>) {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut number = || stream.random_range(-1.0..1.0_f64);
@@ -230,7 +232,7 @@ fn moments_are_the_plain_integrals() {
         let mean = products.iter().sum::<f64>() / products.len() as f64;
         near(one.diffusion, 0.5 * mean / (BIN * BIN) * MASS / temperature);
     }
-    // What comes late or from nobody changes nothing.
+    // Late collisions and partners without an index change nothing.
     let known = found.clone();
     found.collide(&collisions[0]);
     let nobody = [Collision::ANONYMOUS; 2];

@@ -26,7 +26,8 @@ fn gas(points: usize, seed: u64) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
     (places, velocities)
 }
 
-/// Against sines of the whole phase. Powers of rounded phases: index times 2e-16 for each of 150 points.
+/// Modes are the sums of sines of the whole phase. Powers of rounded phases: index times 2e-16 for
+/// each of 150 points.
 #[test]
 fn powers_of_phases_are_the_plain_sums() {
     let (places, velocities) = gas(150, 1);
@@ -53,8 +54,9 @@ fn powers_of_phases_are_the_plain_sums() {
     }
 }
 
-/// Independent places and velocities: energies are one at every k, within z = 4.4 standard errors (false alarm 1e-5
-/// each), which are small enough to see 3 %. Fixing the momentum at zero takes 1/N of them back where S = 1.
+/// Independent positions and velocities have energies of one at every k, within z = 4.4 standard
+/// errors (false alarm 1e-5 each), which are small enough to see 3 %. Fixing the momentum at zero
+/// takes 1/N of them back where S = 1.
 #[test]
 fn thermal_modes_have_unit_energy() {
     let modes = Modes::band(LENGTHS, [0.3, 4.0], 40).unwrap();
@@ -80,7 +82,8 @@ fn thermal_modes_have_unit_energy() {
     assert!((expected - (4.0 * 0.75 - 0.25 * pairs) / (4.0 * 0.75)).abs() < 1e-15);
 }
 
-/// On places of a lattice there are no correlations to disturb it.
+/// A shear wave is found in its own mode alone: on a lattice there are no correlations to disturb
+/// it.
 #[test]
 fn a_wave_is_found_where_it_was_put() {
     let places: Vec<_> = (0..800)

@@ -1,10 +1,12 @@
 //! Pairs in range, by their distance.
 //!
-//! The box is cut into cells that hold a few points each, points are sorted by cell, and each centre is compared with the points of those
-//! that may hold some in range; where all points are centres, each pair of cells once (R. W. Hockney & J. W. Eastwood, *Computer Simulation
-//! Using Particles*, chapter 8). Cells of a line along the first axis lie side by side in memory, so that distances are computed several at once.
-//! The cost is O(N) at fixed range and density, rising to all N (N - 1) / 2 pairs as the range nears half the box; trees pay only for
-//! inhomogeneity far beyond what clusters of hard disks reach.
+//! The box is cut into cells that hold a few points each, and points are sorted by cell. Each
+//! centre is compared with the points of the cells that may hold some in range; where all points
+//! are centres, each pair of cells once (R. W. Hockney & J. W. Eastwood, *Computer Simulation Using
+//! Particles*, chapter 8). Cells of a line along the first axis lie side by side in memory, so that
+//! distances are computed several at once. The cost is O(N) at fixed range and density, rising to
+//! all N (N - 1) / 2 pairs as the range nears half the box; trees pay only for inhomogeneity far
+//! beyond what clusters of hard disks reach.
 
 use std::ops::Range;
 
@@ -13,15 +15,16 @@ use stosszahl_model::{Interrupt, images};
 
 use crate::Error;
 
-/// Added to the range, relative, where it is asked which cells may hold points in range: no rounding of a position into its cell can put a
-/// pair in range farther apart.
+/// Relative margin of the range when cells in range are selected: no rounding of a position into
+/// its cell can put a pair in range farther apart.
 const CELL_MARGIN: f64 = 1e-9;
 
-/// Points in a cell, at least, in the mean; and cells along the range, at most.
+/// Fewest points in a cell, on average.
 const LEAST_IN_CELL: f64 = 2.0;
+/// Most cells along the range.
 const CELLS_IN_RANGE: f64 = 8.0;
 
-/// Distances that are computed together.
+/// Number of distances computed together.
 const TOGETHER: usize = 64;
 
 /// Pairs by distance to the nearest periodic image.
@@ -29,7 +32,8 @@ pub(super) struct Histogram<const D: usize> {
     lengths: [f64; D],
     range: f64,
     bins_per_length: f64,
-    /// Neighbours of centres by bin, so that a pair of centres counts twice; at the end those that are farther apart.
+    /// Neighbours of centres by bin, so that a pair of centres counts twice; the last entry counts
+    /// pairs beyond the range.
     neighbours: Vec<u64>,
 }
 
@@ -43,13 +47,13 @@ impl<const D: usize> Histogram<D> {
         }
     }
 
-    /// Neighbours in range, by bin.
+    /// Returns the neighbours in range, by bin.
     pub(super) fn bins(&self) -> &[u64] {
         &self.neighbours[..self.neighbours.len() - 1]
     }
 
-    /// Counts the pairs of a point with a run of others, each `count` times. The same bits whichever of two points comes first: rounding
-    /// is symmetric in sign.
+    /// Counts the pairs of a point with a run of others, each `count` times. The result has the
+    /// same bits whichever of two points comes first: rounding is symmetric in sign.
     #[inline(always)]
     fn add(&mut self, points: &ByCell<D>, one: usize, run: Range<usize>, count: u64) {
         let (beyond, squared_range) = ((self.neighbours.len() - 1) as f64, self.range * self.range);
@@ -93,13 +97,13 @@ impl<const D: usize> Histogram<D> {
 
 /// Points by cell, the first axis running fastest.
 struct ByCell<const D: usize> {
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     sides: [usize; 3],
-    /// Where the points of each cell begin, and the end.
+    /// Index of the first point of each cell, then the number of points.
     starts: Vec<usize>,
-    /// Each coordinate, within the box or at its far edge.
+    /// Coordinates by axis, within the box or at its far edge \[length\].
     places: [Vec<f64>; D],
-    /// Whether the neighbours of each are counted.
+    /// True for points whose neighbours are counted.
     is_centre: Vec<bool>,
 }
 
@@ -142,14 +146,14 @@ impl<const D: usize> ByCell<D> {
         }
     }
 
-    /// The points in some cells of a line.
+    /// Returns the index range of the points in some cells of a line.
     fn run(&self, line: usize, cells: Range<usize>) -> Range<usize> {
         let begin = line * self.sides[0];
         self.starts[begin + cells.start]..self.starts[begin + cells.end]
     }
 }
 
-/// Cells along each axis, for so many points in a box.
+/// Returns the number of cells along each axis, for `points` points in a box.
 pub(super) fn sides<const D: usize>(points: usize, lengths: [f64; D], range: f64) -> [usize; 3] {
     let points = points.max(1) as f64;
     let spacing = (lengths.iter().product::<f64>() * LEAST_IN_CELL / points).powf(1.0 / D as f64);
@@ -168,14 +172,14 @@ pub(super) fn sides<const D: usize>(points: usize, lengths: [f64; D], range: f64
     }
 }
 
-/// Lines of cells along the first axis that are near another: how many rows and layers on, around the box, and cells of it on each side that
-/// may be in range.
+/// Line of cells along the first axis that is near another: steps in rows and layers, around the
+/// box, and the number of cells on each side that may be in range.
 struct Near {
     steps: [usize; 2],
     reach: usize,
 }
 
-/// The lines around each, with cells of these widths.
+/// Returns the lines near each line, with cells of these widths.
 fn lines_around(sides: [usize; 3], widths: [f64; 3], range: f64) -> Vec<Near> {
     let range = range * (1.0 + CELL_MARGIN);
     // Between points of cells that are so many apart, at least.
@@ -191,7 +195,8 @@ fn lines_around(sides: [usize; 3], widths: [f64; 3], range: f64) -> Vec<Near> {
     near.collect()
 }
 
-/// Adds the neighbours of all centres in range to the histogram, cell by cell. The same bits on every processor: products and sums are never contracted.
+/// Adds the neighbours of all centres in range to the histogram, cell by cell. The result has the
+/// same bits on every processor: products and sums are never contracted.
 pub(super) fn count_by_cells<const D: usize>(
     points: &[(SVector<f64, D>, bool)],
     histogram: &mut Histogram<D>,
@@ -206,7 +211,7 @@ pub(super) fn count_by_cells<const D: usize>(
     count(points, histogram, interrupt)
 }
 
-/// [`count`] with vectors of four.
+/// Runs [`count`] with vectors of four.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn count_with_avx2<const D: usize>(
@@ -217,7 +222,7 @@ fn count_with_avx2<const D: usize>(
     count(points, histogram, interrupt)
 }
 
-/// [`count_by_cells`].
+/// Implementation of [`count_by_cells`].
 #[inline(always)]
 fn count<const D: usize>(
     points: &[(SVector<f64, D>, bool)],
@@ -282,7 +287,8 @@ fn count<const D: usize>(
     Ok(())
 }
 
-/// Cells of a line of so many that are near one of them, around the box: in at most two pieces.
+/// Returns the cells of a line of `columns` that are within `reach` of one of them, around the box:
+/// at most two ranges.
 fn within(column: usize, reach: usize, columns: usize) -> [Range<usize>; 2] {
     let (low, high) = (column + columns - reach.min(columns), column + reach + 1);
     if 2 * reach + 1 >= columns {
@@ -304,7 +310,7 @@ mod tests {
 
     use super::*;
 
-    /// Whatever the processor has.
+    /// Both implementations count the same, as far as the processor has both.
     #[test]
     fn both_ways_count_the_same() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);

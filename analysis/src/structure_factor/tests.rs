@@ -201,9 +201,10 @@ fn lattice_follows_the_diameter_and_holds_the_shells() {
     assert_eq!(lattice([8.0, 16.0], 8, 1e-300), [256, 1024]);
 }
 
-/// 500 pairs of touching disks in a box of 3000 diameters, whose sites are 12 diameters apart: all of their structure is finer than the
-/// lattice. What a mode has of others relative to itself is (n/(M - n))² = (8/248)² = 0.001 for the cloud in cell, along each axis and on
-/// both sides; a shell is a mean over some.
+/// 500 pairs of touching disks in a box of 3000 diameters, whose sites are 12 diameters apart: all
+/// of their structure is finer than the lattice. The weight of other modes relative to the mode
+/// itself is (n/(M - n))² = (8/248)² = 0.001 for the cloud in cell, along each axis and on both
+/// sides; a shell is a mean over some.
 #[test]
 fn a_coarse_lattice_is_fine_enough_for_long_waves() {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(3);
@@ -481,11 +482,11 @@ fn random_points_have_no_structure() {
     }
 }
 
-/// What the correction leaves, on disks that do not overlap, is the residual aliasing of the module page: the
-/// difference from the direct sum, averaged over configurations, against the sum over G, at z = 4 in each of 31
-/// shells for two assignments, which fails by chance for one seed in 250. The structure at k + G comes from a
-/// lattice 16 times finer, where aliasing has weights below (225/800)^4 = 0.006; terms beyond |m| = 2 are below
-/// 0.002 in the last shell.
+/// The correction leaves, on disks that do not overlap, only the residual aliasing of the module
+/// page. The difference from the direct sum, averaged over configurations, is tested against the
+/// sum over G, at z = 4 in each of 31 shells for two assignments, which fails by chance for one
+/// seed in 250. The structure at k + G comes from a lattice 16 times finer, where aliasing has
+/// weights below (225/800)^4 = 0.006; terms beyond |m| = 2 are below 0.002 in the last shell.
 #[test]
 fn correction_leaves_only_the_residual_aliasing() {
     const LENGTH: f64 = 64.0;

@@ -1,8 +1,8 @@
-//! A gas in a closed column under gravity: the equilibrium that it settles in.
+//! Equilibrium of a gas in a closed column under gravity.
 //!
-//! Elastic grains between specular walls keep their energy. A column that is uniform at first falls, and what it loses in
-//! height heats it: with `n` degrees of freedom of a particle, x = m g L/T and the mean height
-//! L (1/x - 1/(e^x - 1)) of a barometric profile,
+//! Elastic particles between specular walls conserve their energy. A column that is uniform at
+//! first falls, and its loss of potential energy heats it: with `n` degrees of freedom of a
+//! particle, x = m g L/T and the mean height L (1/x - 1/(e^x - 1)) of a barometric profile,
 //!
 //! `sum N (n T0/2 + m g L/2) = sum N (n T/2 + m g <z>(T))`.
 //!
@@ -18,11 +18,11 @@ use super::error::TheoryError;
 pub struct Layer {
     /// Mass of a particle.
     pub mass: f64,
-    /// How many particles, in any unit.
+    /// Number of particles, in any unit.
     pub number: f64,
 }
 
-/// A closed column in equilibrium.
+/// Closed column in equilibrium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     height: f64,
@@ -31,7 +31,8 @@ pub struct Column {
 }
 
 impl Column {
-    /// The equilibrium of a column that is released uniform, at rest and at the temperature `start`.
+    /// Computes the equilibrium of a column that is released uniform, at rest and at the
+    /// temperature `start`.
     ///
     /// `freedoms`: degrees of freedom that share the energy, D for smooth grains, with those of rotation for perfectly
     /// rough ones.
@@ -91,7 +92,7 @@ impl Column {
         })
     }
 
-    /// The temperature everywhere \[energy\].
+    /// Temperature of the whole column \[energy\].
     pub fn temperature(&self) -> f64 {
         self.temperature
     }

@@ -1,4 +1,4 @@
-//! The species of a mixture, as kinetic theory sees them.
+//! Species of a mixture in kinetic theory.
 
 /// Species of a mixture: size, mass and number density.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,19 +7,20 @@ use stosszahl_model::{Invalid, kinetic};
 use super::component::Component;
 use super::error::TheoryError;
 
-/// How density raises collision rates.
+/// Effect of density on collision rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contact {
-    /// Not at all.
+    /// No effect of density: contact values are one.
     Dilute,
-    /// Santos, Yuste & López de Haro (1999) in the plane, Boublík (1970) and Mansoori et al. (1971) in space.
+    /// Contact values of Santos, Yuste & López de Haro (1999) in the plane, Boublík (1970) and
+    /// Mansoori et al. (1971) in space.
     Enskog,
 }
 
-/// Contact values of all pairs, by rows.
+/// Computes the contact values of all pairs, by rows.
 ///
 /// # Errors
-/// [`TheoryError::Invalid`] if the packing fraction leaves no room.
+/// [`TheoryError::Invalid`] if the packing fraction is too high.
 pub fn values(
     dimension: usize,
     components: &[Component],

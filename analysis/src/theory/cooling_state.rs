@@ -11,18 +11,20 @@ use super::mixture::Mixture;
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoolingState {
     dimension: usize,
-    /// Temperatures at time zero.
+    /// Temperatures at time zero, by species \[energy\].
     pub temperatures: Vec<f64>,
-    /// Haff's time `tau_0 = 2/xi`.
+    /// Haff's time `tau_0 = 2/xi` \[time\].
     pub time: f64,
-    /// Relaxation time of the velocity of each species relative to cooling, `1/(nu_k - xi/2)`.
+    /// Relaxation time of the velocity of each species relative to cooling, `1/(nu_k - xi/2)`
+    /// \[time\].
     pub relaxation: Vec<f64>,
     masses: Vec<f64>,
 }
 
 impl CoolingState {
-    /// The state of a mixture at the mean temperature `mean` (by densities), found by following its cooling from equal
-    /// temperatures, `d ln T_k = -(xi_k - xi_1) ds`, until the ratios no longer change.
+    /// Computes the state of a mixture at the mean temperature `mean` (by densities), found by
+    /// following its cooling from equal temperatures, `d ln T_k = -(xi_k - xi_1) ds`, until the
+    /// ratios no longer change.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the ratios do not settle.
@@ -83,7 +85,7 @@ impl CoolingState {
         Err(Invalid::new(name, span, "none").into())
     }
 
-    /// The state with given temperatures, taken to be those of the cooling state.
+    /// Creates the state from given temperatures, taken to be those of the cooling state.
     pub fn from_temperatures<R: Restitution>(mixture: &Mixture<R>, temperatures: Vec<f64>) -> Self {
         let leader = mixture
             .components()
@@ -103,7 +105,7 @@ impl CoolingState {
         }
     }
 
-    /// `2 tau_0^2 D T_k/(m_k beta)` and `beta = tau_0/tau_v`.
+    /// Returns `2 tau_0^2 D T_k/(m_k beta)` and `beta = tau_0/tau_v`.
     fn scale(&self, k: usize) -> (f64, f64) {
         let beta = self.time / self.relaxation[k];
         let thermal = self.dimension as f64 * self.temperatures[k] / self.masses[k];
@@ -141,7 +143,8 @@ impl CoolingState {
         sum * end / f64::from(steps) / span
     }
 
-    /// Velocity autocorrelation `<v(0).v(t)> = (D T_k/m_k) (1 + t/tau_0)^(-tau_0/tau_v - 1)`.
+    /// Velocity autocorrelation `<v(0).v(t)> = (D T_k/m_k) (1 + t/tau_0)^(-tau_0/tau_v - 1)`
+    /// \[length^2/time^2\].
     pub fn velocity_correlation(&self, k: usize, time: f64) -> f64 {
         let (_, beta) = self.scale(k);
         let thermal = self.dimension as f64 * self.temperatures[k] / self.masses[k];

@@ -1,4 +1,5 @@
-//! Transport in the fluid of elastic disks by Enskog's theory, with the parts that kinetic and collisional transfer have in it.
+//! Transport in the fluid of elastic disks by Enskog's theory, split into kinetic and collisional
+//! transfer.
 //!
 //! Units: diameter d, mass m and temperature T are one, so that self-diffusion comes in d sqrt(T/m), viscosities in sqrt(m T)/d
 //! and heat conductivity in sqrt(T/m)/d, with Boltzmann's constant one.
@@ -23,22 +24,24 @@ use stosszahl_model::transport::{
     DILUTE_VISCOSITY, VISCOSITY_ORDERS, bulk_viscosity, self_diffusion,
 };
 
-/// What all Sonine orders make of the heat conductivity of dilute elastic disks, over the first (Gass 1971).
+/// Heat conductivity of dilute elastic disks in all Sonine orders over that in first order (Gass
+/// 1971).
 pub const CONDUCTIVITY_ORDERS: f64 = 1.029;
 
 /// Parts of a transport coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parts {
-    /// What moving disks carry.
+    /// Kinetic part: transport by moving disks.
     pub kinetic: f64,
-    /// What the correlation of both fluxes adds.
+    /// Cross part: correlation of the kinetic and the collisional flux.
     pub cross: f64,
-    /// What collisions carry over the distance of two centres.
+    /// Collisional part: transport over the distance of two centres.
     pub collisional: f64,
 }
 
 impl Parts {
-    /// `(dilute/chi)(1 + share)²` with a share of the collisions, and what they carry beyond.
+    /// Splits `(dilute/chi)(1 + share)²` into its three terms and adds `beyond` to the collisional
+    /// part.
     fn new(dilute: f64, contact_value: f64, share: f64, beyond: f64) -> Self {
         let kinetic = dilute / contact_value;
         Self {
@@ -48,7 +51,7 @@ impl Parts {
         }
     }
 
-    /// Their sum.
+    /// Sum of the parts.
     pub fn sum(&self) -> f64 {
         self.kinetic + self.cross + self.collisional
     }

@@ -2,21 +2,21 @@
 
 use stosszahl_model::Invalid;
 
-/// Why a curve cannot be computed.
+/// Reason why a curve cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TheoryError {
     /// A number out of range.
     #[error(transparent)]
     Invalid(#[from] Invalid),
-    /// The integration cannot go on.
+    /// The integration failed.
     #[error(
         "the integration stopped at {at} with steps of {step}: the solution is not smooth there"
     )]
     Integration {
-        /// Where.
+        /// Value of the independent variable.
         at: f64,
-        /// Last step tried.
+        /// Length of the last step tried.
         step: f64,
     },
 }

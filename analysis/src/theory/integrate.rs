@@ -5,22 +5,22 @@ use super::error::TheoryError;
 /// Error allowed in each step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Share of a value.
+    /// Relative tolerance: share of a value.
     pub relative: f64,
-    /// In the units of the values.
+    /// Absolute tolerance, in the units of the values.
     pub absolute: f64,
 }
 
 /// Work done, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Steps that were kept.
+    /// Number of accepted steps.
     pub steps: u64,
-    /// Steps whose error was too large.
+    /// Number of rejected steps, whose error was too large.
     pub rejected: u64,
 }
 
-/// Steps after which the integration is given up.
+/// Most steps of one integration.
 const STEPS: u64 = 10_000_000;
 
 /// Coefficients of Dormand & Prince, J. Comput. Appl. Math. 6, 19 (1980), doi:10.1016/0771-050X(80)90013-3: nodes,
@@ -66,7 +66,7 @@ const DIFFERENCE: [f64; 7] = [
     -1.0 / 40.0,
 ];
 
-/// An initial value problem under way: `dy/dx = slope(x, y)`.
+/// Integrator of an initial value problem: `dy/dx = slope(x, y)`.
 ///
 /// The embedded pair of Dormand & Prince, orders 5 and 4. A step is kept if the largest of the errors over
 /// `absolute + relative |y|` is at most one, and the next one has `0.9 error^(-1/5)` of its length.
@@ -83,7 +83,7 @@ pub struct Integrator<F> {
 }
 
 impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
-    /// A problem with its start; `first` is the length of the first step that is tried.
+    /// Creates a problem with its start; `first` is the length of the first step tried.
     pub fn new(slope: F, x: f64, y: Vec<f64>, first: f64, tolerance: Tolerance) -> Self {
         let zeros = vec![0.0; y.len()];
         Self {
@@ -99,26 +99,26 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
         }
     }
 
-    /// The present values.
+    /// Returns the current values.
     pub fn values(&self) -> &[f64] {
         &self.y
     }
 
-    /// Where they hold.
+    /// Current value of the independent variable x.
     pub fn at(&self) -> f64 {
         self.x
     }
 
-    /// Work done.
+    /// Returns the work done.
     pub fn work(&self) -> Work {
         self.work
     }
 
-    /// Integrates up to `end` and gives the values there.
+    /// Integrates up to `end` and returns the values there.
     ///
     /// # Errors
-    /// [`TheoryError::Integration`] if a step falls below the resolution of x, values are no longer numbers, or ten
-    /// million steps were made.
+    /// [`TheoryError::Integration`] if a step falls below the resolution of x, values are no longer
+    /// finite, or ten million steps were made.
     pub fn advance(&mut self, end: f64) -> Result<&[f64], TheoryError> {
         while self.x < end {
             let rest = end - self.x;
@@ -154,7 +154,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
         Ok(&self.y)
     }
 
-    /// Tries a step: leaves its end in `trial` and gives its error over the tolerance.
+    /// Tries a step: leaves its end in `trial` and returns its error over the tolerance.
     fn attempt(&mut self, step: f64) -> f64 {
         let count = self.y.len();
         if self.fresh {

@@ -9,7 +9,7 @@ use super::contact::{self, Contact};
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 
-/// Nodes and weights of the mean over the normal approach speeds of colliding pairs.
+/// Nodes of the quadrature over the normal approach speeds of colliding pairs.
 const NODES: i32 = 40;
 
 /// Kinetic equations of a homogeneous mixture whose species have Maxwellian velocities.
@@ -26,26 +26,28 @@ pub struct Mixture<R> {
     dimension: usize,
     components: Vec<Component>,
     law: R,
-    /// `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` by rows: hit species k, partner i.
+    /// Factors `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` by rows: hit species k, partner i.
     rates: Vec<f64>,
-    /// Speeds over S, and weights.
+    /// Quadrature nodes: speed over S, and weight.
     nodes: Vec<(f64, f64)>,
+    /// True if restitution is constant for all speeds.
     constant: bool,
 }
 
 /// Rates of one species at given temperatures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rates {
-    /// Of the decay of velocities, `nu_k` \[1/time\].
+    /// Decay rate of velocities, `nu_k` \[1/time\].
     pub velocity: f64,
-    /// Of cooling, `xi_k = -d ln T_k/dt` \[1/time\].
+    /// Cooling rate, `xi_k = -d ln T_k/dt` \[1/time\].
     pub cooling: f64,
-    /// Of collisions of one particle \[1/time\].
+    /// Collision rate of one particle \[1/time\].
     pub collisions: f64,
 }
 
 impl<R: Restitution> Mixture<R> {
-    /// The mixture in two or three dimensions; `law.between([k, i], g)` is the restitution of a pair.
+    /// Creates a mixture in two or three dimensions; `law.between([k, i], g)` is the restitution of
+    /// a pair.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] if there is no component, the dimension is another, a mass or diameter is not above zero,
@@ -119,37 +121,38 @@ impl<R: Restitution> Mixture<R> {
         })
     }
 
-    /// The species.
+    /// Returns the species.
     pub fn components(&self) -> &[Component] {
         &self.components
     }
 
-    /// The dimension.
+    /// Returns the dimension.
     pub fn dimension(&self) -> usize {
         self.dimension
     }
 
-    /// `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` for species k hit by i.
+    /// Returns `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` for species k hit by i.
     pub(super) fn base(&self, k: usize, i: usize) -> f64 {
         self.rates[k * self.components.len() + i]
     }
 
-    /// Whether restitution is the same at all speeds.
+    /// Returns true if restitution is constant for all speeds.
     pub fn is_constant(&self) -> bool {
         self.constant
     }
 
-    /// Nodes of the quadrature over speeds, in units of S, and weights of the mean with `y exp(-y)`, `y = g^2/(2 S^2)`.
+    /// Returns the nodes of the quadrature over speeds, in units of S, with the weights of the mean
+    /// with `y exp(-y)`, `y = g^2/(2 S^2)`.
     pub(super) fn nodes(&self) -> &[(f64, f64)] {
         &self.nodes
     }
 
-    /// Restitution of a pair.
+    /// Coefficient of restitution of a pair.
     pub(super) fn between(&self, kinds: [u32; 2], speed: f64) -> f64 {
         self.law.between(kinds, speed)
     }
 
-    /// Means of 1 + e and of its square over the collisions of a pair.
+    /// Returns the means of 1 + e and of its square over the collisions of a pair.
     fn means(&self, kinds: [u32; 2], spread: f64) -> [f64; 2] {
         if self.constant {
             let once = 1.0 + self.law.between(kinds, 1.0);
@@ -164,7 +167,7 @@ impl<R: Restitution> Mixture<R> {
         sums
     }
 
-    /// Rates of species k at the given temperatures.
+    /// Computes the rates of species k at the given temperatures.
     pub fn rates(&self, k: usize, temperatures: &[f64]) -> Rates {
         let count = self.components.len();
         let (hit, t) = (&self.components[k], temperatures[k]);
@@ -187,8 +190,9 @@ impl<R: Restitution> Mixture<R> {
         rates
     }
 
-    /// Collisions of a particle of species k with others of its species, per time, at a temperature of the species:
-    /// `4 n d^2 chi sqrt(pi T/m)` in space, `2 n d chi sqrt(pi T/m)` in the plane.
+    /// Rate of collisions of a particle of species k with others of its species \[1/time\], at a
+    /// temperature of the species: `4 n d^2 chi sqrt(pi T/m)` in space, `2 n d chi sqrt(pi T/m)` in
+    /// the plane.
     pub fn like_collisions(&self, k: usize, temperature: f64) -> f64 {
         let spread = (2.0 * temperature / self.components[k].mass).sqrt();
         0.5 * self.dimension as f64 * self.base(k, k) * spread
@@ -251,7 +255,7 @@ impl<R: Restitution> Mixture<R> {
         Ok(found)
     }
 
-    /// One temperature above zero for each species.
+    /// Checks that there is one temperature above zero for each species.
     pub(super) fn check_temperatures(&self, temperatures: &[f64]) -> Result<(), TheoryError> {
         for &t in temperatures {
             Invalid::unless_positive("temperature", t)?;
@@ -276,18 +280,18 @@ impl<R: Restitution> Mixture<R> {
     }
 }
 
-/// A mixture at one time.
+/// State of a mixture at one time; lists are by species.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
-    /// When.
+    /// Time of the state \[time\].
     pub time: f64,
-    /// `T_k = m_k <v_k^2>/D`.
+    /// Temperatures `T_k = m_k <v_k^2>/D`.
     pub temperatures: Vec<f64>,
-    /// `<R_k . v_k>`.
+    /// Velocity-displacement correlations `<R_k . v_k>`.
     pub correlations: Vec<f64>,
-    /// `<R_k^2>`.
+    /// Mean squared displacements `<R_k^2>`.
     pub displacements: Vec<f64>,
-    /// `<v_k(0) . v_k>/<v_k(0)^2>`.
+    /// Velocity autocorrelations `<v_k(0) . v_k>/<v_k(0)^2>`.
     pub kept: Vec<f64>,
     /// Collisions of one particle of species k since time zero.
     pub collisions: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What kinetic theory says of homogeneous gases: curves that simulations are measured against.
+//! Kinetic theory of homogeneous gases: curves against which simulations are tested.
 //!
 //! | module | question |
 //! |---|---|
@@ -6,9 +6,9 @@
 //! | [`sonine`] | and if their velocities are not Maxwellian? |
 //! | [`cooling_state`] | which temperature ratios does cooling lead to, and what follows in closed form? |
 //! | [`contact`] | how does density raise collision rates? |
-//! | [`barometric`] | what becomes of a gas that falls to the floor of its box? |
+//! | [`barometric`] | in which equilibrium does a gas settle that falls to the floor of its box? |
 //! | [`elastic_disks`] | how does a fluid of elastic disks carry momentum and heat? |
-//! | [`rough`] | how do grains that turn each other share and lose their energy? |
+//! | [`rough`] | how do rough particles share and lose their energy? |
 //! | [`delta_model`] | at which temperature do contacts heat as much as they dissipate? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!

@@ -1,4 +1,4 @@
-//! Gases of grains that turn each other: temperatures of translation and of rotation.
+//! Gases of rough particles: temperatures of translation and of rotation.
 //!
 //! For Maxwellian velocities and spins ([`RoughGas::expand`] goes beyond), with the coefficients of normal restitution e and
 //! of tangential restitution beta,
@@ -23,44 +23,50 @@ use stosszahl_model::{Invalid, Rough, Space};
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 
-/// A homogeneous gas of equal rough grains.
+/// Homogeneous gas of equal rough particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughGas {
-    /// G of the module's page, for the mass one \[1/(time sqrt(energy))\].
+    /// Rate G of the module page, for the mass one \[1/(time sqrt(energy))\].
     rate: f64,
-    /// A, B and C.
+    /// Coefficient A of the module page.
     loss: f64,
+    /// Coefficient B of the module page.
     exchange: f64,
+    /// Coefficient C of the module page.
     return_loss: f64,
     /// Degrees of freedom of translation for each one of rotation.
     degrees: f64,
     collision_rate: f64,
-    /// For expansions: directions of translation and of rotation, restitution, and eta and q.
+    /// Number of directions of translation, for expansions.
     pub(super) dimension: usize,
+    /// Number of directions of rotation, for expansions.
     pub(super) rotations: usize,
+    /// Coefficient of normal restitution, for expansions.
     pub(super) restitution: f64,
+    /// Parameters eta and q of the surface, for expansions.
     pub(super) surface: [f64; 2],
 }
 
 /// Temperatures of translation and of rotation \[energy\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Temperatures {
-    /// m <v^2>/D.
+    /// Temperature of translation, m <v^2>/D.
     pub translation: f64,
-    /// I <w^2> for each rotation.
+    /// Temperature of rotation, I <w^2> over the number of spin components.
     pub rotation: f64,
 }
 
 impl Temperatures {
-    /// Energy of translation and rotation per particle, for `S`.
+    /// Energy of translation and rotation per particle in the space `S` \[energy\].
     pub fn energy<S: Space>(self) -> f64 {
         0.5 * (S::DIMENSION as f64 * self.translation + S::ROTATIONS as f64 * self.rotation)
     }
 }
 
 impl RoughGas {
-    /// The gas of grains with the given coefficient of normal restitution and surface, of mass `mass` and diameter
-    /// `diameter` at the number density `density`, with the pair correlation `contact_value` at contact.
+    /// Creates a gas of particles with the given coefficient of normal restitution and surface, of
+    /// mass `mass` and diameter `diameter` at the number density `density`, with the pair
+    /// correlation `contact_value` at contact.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] if restitution is not in 0 to 1, or another number is not above zero and finite.
@@ -109,12 +115,12 @@ impl RoughGas {
         })
     }
 
-    /// Collisions of a particle in a unit of time, at a temperature of translation.
+    /// Collision rate of a particle at a temperature of translation \[1/time\].
     pub fn collision_rate(&self, translation: f64) -> f64 {
         self.collision_rate * translation.sqrt()
     }
 
-    /// How fast both temperatures change.
+    /// Returns the rates of change of both temperatures \[energy/time\].
     pub fn slopes(&self, now: Temperatures) -> Temperatures {
         let Temperatures {
             translation,
@@ -129,10 +135,10 @@ impl RoughGas {
         }
     }
 
-    /// The temperatures at some times after a start, in order.
+    /// Computes the temperatures at some times after a start, in order.
     ///
     /// # Errors
-    /// [`TheoryError::Integration`] if the equations cannot be followed so far.
+    /// [`TheoryError::Integration`] if the integration fails before the last time.
     pub fn cooling(
         &self,
         start: Temperatures,
@@ -163,8 +169,9 @@ impl RoughGas {
         times.iter().map(at).collect()
     }
 
-    /// The ratio of the temperature of rotation to that of translation that cooling leads to: the positive root x of
-    /// f (B/x - C) = B x - A. `None` for perfectly smooth grains, which do not turn each other.
+    /// Ratio of the temperature of rotation to that of translation that cooling leads to: the
+    /// positive root x of f (B/x - C) = B x - A. `None` for perfectly smooth particles, which keep
+    /// their spins.
     pub fn late_ratio(&self) -> Option<f64> {
         let (a, b, c) = (self.loss, self.exchange, self.degrees * self.return_loss);
         if b == 0.0 {

@@ -283,9 +283,9 @@ fn the_first_sonine_order_is_that_of_maxwellians() {
     }
 }
 
-/// Diffusion of elastic particles over its first order: 59/58 in the second and 1.01896 in all for spheres (Pekeris &
-/// Alterman 1957), 43/42 in the second
-/// and 1.027 in all for disks (Gass 1971), 1.0265 in the third by a quadrature over 1.5e8 collisions.
+/// Elastic particles diffuse as known, over the first order. Spheres have 59/58 in the second and
+/// 1.01896 in all orders (Pekeris & Alterman 1957), disks 43/42 in the second and 1.027 in all
+/// (Gass 1971). In the third order disks have 1.0265 by a quadrature over 1.5e8 collisions.
 #[test]
 fn elastic_particles_diffuse_as_known() {
     let times = [400.0, 800.0];
@@ -350,7 +350,8 @@ fn fourth_cumulants_of_the_cooling_gas_are_those_of_the_literature() {
     }
 }
 
-/// Equals that are called two species are one, and so do tracers of a gas spread that are like its particles.
+/// Equal species that are called two are one, and so are tracers that are like the particles of the
+/// gas.
 #[test]
 fn species_of_equals_are_one() {
     let one = |density| component(1.3, 0.9, density);

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Collision;
 
-/// What two disks of given species have in common wherever they meet.
+/// Pair of disk species.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairKind {
     /// Numbers of the two species, from 0.
@@ -14,17 +14,18 @@ pub struct PairKind {
     pub reduced_mass: f64,
 }
 
-/// Collisions by |b|/d, for each window of time and kind of pair.
+/// Number of collisions by |b|/d, for each window of time and kind of pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairBins {
     kinds: Vec<PairKind>,
     bins: usize,
-    /// By window, kind of pair and bin.
+    /// Counts by window, kind of pair and bin.
     counts: Vec<u64>,
 }
 
 impl PairBins {
-    /// Empty bins of all pairs of the species, given by the radius and the mass of their disks.
+    /// Creates empty bins of all pairs of the species, given by the radius and the mass of their
+    /// disks.
     pub fn new(species: &[(f64, f64)], windows: usize, bins: usize) -> Self {
         let mut kinds = Vec::new();
         for (first, a) in species.iter().enumerate() {
@@ -43,12 +44,12 @@ impl PairBins {
         }
     }
 
-    /// The kinds of pairs.
+    /// Returns the kinds of pairs.
     pub fn kinds(&self) -> &[PairKind] {
         &self.kinds
     }
 
-    /// Collisions of one kind of pair in one window, by |b|/d.
+    /// Returns the collisions of one kind of pair in one window, by |b|/d.
     pub fn counts(&self, window: usize, kind: usize) -> &[u64] {
         let start = (window * self.kinds.len() + kind) * self.bins;
         &self.counts[start..start + self.bins]

@@ -1,36 +1,41 @@
-//! What a collision does to Sonine polynomials, as the coefficients of a power series; formulas are those of [`super`].
+//! Changes of Sonine polynomials by a collision, as the coefficients of a power series; formulas
+//! are those of [`super`].
 
 use super::series::{Series, Shape, scaled, times};
 
-/// Terms in u, s and t.
+/// Term in u, s and t.
 type Term = super::series::Term<3>;
 
-/// How velocities change in the collisions of a pair.
+/// Loss of normal velocity in the collisions of a pair.
 pub(super) enum Loss {
-    /// `beta`, the same for all.
+    /// Constant `beta`, for all speeds.
     Constant(f64),
-    /// Nodes `y = g^2/(2 V)`, weights of the mean with `exp(-y)`, and `beta` there.
+    /// Values of `beta` by speed: nodes `y = g^2/(2 V)`, weights of the mean with `exp(-y)`, and
+    /// `beta` there.
     Spread(Vec<[f64; 3]>),
 }
 
-/// The polynomials that collisions are made of, in units in which V is 1 at s = t = 0.
+/// Polynomials of the collision integrals, in units in which V is 1 at s = t = 0.
 struct Parts {
     shape: Shape<3>,
     own: f64,
     other: f64,
-    /// S, V, W, Z.
+    /// Polynomial S of [`super`].
     same: Vec<Term>,
+    /// Polynomial V of [`super`].
     v: Vec<Term>,
+    /// Polynomial W of [`super`].
     w: Vec<Term>,
+    /// Polynomial Z of [`super`].
     z: Vec<Term>,
-    /// What stands with the powers of beta in `(Y - beta V)(1 - u + beta u Z m_1/T_1)`.
+    /// Factors of the powers of beta in `(Y - beta V)(1 - u + beta u Z m_1/T_1)`.
     turns: [Vec<Term>; 3],
-    /// `W^(1/2)` and `W^(-1/2)`.
+    /// Series of `W^(1/2)` and `W^(-1/2)`.
     roots: [Series; 2],
 }
 
 impl Parts {
-    /// `own` is the share of `T_1/m_1` in V.
+    /// Computes the polynomials; `own` is the share of `T_1/m_1` in V.
     fn new(shape: Shape<3>, own: f64) -> Self {
         let other = 1.0 - own;
         let v = vec![([0; 3], 1.0), ([0, 1, 0], -own), ([0, 0, 1], -other)];
@@ -65,7 +70,8 @@ impl Parts {
         }
     }
 
-    /// `W/A` over `W^(1/2)`, and `[Z W/A + 2 (Y - beta V)(1 - u + beta u Z m_1/T_1) (W/A)^2/W]/W^(3/2)`, at one beta.
+    /// Returns `W/A` over `W^(1/2)`, and `[Z W/A + 2 (Y - beta V)(1 - u + beta u Z m_1/T_1)
+    /// (W/A)^2/W]/W^(3/2)`, at one beta.
     fn at(&self, beta: f64) -> [Series; 2] {
         let shape = self.shape;
         let square = beta * beta;
@@ -85,7 +91,7 @@ impl Parts {
         [shape.product(&inverse, up), shape.product(&sum, down)]
     }
 
-    /// The same, on average over speeds.
+    /// Returns the two series of [`Self::at`], averaged over speeds.
     fn over(&self, nodes: &[[f64; 3]]) -> [Series; 2] {
         let shape = self.shape;
         let inverse = shape.power(&self.w, -1.0);
@@ -124,18 +130,18 @@ impl Parts {
     }
 }
 
-/// What collisions with one species do, over `n_2 d^(D-1) chi Omega_D sqrt(V/(2 pi))`.
+/// Changes by collisions with one species, over `n_2 d^(D-1) chi Omega_D sqrt(V/(2 pi))`.
 pub(super) struct Kernel {
-    /// Change of `<S_p>` by `a_j` of the hit and `a_k` of the partner.
+    /// Change of `<S_p>`, by `a_j` of the hit and `a_k` of the partner.
     pub scalar: Series,
     /// Change of `<R . v L_p>` by `b_j` and `a_k`, over `T_1/m_1`.
     pub vector: Series,
-    /// Collisions, by `a_j` and `a_k` (no powers of u).
+    /// Collision rate, by `a_j` and `a_k` (no powers of u).
     pub hits: Series,
 }
 
 impl Kernel {
-    /// `own`: the share of `T_1/m_1` in V.
+    /// Computes the kernel; `own` is the share of `T_1/m_1` in V.
     pub fn new(shape: Shape<3>, dimension: usize, own: f64, loss: &Loss) -> Self {
         let d = dimension as f64;
         let parts = Parts::new(shape, own);
@@ -178,9 +184,10 @@ mod tests {
 
     use super::*;
 
-    /// The generating functions where they are small, summed up, against the mean over colliding pairs that are drawn, with
-    /// one restitution and with one that falls with speed. z = 4.75, a false alarm in 1e6 for each of 16 values; what
-    /// the ninth powers leave out of 0.3 is below 1e-4, and so is the quadrature.
+    /// Generating functions, summed up where they are small, agree with the mean over random
+    /// colliding pairs, with one restitution and with one that falls with speed. The limit is z =
+    /// 4.75, a false alarm in 1e6 for each of 16 values. The ninth powers leave out less than 1e-4
+    /// of 0.3, and so does the quadrature.
     #[test]
     fn kernels_are_the_moments_of_collisions() {
         let (s, t, u) = (0.3_f64, -0.2_f64, 0.25_f64);
@@ -229,7 +236,7 @@ mod tests {
         }
     }
 
-    /// Means and standard errors over 4e5 pairs.
+    /// Computes means and standard errors over 4e5 random pairs.
     fn drawn(
         dimension: usize,
         taus: [f64; 2],

@@ -25,11 +25,12 @@
 //! generating functions is classical (Chapman & Cowling, The Mathematical Theory of Non-Uniform Gases, 1970, chapter
 //! 9); the closed form for dissipative pairs of any masses in two and three dimensions is derived here.
 //!
-//! The first order is that of [`Mixture::evolve`], and the second has the fourth cumulant of van Noije & Ernst (1998), but for
-//! its terms of second degree. From the third on, x refers to a temperature somewhat above that of the species: tails
-//! of dissipative gases are heavier than Gaussian ones, and coefficients about the temperature itself alternate and
-//! soon grow, by `0.053, 0.045, 0.049, 0.047, 0.048` for the fourth cumulant of spheres at restitution 0.5; about 1.23 times
-//! it they settle at 0.0476. `<x>` is fixed by `a_1` then, `T_k = (1 - a_1) T`.
+//! The first order is that of [`Mixture::evolve`], and the second has the fourth cumulant of van
+//! Noije & Ernst (1998), but for its terms of second degree. From the third on, x refers to a
+//! temperature somewhat above that of the species: tails of dissipative gases are heavier than
+//! Gaussian ones. Coefficients about the temperature itself alternate and soon grow, by `0.053,
+//! 0.045, 0.049, 0.047, 0.048` for the fourth cumulant of spheres at restitution 0.5; about 1.23
+//! times it they settle at 0.0476. `<x>` is fixed by `a_1` then, `T_k = (1 - a_1) T`.
 
 use stosszahl_model::{Invalid, Restitution};
 
@@ -47,20 +48,23 @@ mod series;
 
 pub use rough::{MOST_ROUGH_ORDERS, RoughMoment};
 
-/// Most orders that are offered.
+/// Largest order of the expansion.
 pub const MOST_ORDERS: usize = 12;
 
-/// `a_1` of a gas whose collisions take all of the normal velocity; in others, the part of its energy that they take of it.
+/// Coefficient `a_1` of a gas whose collisions take all of the normal velocity; in other gases it
+/// is multiplied by the share of the normal energy that collisions take.
 const SHIFT: f64 = 0.25;
 
-/// Order from which the reference temperature is shifted; below, truncation makes more of it than it mends.
+/// Order from which the reference temperature is shifted; below it, the error of truncation
+/// outweighs the gain.
 const SHIFTED: usize = 3;
 
-/// Starts from which displacements are followed for averages over time, and points of the integral over them.
+/// Number of starts of displacements for averages over time.
 const STARTS: usize = 40;
+/// Number of points of the integral over starts.
 const POINTS: u32 = 1000;
 
-/// Between values at whole numbers, by the cubic through four of them.
+/// Interpolates between values at whole numbers by the cubic through four of them.
 fn interpolated(values: &[f64], at: f64) -> f64 {
     let first = (at.floor().max(1.0) as usize - 1).min(values.len() - 4);
     let x = at - first as f64;
@@ -78,12 +82,13 @@ fn interpolated(values: &[f64], at: f64) -> f64 {
         .sum()
 }
 
-/// Where the values of a species stand: ln T, `<R^2>`, collisions, then `a_2 ...`, `B_0 ...` and `K_0 ...`, the moments
-/// `<R . v L_p>` and `<v(0) . v L_p>`. Lengths and times are in units of `sqrt(D T_k(0)/m_k)` and the shortest mean free time.
+/// Order of the values of a species: ln T, `<R^2>`, collisions, then `a_2 ...`, `B_0 ...` and `K_0
+/// ...`, the moments `<R . v L_p>` and `<v(0) . v L_p>`. Lengths and times are in units of `sqrt(D
+/// T_k(0)/m_k)` and the shortest mean free time.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     orders: usize,
-    /// `a_1`, which does not change.
+    /// Coefficient `a_1`, which is constant.
     shift: f64,
 }
 
@@ -96,7 +101,7 @@ impl Layout {
         2 + 3 * self.orders
     }
 
-    /// `a_p`; those that are not kept are none.
+    /// Returns `a_p`; zero beyond the orders kept.
     fn coefficient(self, values: &[f64], p: usize) -> f64 {
         match p {
             0 => 1.0,
@@ -114,12 +119,13 @@ impl Layout {
         2 + 2 * self.orders
     }
 
-    /// Temperature over that of reference.
+    /// Temperature over the reference temperature.
     fn ratio(self) -> f64 {
         1.0 - self.shift
     }
 
-    /// `a_2` about the temperature of the species: `<x^2>` over that of a Maxwellian, less 1.
+    /// Coefficient `a_2` about the temperature of the species: `<x^2>` over that of a Maxwellian,
+    /// less 1.
     fn fourth_cumulant(self, values: &[f64]) -> f64 {
         if self.orders < 2 {
             return 0.0;
@@ -129,15 +135,16 @@ impl Layout {
     }
 }
 
-/// Species up to which a number of orders takes some seconds at most, the most orders first: for restitution that is
-/// constant, and for one that depends on speed.
+/// Most species for which a number of orders takes some seconds at most, and that number, for
+/// constant restitution and for restitution that depends on speed.
 const AFFORDABLE: [[(usize, usize); 5]; 2] = [
     [(3, 6), (4, 5), (6, 4), (10, 3), (16, 2)],
     [(1, 5), (2, 4), (3, 4), (4, 3), (6, 2)],
 ];
 
 impl<R: Restitution> Mixture<R> {
-    /// As many Sonine orders as take some seconds at most: 6 for three species, 1 for many.
+    /// Returns the largest number of Sonine orders that takes some seconds at most: 6 for three
+    /// species, 1 for many.
     pub fn affordable_orders(&self) -> usize {
         let affordable = AFFORDABLE[usize::from(!self.is_constant())];
         let count = self.components().len();
@@ -145,10 +152,10 @@ impl<R: Restitution> Mixture<R> {
         first.map_or(1, |(_, orders)| orders)
     }
 
-    /// [`Self::evolve`] for one order, [`Self::expand`] for more.
+    /// Calls [`Self::evolve`] for one order, [`Self::expand`] for more.
     ///
     /// # Errors
-    /// Theirs.
+    /// As [`Self::evolve`] and [`Self::expand`].
     pub fn solve(
         &self,
         orders: usize,
@@ -162,8 +169,9 @@ impl<R: Restitution> Mixture<R> {
         }
     }
 
-    /// What [`Self::evolve`] gives, with velocities expanded to the given order in Sonine polynomials: one for Maxwellians
-    /// whose velocities are forgotten exponentially, two for fourth cumulants too, and so on. The difference to the order
+    /// Computes the moments of [`Self::evolve`] with velocities expanded to the given order in
+    /// Sonine polynomials. Order one is for Maxwellians whose velocities are forgotten
+    /// exponentially, order two has fourth cumulants too, and so on. The difference to the order
     /// below shows how far the expansion can be trusted.
     ///
     /// All velocities are Maxwellian at time zero.
@@ -185,9 +193,10 @@ impl<R: Restitution> Mixture<R> {
             .collect()
     }
 
-    /// Mean squared displacements over the given lags, which do not fall, averaged over all starts up to `total` less the
-    /// lag, by species and lag: `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at
-    /// time zero and expanded as in [`Self::expand`].
+    /// Computes mean squared displacements over the given lags, which do not fall, averaged over
+    /// all starts up to `total` less the lag, by species and lag: `(1/(t - lag)) integral_0^(t -
+    /// lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at time zero and expanded as in
+    /// [`Self::expand`].
     ///
     /// Displacements are followed from 40 starts and their logarithms interpolated in that of the time.
     ///
@@ -274,7 +283,7 @@ impl<R: Restitution> Mixture<R> {
         })
     }
 
-    /// The largest share `1 - e^2` of its normal energy that a pair loses at its thermal speed.
+    /// Largest share `1 - e^2` of its normal energy that a pair loses at its thermal speed.
     fn dissipation(&self, temperatures: &[f64]) -> f64 {
         let count = temperatures.len();
         let pairs = (0..count).flat_map(|k| (0..count).map(move |i| [k, i]));
@@ -288,8 +297,8 @@ impl<R: Restitution> Mixture<R> {
             .fold(0.0, f64::max)
     }
 
-    /// Nodes `y = g^2/(2 S^2)`, speeds over S, and weights of the mean with `exp(-y)`. Every second one is enough for
-    /// polynomials with exponentials of y, and for powers of g.
+    /// Returns the nodes `y = g^2/(2 S^2)`, speeds over S, and weights of the mean with `exp(-y)`.
+    /// Every second one is enough for polynomials with exponentials of y, and for powers of g.
     fn speeds(&self) -> Vec<[f64; 3]> {
         let nodes = self.nodes().iter().step_by(2);
         let mut nodes: Vec<[f64; 3]> = nodes
@@ -305,7 +314,8 @@ impl<R: Restitution> Mixture<R> {
         nodes
     }
 
-    /// What the collisions of a pair take, at the spread S of a component of its relative velocity.
+    /// Returns the loss in the collisions of a pair, at the spread S of a component of its relative
+    /// velocity.
     fn loss(&self, [k, i]: [usize; 2], spread: f64, speeds: &[[f64; 3]]) -> Loss {
         let [own, other] = [k, i].map(|kind| self.components()[kind].mass);
         let beta = |speed: f64| {
@@ -324,19 +334,20 @@ impl<R: Restitution> Mixture<R> {
     }
 }
 
-/// The equations of a mixture.
+/// Equations of a mixture.
 struct System<'a, R> {
     mixture: &'a Mixture<R>,
     layout: Layout,
     shape: Shape<3>,
-    /// Norms of the polynomials of velocities, and of those that stand with v.
+    /// Norms of the polynomials of velocities.
     norms: Vec<f64>,
+    /// Norms of the polynomials that are multiplied by v.
     vector_norms: Vec<f64>,
-    /// `T_k/m_k` at time zero.
+    /// Squared thermal speeds `T_k/m_k` at time zero.
     speeds: Vec<f64>,
-    /// The shortest mean free time at time zero.
+    /// Shortest mean free time at time zero.
     unit: f64,
-    /// Of the quadrature over speeds.
+    /// Nodes of the quadrature over speeds.
     nodes: Vec<[f64; 3]>,
 }
 
@@ -345,13 +356,13 @@ impl<R: Restitution> System<'_, R> {
         self.mixture.dimension() as f64
     }
 
-    /// `<v . v L_p>` over `D T/m` of reference: `(2/D)(p + D/2) N_p (a_p - a_(p+1))`.
+    /// Returns `<v . v L_p>` over `D T/m` of the reference: `(2/D)(p + D/2) N_p (a_p - a_(p+1))`.
     fn flight(&self, p: usize, a: impl Fn(usize) -> f64) -> f64 {
         let half = 0.5 * self.dimension();
         (p as f64 + half) / half * self.norms[p] * (a(p) - a(p + 1))
     }
 
-    /// Maxwellian velocities, `a_p = a_1^p`.
+    /// Returns the values of Maxwellian velocities, `a_p = a_1^p`.
     fn start(&self, temperatures: &[f64]) -> Vec<f64> {
         let layout = self.layout;
         let maxwellian = |p: usize| layout.shift.powi(p as i32);
@@ -365,7 +376,7 @@ impl<R: Restitution> System<'_, R> {
         start
     }
 
-    /// The values with displacements counted from now on.
+    /// Returns the values with displacements counted from now on.
     fn anew(&self, y: &[f64]) -> Vec<f64> {
         let layout = self.layout;
         let mut fresh = y.to_vec();
@@ -376,7 +387,7 @@ impl<R: Restitution> System<'_, R> {
         fresh
     }
 
-    /// The equations from given values on.
+    /// Returns the equations from given values on.
     fn problem(
         &self,
         begin: f64,
@@ -425,9 +436,11 @@ impl<R: Restitution> System<'_, R> {
         }
     }
 
-    /// `<L_p>` of a gas whose reference temperature changes at the rate `r` changes by `-r (p <L_p> - (p + alpha) <L_(p-1)>)`
-    /// even without collisions, as `x L_p' = p L_p - (p + alpha) L_(p-1)`; `alpha` is `D/2 - 1` for velocities, where `a_1`
-    /// keeps its value if `r (1 - a_1) D/2` makes up for what collisions change, and `D/2` with displacements.
+    /// Computes the changes of the values of species k. Without collisions, `<L_p>` of a gas whose
+    /// reference temperature changes at the rate `r` changes by `-r (p <L_p> - (p + alpha)
+    /// <L_(p-1)>)`, as `x L_p' = p L_p - (p + alpha) L_(p-1)`. For velocities `alpha` is `D/2 - 1`,
+    /// and `a_1` keeps its value if `r (1 - a_1) D/2` balances the change by collisions; with
+    /// displacements `alpha` is `D/2`.
     fn of_species(&self, k: usize, values: &[&[f64]], change: &mut [f64]) {
         let (layout, orders) = (self.layout, self.layout.orders);
         let (d, own) = (self.dimension(), values[k]);

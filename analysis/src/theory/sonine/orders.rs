@@ -23,7 +23,8 @@ pub(super) fn check_orders(
     Ok(())
 }
 
-/// Norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 + alpha))`, for p up to `most`.
+/// Returns the norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 +
+/// alpha))`, for p up to `most`.
 pub(super) fn norms(alpha: f64, most: usize) -> Vec<f64> {
     let mut norms = vec![1.0];
     for p in 1..=most {

@@ -1,11 +1,13 @@
-//! Grains that turn each other, with velocities and spins that are not Maxwellian.
+//! Rough particles with velocities and spins that are not Maxwellian.
 //!
-//! As in [`super`], with the polynomials `S_p(x) S_q(y)` of `x = m v^2/(2 T)` and `y = I w^2/(2 T_r)`, so that the correlation
-//! of the sizes of velocity and spin is followed, but not that of their directions, which spheres also have. Generating
-//! functions have two variables for each particle, (s, s') and (t, t'), and two for the moment, (u, u'). The normal part of a
-//! collision is that of smooth grains; of the tangential velocities `v_t`, and `w_t = R w x k` of the surfaces, in units of
-//! T/m, a collision takes `eta g` and `(eta/q) g` with `g = v_1 - v_2 + w_1 + w_2`, so that with the variances
-//! `X = 1 - s`, `Y = z (1 - s')`, `z = T_r/(q T)`, `G = 2 - s - t + z (2 - s' - t')`, `kappa = eta/q` and
+//! As in [`super`], with the polynomials `S_p(x) S_q(y)` of `x = m v^2/(2 T)` and `y = I w^2/(2
+//! T_r)`, so that the correlation of the sizes of velocity and spin is followed, but not that of
+//! their directions, which spheres also have. Generating functions have two variables for each
+//! particle, (s, s') and (t, t'), and two for the moment, (u, u'). The normal part of a collision
+//! is that of smooth particles. Of the tangential velocities `v_t`, and `w_t = R w x k` of the
+//! surfaces, in units of T/m, a collision takes `eta g` and `(eta/q) g` with `g = v_1 - v_2 + w_1 +
+//! w_2`. So with the variances `X = 1 - s`, `Y = z (1 - s')`, `z = T_r/(q T)`, `G = 2 - s - t + z
+//! (2 - s' - t')`, `kappa = eta/q` and
 //!
 //! `E = (1 - u + u F_1)(1 - u' + u' F_2/z) - u u' F_3^2/z`, with `F_1 = X (1 - 2 eta) + eta^2 G`,
 //! `F_2 = Y (1 - 2 kappa) + kappa^2 G` and `F_3 = eta kappa G - kappa X - eta Y`,
@@ -24,10 +26,10 @@ use super::super::rough::{RoughGas, Temperatures};
 use super::orders::{TOLERANCE, check_orders, norms};
 use super::series::{Series, Shape, Term, scaled, times};
 
-/// Most orders that are offered.
+/// Largest order of the expansion.
 pub const MOST_ROUGH_ORDERS: usize = 3;
 
-/// A gas of rough grains at one time.
+/// State of a gas of rough particles at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughMoment {
     /// Temperatures of translation and rotation \[energy\].
@@ -40,14 +42,14 @@ type Polynomial = Vec<Term<6>>;
 
 const ONE: Term<6> = ([0; 6], 1.0);
 
-/// A variable: u, u', s, s', t, t'.
+/// Returns a variable of the series: u, u', s, s', t or t'.
 fn variable(axis: usize, factor: f64) -> Term<6> {
     let mut powers = [0; 6];
     powers[axis] = 1;
     (powers, factor)
 }
 
-/// A sum with one term for each power, the constant first.
+/// Adds polynomials, with one term for each power, the constant first.
 fn sum(parts: &[&[Term<6>]]) -> Polynomial {
     let mut sum: Polynomial = vec![([0; 6], 0.0)];
     for &(powers, value) in parts.iter().copied().flatten() {
@@ -59,7 +61,7 @@ fn sum(parts: &[&[Term<6>]]) -> Polynomial {
     sum
 }
 
-/// What collisions do to `<S_p S_q>`, by the coefficients of both particles.
+/// Computes the changes of `<S_p S_q>` by collisions, by the coefficients of both particles.
 fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> Series {
     let [eta, q] = gas.surface;
     let (kappa, z) = (eta / q, ratio / q);
@@ -106,8 +108,8 @@ fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> Series {
     shape.product(&change, &shape.power(&same_spin, rest))
 }
 
-/// The equations: values are the logarithms of T and `T_r` and the coefficients `a_pq` by rows, of which `a_10` and `a_01`
-/// stay zero.
+/// Equations of the gas: values are the logarithms of T and `T_r` and the coefficients `a_pq` by
+/// rows, of which `a_10` and `a_01` stay zero.
 struct System {
     gas: RoughGas,
     shape: Shape<6>,
@@ -182,13 +184,15 @@ impl System {
 }
 
 impl RoughGas {
-    /// What [`Self::cooling`] gives, with the sizes of velocities and spins expanded to the given order in Sonine polynomials;
-    /// they are Maxwellian at time zero. The first order has the correlation of both sizes, but no fourth cumulants; three settle
-    /// to 0.3 % of the temperatures.
+    /// Computes the temperatures of [`Self::cooling`] with the magnitudes of velocities and spins
+    /// expanded to the given order in Sonine polynomials; they are Maxwellian at time zero. The
+    /// first order has the correlation of both sizes, but no fourth cumulants; three settle to 0.3
+    /// % of the temperatures.
     ///
     /// # Errors
-    /// [`TheoryError::Invalid`] if a temperature is not above zero, or the order is not from 1 to [`MOST_ROUGH_ORDERS`];
-    /// [`TheoryError::Integration`] if the equations cannot be followed so far.
+    /// [`TheoryError::Invalid`] if a temperature is not above zero, or the order is not from 1 to
+    /// [`MOST_ROUGH_ORDERS`]; [`TheoryError::Integration`] if the integration fails before the last
+    /// time.
     pub fn expand(
         &self,
         orders: usize,
@@ -257,7 +261,7 @@ mod tests {
         first_slopes::<Plane>();
     }
 
-    /// Smooth grains keep their spins and cool as without. Tolerance: 1e-6 a step, some hundred.
+    /// Smooth particles keep their spins and cool as without. Tolerance: 1e-6 a step, some hundred.
     #[test]
     fn smooth_grains_cool_as_without_spins() {
         let one = Component {
@@ -280,7 +284,8 @@ mod tests {
         }
     }
 
-    /// Perfectly rough elastic grains come to share their energy alike, with no cumulants, and lose none on the way.
+    /// Perfectly rough elastic particles come to share their energy alike, with no cumulants, and
+    /// lose none on the way.
     #[test]
     fn perfectly_rough_grains_come_to_equilibrium() {
         for (rough, degrees) in [

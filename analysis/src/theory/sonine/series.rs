@@ -1,13 +1,13 @@
 //! Power series in several variables, cut after given powers of each.
 
-/// How many powers of each variable are kept, from the zeroth on.
+/// Number of powers of each variable that are kept, from the zeroth on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape<const V: usize>(pub [usize; V]);
 
-/// One term of a polynomial: its powers and its coefficient.
+/// Term of a polynomial: its powers and its coefficient.
 pub(crate) type Term<const V: usize> = ([usize; V], f64);
 
-/// Coefficients, those of the last variable side by side.
+/// Coefficients of a power series, the last variable running fastest.
 pub(crate) type Series = Vec<f64>;
 
 impl<const V: usize> Shape<V> {
@@ -16,13 +16,13 @@ impl<const V: usize> Shape<V> {
         self.0.iter().product()
     }
 
-    /// Where the coefficient of given powers stands; linear in them.
+    /// Index of the coefficient of given powers; linear in them.
     pub fn index(self, powers: [usize; V]) -> usize {
         let axes = powers.iter().zip(&self.0);
         axes.fold(0, |index, (power, size)| index * size + power)
     }
 
-    /// All powers that are kept, in the order of their coefficients.
+    /// Returns all powers that are kept, in the order of their coefficients.
     pub fn powers(self) -> impl Iterator<Item = [usize; V]> {
         (0..self.len()).map(move |mut index| {
             let mut powers = [0; V];
@@ -34,7 +34,8 @@ impl<const V: usize> Shape<V> {
         })
     }
 
-    /// Calls for each run of powers of the last variable with those before between 0 and `most`: begin of the run.
+    /// Calls `act` with the first index of each run of powers of the last variable, for powers of
+    /// the others from 0 to `most`.
     fn runs(self, most: [usize; V], act: &mut impl FnMut(usize)) {
         let mut at = [0; V];
         loop {
@@ -66,14 +67,14 @@ impl<const V: usize> Shape<V> {
         }
     }
 
-    /// The product with a polynomial.
+    /// Multiplies a series by a polynomial.
     pub fn times(self, series: &[f64], terms: &[Term<V>]) -> Series {
         let mut product = vec![0.0; self.len()];
         self.add_times(&mut product, series, terms, 1.0);
         product
     }
 
-    /// The product of two series.
+    /// Multiplies two series.
     pub fn product(self, a: &[f64], b: &[f64]) -> Series {
         let run = self.0[V - 1];
         let mut product = vec![0.0; self.len()];
@@ -91,7 +92,8 @@ impl<const V: usize> Shape<V> {
         product
     }
 
-    /// A real power of a polynomial whose constant term, which must be the first, is above zero.
+    /// Computes a real power of a polynomial whose constant term, which must be the first, is above
+    /// zero.
     ///
     /// With the Euler operator E, the sum of x d/dx over the variables, and Q = P^a, `P E Q = a Q E P`; power by power that
     /// is `|n| P_0 Q_n = sum_(i != 0) (a |i| - |n - i|) P_i Q_(n - i)`.
@@ -118,7 +120,8 @@ impl<const V: usize> Shape<V> {
         power
     }
 
-    /// The exponential of a series, whose constant term is passed over: `|n| Q_n = sum_i |i| P_i Q_(n - i)`.
+    /// Computes the exponential of a series, whose constant term is ignored: `|n| Q_n = sum_i |i|
+    /// P_i Q_(n - i)`.
     pub fn exponential(self, series: &[f64]) -> Series {
         let weighted: Series = self
             .powers()
@@ -152,7 +155,7 @@ fn add_product(sum: &mut [f64], a: &[f64], b: &[f64]) {
     }
 }
 
-/// The product of two polynomials.
+/// Multiplies two polynomials.
 pub(crate) fn times<const V: usize>(a: &[Term<V>], b: &[Term<V>]) -> Vec<Term<V>> {
     a.iter()
         .flat_map(|&(i, x)| {
@@ -162,7 +165,7 @@ pub(crate) fn times<const V: usize>(a: &[Term<V>], b: &[Term<V>]) -> Vec<Term<V>
         .collect()
 }
 
-/// A polynomial times a number.
+/// Multiplies a polynomial by a number.
 pub(crate) fn scaled<const V: usize>(terms: &[Term<V>], factor: f64) -> Vec<Term<V>> {
     terms.iter().map(|&(i, x)| (i, factor * x)).collect()
 }
