@@ -22,7 +22,7 @@ fn names(trials: &[Trial]) -> PossibleValuesParser {
     after_help = "Exit codes: 0 all is well, 1 something does not hold, 2 the input was refused."
 )]
 pub struct Arguments {
-    /// What to do.
+    /// Command to run.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -96,7 +96,7 @@ pub struct Docs {
     /// All blocks, also those that take hours of a core.
     #[arg(long, conflicts_with_all = ["check", "name"])]
     pub costly: bool,
-    /// Go on with runs in results/docs that were stopped, and use those that are complete.
+    /// Resume runs in results/docs that were stopped, and use those that are complete.
     #[arg(long, conflicts_with = "check")]
     pub resume: bool,
 }
@@ -203,7 +203,7 @@ pub enum Stress {
     Walls(StressCases),
 }
 
-/// Which hard cases are run, and how they are reported.
+/// Selection of hard cases, and the form of their report.
 #[derive(Clone, Debug, Args)]
 pub struct StressCases {
     /// Only this case; may be repeated, or name several with commas between them.
@@ -223,7 +223,7 @@ pub struct StressCases {
 /// `stosszahl-trials stress ed`.
 #[derive(Clone, Debug, Args)]
 pub struct StressEd {
-    /// Which cases, and how.
+    /// Selection of cases, and the form of their report.
     #[command(flatten)]
     pub cases: StressCases,
     /// Collisions of the runs whose length can be set: crystals, elastic-run, one-huge [default: 5e3 to 2e6; 1e6 to 1e9

@@ -1,4 +1,4 @@
-//! What each command does.
+//! Execution of the commands.
 
 use std::io::{self, Write as _};
 use std::process::ExitCode;
@@ -7,7 +7,7 @@ use crate::arguments::{Arguments, Bench, Command, Stress, Validate};
 use crate::bench::Work;
 use crate::{Done, calibrate, docs, stress, validate};
 
-/// Says a line at once.
+/// Prints a line at once.
 pub(crate) fn say(text: &str) {
     let mut out = io::stdout();
     // A closed standard output ends nothing.
@@ -19,7 +19,7 @@ fn bench(work: &dyn Work, json: bool) -> Done {
     Ok(())
 }
 
-/// Does what the command line asks.
+/// Runs the command line, and returns its exit code.
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
         Command::Bench(Bench::Ed(work)) => bench(&work, work.json),

@@ -1,4 +1,4 @@
-//! What a trial finds.
+//! Findings of a trial.
 
 use std::any::Any;
 use std::io::Write;
@@ -10,7 +10,7 @@ use crate::{Done, Effort};
 /// Numbers, faults and rows of one trial.
 #[derive(Debug)]
 pub struct Findings {
-    /// How much work is put in.
+    /// Amount of work of the trial.
     pub effort: Effort,
     trial: &'static str,
     about: String,
@@ -20,11 +20,11 @@ pub struct Findings {
     rows: Vec<Row>,
 }
 
-/// Faults of one trial that are listed; more are counted.
+/// Most faults of one trial that are listed; more are only counted.
 const MOST_FAULTS: usize = 8;
 
 impl Findings {
-    /// None yet.
+    /// Creates empty findings.
     pub fn new(trial: &'static str, effort: Effort) -> Self {
         Self {
             effort,
@@ -37,7 +37,7 @@ impl Findings {
         }
     }
 
-    /// Says which of several gases the faults that follow are of.
+    /// Names the gas that the following faults are of.
     pub fn about(&mut self, what: impl Into<String>) {
         self.about = what.into();
     }
@@ -49,17 +49,17 @@ impl Findings {
         }
     }
 
-    /// Notes what was found.
+    /// Records a finding.
     pub fn found(&mut self, text: impl Into<String>) {
         self.found.push(text.into());
     }
 
-    /// Notes what was found of the present gas.
+    /// Records a finding about the current gas.
     pub fn found_of_it(&mut self, text: &str) {
         self.found.push(self.of_it(text));
     }
 
-    /// Notes a claim, and says it at once.
+    /// Records a claim, and prints it at once.
     pub fn add(&mut self, row: Row) {
         if let Some(say) = self.effort.say {
             say(&row.line());
@@ -67,12 +67,12 @@ impl Findings {
         self.rows.push(row);
     }
 
-    /// The claims so far.
+    /// Returns the claims so far.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// Notes what does not hold.
+    /// Records a fault.
     pub fn fault(&mut self, text: impl AsRef<str>) {
         if self.faults.len() < MOST_FAULTS {
             self.faults.push(self.of_it(text.as_ref()));
@@ -81,14 +81,15 @@ impl Findings {
         }
     }
 
-    /// Notes a fault unless a size is at most its bound; a size that is no number is a fault.
+    /// Records a fault unless a size is at most its bound; NaN is a fault.
     pub fn at_most(&mut self, what: &str, size: f64, bound: f64) {
         // Written so that NaN fails.
         let holds = size <= bound;
         must!(self, holds; "{what}: {size:.3e}, allowed {bound:.3e}");
     }
 
-    /// Does one of several things that a trial tries; a panic in it is a fault and ends only this one.
+    /// Runs one of several attempts of a trial; a panic in it is a fault and ends only this
+    /// attempt.
     pub fn guard(&mut self, attempt: impl FnOnce(&mut Self) -> Done) {
         match catch_unwind(AssertUnwindSafe(|| attempt(self))) {
             Ok(Ok(())) => {}
@@ -97,7 +98,7 @@ impl Findings {
         }
     }
 
-    /// Tells how far long work is.
+    /// Shows the progress of long work.
     pub fn progress(&self, share: f64, detail: &str) {
         if self.effort.tell {
             let (trial, share) = (self.trial, 100.0 * share);
@@ -106,7 +107,7 @@ impl Findings {
         }
     }
 
-    /// What was found, faults and rows.
+    /// Returns the findings, faults and rows.
     pub(crate) fn into_parts(mut self) -> (Vec<String>, Vec<String>, Vec<Row>) {
         if self.hidden > 0 {
             self.faults.push(format!("and {} more", self.hidden));
@@ -115,7 +116,7 @@ impl Findings {
     }
 }
 
-/// The message of a panic.
+/// Returns the message of a panic.
 pub(crate) fn said(panic: Box<dyn Any + Send>) -> String {
     match panic.downcast::<String>() {
         Ok(text) => *text,

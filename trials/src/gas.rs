@@ -1,4 +1,4 @@
-//! How gases are made: scenes, boxes, starts, engines.
+//! Gases of the trials: scenes, boxes, starts, engines.
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
@@ -14,7 +14,8 @@ use stosszahl_model::{
 
 use crate::Trouble;
 
-/// Smooth particles in free flight, with the law that programs have: trials are of the engines that users run.
+/// Smooth particles in free flight, with the law that programs have: trials test the engines that
+/// users run.
 pub type Particles<S, Z = Monodisperse> = Scene<S, Smooth, Law, Z, Free>;
 /// Smooth equal disks of diameter and mass one.
 pub type Disks = Particles<Plane>;
@@ -23,13 +24,13 @@ pub type Mixture = Particles<Plane, Polydisperse>;
 /// Spheres of several species.
 pub type Spheres = Particles<Volume, Species>;
 
-/// Diameter and mass one.
+/// Sizes of unit disks: diameter and mass one.
 pub const UNIT: Monodisperse = Monodisperse {
     radius: 0.5,
     mass: 1.0,
 };
 
-/// What a Monte Carlo scheme is given unless a trial says otherwise.
+/// Parameters of a Monte Carlo scheme unless a trial sets others.
 pub const PLAIN: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
     displacement: Displacement::None,
@@ -40,7 +41,7 @@ pub const PLAIN: Parameters = Parameters {
     largest_contact_value: 10.0,
 };
 
-/// A scene of smooth particles in free flight.
+/// Creates a scene of smooth particles in free flight.
 pub(crate) fn particles<S: Space, Z: Sizes>(
     restitution: impl Into<Law>,
     sizes: Z,
@@ -54,12 +55,12 @@ pub(crate) fn particles<S: Space, Z: Sizes>(
     }
 }
 
-/// A coefficient of restitution.
+/// Creates a law with a coefficient of restitution.
 pub(crate) fn law(restitution: f64) -> Result<Law, Trouble> {
     Ok(Constant::new(restitution)?.into())
 }
 
-/// Unit disks with a restitution.
+/// Creates unit disks with a restitution.
 ///
 /// # Errors
 /// As `law`.
@@ -67,12 +68,12 @@ pub fn disks(restitution: f64) -> Result<Disks, Trouble> {
     Ok(particles(law(restitution)?, UNIT))
 }
 
-/// Disks of different sizes, (radius, mass) each.
+/// Creates disks of different sizes, (radius, mass) each.
 pub(crate) fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<Mixture, Trouble> {
     Ok(particles(law(restitution)?, Polydisperse::new(sizes)?))
 }
 
-/// Spheres of species, (diameter, mass, number) each.
+/// Creates spheres of species, (diameter, mass, number) each.
 pub(crate) fn spheres(kinds: &[(f64, f64, usize)], restitution: f64) -> Result<Spheres, Trouble> {
     let kinds = kinds.iter().map(|&(diameter, mass, count)| Kind {
         radius: 0.5 * diameter,
@@ -83,18 +84,18 @@ pub(crate) fn spheres(kinds: &[(f64, f64, usize)], restitution: f64) -> Result<S
     Ok(particles(law(restitution)?, species))
 }
 
-/// A periodic box.
+/// Creates a periodic box.
 pub(crate) fn domain(width: f64, height: f64) -> Result<Domain<Plane>, Trouble> {
     Ok(Domain::periodic(vector![width, height])?)
 }
 
-/// The square box in which a number of unit disks has a packing fraction.
+/// Creates the square box in which `count` unit disks have a packing fraction.
 pub(crate) fn square(count: usize, packing: f64) -> Result<Domain<Plane>, Trouble> {
     let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
     domain(side, side)
 }
 
-/// Bodies without spin of a state at time zero.
+/// Creates a state of particles without spin at time zero.
 pub(crate) fn state<P: Physics>(
     domain: Domain<P::Space>,
     bodies: impl IntoIterator<Item = (VectorOf<P>, VectorOf<P>)>,
@@ -109,7 +110,7 @@ pub(crate) fn state<P: Physics>(
     }
 }
 
-/// Unit disks as the common interface of all engines has them.
+/// Converts unit disks to the common interface of all engines.
 pub(crate) fn particles_of(state: &State<Disks>) -> stosszahl_model::Particles {
     let particle = |body: &Body<Disks>| Particle {
         position: body.position.spatial(),
@@ -125,7 +126,8 @@ pub(crate) fn particles_of(state: &State<Disks>) -> stosszahl_model::Particles {
     }
 }
 
-/// Bodies at these places with Maxwellian velocities: temperature one, no momentum.
+/// Creates a state of particles at these positions with Maxwellian velocities: temperature one, no
+/// momentum.
 pub(crate) fn warm<P: Physics>(
     scene: &P,
     domain: Domain<P::Space>,
@@ -139,12 +141,12 @@ pub(crate) fn warm<P: Physics>(
     state
 }
 
-/// The random numbers of a trial.
+/// Creates the random numbers of a trial.
 pub(crate) fn random(seed: u64) -> Stream {
     Streams::new(seed, 0).at(Purpose::Placement, [0, 0])
 }
 
-/// Positions uniform in a rectangle, whether they overlap or not.
+/// Draws positions uniform in a rectangle, overlapping or not.
 pub(crate) fn scattered(
     count: usize,
     low: [f64; 2],
@@ -155,8 +157,8 @@ pub(crate) fn scattered(
     (0..count).map(|_| vector![place(0), place(1)]).collect()
 }
 
-/// Positions without overlap by trial, one disk after another in the order of their sizes; `None` if one finds no place
-/// in a number of attempts. Cost N^2.
+/// Draws positions without overlap by trial, one disk after another in the order of their sizes;
+/// `None` if one finds no place in a number of attempts. Cost N^2.
 pub(crate) fn place_by_trial<Z: Sizes>(
     sizes: &Z,
     count: usize,
@@ -181,7 +183,8 @@ pub(crate) fn place_by_trial<Z: Sizes>(
     Some(positions)
 }
 
-/// A Maxwellian gas of unit disks at temperature one, `aspect` the height over width of its box.
+/// Creates a Maxwellian gas of unit disks at temperature one, `aspect` being the height over width
+/// of its box.
 pub(crate) fn fluid(
     arrangement: Arrangement,
     disks: usize,
@@ -199,7 +202,7 @@ pub(crate) fn fluid(
     Ok(warm(&scene, domain, placed.positions, seed))
 }
 
-/// A disordered gas in a square box.
+/// Creates a disordered gas in a square box.
 ///
 /// # Errors
 /// As `fluid`.
@@ -207,7 +210,8 @@ pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<Disks>,
     fluid(Arrangement::Disordered, disks, packing, 1.0, seed)
 }
 
-/// A gas after a number of elastic collisions of each disk under exact dynamics, time zero.
+/// Returns a gas after a number of elastic collisions of each disk under exact dynamics, at time
+/// zero.
 pub(crate) fn relaxed(start: State<Disks>, collisions_each: f64) -> Result<State<Disks>, Trouble> {
     let collisions = (0.5 * collisions_each * start.bodies.len() as f64).ceil() as u64;
     let mut engine = Engine::<Disks>::new(disks(1.0)?, Dissipation::Elastic, start)?;
@@ -217,7 +221,8 @@ pub(crate) fn relaxed(start: State<Disks>, collisions_each: f64) -> Result<State
     Ok(state)
 }
 
-/// A gas without positions that bounces, in a volume, with a number of particles; each species at a temperature.
+/// Creates a gas without positions, with a number of particles in a volume and a temperature for
+/// each species.
 pub(crate) fn without_positions<P: Grains, S: Selection<P>>(
     scene: P,
     contact: Contact,

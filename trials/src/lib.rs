@@ -1,5 +1,6 @@
-//! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed (`bench`); and of the judge, whether
-//! verdicts ring as often as they say ([`calibrate`]); and the command that makes results in the documentation ([`docs`]).
+//! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed
+//! (`bench`). Also the test of the false-alarm rate of verdicts ([`calibrate`]), and the command
+//! that makes results in the documentation ([`docs`]).
 //!
 //! They stand on the public interface of the engines, as any other program would, and no user's program contains them.
 //! A [`Trial`] is a row in a table: its name, what is tried, what must hold, and a function that finds out. All
@@ -25,5 +26,5 @@ pub use findings::Findings;
 pub use trial::{Effort, Report, Trial};
 pub use trouble::Trouble;
 
-/// What a trial returns: nothing, or what kept it from being tried.
+/// Result of a trial: an error if it could not be run.
 pub type Done = Result<(), Trouble>;

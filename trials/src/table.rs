@@ -7,7 +7,7 @@ use stosszahl_analysis::statistics::Estimate;
 
 use crate::Trouble;
 
-/// What a row says.
+/// Verdict of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -22,7 +22,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// As in the table.
+    /// Returns the word for the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -33,44 +33,44 @@ impl Verdict {
     }
 }
 
-/// One line of the table.
+/// One row of the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Where it stands.
+    /// Part, scheme and setting of the row.
     pub place: Place,
-    /// What was measured, with its unit.
+    /// Measured quantity, with its unit.
     pub quantity: String,
-    /// What theory or the other engine says.
+    /// Expected value, from theory or the other engine.
     pub expected: f64,
-    /// What was found.
+    /// Value found.
     pub found: f64,
-    /// Standard error of what was found (and of what was expected, where that was measured too).
+    /// Standard error of the value found (and of the expected value, where that was measured too).
     pub standard_error: f64,
-    /// How far from the expected it may be; none if nothing is claimed.
+    /// Largest deviation from the expected value; `None` if nothing is claimed.
     pub tolerance: Option<f64>,
-    /// Verdict.
+    /// Verdict of the row.
     pub verdict: Verdict,
 }
 
-/// Where a row stands.
+/// Part, scheme and setting of a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
     /// Part of the validation.
     pub part: &'static str,
-    /// Scheme.
+    /// Name of the scheme.
     pub scheme: String,
-    /// Resolution.
+    /// Resolution of the scheme.
     pub setting: String,
     /// Packing fraction.
     pub packing: f64,
     /// CPU time of the runs behind its rows, which may share them \[s\].
     pub seconds: f64,
-    /// Whether it belongs to the default scheme.
+    /// True if the row belongs to the default scheme.
     pub default: bool,
 }
 
 impl Place {
-    /// The place of claims that must hold.
+    /// Creates the place of claims that must hold.
     pub fn new(
         part: &'static str,
         scheme: impl Into<String>,
@@ -88,7 +88,7 @@ impl Place {
         }
     }
 
-    /// The same for what need not hold unless it is the default.
+    /// Returns this place for claims that must hold only if `default` is true.
     #[must_use]
     pub fn of(self, default: bool) -> Self {
         Self { default, ..self }
@@ -98,7 +98,7 @@ impl Place {
         (self.part, &self.scheme, &self.setting, self.packing)
     }
 
-    /// A line about a quantity without a statistical error.
+    /// Creates a row about a quantity without a statistical error.
     pub fn exact(
         &self,
         quantity: impl Into<String>,
@@ -109,7 +109,7 @@ impl Place {
         self.row(quantity, expected, estimate(found, 0.0), Some(tolerance))
     }
 
-    /// A line about a quantity; `tolerance` is absolute, and none if nothing is claimed.
+    /// Creates a row about a quantity; `tolerance` is absolute, and `None` if nothing is claimed.
     pub fn row(
         &self,
         quantity: impl Into<String>,
@@ -130,8 +130,8 @@ impl Place {
     }
 }
 
-/// Standard errors by which a value beyond its tolerance must be beyond it to be called wrong (false alarm 0.1 % each
-/// where it is exactly at its tolerance).
+/// Number of standard errors by which a value must be beyond its tolerance to be called wrong
+/// (false alarm 0.1 % each where it is exactly at its tolerance).
 const SURE: f64 = 3.09;
 
 fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> Verdict {
@@ -149,11 +149,12 @@ fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> Ver
     }
 }
 
-/// The columns of the table as comma-separated values.
+/// Columns of the table as comma-separated values.
 const COLUMNS: &str = "part,scheme,setting,packing,quantity,expected,found,standard_error,tolerance,verdict,seconds,default";
 
 impl Row {
-    /// Tolerance, expected, found and its error as text: in powers of ten where four decimals show nothing.
+    /// Formats tolerance, expected value, found value and its error: in powers of ten where four
+    /// decimals show nothing.
     fn numbers(&self) -> [String; 4] {
         let small = self.tolerance.is_some_and(|tolerance| tolerance < 1e-6);
         let show = |value: f64| {
@@ -172,7 +173,7 @@ impl Row {
         ]
     }
 
-    /// One line of text for the terminal.
+    /// Formats one line for the terminal.
     pub fn line(&self) -> String {
         let [within, expected, found, error] = self.numbers();
         let within = self
@@ -186,7 +187,7 @@ impl Row {
         )
     }
 
-    /// Whether more gases would hardly change the verdict.
+    /// Returns true if more gases would hardly change the verdict.
     pub fn is_decided(&self) -> bool {
         let Some(tolerance) = self.tolerance else {
             return true;
@@ -196,7 +197,7 @@ impl Row {
     }
 }
 
-/// A value and its standard error.
+/// Creates an estimate from a value and its standard error.
 pub fn estimate(value: f64, standard_error: f64) -> Estimate {
     Estimate {
         value,
@@ -205,7 +206,7 @@ pub fn estimate(value: f64, standard_error: f64) -> Estimate {
     }
 }
 
-/// The mean of something over replicas, with its standard error.
+/// Mean of values over replicas, with its standard error.
 ///
 /// # Errors
 /// [`Trouble`] if there is nothing to average.
@@ -214,7 +215,7 @@ pub fn mean(values: impl IntoIterator<Item = f64>) -> Result<Estimate, Trouble> 
     Estimate::over_replicas(&values).ok_or_else(|| Trouble::failed("no replicas"))
 }
 
-/// A ratio of two measured ones: their relative errors add in squares.
+/// Ratio of two measured numbers: their relative errors add in squares.
 pub fn against(found: Estimate, other: Estimate) -> Estimate {
     let errors = found.standard_error.zip(other.standard_error);
     let value = found.value / other.value;
@@ -226,7 +227,7 @@ pub fn against(found: Estimate, other: Estimate) -> Estimate {
     }
 }
 
-/// The same in units of something known.
+/// Divides an estimate by an exact number.
 pub fn over(found: Estimate, unit: f64) -> Estimate {
     Estimate {
         value: found.value / unit,
@@ -235,7 +236,7 @@ pub fn over(found: Estimate, unit: f64) -> Estimate {
     }
 }
 
-/// The table in Markdown.
+/// Formats the table in Markdown.
 pub fn markdown(rows: &[Row]) -> String {
     let mut text = String::from(
         "| part | scheme | setting | packing | quantity | expected | within | found | verdict | CPU s |\n\
@@ -256,7 +257,7 @@ pub fn markdown(rows: &[Row]) -> String {
     text
 }
 
-/// The table as comma-separated values.
+/// Formats the table as comma-separated values.
 pub(crate) fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::WriterBuilder::new()
         .has_headers(false)

@@ -1,4 +1,4 @@
-//! What three disks alone do: the first order in density of what Enskog's theory leaves out.
+//! Corrections to Enskog's theory of first order in density, by the dynamics of three disks.
 //!
 //! Two disks that have just met stand in each other's way. Those that would have met one of them from behind cannot, or meet the other
 //! first, and send it back to its partner. To first order in density this is a matter of three disks, the third being anywhere it does
@@ -44,19 +44,20 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Speed over sqrt(T/m) with which a third disk comes from the edge of the region that is looked at. Faster ones are below 1e-5 of all.
+/// Speed over sqrt(T/m) with which a third disk comes from the edge of the sampled region. Faster
+/// ones are below 1e-5 of all.
 const FASTEST: f64 = 5.0;
 
-/// A first order in density, found by Monte Carlo.
+/// First-order coefficient in density, found by Monte Carlo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
-    /// Over the packing fraction.
+    /// Value over the packing fraction.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error of the value.
     pub standard_error: f64,
 }
 
-/// A disk on its way.
+/// Disk in flight.
 #[derive(Clone, Copy)]
 struct Disk {
     place: Vector2<f64>,
@@ -83,7 +84,7 @@ impl Disk {
     }
 }
 
-/// When two disks touch, if they do.
+/// Returns the time at which two disks touch, if they do.
 fn contact(a: &Disk, b: &Disk) -> Option<f64> {
     let (line, relative) = (a.place - b.place, a.velocity - b.velocity);
     let approach = line.dot(&relative);
@@ -93,29 +94,30 @@ fn contact(a: &Disk, b: &Disk) -> Option<f64> {
     (approach < 0.0 && root > 0.0).then(|| (apart / (root.sqrt() - approach)).max(0.0))
 }
 
-/// A collision.
+/// Collision of two of the three disks.
 #[derive(Clone, Copy)]
 struct Meeting {
     time: f64,
-    /// Normal relative speed before.
+    /// Normal relative speed before the collision.
     normal: f64,
     /// Impact parameter over the diameter.
     impact: f64,
 }
 
 impl Meeting {
-    /// Momentum that it carries over half of the distance of the centres, without losses.
+    /// Momentum that the collision carries over half of the distance of the centres, without
+    /// losses.
     fn transfer(&self) -> f64 {
         0.5 * self.normal
     }
 
-    /// Its part of the slope of P(b/d).
+    /// Contribution to the slope of P(b/d).
     fn slope(&self) -> f64 {
         12.0 * (self.impact - 0.5)
     }
 }
 
-/// Lets two disks that touch collide.
+/// Collides two disks that touch.
 fn collide(a: &mut Disk, b: &mut Disk, restitution: f64, time: f64) -> Meeting {
     let line = (a.place - b.place).normalize();
     let relative = a.velocity - b.velocity;
@@ -152,7 +154,8 @@ impl Pair {
     }
 }
 
-/// Two disks about to meet, with chances in proportion to their normal speed and Maxwellian velocities besides.
+/// Draws two disks about to meet, with chances in proportion to their normal speed and Maxwellian
+/// velocities besides.
 fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
     let speed = 2.0 * (-(1.0 - stream.random::<f64>()).ln()).sqrt();
     let across: f64 = stream.sample::<f64, _>(StandardNormal) * SQRT_2;
@@ -163,7 +166,7 @@ fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
     })
 }
 
-/// A third disk within a reach, uniform in its distance, with its weight.
+/// Draws a third disk within a reach, uniform in its distance, with its weight.
 fn third(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
     let (share, angle): (f64, f64) = (stream.random(), TAU * stream.random::<f64>());
     let disk = Disk {
@@ -173,7 +176,7 @@ fn third(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
     (disk, 2.0 * share * PI * reach * reach)
 }
 
-/// All later collisions of a pair that has just met and a third disk, up to a time.
+/// Returns all later collisions of a pair that has just met and a third disk, up to a time.
 fn follow(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting> {
     let mut meetings = Vec::new();
     if pair.after.iter().any(|disk| disk.overlaps(&third)) {
@@ -199,7 +202,7 @@ fn follow(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting
     }
 }
 
-/// The collisions of the third disk with one of a pair, the other being away, up to a time.
+/// Returns the collisions of the third disk with one of a pair, the other being away, up to a time.
 fn alone(pair: &Pair, third: Disk, until: f64) -> impl Iterator<Item = Meeting> {
     let clear = pair
         .after
@@ -247,7 +250,8 @@ impl Sums {
     }
 }
 
-/// `zeta(t)/zeta_E - 1` over the packing fraction at rising lags \[d sqrt(m/T)\], from so many third disks that are drawn.
+/// Computes `zeta(t)/zeta_E - 1` over the packing fraction at rising lags \[d sqrt(m/T)\], from
+/// `samples` random third disks.
 pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<Order> {
     let until = lags.last().copied().unwrap_or(0.0);
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -276,8 +280,9 @@ pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<Order> {
     sums.orders(8.0 / PI)
 }
 
-/// The slope of P(b/d) in the collisions up to a time \[d sqrt(m/T)\] after elastic equilibrium, over the packing fraction: without losses, where
-/// it is nothing, and with each restitution less that, from the same disks.
+/// Computes the slope of P(b/d) in the collisions up to a time \[d sqrt(m/T)\] after elastic
+/// equilibrium, over the packing fraction. The first value is without losses, where theory gives
+/// zero; the others are those of each restitution less the first, from the same disks.
 pub fn onset(restitutions: &[f64], until: f64, samples: u64, seed: u64) -> (Order, Vec<Order>) {
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let (mut elastic, mut others) = (Sums::new(1), Sums::new(restitutions.len()));
@@ -352,7 +357,7 @@ mod tests {
         assert!(found >= 294, "{found} of {all} agree");
     }
 
-    /// Pairs that meet have <q²> = 1 and uniform impact parameters, and keep their momentum.
+    /// Pairs that meet have <q²> = 1 and uniform impact parameters, and conserve their momentum.
     #[test]
     fn pairs_are_those_of_chaos() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(2);
@@ -371,8 +376,9 @@ mod tests {
         assert!(slope.abs() < 4.4 * 0.017, "{slope}");
     }
 
-    /// Equilibrium is chaos, though each part of the sum is not: without losses the slope is nothing, within z = 4.4 errors. With losses grazing
-    /// collisions are in excess. Disks in each other's way lower the bulk viscosity.
+    /// Equilibrium is chaos, though each part of the sum is not: without losses the slope is zero,
+    /// within z = 4.4 errors. With losses grazing collisions are in excess. Disks in each other's
+    /// way lower the bulk viscosity.
     #[test]
     fn equilibrium_is_chaos_and_losses_are_not() {
         let (elastic, lossy) = onset(&[0.8, 0.5], 1.0, 400_000, 3);

@@ -1,4 +1,4 @@
-//! One notion of a trial, and the one loop that runs them.
+//! Definition of a trial, and the loop that runs trials.
 
 use std::fmt;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -12,7 +12,7 @@ use crate::table::Row;
 use crate::validate::schemes::Method;
 use crate::{Done, Findings, Trouble};
 
-/// Notes a fault, in words, unless something holds.
+/// Records a fault, in words, unless a condition holds.
 macro_rules! must {
     ($findings:expr, $holds:expr; $($text:tt)+) => {
         let holds: bool = $holds;
@@ -23,7 +23,7 @@ macro_rules! must {
     };
 }
 
-/// Notes what was found.
+/// Records a finding.
 macro_rules! found {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
@@ -31,7 +31,7 @@ macro_rules! found {
     };
 }
 
-/// Notes what was found of the present gas.
+/// Records a finding about the current gas.
 macro_rules! found_of_it {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
@@ -39,7 +39,7 @@ macro_rules! found_of_it {
     };
 }
 
-/// Says which of several gases is tried.
+/// Names the gas that is tried.
 macro_rules! about {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
@@ -59,39 +59,39 @@ macro_rules! trials {
     };
 }
 
-/// How much work is put into trials, and what becomes of it meanwhile.
+/// Amount of work of trials, and the report of its progress.
 #[derive(Clone, Debug, Default)]
 pub struct Effort {
-    /// A minute instead of an hour: few and small gases.
+    /// True for a minute instead of an hour: few and small gases.
     pub quick: bool,
-    /// Hours instead of seconds.
+    /// True for hours instead of seconds.
     pub long: bool,
     /// Collisions of the runs whose length can be set; otherwise each trial has its own number.
     pub collisions: Option<u64>,
-    /// Schemes that are validated.
+    /// Schemes to validate.
     pub methods: Vec<Method>,
-    /// Whether progress is shown on standard error.
+    /// True if progress is shown on standard error.
     pub tell: bool,
-    /// What is done with the line of each claim.
+    /// Function that receives the line of each claim.
     pub say: Option<fn(&str)>,
 }
 
-/// A trial.
+/// Row of a table of trials: name, description, and the function that is run.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial {
-    /// Its name on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// What is tried or asked.
+    /// Description of the work.
     pub tried: &'static str,
-    /// What must hold.
+    /// Conditions that must hold.
     pub required: &'static str,
     body: fn(&mut Findings) -> Done,
     limit: Duration,
 }
 
-/// Seconds after which a short trial counts as one that does not end: far above what any of them takes.
+/// Time limit of a short trial, far above the time of any: beyond it, the trial counts as endless.
 const LIMIT: Duration = Duration::from_mins(2);
-/// For trials that take what they take \[s\].
+/// Time limit of trials without a limit \[s\].
 pub(crate) const ENDLESS: u64 = u64::MAX;
 
 impl Trial {
@@ -110,7 +110,7 @@ impl Trial {
         }
     }
 
-    /// The same trial with a limit of its own \[s\].
+    /// Returns this trial with another time limit \[s\].
     pub(crate) const fn within(mut self, seconds: u64) -> Self {
         self.limit = Duration::from_secs(seconds);
         self
@@ -166,7 +166,7 @@ impl Trial {
     }
 }
 
-/// Those that are asked for by name; all if none is.
+/// Returns the items that are asked for by name; all if no name is given.
 pub(crate) fn chosen<T: Copy>(
     all: &[T],
     name: impl Fn(&T) -> &'static str,
@@ -186,18 +186,18 @@ pub(crate) fn chosen<T: Copy>(
     wanted.iter().map(named).collect()
 }
 
-/// What came of a trial.
+/// Outcome of a trial.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// Name of the trial.
     pub name: &'static str,
-    /// What was tried.
+    /// Description of the work.
     pub tried: &'static str,
-    /// What must hold.
+    /// Conditions that must hold.
     pub required: &'static str,
-    /// What was found, in numbers.
+    /// Findings, in numbers.
     pub found: Vec<String>,
-    /// What does not hold; empty if the trial passed.
+    /// Conditions that do not hold; empty if the trial passed.
     pub faults: Vec<String>,
     /// Wall time \[s\].
     pub seconds: f64,
@@ -207,7 +207,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Whether all that must hold held.
+    /// Returns true if all conditions held.
     pub fn passed(&self) -> bool {
         self.faults.is_empty()
     }

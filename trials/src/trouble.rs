@@ -1,4 +1,4 @@
-//! What keeps a trial from being tried, and a command from succeeding.
+//! Errors of trials that cannot be run, and of commands that fail.
 
 use std::error::Error;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use stosszahl_dsmc::homogeneous::GasError;
 use stosszahl_model::{Invalid, initial::PlacementError};
 
-/// Why something could not be tried, or a command does not succeed: any error, or a text.
+/// Reason why a trial could not be run, or a command fails: any error, or a text.
 #[derive(Debug)]
 pub struct Trouble {
     source: Box<dyn Error + Send + Sync>,
@@ -14,24 +14,24 @@ pub struct Trouble {
 }
 
 impl Trouble {
-    /// The input was refused: what was found, and what is allowed.
+    /// Creates the error of refused input, which says what was found and what is allowed.
     pub fn refused(text: impl Into<String>) -> Self {
         let (source, refused) = (text.into().into(), true);
         Self { source, refused }
     }
 
-    /// Something does not hold, or could not be done.
+    /// Creates the error of a condition that does not hold, or of work that could not be done.
     pub fn failed(text: impl Into<String>) -> Self {
         let (source, refused) = (text.into().into(), false);
         Self { source, refused }
     }
 
-    /// The error, if it is of this type.
+    /// Returns the error, if it is of this type.
     pub fn downcast_ref<E: Error + 'static>(&self) -> Option<&E> {
         self.source.downcast_ref()
     }
 
-    /// 2: the input was refused; 1: something failed.
+    /// Exit code of the program: 2 for refused input, 1 for a failure.
     pub(crate) fn exit_code(&self) -> u8 {
         if self.refused { 2 } else { 1 }
     }

@@ -54,7 +54,7 @@ pub enum BenchStart {
 }
 
 impl BenchEd {
-    /// The equilibrated gas.
+    /// Returns the equilibrated gas.
     fn start(&self) -> Result<State<Disks>, Trouble> {
         let (packing, each) = (self.packing_fraction, self.equilibrate);
         let good = packing > 0.0 && packing <= kinetic::CLOSE_PACKING;
@@ -87,7 +87,8 @@ impl BenchEd {
 }
 
 impl Work for BenchEd {
-    /// Times the next collisions, or those until a time in units of `t_0` after the start; making the engine is included.
+    /// Times the next collisions, or the collisions until a time in units of `t_0` after the start;
+    /// the time to make the engine is included.
     fn measure(&self) -> Result<Speed, Trouble> {
         let (scene, start) = (disks(self.restitution)?, self.start()?);
         let Some(rate) = self.shear_rate else {

@@ -52,7 +52,7 @@ pub enum Pick {
 pub enum Counts {
     /// Down.
     Down,
-    /// To the nearest.
+    /// To the nearest whole number.
     Nearest,
 }
 

@@ -15,12 +15,12 @@ pub use event_driven::BenchEd;
 pub use mixture::{BenchMixture, Counts, Pick};
 pub use monte_carlo::BenchDsmc;
 
-/// What was measured: numbers by the names that scripts rely on.
+/// Measured numbers, by the names that scripts rely on.
 #[derive(Clone, Debug)]
 pub(crate) struct Speed(pub Vec<(&'static str, Value)>);
 
 impl Speed {
-    /// One of the numbers; NaN if there is none of this name.
+    /// Returns one of the numbers; NaN if there is none of this name.
     pub fn number(&self, name: &str) -> f64 {
         let found = self.0.iter().find(|(key, _)| *key == name);
         found
@@ -28,7 +28,8 @@ impl Speed {
             .unwrap_or(f64::NAN)
     }
 
-    /// In the order in which the numbers are listed: one JSON object, or a line for each.
+    /// Formats the numbers in the order in which they are listed: one JSON object, or a line for
+    /// each.
     pub fn text(&self, json: bool) -> String {
         let values = self.0.iter();
         if json {
@@ -54,7 +55,7 @@ pub(crate) trait Work {
     fn measure(&self) -> Result<Speed, Trouble>;
 }
 
-/// Does something; its wall and CPU seconds.
+/// Runs some work; returns its result, and its wall and CPU seconds.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64, f64) {
     let (began, cpu) = (Instant::now(), ProcessTime::now());
     let done = work();

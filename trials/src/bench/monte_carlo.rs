@@ -64,7 +64,7 @@ impl Work for BenchDsmc {
 
 impl BenchDsmc {
     fn measure_in<S: Space>(&self) -> Result<Speed, Trouble> {
-        /// Steps before timing: tiles get their room.
+        /// Steps before timing, in which tiles allocate their memory.
         const WARM_UP: u64 = 5;
         // With the mean free path l/phi, a cell holds phi (l/2 phi)^D over the volume of a particle.
         let path = S::mean_free_path(1.0, 1.0);
@@ -118,7 +118,7 @@ impl BenchDsmc {
     }
 }
 
-/// An ideal gas at temperature one in a box with the given side.
+/// Creates an ideal gas at temperature one in a box with the given side.
 fn start<S: Space>(
     count: usize,
     side: f64,

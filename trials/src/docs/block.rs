@@ -1,26 +1,26 @@
-//! Blocks of Markdown: found, read and replaced.
+//! Blocks of Markdown: search, reading and replacement.
 
-/// What the first line of a block says.
+/// Content of the first line of a block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {
     /// Name of the entry.
     pub name: String,
-    /// The commit that the runs are of.
+    /// Commit of the runs.
     pub commit: String,
-    /// Its day.
+    /// Day of the commit.
     pub date: String,
     /// Statistics version of each engine that the block rests on.
     pub statistics: Vec<(String, u32)>,
-    /// Cases whose results were typed in; none where a command makes the block.
+    /// Cases whose results were typed in; `None` where a command makes the block.
     pub typed: Option<String>,
 }
 
-/// A block as it stands in a file.
+/// Block of a page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// Its first line.
+    /// First line of the block.
     pub head: Head,
-    /// What stands between the first and the last line.
+    /// Text between the first and the last line.
     pub text: String,
 }
 
@@ -39,7 +39,7 @@ impl Head {
         format!("<!-- docs {name}: commit {commit}, date {date}, statistics{versions}{typed} -->")
     }
 
-    /// The block, from its first line to its last.
+    /// Formats the block, from its first line to its last.
     pub(crate) fn around(&self, made: &str) -> String {
         let (line, made, name) = (self.line(), made.trim(), &self.name);
         format!("{line}\n\n{made}\n\n<!-- end of {name} -->")
@@ -74,7 +74,7 @@ impl Head {
     }
 }
 
-/// Names of all blocks of a page, in their order.
+/// Returns the names of all blocks of a page, in their order.
 pub fn names(page: &str) -> Vec<String> {
     let heads = page.split("<!-- docs ").skip(1);
     heads
@@ -82,12 +82,12 @@ pub fn names(page: &str) -> Vec<String> {
         .collect()
 }
 
-/// Whether a page has a block of this name that shows nothing yet.
+/// Returns true if a page has an empty block of this name.
 pub fn is_open(page: &str, name: &str) -> bool {
     place(page, name).is_some_and(|[_, inner, end, _]| page[inner..end].trim().is_empty())
 }
 
-/// What stands outside of all blocks and of all code.
+/// Returns the text outside of all blocks and of all code.
 pub fn outside(page: &str) -> String {
     let mut rest = page.to_owned();
     for name in names(page) {
@@ -99,7 +99,7 @@ pub fn outside(page: &str) -> String {
     fenced.collect()
 }
 
-/// Where a block begins, where its text begins and ends, and where it ends, in bytes.
+/// Returns the byte offsets of a block: its begin, begin and end of its text, and its end.
 fn place(text: &str, name: &str) -> Option<[usize; 4]> {
     let begin = text.find(&format!("<!-- docs {name}:"))?;
     let inner = begin + text[begin..].find('\n')? + 1;
@@ -108,7 +108,7 @@ fn place(text: &str, name: &str) -> Option<[usize; 4]> {
     Some([begin, inner, end, end + last.len()])
 }
 
-/// The block of a name; none where there is none, or its first line cannot be read.
+/// Returns the block of a name; `None` if there is none, or its first line cannot be read.
 pub fn find(text: &str, name: &str) -> Option<Block> {
     let [begin, inner, end, _] = place(text, name)?;
     Some(Block {
@@ -117,7 +117,7 @@ pub fn find(text: &str, name: &str) -> Option<Block> {
     })
 }
 
-/// A page with another block in place of the one of this name; none where there is none.
+/// Returns a page with another block in place of the one of this name; `None` if there is none.
 pub fn replace(text: &str, head: &Head, made: &str) -> Option<String> {
     let [begin, _, _, end] = place(text, &head.name)?;
     Some(format!(

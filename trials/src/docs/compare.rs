@@ -1,10 +1,11 @@
-//! Two texts number by number: numbers with an error within their errors, all else as it stands.
+//! Comparison of two texts number by number: numbers with an error within their errors, everything
+//! else literally.
 
-/// By how many standard errors two numbers may differ: a chance of 1e-5 that one of 1000 true ones does, by the normal
-/// distribution.
+/// Largest difference of two numbers in standard errors: the chance is 1e-5 that one of 1000 true
+/// pairs exceeds it, by the normal distribution.
 const Z: f64 = 5.7;
 
-/// A word of a text, or a number with its error.
+/// Word of a text, or number with its error.
 #[derive(Clone, Debug, PartialEq)]
 enum Token<'a> {
     Word(&'a str),
@@ -12,7 +13,7 @@ enum Token<'a> {
         text: String,
         value: f64,
         error: f64,
-        /// Half of the last digit.
+        /// Rounding error: half of the last digit.
         rounding: f64,
     },
 }
@@ -52,10 +53,10 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
     list
 }
 
-/// Where a text parts from another, in words; nothing if they agree.
+/// Lists the differences of two texts, in words; empty if they agree.
 ///
-/// `a ± b` agrees with `c ± d` within 5.7 standard errors of their difference and what rounding makes of it, if errors are alike within a
-/// factor of two. Everything else must be the same.
+/// `a ± b` agrees with `c ± d` within 5.7 standard errors of their difference and its rounding, if
+/// errors are alike within a factor of two. Everything else must be the same.
 pub fn differences(there: &str, here: &str) -> Vec<String> {
     let (old, new) = (tokens(there), tokens(here));
     if old.len() != new.len() {

@@ -1,4 +1,4 @@
-//! All blocks: where each stands, which case it runs, and how tables become text.
+//! All blocks: the page, the case and the text of each.
 
 use std::fmt::Write as _;
 use std::mem::take;
@@ -10,23 +10,23 @@ use super::results::{Key, Measured, Results};
 use super::{gases, map, papers};
 use crate::Trouble;
 
-/// A block, with or without files.
+/// Block of the documentation, with or without files.
 pub struct Entry {
-    /// Its name.
+    /// Name of the block.
     pub name: &'static str,
-    /// The page, from the root.
+    /// Path of the page from the root.
     pub file: &'static str,
-    /// What it runs.
+    /// Runs that the block rests on.
     pub source: Source,
-    /// The engines that its numbers are of.
+    /// Engines whose numbers the block shows.
     pub engines: &'static [Engine],
-    /// Whether a check makes it again, in some ten seconds.
+    /// True if `--check` makes the block again, in some ten seconds.
     pub is_cheap: bool,
-    /// The text of the block, and its files.
+    /// Function that makes the text and the files.
     pub make: Make,
 }
 
-/// What is run for an entry.
+/// Runs of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A bundled case.
@@ -36,7 +36,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// The folder of its results below `results/docs`.
+    /// Returns the folder of the results below `results/docs`.
     pub fn folder(self) -> &'static str {
         match self {
             Self::Case(name) => name,
@@ -45,12 +45,12 @@ impl Source {
     }
 }
 
-/// What an entry makes.
+/// Text and files of an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Made {
-    /// Markdown.
+    /// Text in Markdown.
     pub text: String,
-    /// Pictures and tables: their names from the root, and what is in them.
+    /// Pictures and tables: their paths from the root, and their content.
     pub files: Vec<(&'static str, String)>,
 }
 
@@ -63,12 +63,13 @@ impl From<String> for Made {
     }
 }
 
-/// The name of an engine in the first line of a block, and its statistics version now.
+/// Name of an engine in the first line of a block, and its current statistics version.
 pub type Engine = (&'static str, u32);
 
 const ED: Engine = ("ed", stosszahl_ed::STATISTICS_VERSION);
 const DSMC: Engine = ("dsmc", stosszahl_dsmc::STATISTICS_VERSION);
-/// What `contact-point` with many simulators for each disk has of its own.
+/// Statistics of `contact-point` with many simulators for each disk, which have a version of their
+/// own.
 const HALFWAY: Engine = ("dsmc-halfway", stosszahl_dsmc::HALFWAY_STATISTICS_VERSION);
 const HOMOGENEOUS: Engine = (
     "homogeneous",
@@ -80,7 +81,7 @@ pub(super) const VERSIONS: [Engine; 4] = [ED, DSMC, HALFWAY, HOMOGENEOUS];
 
 type Make = fn(&Results) -> Result<Made, Trouble>;
 
-/// A block that runs the bundled case of its name, and that a check does not make again.
+/// Creates a block that runs the bundled case of its name, and that a check does not make again.
 const fn entry(
     name: &'static str,
     file: &'static str,
@@ -97,14 +98,14 @@ const fn entry(
     }
 }
 
-/// Engines as they stand in the first line of a block.
+/// Returns the engines as they stand in the first line of a block.
 pub(super) fn versions(engines: &[Engine]) -> Vec<(String, u32)> {
     let named = |&(name, version): &Engine| (name.to_owned(), version);
     engines.iter().map(named).collect()
 }
 
 impl Entry {
-    /// The statistics versions of its engines now.
+    /// Returns the current statistics versions of the engines.
     pub fn statistics(&self) -> Vec<(String, u32)> {
         versions(self.engines)
     }
@@ -121,7 +122,7 @@ impl Entry {
 }
 
 const BOTH: &[Engine] = &[ED, DSMC];
-/// No paper asks for so many simulators.
+/// Engines of the papers, none of which asks for many simulators per disk.
 const ALL_BUT_HALFWAY: &[Engine] = &[ED, DSMC, HOMOGENEOUS];
 const EXACT: &[Engine] = &[ED];
 const WITHOUT_POSITIONS: &[Engine] = &[HOMOGENEOUS];
@@ -175,7 +176,7 @@ pub const ENTRIES: &[Entry] = &[
     entry("map-onset", map::PAGE, EXACT, map::onset),
 ];
 
-/// A table of Markdown.
+/// Formats a table of Markdown.
 pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut text = format!(
         "| {} |\n|{}\n",
@@ -190,7 +191,8 @@ pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     text
 }
 
-/// The energy of exact disks, and what it is over that of others, which have a name and words.
+/// Makes a table of the energy of exact disks, and its ratio to that of other engines, given as
+/// name and words.
 pub(super) fn against(
     results: &Results,
     times: &[f64],
@@ -259,7 +261,7 @@ const WINDOWS: [[f64; 2]; 5] = [
     [20.0, 100.0],
     [100.0, 400.0],
 ];
-/// Its engines, with words for them.
+/// Engines of the case of 1998, with words for them.
 const ENGINES: [(&str, &str); 3] = [
     ("ed", "ED"),
     ("dsmc-free-volume", "free volume"),
@@ -299,7 +301,7 @@ fn dissipation(results: &Results) -> Result<Made, Trouble> {
     Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES, false)?.into())
 }
 
-/// The figure of a table that shows a column, with the label of its horizontal axis.
+/// Creates the figure of a table that shows a column, with the label of its horizontal axis.
 fn figure_of(table: &Table, column: &str, x: &'static str) -> Result<Figure, Trouble> {
     let found = table.figures.iter().find(|one| one.y.column == column);
     let missing = || Trouble::failed(format!("{}: no figure of {column}", table.name));

@@ -4,11 +4,11 @@ use super::entries::{Made, against, of_window, table};
 use super::results::{Key, Results};
 use crate::Trouble;
 
-/// The scheme that has Enskog's rate and pressure, with words for it.
+/// Scheme that has Enskog's rate and pressure, with words for it.
 const CONTACT_POINT: [(&str, &str); 1] = [("dsmc-contact-point", "contact point")];
 const EXACT_AND_CONTACT_POINT: [(&str, &str); 2] = [("ed", "ED"), CONTACT_POINT[0]];
 
-/// Transport coefficients over Enskog's, by packing.
+/// Makes the block of transport coefficients over Enskog's, by packing.
 pub(super) fn transport(results: &Results) -> Result<Made, Trouble> {
     let coefficients = [
         "self_diffusion",
@@ -36,7 +36,8 @@ pub(super) fn transport(results: &Results) -> Result<Made, Trouble> {
     Ok(table(&header, &rows).into())
 }
 
-/// Slopes of P(b/d) of pairs near contact as they are and shuffled, and of slow and fast pairs at contact.
+/// Makes the block of slopes of P(b/d): of pairs near contact as they are and shuffled, and of slow
+/// and fast pairs at contact.
 pub(super) fn pairs(results: &Results) -> Result<Made, Trouble> {
     let windows = [[0.0, 1.0], [1.0, 10.0], [10.0, 40.0], [40.0, 100.0]];
     let quantities = [
@@ -59,7 +60,8 @@ pub(super) fn pairs(results: &Results) -> Result<Made, Trouble> {
     Ok(table(&header, &rows).into())
 }
 
-/// Energies of 10 000 exact disks and of 64 simulators for each, and what their cooling rates are made of.
+/// Makes the block of the energies of 10 000 exact disks and of 64 simulators for each, with the
+/// factors of their cooling rates.
 pub(super) fn broken_chaos(results: &Results) -> Result<Made, Trouble> {
     let times = [0.2, 0.4309, 0.9283, 2.0, 4.309, 9.283, 20.0];
     let energies = against(results, &times, &CONTACT_POINT)?;
@@ -68,7 +70,8 @@ pub(super) fn broken_chaos(results: &Results) -> Result<Made, Trouble> {
     Ok(format!("{}\n{factors}", energies.text).into())
 }
 
-/// Energies of the case of 1998 and of four simulators for each disk, and what their cooling rates are made of.
+/// Makes the block of the energies of the case of 1998 and of four simulators for each disk, with
+/// the factors of their cooling rates.
 pub(super) fn unbiased(results: &Results) -> Result<Made, Trouble> {
     let times = [0.1, 1.0, 2.154, 10.0, 21.54, 46.42, 100.0, 215.4, 400.0];
     let energies = against(results, &times, &CONTACT_POINT)?;
@@ -77,7 +80,8 @@ pub(super) fn unbiased(results: &Results) -> Result<Made, Trouble> {
     Ok(format!("{}\n{factors}", energies.text).into())
 }
 
-/// Factors of the cooling rates of engines in windows of time, with the slope of P(b/d) if that is asked for.
+/// Makes a table of the factors of the cooling rates of engines in windows of time, with the slope
+/// of P(b/d) if `slopes` is true.
 pub(super) fn factors(
     results: &Results,
     windows: &[[f64; 2]],
@@ -115,7 +119,8 @@ pub(super) fn factors(
     Ok(table(&header, &rows))
 }
 
-/// Energies of exact disks over those of the contact-point scheme from thin to dense, and the rate of the scheme.
+/// Makes the block of energies of exact disks over those of the contact-point scheme from dilute to
+/// dense, and the rate of the scheme.
 pub(super) fn ladder(results: &Results) -> Result<Made, Trouble> {
     let simulators = "engine.dsmc-contact-point.simulators_per_particle";
     let times = [1.077, 10.77, 23.21, 50.0];
@@ -153,7 +158,8 @@ pub(super) fn ladder(results: &Results) -> Result<Made, Trouble> {
     Ok(table(&header, &rows).into())
 }
 
-/// The verdicts of a run, or of each point of a sweep, in the words of the program.
+/// Makes the block of the verdicts of a run, or of each point of a sweep, in the words of the
+/// program.
 pub(super) fn verdicts(results: &Results) -> Result<Made, Trouble> {
     let mut rows = Vec::new();
     for point in results.points() {

@@ -1,4 +1,5 @@
-//! The map of broken chaos: how far exact disks part from molecular chaos, by packing and restitution.
+//! The map of broken chaos: deviation of exact disks from molecular chaos, by packing and
+//! restitution.
 //!
 //! In a box narrower than the critical length the gas stays uniform, and what is left is the correlation of few particles.
 //! Each point has two such boxes, so that what the box does is seen. The cooling rate is taken over that of chaos at the squared speed
@@ -18,7 +19,7 @@ use crate::three_disks;
 /// The page.
 pub(super) const PAGE: &str = "docs/map.md";
 
-/// What is known of one box: the rows of its windows.
+/// Results of one box: the rows of its windows.
 struct Gas<'a> {
     at: Place,
     disks: f64,
@@ -47,19 +48,20 @@ impl<'a> Gas<'a> {
         self.impacts[window].measured("slope")
     }
 
-    /// Cooling rate over chaos at the squared speed of pairs in the last window, over that of as many elastic disks.
+    /// Cooling rate over chaos at the squared speed of pairs in the last window, over that of the
+    /// same number of elastic disks.
     fn cooling(&self) -> Result<Measured, Trouble> {
         let unit = of_few(self.disks, self.at[0]);
         Ok(self.late("at_pair_speed")?.over(unit))
     }
 
-    /// A column of the last window.
+    /// Returns a column of the last window.
     fn late(&self, column: &str) -> Result<Measured, Trouble> {
         self.rates[self.rates.len() - 1].measured(column)
     }
 }
 
-/// The mean of two that measure the same, weighted by their errors.
+/// Mean of two measurements of one number, weighted by their errors.
 fn mean(a: Measured, b: Measured) -> Measured {
     let [wa, wb] = [a, b].map(|one| one.error.powi(-2));
     Measured {
@@ -70,10 +72,12 @@ fn mean(a: Measured, b: Measured) -> Measured {
 
 /// Collision rate of N elastic disks at a given squared speed of colliding pairs, over that of very many.
 ///
-/// Density does not fluctuate in a box of N disks, which lowers the pairs at contact by half the variance of the density times the
-/// second derivative of `n^2 chi`: `S(0)/(2 N) (phi^2 chi)''/chi` (Salacuse, Denton & Egelstaff, *Physical Review E* **53**, 2382 (1996),
-/// doi:10.1103/PhysRevE.53.2382). Velocities of N disks of fixed energy and momentum are a point on a sphere of `2 (N - 1)`
-/// dimensions, so that `<g>` is larger by `sqrt(N) Gamma(N - 1)/Gamma(N - 1/2)` and the squared speed of colliding pairs by `N/(N - 1/2)`.
+/// Density does not fluctuate in a box of N disks, which lowers the pairs at contact by half the
+/// variance of the density times the second derivative of `n^2 chi`: `S(0)/(2 N) (phi^2
+/// chi)''/chi`. (Salacuse, Denton & Egelstaff, *Physical Review E* **53**, 2382 (1996),
+/// doi:10.1103/PhysRevE.53.2382). Velocities of N disks of fixed energy and momentum are a point on
+/// a sphere of `2 (N - 1)` dimensions, so that `<g>` is larger by `sqrt(N) Gamma(N - 1)/Gamma(N -
+/// 1/2)` and the squared speed of colliding pairs by `N/(N - 1/2)`.
 fn of_few(disks: f64, packing: f64) -> f64 {
     let near = 1e-3;
     let [below, own, above] = [packing - near, packing, packing + near]
@@ -91,16 +95,16 @@ fn estimate(one: Measured) -> Estimate {
     Estimate::of(one.value, Some(one.error))
 }
 
-/// Packing and restitution of a point.
+/// Packing fraction and restitution of a point.
 type Place = [f64; 2];
 
-/// All boxes.
+/// Returns all boxes.
 fn gases(results: &Results) -> Result<Vec<Gas<'_>>, Trouble> {
     let points = results.points();
     points.map(|point| Gas::of(results, point)).collect()
 }
 
-/// A table of Markdown with a row for each restitution and a column for each packing.
+/// Formats a table of Markdown with a row for each restitution and a column for each packing.
 fn matrix(cells: &[(Place, Measured)]) -> String {
     let values = |axis: usize| {
         let mut all: Vec<f64> = cells.iter().map(|cell| cell.0[axis]).collect();
@@ -126,7 +130,7 @@ fn matrix(cells: &[(Place, Measured)]) -> String {
     )
 }
 
-/// A figure of a column against 1 - r, a curve for each packing.
+/// Creates a figure of a column against 1 - r, with a curve for each packing.
 fn figure(title: &'static str, column: &'static str, label: &'static str, chaos: f64) -> Figure {
     let [x, y] = [
         Axis::logarithmic("inelasticity", "1 - r"),
@@ -137,7 +141,7 @@ fn figure(title: &'static str, column: &'static str, label: &'static str, chaos:
         .line("molecular chaos", chaos)
 }
 
-/// A text with a table as files: CSV and its two figures.
+/// Combines a text with a table as files: CSV and its two figures.
 fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, Trouble> {
     let csv = String::from_utf8_lossy(&table.to_csv()?).into_owned();
     let mut files = vec![(names[0], csv)];
@@ -149,7 +153,7 @@ fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, T
     Ok(Made { text, files })
 }
 
-/// Boxes narrower than the critical length.
+/// Makes the block of boxes narrower than the critical length.
 pub(super) fn uniform(results: &Results) -> Result<Made, Trouble> {
     let mut table = table! {
         "map", "Exact disks that cool in boxes narrower than the critical length, against molecular chaos.";
@@ -222,7 +226,7 @@ pub(super) fn uniform(results: &Results) -> Result<Made, Trouble> {
     made(text, &table, names)
 }
 
-/// Boxes of 4000 disks.
+/// Makes the block of boxes of 4000 disks.
 pub(super) fn waves(results: &Results) -> Result<Made, Trouble> {
     let mut table = table! {
         "map-waves", "Exact disks that cool in boxes of 4000, against molecular chaos, from 5 to 30 t0.";
@@ -262,10 +266,10 @@ pub(super) fn waves(results: &Results) -> Result<Made, Trouble> {
 
 /// Packings at which three disks alone are compared with the onset: thin enough for a first order, and dense enough to see it.
 const THREE_DISKS: [f64; 2] = [0.1, 0.2];
-/// Third disks that are drawn.
+/// Number of random third disks.
 const SAMPLES: u64 = 20_000_000;
 
-/// The first two collisions of a disk, beside what three disks alone do.
+/// Makes the block of the first two collisions of a disk, next to the result of three disks alone.
 pub(super) fn onset(results: &Results) -> Result<Made, Trouble> {
     let mut slopes = Vec::new();
     for gas in gases(results)? {

@@ -31,10 +31,10 @@ pub use entries::{ENTRIES, Engine, Entry, Made, Source};
 use entries::{VERSIONS, versions};
 pub use results::Results;
 
-/// The root of the repository.
+/// Root of the repository.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// Names of all entries, for the command line.
+/// Returns the names of all entries, for the command line.
 pub(crate) fn names() -> clap::builder::PossibleValuesParser {
     ENTRIES
         .iter()
@@ -43,7 +43,7 @@ pub(crate) fn names() -> clap::builder::PossibleValuesParser {
         .into()
 }
 
-/// Does what the command line asks: makes blocks anew, or checks them.
+/// Runs the command: makes blocks again, or checks them.
 pub(crate) fn command(asked: &Docs) -> Done {
     let root = Path::new(ROOT);
     let chosen = ENTRIES.iter().filter(|entry| match &asked.name[..] {
@@ -77,7 +77,7 @@ pub(crate) fn command(asked: &Docs) -> Done {
     }
 }
 
-/// Says what is wrong with a block, and counts it.
+/// Prints the faults of a block, and returns their number.
 fn tell(place: &str, found: &[String]) -> usize {
     say(&format!(
         "{}  {place}",
@@ -89,7 +89,7 @@ fn tell(place: &str, found: &[String]) -> usize {
     found.len()
 }
 
-/// README and the pages of the book, from the root, in order.
+/// Returns README and the pages of the book, as paths from the root, in order.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -108,7 +108,8 @@ pub fn pages(root: &Path) -> Result<Vec<String>, Trouble> {
     Ok(all)
 }
 
-/// Blocks of a page that no entry makes, each with why its numbers do not hold any more.
+/// Returns the blocks of a page that no entry makes, each with the reasons why its numbers no
+/// longer hold.
 pub fn stale_typed(page: &str) -> Vec<(String, Vec<String>)> {
     let mut names = block_names(page);
     names.retain(|name| ENTRIES.iter().all(|entry| entry.name != name));
@@ -128,7 +129,7 @@ pub fn stale_typed(page: &str) -> Vec<(String, Vec<String>)> {
     names.into_iter().map(look).collect()
 }
 
-/// Which engines of those that a block rests on have other statistics by now.
+/// Lists the engines of a block whose statistics version has changed.
 fn outdated(head: &Head, now: &[(String, u32)]) -> Vec<String> {
     let old = head.statistics.iter().filter_map(|(engine, then)| {
         let version = now.iter().find(|one| one.0 == *engine);
@@ -162,7 +163,7 @@ fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
     Ok(write_whole(&path, text.as_bytes())?)
 }
 
-/// What is wrong with the block of an entry; nothing if all is well.
+/// Lists the faults of the block of an entry; empty if there are none.
 fn check(root: &Path, entry: &Entry) -> Result<Vec<String>, Trouble> {
     let text = fs::read_to_string(root.join(entry.file))?;
     let stale = stale(&text, entry);
@@ -173,7 +174,8 @@ fn check(root: &Path, entry: &Entry) -> Result<Vec<String>, Trouble> {
     faults(&text, entry, &results)
 }
 
-/// Why the block of an entry in a page does not hold any more whatever is found now; nothing if it may hold.
+/// Lists the faults of the block of an entry in a page that no new results can cure; empty if there
+/// are none.
 pub fn stale(page: &str, entry: &Entry) -> Vec<String> {
     let Some(block) = find(page, entry.name) else {
         return vec![format!("there is no such block in {}", entry.file)];
@@ -188,16 +190,16 @@ pub fn stale(page: &str, entry: &Entry) -> Vec<String> {
     unnamed.chain(outdated(&block.head, &now)).collect()
 }
 
-/// Where the block of an entry in a page parts from results.
+/// Lists the differences between the block of an entry in a page and results.
 ///
 /// # Errors
-/// The results have not what the block shows.
+/// The results lack a number that the block shows.
 pub fn faults(page: &str, entry: &Entry, results: &Results) -> Result<Vec<String>, Trouble> {
     let there = find(page, entry.name).map_or(String::new(), |block| block.text);
     Ok(differences(&there, &(entry.make)(results)?.text))
 }
 
-/// Runs what an entry rests on into `results/docs`; its results, and the commit that they are of.
+/// Runs the case of an entry into `results/docs`; returns its results, and their commit.
 fn run(root: &Path, entry: &Entry, resume: bool) -> Result<(Results, String), Trouble> {
     let out = root.join("results/docs").join(entry.source.folder());
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
@@ -207,7 +209,7 @@ fn run(root: &Path, entry: &Entry, resume: bool) -> Result<(Results, String), Tr
     }
 }
 
-/// The page of another command as a block of this commit and of the engines of today.
+/// Formats the page of another command as a block of this commit and of the current engines.
 pub(crate) fn typed(name: &str, command: &str, text: &str) -> String {
     let root = Path::new(ROOT);
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
@@ -221,13 +223,13 @@ pub(crate) fn typed(name: &str, command: &str, text: &str) -> String {
     head.around(text)
 }
 
-/// Day of a commit.
+/// Returns the day of a commit.
 fn date(root: &Path, commit: &str) -> String {
     let commit = commit.split(' ').next().unwrap_or_default();
     git(root, &["show", "--no-patch", "--format=%cs", commit])
 }
 
-/// What git says; "unknown" where it says nothing.
+/// Returns the output of git; "unknown" if git fails or prints nothing.
 fn git(root: &Path, arguments: &[&str]) -> String {
     let output = Command::new("git")
         .current_dir(root)

@@ -1,10 +1,10 @@
-//! Blocks of papers that are made again: how many claims have which verdict, and what was found.
+//! Blocks of reproduced papers: number of claims by verdict, and the values found.
 
 use super::entries::{Made, table};
 use super::results::{Measured, Results, Row};
 use crate::Trouble;
 
-/// How many claims of each paper have which verdict, and what differs.
+/// Makes the block of all papers: number of claims by verdict, and the claims that differ.
 pub(super) fn all(results: &Results) -> Result<Made, Trouble> {
     let (mut counts, mut differences) = (Vec::new(), Vec::new());
     for paper in results.points() {
@@ -32,7 +32,7 @@ pub(super) fn all(results: &Results) -> Result<Made, Trouble> {
     .into())
 }
 
-/// All claims of one paper.
+/// Makes the table of all claims of one paper.
 fn claims(results: &Results, paper: &str) -> Result<Made, Trouble> {
     let mut rows = Vec::new();
     for claim in results.rows(paper, "claims", &[])? {
@@ -44,17 +44,17 @@ fn claims(results: &Results, paper: &str) -> Result<Made, Trouble> {
     Ok(table(&header, &rows).into())
 }
 
-/// Those of Kawasaki (1985).
+/// Makes the block of the claims of Kawasaki (1985).
 pub(super) fn kawasaki(results: &Results) -> Result<Made, Trouble> {
     claims(results, "kawasaki-1985")
 }
 
-/// Those of Bodrova & Osinsky (2024).
+/// Makes the block of the claims of Bodrova & Osinsky (2024).
 pub(super) fn bodrova(results: &Results) -> Result<Made, Trouble> {
     claims(results, "bodrova-2024")
 }
 
-/// How many of some claims have which verdict.
+/// Counts claims by verdict, as cells of a table.
 fn counted(name: &str, claims: &[Row<'_>]) -> Result<Vec<String>, Trouble> {
     let mut cells = vec![name.to_owned(), claims.len().to_string()];
     for verdict in ["agree", "differ", "undecided", "void"] {
@@ -67,7 +67,7 @@ fn counted(name: &str, claims: &[Row<'_>]) -> Result<Vec<String>, Trouble> {
     Ok(cells)
 }
 
-/// Figure, claim, place, what the paper says and what was found.
+/// Formats a claim as a row: figure, claim, place, value of the paper and value found.
 fn row(claim: &Row<'_>) -> Result<Vec<String>, Trouble> {
     let number = |column: &str| {
         let value = claim.maybe(column)?;
@@ -92,7 +92,7 @@ fn row(claim: &Row<'_>) -> Result<Vec<String>, Trouble> {
     ])
 }
 
-/// A number without an error, in four digits.
+/// Formats a number without an error, in four digits.
 fn short(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
         return format!("{value:.3e}");

@@ -19,7 +19,7 @@ pub struct Results {
     points: Vec<(SweepPoint, Stored)>,
 }
 
-/// A number with its standard error.
+/// Number with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Measured {
     pub(crate) value: f64,
@@ -27,12 +27,12 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// In so many digits after the point.
+    /// Formats value and error with `digits` digits after the point.
     pub(crate) fn digits(self, digits: usize) -> String {
         format!("{:.digits$} ± {:.digits$}", self.value, self.error)
     }
 
-    /// In the digits that leave two of the error.
+    /// Formats value and error with two digits of the error.
     pub(crate) fn text(self) -> String {
         let places = 1.0 - self.error.log10().floor();
         self.digits(if places.is_finite() {
@@ -42,7 +42,7 @@ impl Measured {
         })
     }
 
-    /// Over a number that is known.
+    /// Divides by an exact number.
     pub(crate) fn over(self, unit: f64) -> Self {
         Self {
             value: self.value / unit,
@@ -52,8 +52,8 @@ impl Measured {
 }
 
 impl Results {
-    /// Runs a bundled case, with settings `key=value`, into a folder; what is there is replaced, unless it is gone on with. With the
-    /// results comes the commit that they are of.
+    /// Runs a bundled case, with settings `key=value`, into a folder; an existing run is replaced,
+    /// unless `resume` is true. Also returns the commit of the results.
     ///
     /// # Errors
     /// The case is refused, or its run fails.
@@ -97,7 +97,8 @@ impl Results {
         Ok((Self { points }, of))
     }
 
-    /// Makes all papers again by quick runs, each in a folder of its name: a point for each, with the table of its claims.
+    /// Reproduces all papers by quick runs, each in a folder of its name: a point for each, with
+    /// the table of its claims.
     ///
     /// # Errors
     /// A paper is refused, or a run fails.
@@ -162,7 +163,7 @@ impl Results {
         self.points.iter().map(|point| point.0.name.as_str())
     }
 
-    /// The number that a point of the sweep sets a key to.
+    /// Returns the number that a point of the sweep sets a key to.
     pub(crate) fn setting(&self, point: &str, key: &str) -> Result<f64, Trouble> {
         let value = self.point(point)?.0.values.get(key);
         let missing = || Trouble::failed(format!("{point}: no number in {key}"));
@@ -177,14 +178,14 @@ impl Results {
         points.find(|one| one.0.name == name).ok_or_else(missing)
     }
 
-    /// A table of a point.
+    /// Returns a table of a point.
     fn table(&self, point: &str, name: &str) -> Result<&Table, Trouble> {
         let mut tables = self.point(point)?.1.tables.iter();
         let table = tables.find(|one| one.name == name);
         table.ok_or_else(|| Trouble::failed(format!("no {name} of {point:?} in the results")))
     }
 
-    /// A table of a point with those of its rows whose cells agree with all of these keys.
+    /// Returns a table of a point with the rows whose cells agree with all of these keys.
     pub(crate) fn part(
         &self,
         point: &str,
@@ -197,7 +198,7 @@ impl Results {
         Ok(Table { rows, ..table })
     }
 
-    /// A number that follows from the case of a point.
+    /// Returns a number that follows from the case of a point.
     pub(crate) fn derived(&self, point: &str, name: &str) -> Result<f64, Trouble> {
         let mut derived = self.point(point)?.1.manifest.derived.iter();
         let found = derived.find(|one| one.name == name);
@@ -205,12 +206,12 @@ impl Results {
         found.map(|one| one.value).ok_or_else(missing)
     }
 
-    /// What the program concludes of a point.
+    /// Returns the verdicts of a point.
     pub(crate) fn verdicts(&self, point: &str) -> Result<&[Verdict], Trouble> {
         Ok(&self.point(point)?.1.manifest.verdicts)
     }
 
-    /// Rows of a table of a point whose cells agree with all of these keys.
+    /// Returns the rows of a table of a point whose cells agree with all of these keys.
     pub(crate) fn rows<'a>(
         &'a self,
         point: &str,
@@ -228,7 +229,7 @@ impl Results {
         Ok(rows.map(|cells| Row { table, cells }).collect())
     }
 
-    /// The only row of them.
+    /// Returns the only row of a table of a point whose cells agree with all of these keys.
     pub(crate) fn row<'a>(
         &'a self,
         point: &str,
@@ -246,12 +247,12 @@ impl Results {
     }
 }
 
-/// What a cell of a key column must be.
+/// Condition on a cell of a key column.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Key<'a> {
-    /// This word.
+    /// The cell is this word.
     Is(&'a str),
-    /// This number, but for what rounding and the three digits of a time do.
+    /// The cell is this number, up to rounding and to the three digits of a time.
     At(f64),
 }
 
@@ -283,14 +284,14 @@ pub(crate) struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// The number in a column.
+    /// Returns the number in a column.
     pub(crate) fn number(&self, column: &str) -> Result<f64, Trouble> {
         let cell = self.table.find(column).map(|place| &self.cells[place]);
         let missing = || Trouble::failed(format!("{}: no number in {column}", self.table.name));
         cell.and_then(number).ok_or_else(missing)
     }
 
-    /// The words in a column; none in an empty cell.
+    /// Returns the words in a column; empty for an empty cell.
     pub(crate) fn words(&self, column: &str) -> Result<&str, Trouble> {
         let cell = self.table.find(column).map(|place| &self.cells[place]);
         match cell {
@@ -303,12 +304,12 @@ impl Row<'_> {
         }
     }
 
-    /// The number in a column, if it has one.
+    /// Returns the number in a column, if it has one.
     pub(crate) fn maybe(&self, column: &str) -> Option<f64> {
         self.number(column).ok()
     }
 
-    /// The number in a column with the error beside it.
+    /// Returns the number in a column with the error next to it.
     pub(crate) fn measured(&self, column: &str) -> Result<Measured, Trouble> {
         Ok(Measured {
             value: self.number(column)?,

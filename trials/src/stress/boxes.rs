@@ -30,8 +30,9 @@ trials! {
         "energy to 1e-11, momentum, exclusion";
 }
 
-/// Two gases that start alike and round differently part by e^2 a collision in dense gases and by 60 in the thinnest here;
-/// four collisions of each disk leave 1e-15 times 60^4 at most, mostly far less.
+/// Tolerance of collisions against those of all pairs. Two gases that start alike and round
+/// differently part by a factor e^2 per collision in dense gases and by 60 in the most dilute one
+/// here; four collisions of each disk leave 1e-15 times 60^4 at most, mostly far less.
 const AS_ALL_PAIRS: f64 = 1e-8;
 
 fn small(log: &mut Findings) -> Done {
@@ -71,7 +72,7 @@ fn small(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// One disk flies on through its own images.
+/// Tests one disk that flies through its own images.
 fn alone(log: &mut Findings, gas: &Gas<Disks>) -> Done {
     const TIME: f64 = 100.0;
     let course = gas.run(TIME, 10)?;
@@ -111,7 +112,7 @@ fn wedge(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// A Maxwellian gas placed by trial.
+/// Creates a Maxwellian gas placed by trial.
 fn placed<Z: Sizes>(
     scene: Particles<Plane, Z>,
     domain: Domain<Plane>,

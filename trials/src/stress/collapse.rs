@@ -29,11 +29,12 @@ trials! {
         "no overlap beyond 1e-11 d, energy to 1e-11, Z = 2/(0.9069/phi - 1) + 1.90 within 1 % (and 4 standard errors)";
 }
 
-/// Gaps and speeds of the three: the left pair meets first.
+/// Gaps between three disks: the left pair collides first.
 const GAPS: [f64; 2] = [0.5, 0.6];
+/// Speed of the outer disks.
 const SPEED: f64 = 1.0;
 
-/// Three disks on a line along x in a box so large that images do not matter.
+/// Creates three disks on a line along x in a box so large that images do not matter.
 fn line(restitution: f64) -> Result<Gas<Disks>, Trouble> {
     let middle = 20.0;
     let bodies = [
@@ -44,14 +45,14 @@ fn line(restitution: f64) -> Result<Gas<Disks>, Trouble> {
     few(restitution, [40.0; 2], bodies)
 }
 
-/// Collisions of the three in one dimension and the time of the last: (number, time), the number `None` if there is no
-/// end to them.
+/// Returns the collisions of three disks in one dimension and the time of the last: (number, time),
+/// with `None` for a number without end.
 ///
 /// With the approach speeds a of the pair that collides and b of the other, a collision makes b + (1 + r) a/2 the next
 /// approach speed and -r a the other: pairs take turns, and it ends when the next pair recedes. Only b/a decides, so
 /// nothing underflows (McNamara & Young, Phys. Fluids A 4, 496 (1992), doi:10.1063/1.858323).
 fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
-    /// Every finite sequence tried here has fewer.
+    /// Number of collisions that every finite sequence here stays below.
     const MANY: u64 = 10_000;
     let (mut gap, mut other_gap) = (GAPS[0], GAPS[1]);
     let (mut approach, mut other) = (SPEED, SPEED);
@@ -132,7 +133,7 @@ fn dense(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// What the error must say: a pair that touches, where it is, and when.
+/// Checks that the error names a pair that touches, its position, and the time.
 fn says_where<P: Planar>(
     log: &mut Findings,
     gas: &Gas<P>,
@@ -177,9 +178,9 @@ fn says_where<P: Planar>(
     }
 }
 
-/// A Maxwellian crystal of 400 disks whose rows and columns fit the box exactly.
+/// Creates a Maxwellian crystal of 400 disks whose rows and columns fit the box exactly.
 pub(super) fn hexagonal(packing_fraction: f64, restitution: f64) -> Result<Gas<Disks>, Trouble> {
-    /// Disks along either side.
+    /// Number of disks along either side.
     const SIDE: usize = 20;
     let spacing = (CLOSE_PACKING / packing_fraction).sqrt();
     let height = 0.75_f64.sqrt() * spacing;

@@ -1,4 +1,4 @@
-//! What Monte Carlo collisions conserve, over long runs.
+//! Conservation laws of Monte Carlo collisions, over long runs.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::State;
@@ -31,7 +31,7 @@ fn conservation(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// Angular momentum about a point, and the sum of |r| |v|.
+/// Returns the angular momentum about a point, and the sum of |r| |v|.
 fn angular_momentum(state: &State<Disks>, about: Vector2<f64>) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for body in &state.bodies {

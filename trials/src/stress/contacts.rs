@@ -170,7 +170,7 @@ fn overlapping(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// Runs without an error, and never overlaps deeper than at the start.
+/// Checks that a gas runs without an error, and never overlaps deeper than at the start.
 fn heals<P: Planar>(log: &mut Findings, gas: &Gas<P>, depth: f64) {
     log.guard(|log| {
         let course = gas.run(20.0, 1000)?;
@@ -181,7 +181,7 @@ fn heals<P: Planar>(log: &mut Findings, gas: &Gas<P>, depth: f64) {
 }
 
 fn resting(log: &mut Findings) -> Done {
-    /// As in long runs.
+    /// Largest overlap in long runs, over the diameter.
     const LONG_OVERLAP: f64 = 1e-10;
     let mut stream = random(3);
     let (mut worst, mut more) = (0.0_f64, 0);

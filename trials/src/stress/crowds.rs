@@ -27,7 +27,7 @@ trials! {
 
 const ALL: [f64; 2] = [1.0, 0.8];
 
-/// A number of steps in which something collides.
+/// Runs a number of steps, and checks that there are collisions.
 fn collides(log: &mut Findings, run: &mut Run, steps: u64) {
     run.steps(steps);
     must!(log, run.tally().collisions > 0; "no collision");

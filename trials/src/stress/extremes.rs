@@ -22,7 +22,8 @@ trials! {
         "an end: the time reached or a typed error", 5;
 }
 
-/// Runs; nothing if the engine refuses a number. Positions must stay finite and disks apart.
+/// Runs a gas and checks that positions stay finite and disks apart; `None` if the engine refuses a
+/// number.
 fn finite(
     log: &mut Findings,
     gas: &Gas<Disks>,

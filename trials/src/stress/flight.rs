@@ -23,7 +23,8 @@ trials! {
         "the bytes of the gas that goes on in memory";
 }
 
-/// How far from x + v t a place is along an axis of a periodic box; the products v t and n L are exact as sums of two numbers.
+/// Distance of a position from x + v t along an axis of a periodic box; the products v t and n L
+/// are exact as sums of two numbers.
 fn off(from: f64, velocity: f64, time: f64, length: f64, place: f64) -> f64 {
     let way = velocity * time;
     let way_rest = velocity.mul_add(time, -way);
@@ -92,7 +93,7 @@ fn gas_of(setup: Setup, simulators: usize) -> Result<State<Disks>, Trouble> {
     )
 }
 
-/// The bytes of a checkpoint.
+/// Returns the bytes of a checkpoint.
 fn bytes(engine: &Engine<Disks>) -> Result<Vec<u8>, Trouble> {
     Ok(postcard::to_allocvec(&engine.checkpoint())?)
 }

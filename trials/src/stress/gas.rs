@@ -1,4 +1,4 @@
-//! A start of exact disks and what must hold of every run from it.
+//! Starts of exact disks, and the checks of every run from them.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -8,7 +8,7 @@ use stosszahl_model::{Collision, Free, Observer, Physics, Plane, Sizes, Smooth, 
 use crate::gas::{Disks, disks, disordered as fluid, domain, random, state};
 use crate::{Done, Findings, Trouble};
 
-/// The physics of all cases: smooth disks in free flight.
+/// Physics of all cases: smooth disks in free flight.
 pub(super) trait Planar: Physics<Space = Plane, Surface = Smooth, Field = Free> {}
 
 impl<P: Physics<Space = Plane, Surface = Smooth, Field = Free>> Planar for P {}
@@ -19,29 +19,29 @@ pub(super) const ENERGY: f64 = 1e-11;
 /// Deepest overlap over the largest diameter: positions and flights of tens of diameters are rounded to 1e-14, with room
 /// for a contact that a fast disk makes late.
 pub(super) const OVERLAP: f64 = 1e-11;
-/// Largest error of the momentum over the sum of m |v| at the start; as [`ENERGY`].
+/// Largest error of the momentum over the sum of m |v| at the start, with the origin of [`ENERGY`].
 pub(super) const MOMENTUM: f64 = 1e-11;
 
-/// Largest speed at which a colliding pair may recede, over its whole relative speed: a contact that grazes is where the
-/// square root of a difference of terms of 1e-14 says.
+/// Largest speed at which a colliding pair may recede, over its whole relative speed: the position
+/// of a grazing contact is the square root of a difference of terms of 1e-14.
 const RECEDING: f64 = 1e-6;
-/// Relative speed that is nothing but the rounding of velocities of order one, over [`RECEDING`].
+/// Relative speed that is only the rounding of velocities of order one, over [`RECEDING`].
 const RESTING: f64 = 1e-8;
 
-/// What is summed over the collisions of a run.
+/// Sums over the collisions of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ledger {
-    /// Energy lost.
+    /// Energy lost \[energy\].
     pub lost: f64,
-    /// Momentum times distance.
+    /// Sum of momentum times distance \[energy\].
     pub virial: f64,
-    /// How many.
+    /// Number of collisions.
     pub collisions: u64,
-    /// Time of the first.
+    /// Time of the first collision \[time\].
     pub first: Option<f64>,
-    /// Time of the last.
+    /// Time of the last collision \[time\].
     pub last: f64,
-    /// Whether one was earlier than the one before.
+    /// True if a collision was earlier than the one before.
     pub disordered: bool,
     /// Largest speed at which a colliding pair receded, over its whole relative speed.
     pub receding: f64,
@@ -63,7 +63,7 @@ impl Observer for Ledger {
     }
 }
 
-/// A start.
+/// Start of exact disks.
 #[derive(Clone, Debug)]
 pub(super) struct Gas<P: Planar> {
     pub scene: P,
@@ -71,35 +71,35 @@ pub(super) struct Gas<P: Planar> {
     pub start: State<P>,
 }
 
-/// A run from it.
+/// Run from a start.
 pub(super) struct Course<P: Planar> {
     pub end: Checkpoint<P>,
     pub ledger: Ledger,
-    /// Deepest overlap at the end of any leg.
+    /// Deepest overlap at the end of any leg \[length\].
     pub overlap: f64,
-    /// Whether the time was reached.
+    /// True if the time was reached.
     pub reached: bool,
     pub stopped: Option<EngineError>,
 }
 
 impl<P: Planar> Course<P> {
-    /// How many collisions it had.
+    /// Number of collisions of the run.
     pub fn collisions(&self) -> u64 {
         self.ledger.collisions
     }
 
-    /// Whether inelastic collapse ended it.
+    /// Returns true if the run ended in inelastic collapse.
     pub fn collapsed(&self) -> bool {
         matches!(self.stopped, Some(EngineError::InelasticCollapse { .. }))
     }
 
-    /// How it ended, in words.
+    /// Describes the end of the run.
     pub fn ended(&self) -> String {
         format!("{} collisions, {:?}", self.collisions(), self.stopped)
     }
 }
 
-/// Unit disks with a restitution at places with velocities, in a box.
+/// Creates unit disks with a restitution at positions with velocities, in a box.
 pub(super) fn few(
     restitution: f64,
     [width, height]: [f64; 2],
@@ -114,7 +114,7 @@ pub(super) fn few(
     ))
 }
 
-/// A disordered Maxwellian gas of unit disks in a square box.
+/// Creates a disordered Maxwellian gas of unit disks in a square box.
 pub(super) fn disordered(
     count: usize,
     packing: f64,
@@ -125,7 +125,7 @@ pub(super) fn disordered(
 }
 
 impl<P: Planar> Gas<P> {
-    /// The gas whose collisions follow the scene.
+    /// Creates a gas whose collisions follow the scene.
     pub fn new(scene: P, start: State<P>) -> Self {
         Self {
             scene,
@@ -134,7 +134,7 @@ impl<P: Planar> Gas<P> {
         }
     }
 
-    /// The same with a contact time.
+    /// Returns this gas with a contact time.
     pub fn with_contact_time(mut self, contact_time: f64) -> Self {
         self.dissipation = Dissipation::ContactTime(contact_time);
         self
@@ -153,7 +153,7 @@ impl<P: Planar> Gas<P> {
         self.run_in_legs(until, collisions, collisions, |_, _| ())
     }
 
-    /// The same in legs of a number of collisions.
+    /// Runs until a time or a number of collisions, in legs of `leg` collisions.
     pub fn run_in_legs(
         &self,
         until: f64,
@@ -185,7 +185,7 @@ impl<P: Planar> Gas<P> {
         Ok(course)
     }
 
-    /// What must hold of every run: finite numbers, collisions in order of time, exclusion, energy and momentum.
+    /// Checks a run: finite numbers, collisions in order of time, exclusion, energy and momentum.
     pub fn audit(&self, log: &mut Findings, course: &Course<P>) {
         let end = &course.end.state;
         let bodies = end.bodies.iter();
@@ -210,14 +210,14 @@ impl<P: Planar> Gas<P> {
         log.at_most("momentum", self.momentum_error(end), MOMENTUM);
     }
 
-    /// Radius and mass of a disk.
+    /// Returns the radius and mass of a disk.
     fn size(&self, index: usize) -> (f64, f64) {
         let sizes = self.scene.sizes();
         let tag = sizes.tag(index);
         (sizes.radius(tag), sizes.mass(tag))
     }
 
-    /// The first pair that overlaps by more than a tolerance.
+    /// Returns the first pair that overlaps by more than a tolerance.
     pub fn overlap(&self, state: &State<P>, tolerance: f64) -> Option<initial::Overlap> {
         let positions: Vec<_> = state.bodies.iter().map(|body| body.position).collect();
         initial::first_overlap(
@@ -228,7 +228,7 @@ impl<P: Planar> Gas<P> {
         )
     }
 
-    /// |K + what the collisions lost - K(0)| / K(0).
+    /// Relative error of the energy: |K + energy lost in collisions - K(0)|/K(0).
     pub fn energy_error(&self, course: &Course<P>) -> f64 {
         let energy = self.start.kinetic_energy(&self.scene);
         let now = course.end.state.kinetic_energy(&self.scene) + course.ledger.lost;
@@ -239,7 +239,7 @@ impl<P: Planar> Gas<P> {
         }
     }
 
-    /// |P - P(0)| / sum of m |v| at the start.
+    /// Error of the momentum: |P - P(0)| over the sum of m |v| at the start.
     pub fn momentum_error(&self, state: &State<P>) -> f64 {
         let bodies = self.start.bodies.iter().enumerate();
         let scale: f64 = bodies
@@ -249,7 +249,7 @@ impl<P: Planar> Gas<P> {
         if scale > 0.0 { change / scale } else { change }
     }
 
-    /// Runs, audits and says what was found; then the same under kills.
+    /// Runs and checks the gas and records the result; then again under kills.
     pub fn holds(&self, log: &mut Findings, collisions: u64) -> Result<Course<P>, Trouble> {
         let leg = collisions.div_ceil(4).max(1);
         let course = self.run_in_legs(f64::INFINITY, collisions, leg, |_, _| ())?;
@@ -263,9 +263,9 @@ impl<P: Planar> Gas<P> {
         Ok(course)
     }
 
-    /// Cuts the run into legs of random length. One gas goes on in memory; the other is killed within each leg, so
-    /// that what it did there is lost, and continues from the bytes of its last checkpoint. Both must end in the same
-    /// bytes, or in the same error.
+    /// Cuts the run into legs of random length. One gas continues in memory. The other is killed
+    /// within each leg, so that its work there is lost, and continues from the bytes of its last
+    /// checkpoint. Both must end in the same bytes, or in the same error.
     pub fn survives_kills(&self, log: &mut Findings, collisions: u64, seed: u64) -> Done {
         const LEGS: u64 = 4;
         let mut stream = random(seed);
@@ -301,8 +301,8 @@ impl<P: Planar> Gas<P> {
         Ok(())
     }
 
-    /// The first collisions against those of all pairs: same pairs in the same order, times within a tolerance of the
-    /// last one's.
+    /// Checks the first collisions against those of all pairs: same pairs in the same order, times
+    /// within a tolerance of the last one's.
     pub fn follows_all_pairs(
         &self,
         log: &mut Findings,
@@ -326,8 +326,9 @@ impl<P: Planar> Gas<P> {
         Ok(slow.len())
     }
 
-    /// Each of the next collisions is the one that all pairs find from the state before it, to a tolerance of the time.
-    /// States are compared anew each time, so that differences do not grow.
+    /// Checks that each of the next collisions is the one that all pairs find from the state before
+    /// it, to a tolerance of the time. States are compared anew each time, so that differences do
+    /// not grow.
     pub fn collides_as_all_pairs(
         &self,
         log: &mut Findings,
@@ -350,7 +351,7 @@ impl<P: Planar> Gas<P> {
         Ok(collisions)
     }
 
-    /// Time and pair of the next collisions: the disks whose velocities changed.
+    /// Returns time and pair of the next collisions: the disks whose velocities changed.
     pub fn pairs(&self, collisions: usize) -> Result<Vec<(f64, [usize; 2])>, EngineError> {
         let mut engine = self.engine(self.start.clone().into())?;
         let mut list = Vec::with_capacity(collisions);
@@ -370,7 +371,7 @@ fn fastest<P: Planar>(state: &State<P>) -> f64 {
     speeds.fold(0.0, f64::max)
 }
 
-/// Time of the next collision and the pair whose velocities it changes.
+/// Returns the time of the next collision and the pair whose velocities it changes.
 fn next_pair<P: Planar>(
     engine: &mut Engine<P>,
     before: &State<P>,
@@ -385,8 +386,8 @@ fn next_pair<P: Planar>(
     Ok(ledger.first.map(|time| (time, pair)))
 }
 
-/// The next collision of all pairs over as many images as a flight can reach: (time, pair). `plain::run` sees a fixed
-/// number of images, too few where a box is narrow and flights are long.
+/// Returns the next collision of all pairs over as many images as a flight can reach: (time, pair).
+/// `plain::run` sees a fixed number of images, too few where a box is narrow and flights are long.
 fn next_of_all_pairs<P: Planar>(scene: &P, state: &State<P>) -> Option<(f64, [usize; 2])> {
     let (sizes, lengths) = (scene.sizes(), state.domain.lengths());
     let mut horizon = lengths.max() / fastest(state);

@@ -31,7 +31,7 @@ trials! {
         "mass exact, momentum and energy ledger to 1e-11";
 }
 
-/// An engine for a dilute gas of species (diameter, mass, count).
+/// Creates an engine for a dilute gas of species (diameter, mass, count).
 fn engine<S: Selection<Spheres>>(
     kinds: &[(f64, f64, usize)],
     restitution: f64,
@@ -48,7 +48,8 @@ fn engine<S: Selection<Spheres>>(
     )
 }
 
-/// Runs for a number of collisions; checks the ledger. Pairs looked at for each collision.
+/// Runs for a number of collisions and checks the ledger. Returns the candidate pairs per
+/// collision.
 fn booked<S: Selection<Spheres>>(
     log: &mut Findings,
     name: &str,
@@ -67,7 +68,8 @@ fn booked<S: Selection<Spheres>>(
     Ok(each)
 }
 
-/// The same for gases at temperature one by all three selections; pairs for each collision by alias tables.
+/// Runs gases at temperature one by all three selections and checks their ledgers. Returns the
+/// candidate pairs per collision of alias tables.
 fn booked_by_all(
     log: &mut Findings,
     kinds: &[(f64, f64, usize)],

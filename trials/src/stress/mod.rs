@@ -32,7 +32,7 @@ use crate::commands::say;
 use crate::trial::chosen;
 use crate::{Done, Effort, Trial, Trouble};
 
-/// All trials of the event-driven engine, in the order in which they are run.
+/// Returns all trials of the event-driven engine, in the order in which they are run.
 pub fn event_driven() -> Vec<Trial> {
     [
         collapse::TRIALS,
@@ -47,7 +47,7 @@ pub fn event_driven() -> Vec<Trial> {
     .concat()
 }
 
-/// All trials of Monte Carlo in cells.
+/// Returns all trials of Monte Carlo in cells.
 pub fn monte_carlo() -> Vec<Trial> {
     [
         crowds::TRIALS,
@@ -58,18 +58,18 @@ pub fn monte_carlo() -> Vec<Trial> {
     .concat()
 }
 
-/// All trials of gases without positions.
+/// Returns all trials of gases without positions.
 pub fn mixtures() -> Vec<Trial> {
     homogeneous::TRIALS.to_vec()
 }
 
-/// All trials of walls, obstacles, gravity and openings, for both engines.
+/// Returns all trials of walls, obstacles, gravity and openings, for both engines.
 pub fn walls() -> Vec<Trial> {
     walls::TRIALS.to_vec()
 }
 
-/// Runs those of the trials that are asked for, one after the other, and says what was found. `collisions`: of the runs
-/// whose length can be set.
+/// Runs the requested trials, one after the other, and prints the findings. `collisions` is the
+/// number of collisions of the runs whose length can be set.
 pub(crate) fn command(all: &[Trial], asked: &StressCases, collisions: Option<u64>) -> Done {
     let chosen = chosen(all, |trial| trial.name, "case", &asked.case)?;
     if asked.list {

@@ -1,4 +1,4 @@
-//! Monte Carlo schemes, starts, and what must hold of every run.
+//! Monte Carlo schemes, starts, and the checks of every run.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{Displacement, Engine, Neighbourhood, Parameters, Scheme, Tally};
@@ -8,20 +8,21 @@ use stosszahl_model::random::Streams;
 use crate::gas::{Disks, PLAIN, disks, random, scattered, square, warm as warm_at};
 use crate::{Done, Findings, Trouble};
 
-/// Roundings of 1.1e-16 in a collision: some ten operations, each with a pair's share of the sum. Those of one
-/// collision are not all to one side, so that twice their sum is never reached.
+/// Relative rounding error of a sum per collision: some ten operations of 1.1e-16, each with a
+/// pair's share of the sum. Those of one collision are not all to one side, so that twice their sum
+/// is never reached.
 const EACH_COLLISION: f64 = 2e-15;
-/// Rounding of each addition to a sum over simulators.
+/// Relative rounding error of each addition to a sum over simulators.
 const EACH_ADDITION: f64 = 1.2e-16;
 
-/// A scheme with its displacement and number of simulators.
+/// Scheme with its displacement and number of simulators.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Setup {
     pub name: &'static str,
     pub parameters: Parameters,
 }
 
-/// All schemes that collide, each in every way it can be used.
+/// Returns all schemes that collide, each in every way it can be used.
 pub(super) fn setups() -> Vec<Setup> {
     let setup = |name, scheme, displacement, simulators_per_disk| Setup {
         name,
@@ -51,7 +52,7 @@ pub(super) fn setups() -> Vec<Setup> {
 }
 
 impl Setup {
-    /// Whether chi follows the density around.
+    /// Returns true if chi follows the local density.
     pub(super) fn is_local(self) -> bool {
         !matches!(
             self.parameters.scheme,
@@ -64,7 +65,7 @@ impl Setup {
     }
 }
 
-/// Bodies in a box at places, Maxwellian, elastic.
+/// Creates particles in a box at given positions, Maxwellian, elastic.
 pub(super) fn warm(
     domain: stosszahl_model::Domain<stosszahl_model::Plane>,
     places: Vec<Vector2<f64>>,
@@ -73,14 +74,14 @@ pub(super) fn warm(
     Ok(warm_at(&disks(1.0)?, domain, places, seed))
 }
 
-/// A gas without order in a square box.
+/// Creates a gas without order in a square box.
 pub(super) fn uniform(count: usize, packing: f64, seed: u64) -> Result<State<Disks>, Trouble> {
     let domain = square(count, packing)?;
     let places = scattered(count, [0.0; 2], domain.lengths().into(), &mut random(seed));
     warm(domain, places, seed)
 }
 
-/// An engine from a start.
+/// Creates an engine from a start.
 pub(super) fn engine(
     setup: Setup,
     restitution: f64,
@@ -95,7 +96,7 @@ pub(super) fn engine(
     )?)
 }
 
-/// A run of a scheme: the engine and what it began with.
+/// Run of a scheme: the engine and the sums at its start.
 pub(super) struct Run {
     pub setup: Setup,
     pub restitution: f64,
@@ -131,13 +132,13 @@ impl Run {
         self.engine.tally()
     }
 
-    /// What must hold of every run: finite numbers within the box, counts that fit each other, momentum, and energy: the
-    /// same if collisions are elastic, and no more than before in any case.
+    /// Checks a run: finite numbers within the box, counts that fit each other, momentum, and
+    /// energy, which is conserved if collisions are elastic and never grows.
     pub(super) fn audit(&mut self, log: &mut Findings) {
         self.audit_shared(log, 8.0 / self.engine.simulators().max(8) as f64);
     }
 
-    /// The same where a pair may have this share of the energy.
+    /// Checks a run as [`Self::audit`], where a pair may have the share `share` of the energy.
     pub(super) fn audit_shared(&mut self, log: &mut Findings, share: f64) {
         let state = self.engine.state();
         let lengths = state.domain.lengths();
@@ -201,7 +202,7 @@ pub(super) fn each(
 pub(super) struct Sums {
     pub energy: f64,
     pub momentum: Vector2<f64>,
-    /// Sum of |v|.
+    /// Sum of |v| \[length/time\].
     speed: f64,
 }
 
@@ -221,8 +222,8 @@ impl Sums {
     }
 }
 
-/// Largest relative error of a sum over simulators after a number of collisions, `share` being the largest share of the
-/// sum that a pair has.
+/// Largest relative error of a sum over simulators after a number of collisions, `share` being the
+/// largest share of the sum that a pair has.
 pub(super) fn rounding(simulators: usize, collisions: u64, share: f64) -> f64 {
     EACH_COLLISION * (collisions as f64 * share).max(1.0) + EACH_ADDITION * simulators as f64
 }

@@ -24,7 +24,7 @@ trials! {
         "the time is reached without an event; for ever leaves the clock where it is";
 }
 
-/// Runs until a time; a collapse may be a result, too.
+/// Runs until a time, and returns the number of collisions; a collapse may be a result, too.
 fn ends(
     log: &mut Findings,
     gas: &Gas<Disks>,

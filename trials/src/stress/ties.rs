@@ -20,7 +20,7 @@ trials! {
         "same bits however the disks are numbered; energy, momentum, exclusion";
 }
 
-/// How many gases were run in several numberings, and how many collisions one numbering of each had.
+/// Number of gases that were run in several numberings, and collisions of one numbering of each.
 #[derive(Default)]
 struct Sum {
     gases: usize,
@@ -28,7 +28,8 @@ struct Sum {
 }
 
 impl Sum {
-    /// Runs the gas in several numberings until a time: bitwise the same disks at the end, and as many collisions.
+    /// Runs the gas in several numberings until a time, and compares them: bitwise the same disks
+    /// at the end, and as many collisions.
     fn add(
         &mut self,
         log: &mut Findings,

@@ -44,7 +44,7 @@ trials! {
 
 const STREAMS: u64 = 11;
 
-/// Points in cells: no collisions of grains, so that only boundaries act.
+/// Parameters of points in cells: no collisions of particles, so that only boundaries act.
 const POINTS: Parameters = Parameters {
     scheme: Scheme::Collisionless,
     cell_size: Some(0.5),
@@ -60,7 +60,7 @@ struct Setting {
 }
 
 impl Setting {
-    /// Bodies (position, velocity) with a restitution under a weight along -y.
+    /// Creates particles (position, velocity) with a restitution under a weight along -y.
     fn new(
         walls: Walls<Volume>,
         [width, height]: [f64; 2],
@@ -129,12 +129,12 @@ impl Setting {
         stosszahl_dsmc::simulate(&gas, std::slice::from_ref(&self.start))
     }
 
-    /// Exact dynamics, and points.
+    /// Returns exact dynamics, and points.
     fn both(&self) -> Result<[Box<dyn Simulation>; 2], Trouble> {
         Ok([self.exact(Dissipation::Scene)?, self.points(POINTS)?])
     }
 
-    /// How exact dynamics without a contact time ends.
+    /// Runs exact dynamics without a contact time; returns true if the time was reached.
     fn ends(&self, until: f64, budget: stosszahl_model::Budget) -> Result<bool, Failure> {
         let mut gas = self.exact(Dissipation::Scene).map_err(Failure::new)?;
         gas.advance(until, budget, &mut ())
@@ -145,30 +145,30 @@ fn error(ended: &Result<bool, Failure>) -> Option<&EngineError> {
     ended.as_ref().err().and_then(Failure::downcast_ref)
 }
 
-/// Place and speed of the only disk.
+/// Returns position and speed of the only disk.
 fn only(gas: &dyn Simulation) -> (Vector2<f64>, f64) {
     let body = gas.particles().all[0];
     (body.position.xy(), body.velocity.norm())
 }
 
-/// Contacts with a boundary, or particles through it.
+/// Number of contacts with a boundary, or of particles through it.
 fn touches(gas: &dyn Simulation, name: &str) -> f64 {
     let fluxes = gas.boundaries();
     let found = fluxes.iter().find(|flux| flux.name == name);
     found.map_or(0.0, |flux| flux.particles)
 }
 
-/// Faces of a box, by axis and side.
+/// Creates the faces of a box, by axis and side.
 fn faces(faces: &[[Face<Volume>; 2]; 2]) -> Result<Walls<Volume>, Trouble> {
     Ok(Walls::new(faces)?)
 }
 
-/// A box of walls.
+/// Creates a box of walls.
 fn walled(wall: Wall<Volume>) -> Result<Walls<Volume>, Trouble> {
     faces(&[[Face::Wall(wall); 2]; 2])
 }
 
-/// A law that keeps a share of the normal speed and all of the tangential.
+/// Creates a law that keeps a share of the normal speed and all of the tangential one.
 const fn bounce(restitution: f64) -> Rebound {
     Rebound::Restitutive {
         restitution,
@@ -176,7 +176,7 @@ const fn bounce(restitution: f64) -> Rebound {
     }
 }
 
-/// Two plates with a common tip, each at an angle to an axis.
+/// Creates two plates with a common tip, each at an angle to an axis.
 fn plates(points: [Vector2<f64>; 3], restitution: f64) -> Result<Obstacle, Trouble> {
     let points = points.to_vec();
     Ok(Obstacle::new(
@@ -366,7 +366,7 @@ fn inside(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// A channel with a stream of a density and speed from the left, if there is one.
+/// Creates a channel with a stream of a density and speed from the left, if there is one.
 fn channel(
     [length, width]: [f64; 2],
     stream: Option<[f64; 2]>,
@@ -411,7 +411,7 @@ fn supersonic(log: &mut Findings) -> Done {
     let [length, width] = [20.0, 5.0];
     // Mach number u sqrt(1/(gamma T)) with gamma = 2 in the plane.
     let (density, speed) = (100.0, 20.0 * 2.0_f64.sqrt());
-    // Nobody collides, so that cells may be as wide as the channel.
+    // No particles collide, so that cells may be as wide as the channel.
     let wide = Parameters {
         cell_size: Some(width),
         ..POINTS

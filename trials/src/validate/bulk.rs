@@ -1,4 +1,4 @@
-//! The bulk viscosity of elastic disks at short lags, over Enskog's, against what three disks do.
+//! Bulk viscosity of elastic disks at short lags, over Enskog's, against the result of three disks.
 
 use stosszahl_analysis::helfand::Helfand;
 use stosszahl_analysis::theory::ElasticDisks;
@@ -10,15 +10,18 @@ use crate::table::{Place, mean};
 use crate::three_disks::bulk_viscosity;
 use crate::{Done, Findings};
 
-/// Disks, their packing fraction, and the smallest lag and the number of lags \[d sqrt(m/T)\].
+/// Number of disks.
 const DISKS: usize = 256;
+/// Packing fraction.
 const PACKING: f64 = 0.1;
+/// Smallest lag \[d sqrt(m/T)\].
 const BIN: f64 = 0.5;
+/// Number of lags.
 const BINS: usize = 3;
 /// Steps of an integral over the smallest lag.
 const STEPS: usize = 10;
 
-/// Sums the moments of Helfand.
+/// Observer that sums the moments of Helfand.
 struct Moments(Helfand);
 
 impl Observer for Moments {

@@ -1,4 +1,4 @@
-//! What is left at vanishing simulator weight, cell size and step, and of which order the errors are.
+//! Limits of vanishing simulator weight, cell size and step, and the order of the errors.
 //!
 //! 48 disks at packing 0.25 in a box of 12.3 d, where no shear mode grows: the elastic collision rate over Enskog's, the energy at
 //! `t_0` of the cooling gas with r = 0.8 over Haff's law, and its a2 at `3 t_0`. Weights are swept in cells of two diameters; cells and
@@ -21,10 +21,11 @@ use crate::{Done, Effort, Findings, Trouble};
 
 /// Simulators for each disk while cells and steps are swept.
 const MANY: u32 = 64;
-/// Elastic time that is left to relax and that is measured, in mean free times.
+/// Elastic times of relaxation and of measurement, in mean free times.
 const ELASTIC: [f64; 2] = [10.0, 50.0];
 
-/// What is varied: its name, the order of its error by theory, and values of h with the choices they stand for.
+/// Varied parameter: its name, the order of its error by theory, and values of h with the choices
+/// they stand for.
 type Sweep = (&'static str, f64, Vec<(f64, Parameters)>);
 
 fn sweeps(method: &Method) -> [Sweep; 3] {
@@ -54,12 +55,12 @@ fn sweeps(method: &Method) -> [Sweep; 3] {
     ]
 }
 
-/// What the values are of.
+/// Names of the measured quantities.
 const QUANTITIES: [&str; 3] = ["collision rate/Enskog", "K/Haff at t0", "a2 at 3 t0"];
-/// How far from it the limit of a scheme that claims it may be.
+/// Largest deviations of the limits of a scheme that claims them, by quantity.
 const TOLERANCES: [f64; 3] = [0.005, 0.01, 0.002];
 
-/// Rate and energy of one gas over theory, and its a2.
+/// Returns rate and energy of one gas over theory, and its a2.
 fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], Trouble> {
     let start = start(DISKS, PACKING, seed, EQUILIBRATE)?;
     let chi = kinetic::contact_value(PACKING);
@@ -83,13 +84,13 @@ fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], Trouble> {
     ])
 }
 
-/// Replicas: as many simulators in all, whatever the weight, but never few.
+/// Number of replicas: all weights have equally many simulators in all, but never few replicas.
 fn replicas(effort: &Effort, parameters: &Parameters) -> u64 {
     let simulators = if effort.quick { 400 } else { 16_000 };
     (simulators / u64::from(parameters.simulators_per_disk)).max(16)
 }
 
-/// All sweeps of the schemes.
+/// Runs all sweeps of the schemes.
 pub(super) fn run(log: &mut Findings) -> Done {
     for method in log.effort.methods.clone() {
         for sweep in sweeps(&method) {

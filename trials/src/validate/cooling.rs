@@ -16,11 +16,14 @@ use super::subject::{Course, Exact, Gas, Simulated, Subject};
 use crate::table::{Place, against, mean, over};
 use crate::{Done, Findings, Trouble};
 
-/// Packing fraction, coefficient of restitution, and number of disks.
+/// Packing fraction of the gas.
 pub(super) const PACKING: f64 = 0.25;
+/// Coefficient of restitution.
 pub(super) const RESTITUTION: f64 = 0.8;
+/// Number of disks.
 pub(super) const DISKS: usize = 48;
-/// Elastic collisions of each disk before: RSA is close to equilibrium, and the box is small.
+/// Number of elastic collisions of each disk before: RSA is close to equilibrium, and the box is
+/// small.
 pub(super) const EQUILIBRATE: f64 = 50.0;
 
 /// a2 of the homogeneous cooling state of the Boltzmann equation at this restitution, in six Sonine orders: -0.0262, where the
@@ -38,16 +41,16 @@ pub(super) fn cumulant() -> Result<f64, TheoryError> {
     Ok(found[0].fourth_cumulants[0])
 }
 
-/// Times over `t_0`.
+/// Sample times over `t_0`.
 const TIMES: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
-/// Simulators for each disk that stand for none of the noise of few.
+/// Number of simulators per disk at which the noise of few simulators vanishes.
 const MANY: u32 = 64;
 
 pub(super) fn haff_time() -> f64 {
     kinetic::haff_time(PACKING, RESTITUTION, kinetic::contact_value(PACKING))
 }
 
-/// What replicas of a subject do, and the seconds that they took.
+/// Returns the courses of replicas of a subject, and their seconds.
 fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), Trouble> {
     let gas = Gas {
         disks: DISKS,
@@ -64,7 +67,7 @@ fn temperature(courses: &[Course], time: usize) -> Result<Estimate, Trouble> {
     mean(courses.iter().map(|course| course.temperatures[time]))
 }
 
-/// At `t_0` a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
+/// Returns the mean a2 of courses. At `t_0` a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
 fn mean_cumulant(courses: &[Course]) -> Result<Estimate, Trouble> {
     let cumulants = courses.iter().map(|course| &course.cumulants);
     mean(cumulants.map(|all| all.iter().sum::<f64>() / all.len() as f64))
@@ -74,7 +77,7 @@ fn law(time: f64) -> f64 {
     transport::relaxing_haff_law(RESTITUTION, time)
 }
 
-/// All settings of the schemes, and exact dynamics.
+/// Runs all settings of the schemes, and exact dynamics.
 pub(super) fn run(log: &mut Findings) -> Done {
     let few = if log.effort.quick { 400 } else { 10_000 };
     let many = if log.effort.quick { 16 } else { 400 };

@@ -23,13 +23,14 @@ use crate::gas::{Disks, particles_of, square};
 use crate::table::{Place, Row, mean as over_gases, over};
 use crate::{Done, Effort, Findings, Trouble};
 
-/// Packing fractions. In thin gases only cells that a scheme chooses itself have a meaning.
+/// Packing fractions. In dilute gases only cells that a scheme chooses itself are meaningful.
 pub const PACKINGS: [f64; 6] = [0.0025, 0.01, 0.05, 0.1, 0.25, 0.5];
 const THIN: f64 = 0.05;
 
-/// Smallest wave number times d of the modes that S(k → 0) is taken from, and the largest: below, the structure of hard disks
-/// changes S by less than a tenth.
+/// Smallest wave number times d of the modes that S(k → 0) is taken from.
 const SLOWEST: f64 = 0.15;
+/// Largest wave number times d of these modes: below it, the structure of hard disks changes S by
+/// less than a tenth.
 const FASTEST: f64 = 0.6;
 /// Edges of the bands of wave numbers times d in which the energy of velocity modes is averaged; what the cells do not resolve is left
 /// out, and the first begins with the box.
@@ -39,23 +40,26 @@ const MODES: usize = 640;
 /// Fewest modes of a gas in a band from which a verdict is drawn: energies are exponentially distributed, so that a gas of
 /// fewer says little.
 const FEWEST: usize = 100;
-/// What of the energy of a mode is claimed.
+/// Largest deviation of the energy of a mode from T, as a share, that is claimed.
 const NOISE: f64 = 0.02;
-/// What is claimed of sound in a scheme's own cells from a packing fraction on, in this number of bands: it has 1.7 % too little at packing
-/// 0.25 and 2.3 to 3.3 % at 0.5.
+/// Largest deviation of the energy of sound, in a scheme's own cells at high packing: it has 1.7 %
+/// too little at packing 0.25 and 2.3 to 3.3 % at 0.5.
 const SOUND: f64 = 0.05;
+/// Packing fraction from which sound is claimed to [`SOUND`] only.
 const DENSE: f64 = 0.25;
+/// Number of bands in which sound is claimed to [`SOUND`] only.
 const LONG: usize = 2;
 /// Samples of noise and structure, and their distance in collisions of a disk.
 const SAMPLES: u32 = 12;
 const BETWEEN: f64 = 5.0;
 /// Velocity of a shear wave over the thermal one: an energy of half a percent of T for each of two.
 const WAVE: f64 = 0.15;
-/// Steps of the regression of a shear wave, and their length over the time in which it decays to 1/e by theory.
+/// Number of steps of the regression of a shear wave.
 const STEPS: u32 = 6;
+/// Length of a step, over the time in which the wave decays to 1/e by theory.
 const STEP: f64 = 0.4;
 
-/// What one gas shows.
+/// Results of one gas.
 struct Found {
     rate: f64,
     pressure: f64,
@@ -63,21 +67,22 @@ struct Found {
     /// Transverse and longitudinal energy over T of each mode of each band, means over the samples.
     bands: Vec<Vec<[f64; 2]>>,
     compressibility: f64,
-    /// Disks for each simulator.
+    /// Number of disks for each simulator.
     weight: f64,
-    /// Shear waves at even times, and the root of the temperature meanwhile.
+    /// Shear waves at equal intervals of time.
     waves: Vec<Vec<f64>>,
+    /// Root of the temperature in the meantime.
     speed: f64,
 }
 
-/// What does not depend on the gas.
+/// Settings of the measurement that do not depend on the gas.
 struct Plan {
     packing: f64,
     chi: f64,
     /// Mean free time of a disk.
     free: f64,
     relaxation: f64,
-    /// Wave number of the shear waves, and the spacing of their samples.
+    /// Wave number of the shear waves.
     wave: f64,
     wave_index: i32,
     spacing: f64,
@@ -191,7 +196,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Sets two shear waves going and follows them.
+    /// Starts two shear waves and follows them.
     fn shear(&self, gas: &mut Engine<Disks, Followed>) -> Result<(Vec<Vec<f64>>, f64), Trouble> {
         let start = particles_of(&gas.state());
         let modes = modes(&start, vec![[self.wave_index, 0], [0, self.wave_index]])?;
@@ -217,7 +222,8 @@ fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
     sum / displacements.len().max(1) as f64
 }
 
-/// Disks at a setting, and how many gases there are at first, and at most: more simulators have less noise, and cost more.
+/// Returns the number of disks at a setting, and the number of gases at first and at most: more
+/// simulators have less noise, and cost more.
 fn extent(effort: &Effort, setting: Setting) -> (usize, [u64; 2]) {
     match (effort.quick, setting) {
         (true, Setting::Single) => (2_000, [4, 4]),
@@ -230,13 +236,14 @@ fn extent(effort: &Effort, setting: Setting) -> (usize, [u64; 2]) {
     }
 }
 
-/// At which settings a gas of this packing is measured.
+/// Returns the settings at which a gas of this packing is measured.
 fn settings(packing: f64) -> Vec<Setting> {
     let fixed: &[Setting] = if packing < THIN { &[] } else { &Setting::ALL };
     [fixed, &[Setting::Own]].concat()
 }
 
-/// All settings of the schemes at all packings. Gases are added until every claim is decided, or there are the most.
+/// Runs all settings of the schemes at all packings. Gases are added until every claim is decided,
+/// or their number is the largest.
 pub(super) fn run(log: &mut Findings) -> Done {
     for packing in PACKINGS {
         for setting in settings(packing) {

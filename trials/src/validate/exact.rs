@@ -15,14 +15,15 @@ use crate::gas::{Disks, disks as unit_disks, disordered, particles_of, relaxed};
 use crate::table::{Place, mean};
 use crate::{Done, Findings, Trouble};
 
-/// Z of hard disks by packing fraction, from the ten-term virial series of Kolafa & Rottner, Mol. Phys. 104, 3435
-/// (2006).
+/// Compressibility factor Z of hard disks by packing fraction, from the ten-term virial series of
+/// Kolafa & Rottner, Mol. Phys. 104, 3435 (2006).
 pub const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4.107)];
 
-/// Z from the virial, and the collision rate over `4 (Z - 1)/√π` of the same run, over blocks of a number of collisions.
+/// Compressibility factor Z from the virial, and the collision rate over `4 (Z - 1)/√π` of the same
+/// run, over blocks of a number of collisions.
 #[derive(Clone, Copy, Debug)]
 pub struct EquationOfState {
-    /// Compressibility factor.
+    /// Compressibility factor Z.
     pub factor: Estimate,
     /// Collision rate over that of the factor.
     pub rate: Estimate,
@@ -61,7 +62,8 @@ fn place(setting: &str, packing: f64, began: Instant) -> Place {
     Place::new("exact", "event-driven", setting, packing, seconds)
 }
 
-/// The largest distance of disks from where they started, after a number of collisions forward and the same time back.
+/// Largest distance of disks from their start, after a number of collisions forward and the same
+/// time back \[length\].
 fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, Trouble> {
     let start = disordered(disks, packing, 3)?;
     let before = particles_of(&start);
@@ -79,7 +81,7 @@ fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, Trouble>
     Ok(off.fold(0.0, f64::max))
 }
 
-/// Conservation, reversal, equation of state against the literature, structure.
+/// Tests conservation, reversal, equation of state against the literature, and structure.
 pub(super) fn run(log: &mut Findings) -> Done {
     mechanics(log)?;
     state(log)?;
@@ -136,8 +138,8 @@ fn state(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// Density fluctuations of long waves against the compressibility of the fluid; up to k d = 0.6, where structure changes S(k) by
-/// less than a tenth.
+/// Tests density fluctuations of long waves against the compressibility of the fluid; up to k d =
+/// 0.6, where structure changes S(k) by less than a tenth.
 fn structure(log: &mut Findings) -> Done {
     let began = Instant::now();
     let seeds = if log.effort.quick { 32 } else { 200 };

@@ -1,4 +1,4 @@
-//! Starts, gases behind the common interface, and what all parts ask of them.
+//! Starts, gases behind the common interface, and measurements that all parts share.
 
 use nalgebra::{Vector2, Vector3};
 use stosszahl_analysis::energy::EnergySample;
@@ -11,8 +11,8 @@ use stosszahl_model::{Budget, Grains, Observer, Particles, Simulation, State, in
 use crate::gas::{Disks, UNIT, disks, disordered, domain, law, particles_of, relaxed, state};
 use crate::{Done, Trouble};
 
-/// A disordered start of unit disks at T = 1, after some elastic collisions of each disk under exact dynamics, time
-/// zero.
+/// Creates a disordered start of unit disks at T = 1, after some elastic collisions of each disk
+/// under exact dynamics, time zero.
 pub(super) fn start(
     count: usize,
     packing: f64,
@@ -27,7 +27,7 @@ fn grains(restitution: f64) -> Result<Grains, Trouble> {
     Ok(Grains::equal(UNIT.radius, UNIT.mass, law(restitution)?))
 }
 
-/// Exact dynamics from a start.
+/// Creates exact dynamics from a start.
 pub(super) fn exact(start: &Particles, restitution: f64) -> Result<Box<dyn Simulation>, Trouble> {
     let (boundaries, grains) = (stosszahl_ed::Boundaries::periodic(), grains(restitution)?);
     Ok(stosszahl_ed::simulate(
@@ -38,9 +38,9 @@ pub(super) fn exact(start: &Particles, restitution: f64) -> Result<Box<dyn Simul
     )?)
 }
 
-/// A Monte Carlo gas from a start, with velocities of its own for each simulator: Maxwellian, momentum zero and T = 1
-/// exactly. Otherwise those of several simulators of a disk would be turned copies, and as far from a Maxwellian as
-/// those of the few disks.
+/// Creates a Monte Carlo gas from a start, with velocities of its own for each simulator:
+/// Maxwellian, momentum zero and T = 1 exactly. Otherwise those of several simulators of a disk
+/// would be turned copies, and as far from a Maxwellian as those of the few disks.
 pub(super) fn monte_carlo(
     start: &Particles,
     restitution: f64,
@@ -62,7 +62,8 @@ pub(super) fn monte_carlo(
     Ok(gas)
 }
 
-/// The same elastic gas as the engine itself, whose tally knows over which distance a scheme carries momentum.
+/// Creates an elastic Monte Carlo gas as the engine itself, whose tally has the distance over which
+/// a scheme carries momentum.
 pub(super) fn cells(
     start: &Particles,
     parameters: Parameters,
@@ -79,7 +80,7 @@ pub(super) fn cells(
     Ok(engine)
 }
 
-/// What must be added to velocities to make them Maxwellian.
+/// Returns the changes of velocity that make a gas Maxwellian.
 fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>, Trouble> {
     let (places, velocities) = columns(gas);
     let places = places.into_iter().map(|at| (at, Vector2::zeros()));
@@ -90,42 +91,43 @@ fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>,
     Ok(bodies.map(|(new, old)| new.velocity - old).collect())
 }
 
-/// Takes a gas to a time, leg by leg as a run does.
+/// Advances a gas to a time, leg by leg as a run does.
 pub(super) fn advance(gas: &mut dyn Simulation, until: f64, observer: &mut dyn Observer) -> Done {
     while !gas.advance(until, Budget::Leg, observer)? {}
     Ok(())
 }
 
-/// Sets shear waves going in all of the modes, of a velocity over the thermal one.
+/// Starts shear waves in all of the modes, of a velocity over the thermal one.
 pub(super) fn kick(gas: &mut dyn Simulation, modes: &Modes, velocity: f64) -> Done {
     let changes = shear_waves(modes, &columns(&gas.particles()).0, velocity)?;
     let changes: Vec<Vector3<f64>> = changes.iter().map(|change| change.push(0.0)).collect();
     Ok(gas.kick(&changes)?)
 }
 
-/// Positions and velocities.
+/// Returns positions and velocities.
 pub(super) fn columns(gas: &Particles) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
     let columns = |one: &stosszahl_model::Particle| (one.position.xy(), one.velocity.xy());
     gas.all.iter().map(columns).unzip()
 }
 
-/// Modes of these indices in the box of a gas.
+/// Creates the modes of these indices in the box of a gas.
 pub(super) fn modes(gas: &Particles, indices: Vec<[i32; 2]>) -> Result<Modes, Trouble> {
     Ok(Modes::new([gas.lengths[0], gas.lengths[1]], indices)?)
 }
 
-/// Amplitudes of modes.
+/// Returns the amplitudes of modes.
 pub(super) fn amplitudes(gas: &Particles, modes: &Modes) -> Result<Vec<Amplitude>, Trouble> {
     let (positions, velocities) = columns(gas);
     Ok(modes.measure(&positions, &velocities)?)
 }
 
-/// Temperature and a2.
+/// Returns temperature and a2.
 pub(super) fn energy(gas: &Particles) -> EnergySample {
     EnergySample::of(gas, 0)
 }
 
-/// Shear waves: their velocities `2/N Σ v_t cos(k · r)` and the same with the sine, and the temperature without them.
+/// Returns shear waves by their velocities, `2/N Σ v_t cos(k · r)` and with the sine, and the
+/// temperature without them.
 ///
 /// A wave of amplitude a has the energy a²/4 a disk, and T is the energy of a disk.
 pub(super) fn waves(gas: &Particles, modes: &Modes) -> Result<(Vec<[f64; 2]>, f64), Trouble> {

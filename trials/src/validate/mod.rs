@@ -42,7 +42,7 @@ use schemes::METHODS;
 
 pub use whole::TRIALS;
 
-/// The parts of the validation of the schemes.
+/// Parts of the validation of the schemes.
 pub mod parts {
     use super::{ENDLESS, convergence, cooling, elastic, structure, unstable};
 
@@ -65,7 +65,8 @@ pub mod parts {
     }
 }
 
-/// Does something for each of some seeds in parallel: results in their order, and the seconds that all took.
+/// Runs a job for each of some seeds in parallel: returns results in their order, and the seconds
+/// that all took.
 fn over_seeds<T: Send>(
     seeds: Range<u64>,
     job: impl Fn(u64) -> Result<T, Trouble> + Sync + Send,
@@ -79,7 +80,7 @@ fn over_seeds<T: Send>(
     Ok((found, seconds.iter().sum()))
 }
 
-/// What came of the parts that were asked for.
+/// Outcome of the requested parts.
 #[derive(Default)]
 struct Outcome {
     rows: Vec<Row>,
@@ -121,7 +122,8 @@ impl Outcome {
         Ok(whole)
     }
 
-    /// Claims of the default scheme that hold, that do not, and that are left open where that is allowed.
+    /// Counts the claims of the default scheme that hold, that do not, and that are left open where
+    /// that is allowed.
     fn standing(&self, may_stay_open: impl Fn(&Row) -> bool) -> [usize; 3] {
         let mut counts = [0; 3];
         for row in self.rows.iter().filter(|row| row.place.default) {
@@ -135,8 +137,9 @@ impl Outcome {
         counts
     }
 
-    /// The last line of the whole, how many claims hold and the word, and whether all is well: only the part of the default
-    /// scheme may leave claims open.
+    /// Returns the last line of the whole and whether all is well; only the part of the default
+    /// scheme may leave claims open. The line has the number of claims that hold and the final
+    /// word.
     fn verdict(&self) -> (String, bool) {
         let [passed, failed, open] =
             self.standing(|row| ["cooling", "elastic", "unstable"].contains(&row.place.part));
@@ -153,7 +156,7 @@ impl Outcome {
         (text, word == "pass")
     }
 
-    /// Work behind all rows \[s\]: those of one scheme, setting and packing share theirs.
+    /// Work behind all rows \[s\]: rows of one scheme, setting and packing share theirs.
     fn work(&self) -> f64 {
         let mut rows: Vec<_> = self.rows.iter().map(|row| &row.place).collect();
         rows.retain(|place| !place.setting.ends_with("to 0"));
@@ -161,7 +164,7 @@ impl Outcome {
         rows.iter().map(|place| place.seconds).sum()
     }
 
-    /// The page of the whole.
+    /// Formats the page of the whole.
     fn page(&self, quick: bool) -> String {
         let option = if quick { " --quick" } else { "" };
         let mut text = format!(

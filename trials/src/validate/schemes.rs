@@ -1,17 +1,18 @@
-//! The schemes that are validated, as data: what they are, how they are refined, and what each claims.
+//! Schemes to validate, as data: their parameters, their refinement, and their claims.
 //!
-//! To add one, add an entry to [`METHODS`]. Whatever a scheme does not claim is measured all the same and stated.
+//! To add one, add an entry to [`METHODS`]. Quantities that a scheme does not claim are measured
+//! and stated, too.
 
 use stosszahl_dsmc::{Displacement, Neighbourhood, Parameters, Scheme};
 
 use crate::gas::PLAIN;
 
-/// What is measured of a scheme.
+/// Quantity measured of a scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Collisions of a disk in an elastic gas, over Enskog's.
+    /// Collision rate of a disk in an elastic gas, over Enskog's.
     CollisionRate,
-    /// p/(nT) of an elastic gas from the flux of momentum, over that of hard disks.
+    /// Pressure p/(nT) of an elastic gas from the flux of momentum, over that of hard disks.
     Pressure,
     /// Self-diffusion of an elastic gas over Enskog's.
     Diffusion,
@@ -21,7 +22,7 @@ pub enum Quantity {
     Transverse,
     /// Energy of longitudinal velocity modes over T.
     Longitudinal,
-    /// S(k → 0), over the compressibility of hard disks.
+    /// Structure factor S(k → 0), over the compressibility of hard disks.
     Compressibility,
     /// Energy of the homogeneously cooling gas over Haff's law.
     Cooling,
@@ -33,24 +34,24 @@ pub enum Quantity {
     Limit,
 }
 
-/// How finely a scheme is resolved.
+/// Resolution of a scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Setting {
     /// Cells of two diameters, one simulator for each disk: those of Luding, Müller & McNamara (1998).
     Single,
     /// Cells of two diameters, eight simulators for each disk.
     Eight,
-    /// As finely as the scheme says.
+    /// Cells and simulators of the scheme's refined setting, [`Method::refined`].
     Refined,
-    /// Cells and time steps of a run that says nothing of them, four simulators for each disk.
+    /// Default cells and time steps, with four simulators for each disk.
     Own,
 }
 
 impl Setting {
-    /// Those of all schemes, one finer than the other.
+    /// Settings of all schemes, from coarse to fine.
     pub const ALL: [Self; 3] = [Self::Single, Self::Eight, Self::Refined];
 
-    /// Its name in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Single => "single",
@@ -61,23 +62,24 @@ impl Setting {
     }
 }
 
-/// A scheme and what it is held to.
+/// Scheme and its claims.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
-    /// Its name on the command line and in tables.
+    /// Name on the command line and in tables.
     pub name: &'static str,
-    /// Whether the command fails if a claim of it does.
+    /// True if the command fails if a claim of the scheme does.
     pub default: bool,
-    /// Its numerical choices; cells and simulators are those of the setting.
+    /// Numerical parameters of the scheme; cells and simulators are those of the setting.
     pub parameters: Parameters,
     /// Side of a cell over the diameter, and simulators for each disk, at the refined setting.
     pub refined: (f64, u32),
-    /// What it claims at each setting, in the order of [`Setting::ALL`]; in its own cells, what it does with eight simulators.
+    /// Claims at each setting, in the order of [`Setting::ALL`]; in its own cells the scheme claims
+    /// those of eight simulators.
     pub claims: [&'static [Quantity]; 3],
 }
 
 impl Method {
-    /// Numerical choices at a setting.
+    /// Returns the numerical parameters at a setting.
     pub fn at(&self, setting: Setting) -> Parameters {
         let (cell, simulators) = match setting {
             Setting::Single => (2.0, 1),
@@ -97,7 +99,7 @@ impl Method {
         }
     }
 
-    /// Whether it claims a quantity at a setting.
+    /// Returns true if the scheme claims a quantity at a setting.
     pub fn claims(&self, setting: Setting, quantity: Quantity) -> bool {
         let place = match setting {
             Setting::Single => 0,
@@ -107,7 +109,7 @@ impl Method {
         self.claims[place].contains(&quantity)
     }
 
-    /// A scheme that claims nothing, in cells of two diameters or finer ones.
+    /// Creates a scheme that claims nothing, in cells of two diameters or finer ones.
     const fn new(name: &'static str, scheme: Scheme, steps_per_crossing: f64) -> Self {
         Self {
             name,
@@ -122,19 +124,20 @@ impl Method {
         }
     }
 
-    /// The same with partners a diameter apart, which gives it a pressure.
+    /// Returns this scheme with partners a diameter apart, which gives it a pressure.
     const fn displaced(mut self) -> Self {
         self.parameters.displacement = Displacement::Diameter;
         self
     }
 
-    /// The same with half a diameter for a cell and 64 simulators for each disk at the refined setting.
+    /// Returns this scheme with half a diameter for a cell and 64 simulators for each disk at the
+    /// refined setting.
     const fn finer(mut self) -> Self {
         self.refined = (0.5, 64);
         self
     }
 
-    /// The same with claims.
+    /// Returns this scheme with claims.
     const fn claiming(mut self, claims: [&'static [Quantity]; 3]) -> Self {
         self.claims = claims;
         self
@@ -146,7 +149,7 @@ use Quantity::{
     Viscosity,
 };
 
-/// Enskog's rate with the mean density.
+/// Scheme with Enskog's rate at the mean density.
 const MEAN: Scheme = Scheme::Enskog(Neighbourhood::Mean);
 const CELLS: &[Quantity] = &[CollisionRate, Transverse, Longitudinal];
 const NOISE: &[Quantity] = &[Transverse, Longitudinal];
@@ -163,7 +166,7 @@ const ALL: &[Quantity] = &[
     Limit,
 ];
 
-/// The default scheme.
+/// Default scheme.
 pub const CONTACT_POINT: Method = {
     let scheme = Scheme::ContactPoint { radius: None };
     let mut method = Method::new("contact-point", scheme, 8.0).finer();
@@ -172,7 +175,7 @@ pub const CONTACT_POINT: Method = {
     method.claiming([DENSE, DENSE, ALL])
 };
 
-/// The schemes.
+/// All schemes.
 pub const METHODS: &[Method] = &[
     // chi = 1: the Boltzmann equation of a dilute gas, measured against Enskog's to show what density does.
     Method::new("boltzmann", Scheme::Boltzmann, 4.0),

@@ -12,16 +12,19 @@ use crate::gas::{Particles, UNIT, law, particles, without_positions};
 use crate::table::{Place, mean};
 use crate::{Done, Findings, Trouble};
 
-/// Restitution, particles and number density of the cooling gas.
+/// Coefficient of restitution of the cooling gas.
 const RESTITUTION: f64 = 0.8;
+/// Number of particles.
 const PARTICLES: usize = 20_000;
+/// Number density \[1/length^D\].
 const DENSITY: f64 = 0.1;
-/// When it is looked at, over `t_0`.
+/// Sample times over `t_0`.
 const TIMES: [f64; 2] = [1.0, 4.0];
 /// Sonine orders of the theory: one more would change a2 by 1e-5.
 const ORDERS: usize = 6;
 
-/// Energy and collisions over those of theory, and a2 less that of theory, at each time, of one gas.
+/// Returns energy and collisions over those of theory, and a2 less that of theory, at each time, of
+/// one gas.
 fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, Trouble> {
     let law = law(RESTITUTION)?;
     let scene: Particles<S> = particles(law.clone(), UNIT);
@@ -50,8 +53,8 @@ fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, Trouble> {
     Ok(found)
 }
 
-/// Cooling in the plane or in space against the kinetic equations, from a Maxwellian start: K and collisions to 0.5 %, and a2 to
-/// 0.003.
+/// Tests cooling in the plane or in space against the kinetic equations, from a Maxwellian start: K
+/// and collisions to 0.5 %, and a2 to 0.003.
 fn cooling<S: Space>(log: &mut Findings) -> Done {
     let began = Instant::now();
     let seeds = if log.effort.quick { 24 } else { 100 };

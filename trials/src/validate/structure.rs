@@ -16,22 +16,26 @@ use crate::{Done, Findings, Trouble};
 
 const DISKS: usize = 2000;
 const PACKING: f64 = 0.25;
-/// Simulators for each disk.
+/// Numbers of simulators for each disk.
 const SIMULATORS: [u32; 4] = [1, 4, 16, 64];
-/// Wave numbers times d, and how far from them the modes are whose mean is taken: S(k) of hard disks is all but straight there.
+/// Wave numbers times d, and half the width of the bands of modes whose mean is taken: S(k) of hard
+/// disks is nearly linear there.
 const WAVES: [(f64, f64); 3] = [(0.2, 0.1), (0.5, 0.1), (1.0, 0.1)];
-/// From how many simulators on contact point has the structure of disks, and how closely: linear response says 2 % at k d = 1
-/// (`docs/development/monte-carlo.md`).
+/// Number of simulators per disk from which contact point has the structure of disks.
 const MANY: u32 = 16;
+/// Largest relative deviation of the structure of contact point from that of disks: linear response
+/// says 2 % at k d = 1 (`docs/development/monte-carlo.md`).
 const CLAIM: f64 = 0.05;
-/// Most modes of each.
+/// Most modes of each band.
 const MODES: usize = 200;
-/// Collisions of each disk before the first sample, samples, and collisions between them.
+/// Collisions of each disk before the first sample.
 const RELAX: f64 = 60.0;
+/// Number of samples.
 const SAMPLES: u32 = 10;
+/// Collisions of each disk between two samples.
 const BETWEEN: f64 = 8.0;
 
-/// The mean of S(k) around each wave number, over samples and modes of one gas.
+/// Returns the mean of S(k) around each wave number, over samples and modes of one gas.
 fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], Trouble> {
     let free = 1.0 / kinetic::collision_rate(PACKING, kinetic::contact_value(PACKING), 0.0);
     let origin = gas.time();
@@ -55,7 +59,7 @@ fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], Trouble> {
     Ok(sums)
 }
 
-/// The quotient of two estimates that do not depend on each other.
+/// Quotient of two independent estimates.
 fn quotient(one: Estimate, other: Estimate) -> Estimate {
     let relative = |of: Estimate| of.standard_error.map(|error| error / of.value);
     let value = one.value / other.value;
@@ -67,7 +71,8 @@ fn quotient(one: Estimate, other: Estimate) -> Estimate {
     }
 }
 
-/// Exact disks, and schemes with more and more simulators for each. Contact point claims to have their structure where it has many.
+/// Runs exact disks, and schemes with more and more simulators for each. Contact point claims to
+/// have their structure with many.
 pub(super) fn run(log: &mut Findings) -> Done {
     let (exact_gases, gases) = if log.effort.quick { (4, 2) } else { (64, 24) };
     let make = |seed| start(DISKS, PACKING, seed, 40.0);

@@ -1,7 +1,8 @@
-//! What the validator asks of a method, whatever it is, and what it claims of the answers.
+//! Interface of a method under validation, and the claims about its results.
 //!
-//! A [`Subject`] follows a gas of equal disks and tells its temperature, its a2 and its collisions. The claims know nothing
-//! else of it, so that a method with a planted fault can be put in its place: the tests of the validator do that.
+//! A [`Subject`] follows a gas of equal disks and returns its temperature, its a2 and its
+//! collisions. The claims know nothing else of it, so that a method with a planted fault can be put
+//! in its place: the tests of the validator do that.
 
 use std::time::Instant;
 
@@ -19,10 +20,10 @@ use crate::{Done, Findings, Trouble};
 
 /// Elastic collisions of each disk before a gas is followed.
 const EQUILIBRATE: f64 = 20.0;
-/// Bins of the impact parameter.
+/// Number of bins of the impact parameter.
 const BINS: usize = 20;
 
-/// A gas to follow.
+/// Gas to follow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gas {
     /// Number of disks.
@@ -31,16 +32,16 @@ pub struct Gas {
     pub packing: f64,
     /// Coefficient of restitution.
     pub restitution: f64,
-    /// Elastic collisions of each disk before it is followed.
+    /// Elastic collisions of each disk before the gas is followed.
     pub equilibrate: f64,
     /// Rising times, in units of the diameter over the thermal speed of the start.
     pub times: Vec<f64>,
 }
 
-/// What a gas did.
+/// Results of following a gas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
-    /// Temperatures at the times; one at the start.
+    /// Temperatures at the times, over that of the start.
     pub temperatures: Vec<f64>,
     /// a2 at the times, without the bias of a finite number.
     pub cumulants: Vec<f64>,
@@ -50,17 +51,17 @@ pub struct Course {
 
 /// A method that makes disks collide.
 pub trait Subject: Sync {
-    /// Its name in tables.
+    /// Returns the name in tables.
     fn name(&self) -> String;
 
-    /// Follows a gas in equilibrium from a start of its own, which the seed decides.
+    /// Follows a gas from an equilibrium start, which the seed decides.
     ///
     /// # Errors
     /// [`Trouble`] if it cannot be made or followed.
     fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble>;
 }
 
-/// Observes a gas.
+/// Follows a gas and observes it.
 fn observed(gas: &Gas, mut engine: Box<dyn Simulation>) -> Result<Course, Trouble> {
     let end = gas.times.last().copied().unwrap_or(0.0);
     let mut windows = Windows::new(&[[0.0, end]], BINS, gas.disks, 0.0, 1.0);
@@ -139,12 +140,12 @@ impl Subject for ContactPoint {
     }
 }
 
-/// How much work the claims of a subject take.
+/// Amount of work of the claims of a subject.
 #[derive(Clone, Copy, Debug)]
 pub struct Work {
-    /// Disks and seeds of the elastic gas.
+    /// Number of disks and of seeds of the elastic gas.
     pub elastic: (usize, u64),
-    /// Disks and seeds of the cooling gas.
+    /// Number of disks and of seeds of the cooling gas.
     pub cooling: (usize, u64),
 }
 
@@ -154,17 +155,17 @@ const DENSE: f64 = 0.25;
 /// the 477 d in which shear modes grow.
 const DILUTE: f64 = 0.01;
 const RESTITUTION: f64 = 0.8;
-/// How long the elastic gas is followed, in mean free times.
+/// Time for which the elastic gas is followed, in mean free times.
 const ELASTIC_TIME: f64 = 20.0;
-/// When the cooling gas is looked at, over `t_0`.
+/// Sample times of the cooling gas, over `t_0`.
 const COOLING_TIMES: [f64; 2] = [1.0, 3.0];
 
-/// The mean over courses; a course that has no answer counts for nothing.
+/// Mean over courses; courses without a value are left out.
 fn over(courses: &[Course], of: impl Fn(&Course) -> Option<f64>) -> Result<Estimate, Trouble> {
     mean(courses.iter().filter_map(of))
 }
 
-/// What a subject does with gases, and where its rows stand.
+/// Follows gases with a subject; returns their courses, and the place of its rows.
 fn courses(
     subject: &dyn Subject,
     setting: &str,
@@ -188,8 +189,9 @@ fn courses(
     ))
 }
 
-/// Elastic disks at packing 0.25: the rate of Enskog's theory within 1 %, colliding pairs with `<g²>` = 6 T/m and uniform impact
-/// parameters as molecular chaos has them, an unchanged energy, a Maxwellian.
+/// Tests elastic disks at packing 0.25: the rate of Enskog's theory within 1 %, colliding pairs
+/// with `<g²>` = 6 T/m and uniform impact parameters as in molecular chaos, constant energy, a
+/// Maxwellian.
 fn elastic(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
     let enskog = kinetic::collision_rate(DENSE, kinetic::contact_value(DENSE), 0.0);
     let times = vec![ELASTIC_TIME / enskog];
@@ -218,8 +220,8 @@ fn elastic(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// Homogeneous cooling of dilute disks with r = 0.8: K by Haff's law with the relaxation of a2 within 1 %, a2 of the Boltzmann
-/// equation.
+/// Tests homogeneous cooling of dilute disks with r = 0.8: K by Haff's law with the relaxation of
+/// a2 within 1 %, a2 of the Boltzmann equation.
 fn cooling(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
     let haff = kinetic::haff_time(DILUTE, RESTITUTION, kinetic::contact_value(DILUTE));
     let times = COOLING_TIMES.map(|time| time * haff).to_vec();
@@ -238,7 +240,7 @@ fn cooling(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// All claims on a subject.
+/// Tests all claims on a subject.
 ///
 /// # Errors
 /// [`Trouble`] if a gas cannot be made or followed.

@@ -17,17 +17,21 @@ use super::schemes::{Quantity, Setting};
 use crate::table::{Place, against, mean};
 use crate::{Done, Findings, Trouble};
 
-/// Waves in the box of the modes that are set going, and those that are left to the noise.
+/// Numbers of waves in the box of the modes that are started.
 const KICKED: [i32; 4] = [2, 4, 6, 8];
+/// Numbers of waves in the box of the modes that are left to the noise.
 const LEFT: [i32; 4] = [3, 5, 7, 9];
 /// Velocity of a wave over the thermal one: an energy of a thousandth of T for each of eight.
 const WAVE: f64 = 0.06;
-/// First sample and spacing in `ln(1 + t/t_0)`, and how many: a disk collides 11 times per unit.
+/// First sample, in `ln(1 + t/t_0)`.
 const FIRST: f64 = 0.3;
+/// Interval of samples, in `ln(1 + t/t_0)`: a disk collides 11 times per unit.
 const SPACING: f64 = 0.2;
+/// Number of samples.
 const SAMPLES: u32 = 6;
 
-/// What one gas shows: for each kicked number of waves its series, and the energy over T of the others at the end.
+/// Results of one gas: the series of each kicked number of waves, and the energy over T of the
+/// other modes at the end.
 struct Found {
     series: Vec<Vec<Vec<f64>>>,
     energies: Vec<f64>,
@@ -37,7 +41,7 @@ fn axes(numbers: &[i32]) -> Vec<[i32; 2]> {
     numbers.iter().flat_map(|&n| [[n, 0], [0, n]]).collect()
 }
 
-/// Sets waves going in a gas and follows it.
+/// Starts waves in a gas and follows it.
 fn follow(mut gas: Box<dyn Simulation>) -> Result<Found, Trouble> {
     let start = gas.particles();
     let (kicked, left) = (modes(&start, axes(&KICKED))?, modes(&start, axes(&LEFT))?);
@@ -130,7 +134,7 @@ impl Growth {
     }
 }
 
-/// All settings of the schemes but the refined one, and exact dynamics.
+/// Runs all settings of the schemes but the refined one, and exact dynamics.
 pub(super) fn run(log: &mut Findings) -> Done {
     let replicas = if log.effort.quick { 4 } else { 32 };
     let (starts, _) = over_seeds(0..replicas, |seed| start(10_000, PACKING, seed, 20.0))?;

@@ -1,4 +1,4 @@
-//! Everything that is claimed about accuracy.
+//! The whole of the claims about accuracy.
 
 use std::time::Instant;
 
@@ -28,7 +28,7 @@ trials! {
         "no claim fails; some may stay open", ENDLESS;
 }
 
-/// A printed number: what it is, packing fraction, its value, how far it is rounded, and what the program says.
+/// Compares printed numbers with those of the program, to the rounding of each.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn literature(log: &mut Findings) -> Done {
     let began = Instant::now();
@@ -94,7 +94,7 @@ fn monte_carlo(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// One claim for each hard case: no faults.
+/// Records one claim for each hard case: no faults.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn suites(log: &mut Findings) -> Done {
     for (name, trials) in [
