@@ -7,7 +7,7 @@ use crate::study::RunPart;
 use crate::study::frontier::Kind;
 use clap::{Args, Parser, Subcommand};
 
-/// The version, with the commit where it is known.
+/// Version of the program, with the commit if it is known.
 pub const VERSION: &str = if env!("STOSSZAHL_COMMIT").is_empty() {
     env!("CARGO_PKG_VERSION")
 } else {
@@ -31,7 +31,7 @@ pub const VERSION: &str = if env!("STOSSZAHL_COMMIT").is_empty() {
                   Exit codes: 0 done, 1 the run failed, 2 the input was refused, 130 stopped (continue with --resume)."
 )]
 pub struct Arguments {
-    /// What to do.
+    /// Command to run.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -139,7 +139,7 @@ pub enum Command {
     Reproduce(ReproduceArguments),
 }
 
-/// What may be set from outside a case file.
+/// Case file, and settings that replace its own.
 #[derive(Debug, Args)]
 pub struct CaseArguments {
     /// The case file (TOML), or the name of a bundled case.
@@ -158,7 +158,7 @@ pub struct CaseArguments {
     pub set: Vec<String>,
 }
 
-/// A whole number, also as `1e5`, as cases take it.
+/// Parses a whole number, also as `1e5`, as cases take it.
 fn whole_number(text: &str) -> Result<u64, String> {
     // Beyond, whole numbers are not all told apart by their floating-point values.
     let largest = 2.0_f64.powi(53);
@@ -173,7 +173,7 @@ fn whole_number(text: &str) -> Result<u64, String> {
     number.ok_or_else(|| "expected a whole number, such as 1000 or 1e3".into())
 }
 
-/// A number of threads.
+/// Parses a number of threads.
 fn threads(text: &str) -> Result<u16, String> {
     let number = whole_number(text)?;
     let few = u16::try_from(number).ok();
@@ -182,7 +182,7 @@ fn threads(text: &str) -> Result<u16, String> {
 }
 
 impl CaseArguments {
-    /// All settings, in the order in which they count.
+    /// Returns all settings, in the order in which they count.
     pub fn overrides(&self) -> Vec<String> {
         let mut all = self.set.clone();
         all.extend(self.replicas.map(|value| format!("replicas={value}")));
@@ -287,7 +287,7 @@ impl JoinArguments {
     }
 }
 
-/// Seconds after which a process that is not heard of is lost.
+/// Parses the seconds after which a silent process is lost.
 fn patience(text: &str) -> Result<f64, String> {
     let found = text.parse::<f64>().ok();
     found

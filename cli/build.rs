@@ -1,9 +1,10 @@
-//! Says from which commit the program is built, and whether sources have changed since: `STOSSZAHL_COMMIT`, empty outside a clone.
+//! Sets `STOSSZAHL_COMMIT`: the commit from which the program is built, and whether sources have
+//! changed since; empty outside a clone.
 
 use std::path::Path;
 use std::process::Command;
 
-/// What the program is built from, relative to the root of the clone.
+/// Sources of the program, relative to the root of the clone.
 const SOURCES: [&str; 10] = [
     "Cargo.toml",
     "Cargo.lock",

@@ -1,4 +1,4 @@
-//! What each command does.
+//! Execution of the commands.
 
 use std::io::{self, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
@@ -33,10 +33,10 @@ use crate::terminal::{beside, duration};
 
 /// Name of the page of a frontier in its folder.
 const PAGE: &str = "frontier.html";
-/// How long `check` measures \[s\].
+/// Longest time that `check` measures \[s\].
 const MEASURING: f64 = 10.0;
 
-/// Prints what was asked for beside the commands, such as `--help`, or why the arguments are none.
+/// Prints the answer to `--help` and the like, or the reason why the arguments are refused.
 pub fn tell(asked: &clap::Error) -> ExitCode {
     let printed = asked.print().and_then(|()| io::stdout().flush());
     match printed {
@@ -45,7 +45,7 @@ pub fn tell(asked: &clap::Error) -> ExitCode {
     }
 }
 
-/// Does what the command line asks.
+/// Runs the command line, and returns its exit code.
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
         Command::Run { run, joining, part } => {
@@ -67,7 +67,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
     ended(done)
 }
 
-/// Says why a command failed, if it did, and which exit code says so.
+/// Prints the reason of a failure, if there is one, and returns the exit code.
 pub fn ended(done: Result<(), CommandError>) -> ExitCode {
     let Err(error) = done else {
         return ExitCode::SUCCESS;
@@ -83,7 +83,7 @@ pub fn ended(done: Result<(), CommandError>) -> ExitCode {
     ExitCode::from(error.exit_code())
 }
 
-/// The error and its causes, each said once.
+/// Prints the error and its causes, each once.
 fn explain(error: &CommandError) {
     let mut said = error.to_string();
     note(&format!("error: {said}"));
@@ -110,7 +110,7 @@ pub fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
     Ok(file)
 }
 
-/// The bundled cases with their questions, or the text of one.
+/// Prints the bundled cases with their questions, or the text of one.
 fn cases(name: Option<&str>) -> Result<(), CommandError> {
     let Some(name) = name else {
         let all = BUNDLE.cases();
@@ -178,7 +178,7 @@ fn manual(folder: &Path) -> Result<(), CommandError> {
         })
 }
 
-/// Makes the report of a folder anew, and names the files in it that are not those of the manifest.
+/// Rebuilds the report of a folder, and names the files in it that are not in the manifest.
 fn rebuild_report(folder: &Path) -> Result<(), CommandError> {
     let page = write_report(folder)?;
     for file in changed_files(folder)? {
@@ -282,7 +282,7 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// What one engine of one replica costs, in words.
+/// Formats the cost of one engine in one replica.
 fn engine_cost(cost: &EngineCost, about: &str, seconds: f64) -> String {
     let tried = match cost.trials_per_collision {
         Some(trials) => format!(", {} trials", scarce(trials * cost.collisions)),
@@ -297,7 +297,7 @@ fn engine_cost(cost: &EngineCost, about: &str, seconds: f64) -> String {
     )
 }
 
-/// A number of which little is known.
+/// Formats a number of which little is known.
 fn scarce(number: f64) -> String {
     if number < 1e4 {
         format!("{number:.0}")
@@ -306,7 +306,7 @@ fn scarce(number: f64) -> String {
     }
 }
 
-/// A number with six digits that are no more than needed.
+/// Formats a number with up to six digits.
 fn figure(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
         format!("{value:.5e}")
@@ -316,7 +316,8 @@ fn figure(value: f64) -> String {
     }
 }
 
-/// Measures the settings around a case, in this process or with the help of others, and prints what was found.
+/// Measures the settings around a case, in this process or with the help of others, and prints the
+/// results.
 ///
 /// # Errors
 /// [`CommandError`] of the sweep or of its report.
@@ -360,7 +361,7 @@ pub fn measure_frontier(
     show(&found)
 }
 
-/// Prints what a frontier says, and writes its page.
+/// Prints the results of a frontier, and writes its page.
 fn show(found: &frontier::Frontier) -> Result<(), CommandError> {
     say(&found.headline)?;
     for sentence in &found.conclusions {

@@ -24,10 +24,10 @@ pub enum CommandError {
     /// The report cannot be built.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// A frontier cannot be measured.
+    /// The frontier cannot be measured.
     #[error(transparent)]
     Frontier(#[from] FrontierError),
-    /// A paper cannot be made again.
+    /// The paper cannot be reproduced.
     #[error(transparent)]
     Reproduce(ReproduceError),
     /// There is no bundled paper of this name.
@@ -35,22 +35,22 @@ pub enum CommandError {
         "no bundled paper is called {0}, and there is no such file; `stosszahl reproduce` lists them"
     )]
     NoBundledPaper(String),
-    /// A share that is none.
+    /// The target error is not a share.
     #[error("--target-error {found}: allowed is a share such as 1% or 0.01, above 0 and below 1")]
     Target {
-        /// What was written.
+        /// Text as written.
         found: String,
     },
     /// There is no bundled case of this name.
     #[error("no bundled case is called {0}{close}; `stosszahl cases` lists them", close = close_case(.0))]
     NoBundledCase(String),
-    /// A file that would be replaced.
+    /// The file exists and would be replaced.
     #[error("{} exists; use --force to replace it, or another name", .0.display())]
     FileExists(PathBuf),
-    /// A page cannot be written.
+    /// The page cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// A folder that cannot be made or written into.
+    /// The folder cannot be made or written into.
     #[error("{}: cannot be written: {source}", path.display())]
     Folder {
         /// The folder.
@@ -63,7 +63,7 @@ pub enum CommandError {
     Output(#[from] io::Error),
 }
 
-/// A failure of a part of a paper is one of that part.
+/// Converts a failure of a part of a paper to one of that part.
 impl From<ReproduceError> for CommandError {
     fn from(error: ReproduceError) -> Self {
         match error {
@@ -76,7 +76,7 @@ impl From<ReproduceError> for CommandError {
 }
 
 impl CommandError {
-    /// Whether the command only ended because it was asked to.
+    /// Returns true if the command ended only because it was asked to.
     pub(crate) fn is_interruption(&self) -> bool {
         self.exit_code() == STOPPED
     }

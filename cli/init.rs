@@ -1,10 +1,10 @@
-//! Cases to begin with: text with a comment on every line.
+//! Templates of cases: text with a comment on every line.
 
 use std::fmt::Write as _;
 
 use crate::arguments::{InitArguments, Template};
 
-/// The text of a case.
+/// Returns the text of a case.
 pub fn text(arguments: &InitArguments) -> String {
     let restitution = arguments.restitution.first().copied().unwrap_or(1.0);
     let mut text = head(arguments);

@@ -1,10 +1,11 @@
-//! Granular gases, exact and by Monte Carlo: the door of the library.
+//! Granular gases, exact and by Monte Carlo: the root of the library.
 //!
-//! [`prelude`] has what a program of one's own needs. The physics lives in the crates that are re-exported here:
-//! [`model`] (what all engines share), [`ed`] (exact event-driven disks), [`dsmc`] (Monte Carlo collisions) and
-//! [`analysis`] (estimators, theory, statistics); [`gas`] builds gases in a few lines; [`case`] reads case files,
-//! [`study`] runs them, [`results`] and [`report`] are what a run leaves; [`reproduction`] makes papers again. The command line stands on them as any
-//! program would.
+//! [`prelude`] has the items that a custom program needs. The physics lives in the crates that are
+//! re-exported here: [`model`] (parts that all engines share), [`ed`] (exact event-driven disks),
+//! [`dsmc`] (Monte Carlo collisions) and [`analysis`] (estimators, theory, statistics). [`gas`]
+//! builds gases in a few lines, [`case`] reads case files and [`study`] runs them. [`results`] and
+//! [`report`] hold the output of a run, and [`reproduction`] reproduces papers. The command line
+//! stands on them as any program would.
 //!
 //! ```
 //! use stosszahl::prelude::*;
@@ -20,7 +21,7 @@
 //! # Ok::<(), GasError>(())
 //! ```
 
-// For other commands of this workspace, not for programs of one's own.
+// For other commands of this workspace, not for custom programs.
 #[doc(hidden)]
 pub mod arguments;
 #[doc(hidden)]
@@ -46,13 +47,13 @@ pub use stosszahl_reproduce as reproduction;
 pub use stosszahl_results as results;
 pub use stosszahl_study as study;
 
-/// The cases and papers that come with the program.
+/// Cases and papers that come with the program.
 static BUNDLE: case::Bundle = case::Bundle({
     static FOLDER: include_dir::Dir<'_> = include_dir::include_dir!("$CARGO_MANIFEST_DIR/cases");
     &FOLDER
 });
 
-/// The programs in the book, which are compiled and run as tests.
+/// Programs in the book, which are compiled and run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/extending.md")]
 struct Extending;

@@ -1,4 +1,4 @@
-//! What a program of one's own needs: `use stosszahl::prelude::*`.
+//! Items that a custom program needs: `use stosszahl::prelude::*`.
 
 pub use stosszahl_analysis::impact::ImpactParameters;
 pub use stosszahl_gas::{

@@ -8,12 +8,12 @@ use crate::study::{Gauge, Progress};
 use crate::terminal::note;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-/// Steps of a bar.
+/// Number of steps of a bar.
 const STEPS: u64 = 10_000;
 /// Time between two plain lines.
 const LINE: Duration = Duration::from_secs(10);
 
-/// Shows how far the points of a run are.
+/// Display of the progress of the points of a run.
 pub struct Display {
     shows: bool,
     terminal: Option<MultiProgress>,
@@ -28,7 +28,7 @@ struct Point {
     began: Instant,
     shown: Instant,
     bar: Option<ProgressBar>,
-    /// What takes the time of a part that goes on slowly, if that was not shown yet.
+    /// Activity that takes the time of a slow part, if it was not shown yet.
     activity: Option<String>,
 }
 
@@ -39,7 +39,7 @@ impl Default for Display {
 }
 
 impl Display {
-    /// Shows progress on standard error.
+    /// Creates a display that shows progress on standard error.
     pub fn new() -> Self {
         Self {
             shows: true,
@@ -48,7 +48,7 @@ impl Display {
         }
     }
 
-    /// A display that shows nothing.
+    /// Creates a display that shows nothing.
     pub fn silent() -> Self {
         Self {
             shows: false,
@@ -57,7 +57,7 @@ impl Display {
         }
     }
 
-    /// Does something with a point that has begun.
+    /// Calls `act` with a point that has begun.
     fn with(&self, number: usize, act: impl FnOnce(&mut Point)) {
         let mut points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(Some(point)) = points.get_mut(number) {

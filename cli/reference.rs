@@ -1,5 +1,5 @@
-//! Pages of the book that are made from what the program knows: the keys of cases from their schema, the columns of tables from
-//! the manifests of finished runs.
+//! Generated pages of the book: the keys of cases from their schema, the columns of tables from the
+//! manifests of finished runs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,12 +7,12 @@ use std::fmt::Write as _;
 use crate::results::{Column, Manifest, Role};
 use serde_json::Value;
 
-/// What begins a page that is made.
+/// Returns the head of a generated page.
 fn head(title: &str, command: &str) -> String {
     format!("# {title}\n\nThis page is made by `{command}`; a test compares it with the program.\n")
 }
 
-/// The page of all keys of a case.
+/// Returns the page of all keys of a case.
 pub fn keys(schema: &Value) -> String {
     let mut page = head("All keys of a case", "stosszahl reference");
     page.push_str(
@@ -42,7 +42,7 @@ pub fn keys(schema: &Value) -> String {
     page + &tables
 }
 
-/// The page of the columns of all tables that some runs have.
+/// Returns the page of the columns of all tables that some runs have.
 pub fn columns(manifests: &[Manifest]) -> String {
     let mut page = head("All columns of tables", "stosszahl reference FOLDER...");
     page.push_str("\n[results-folder.md](results-folder.md) says which measure writes which table, and what is common to all.\n");
@@ -86,7 +86,7 @@ pub fn columns(manifests: &[Manifest]) -> String {
     page
 }
 
-/// A key with what may stand there.
+/// Row of a table of keys: the key and its allowed values.
 #[derive(Clone, PartialEq)]
 struct Row {
     key: String,
@@ -103,7 +103,7 @@ fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
         .flatten()
 }
 
-/// Choices of a schema; itself where there is no choice.
+/// Returns the choices of a schema; the schema itself if there is no choice.
 fn choices(schema: &Value) -> Vec<&Value> {
     let listed = ["anyOf", "oneOf"]
         .iter()
@@ -114,7 +114,7 @@ fn choices(schema: &Value) -> Vec<&Value> {
     )
 }
 
-/// Rows of a key and of all keys below it.
+/// Adds the rows of a key and of all keys below it.
 fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
     let mut below = Vec::new();
     for one in choices(schema) {
@@ -141,7 +141,7 @@ fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
     }
 }
 
-/// What may stand there, in words; none for a table that is described key by key.
+/// Describes the allowed values in words; `None` for a table that is described key by key.
 fn allowed(schema: &Value) -> Option<String> {
     let number = |name: &str| {
         let limit = schema.get(name)?;
@@ -197,7 +197,8 @@ fn meaning(schema: &Value) -> String {
         .unwrap_or_default()
 }
 
-/// Rows of a section in which the table that most names share is written once, for `NAME`, and these names.
+/// Returns the rows of a section, in which the table that most names share is written once, for
+/// `NAME`, and these names.
 fn gathered(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
     let name = |row: &Row| -> Option<String> {
         let rest = row.key.strip_prefix(section)?.strip_prefix('.')?;
@@ -231,7 +232,7 @@ fn gathered(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
     (kept.collect(), shared.clone())
 }
 
-/// Text inside a cell of a table.
+/// Formats text inside a cell of a table.
 fn cell(text: &str) -> String {
     let flat: Vec<&str> = text.split_whitespace().collect();
     flat.join(" ").replace('|', "\\|")

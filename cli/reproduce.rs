@@ -15,21 +15,21 @@ use crate::error::CommandError;
 use crate::progress::Display;
 use crate::terminal::{duration, line, listen, note, say};
 
-/// What is said where a reproduction was stopped.
+/// Message of a reproduction that was stopped.
 const STOPPED: &str = "stopped; the same command goes on from the checkpoints";
 
-/// The text of a bundled case.
+/// Returns the text of a bundled case.
 fn bundled_case(name: &str) -> Option<String> {
     BUNDLE.named(name).map(|one| one.text.to_owned())
 }
 
-/// A bundled paper.
+/// Reads a bundled paper.
 fn bundled_paper(one: Bundled) -> Result<PaperFile, CommandError> {
     let path = PathBuf::from(format!("{}.toml", one.name));
     Ok(PaperFile::from_text(&path, one.text)?)
 }
 
-/// Makes a paper again, or lists the papers.
+/// Reproduces a paper, or lists the papers.
 ///
 /// # Errors
 /// [`CommandError`] of the paper, its cases, its runs, or its page.
@@ -75,7 +75,7 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
     Ok(say(&page.display().to_string())?)
 }
 
-/// A paper and its name: a file, or a bundled one.
+/// Reads a paper, from a file or bundled, with its name.
 fn read(asked: &Path) -> Result<(String, PaperFile), CommandError> {
     let name = asked.file_stem().unwrap_or(asked.as_os_str());
     let name = name.to_string_lossy().into_owned();
@@ -95,7 +95,7 @@ fn read(asked: &Path) -> Result<(String, PaperFile), CommandError> {
     Ok((found.name.to_owned(), bundled_paper(found)?))
 }
 
-/// The bundled papers with their figures, how long these take, and what they lack.
+/// Prints the bundled papers with their figures, running times and missing parts.
 fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
     let threads = arguments
         .threads

@@ -1,4 +1,5 @@
-//! `run`, alone and shared by several processes (`--join`, `--part`), `merge`, and what they print.
+//! The commands `run`, alone and shared by several processes (`--join`, `--part`), and `merge`,
+//! with their output.
 
 use std::path::Path;
 use std::time::Duration;
@@ -18,7 +19,7 @@ use crate::study::{
 };
 use crate::terminal::{line, listen, note, say};
 
-/// What a run that was stopped says.
+/// Message of a run that was stopped.
 pub const STOPPED_RUN: &str = "stopped; --resume goes on from the checkpoints";
 
 /// Runs a case in this process: alone, together with others, or a part of it.
@@ -41,7 +42,7 @@ pub(crate) fn run_on_threads(
     run(arguments, file, &stop, &display, run_case)
 }
 
-/// Progress on standard error, unless it is not wanted.
+/// Returns the progress on standard error, unless it is not wanted.
 fn display_of(printed: &Printed) -> Display {
     if printed.quiet {
         Display::silent()
@@ -50,7 +51,7 @@ fn display_of(printed: &Printed) -> Display {
     }
 }
 
-/// The options of a run.
+/// Returns the options of a run.
 fn options_of<'a>(
     arguments: &RunArguments,
     stop: &'a Interrupt,
@@ -71,7 +72,7 @@ fn options_of<'a>(
     }
 }
 
-/// Runs a case as arguments say, by what does that, and prints what came out.
+/// Runs a case with the function `runs`, and prints the results.
 ///
 /// # Errors
 /// [`CommandError`] of the run or of its report.
@@ -86,7 +87,7 @@ pub fn run(
     finish(summary, &arguments.printed, STOPPED_RUN)
 }
 
-/// Writes the report of a run, and prints what came out; or says `stopped`.
+/// Writes the report of a run, and prints the results; prints `stopped` if the run was stopped.
 fn finish(
     summary: Result<Summary, RunError>,
     printed: &Printed,
@@ -122,8 +123,9 @@ fn finish(
     Ok(say(&page)?)
 }
 
-/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are; of a point
-/// among others only the first conclusion and warnings.
+/// Returns the lines of a point: all of them, or the first conclusions, warnings, and the number of
+/// further lines. With `brief`, for a point among others, it is only the first conclusion and
+/// warnings.
 fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
     let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
@@ -156,7 +158,7 @@ fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
     lines
 }
 
-/// Conclusions, choices and warnings of all points as JSON.
+/// Formats conclusions, choices and warnings of all points as JSON.
 fn as_json(points: &[PointSummary], report: &str) -> String {
     let points = points.iter().map(|point| {
         json!({
@@ -174,7 +176,7 @@ fn as_json(points: &[PointSummary], report: &str) -> String {
     format!("{:#}", json!({ "report": report, "points": points }))
 }
 
-/// What a run that shares its folder says when it was stopped.
+/// Message of a run that shares its folder and was stopped.
 const STOPPED_JOINED: &str = "stopped; the same command goes on from the checkpoints";
 
 /// Runs a case together with the other processes that share its results folder.
@@ -215,7 +217,7 @@ fn run_share(arguments: &RunArguments, file: &CaseFile, part: RunPart) -> Result
     Ok(say(&folder.to_string())?)
 }
 
-/// Puts the parts of a run together.
+/// Merges the parts of a run.
 pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
     let Some(first) = arguments.folders.first() else {
         return Ok(());

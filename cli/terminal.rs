@@ -51,8 +51,8 @@ pub(crate) fn beside(left: &str, text: &str) -> String {
     textwrap::fill(text, options.subsequent_indent(&indent))
 }
 
-/// Makes a write beyond the limit of file sizes (`ulimit -f`) fail with an error that names the file; without this it ends the
-/// process without a word. For a program to call first.
+/// Makes a write beyond the limit of file sizes (`ulimit -f`) fail with an error that names the
+/// file; without this it ends the process without a word. A program calls this first.
 pub fn outlive_file_limits() {
     #[cfg(unix)]
     {
@@ -64,8 +64,9 @@ pub fn outlive_file_limits() {
 
 /// Returns the interrupt that a signal raises: Ctrl-C, or the end of the session.
 ///
-/// Work that looks at it ends by itself and saves where it stands. What does not within the grace is ended from outside, as
-/// by a kill, which checkpoints survive; and so it is on a second signal. `said` is said then.
+/// Work that checks it ends by itself and saves its state. If it does not end within the grace, the
+/// process is ended as by a kill, which checkpoints survive; so it is on a second signal. Then
+/// `said` is printed.
 pub fn listen(said: &'static str) -> Interrupt {
     let interrupt = Interrupt::default();
     let asked = interrupt.clone();
