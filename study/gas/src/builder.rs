@@ -1,4 +1,4 @@
-//! A gas from what one knows of it.
+//! Gases built from a description.
 
 use nalgebra::{Vector2, Vector3};
 use stosszahl_model::initial::{self, Arrangement};
@@ -15,13 +15,13 @@ use crate::memory::{BUILDING, need_memory};
 /// A gas: its physics, and all particles at one time. Engines start from it and give it back.
 #[derive(Clone, Debug)]
 pub struct Gas {
-    /// What particles are, and the field that they fly in.
+    /// Particles, their contact laws, and the field that they fly in.
     pub grains: Grains,
-    /// The particles; none have a place in a gas without positions.
+    /// Particles; none have a position in a gas without positions.
     pub particles: Particles,
-    /// The faces of the box.
+    /// Faces of the box.
     pub walls: Walls<Volume>,
-    /// Volume; an area in the plane.
+    /// Volume \[length^D\]; an area in the plane.
     pub volume: f64,
     /// Random streams of engines and walls.
     pub streams: Streams,
@@ -69,7 +69,7 @@ impl Gas {
     }
 }
 
-/// A gas being described.
+/// Description of a gas to be built.
 #[derive(Clone, Debug)]
 #[must_use = "a description is no gas until it is built"]
 pub struct GasBuilder {
@@ -113,31 +113,33 @@ impl GasBuilder {
         }
     }
 
-    /// Covered share of the area or volume; 0.1 unless this or a box size is set. The box is a square.
+    /// Sets the covered share of the area or volume; 0.1 unless this or a box size is set. The box
+    /// is a square.
     pub fn packing_fraction(mut self, packing_fraction: f64) -> Self {
         self.packing = Some(packing_fraction);
         self
     }
 
-    /// Sides of the box \[length\], in place of a packing fraction. Disks only.
+    /// Sets the sides of the box \[length\], in place of a packing fraction. Disks only.
     pub fn box_size(mut self, sides: [f64; 2]) -> Self {
         self.size = Some(sides);
         self
     }
 
-    /// The same normal restitution at every approach speed; 1, elastic, unless set.
+    /// Sets a constant normal restitution, for all approach speeds; 1, elastic, unless set.
     pub fn restitution(mut self, coefficient: f64) -> Self {
         self.law = stosszahl_model::Constant::new(coefficient).map(Law::from);
         self
     }
 
-    /// Any normal restitution.
+    /// Sets any law of normal restitution.
     pub fn law(mut self, law: impl Into<Law>) -> Self {
         self.law = Ok(law.into());
         self
     }
 
-    /// Grains that spin: tangential restitution from -1 (smooth) to 1 (perfectly rough). Disks only.
+    /// Makes particles spin: tangential restitution from -1 (smooth) to 1 (perfectly rough). Disks
+    /// only.
     pub fn tangential_restitution(mut self, coefficient: f64) -> Self {
         self.tangential = Some(coefficient);
         self
@@ -153,7 +155,7 @@ impl GasBuilder {
         self
     }
 
-    /// Faces of the box along an axis, lower and upper; periodic unless set. Disks only.
+    /// Sets the faces of the box along an axis, lower and upper; periodic unless set. Disks only.
     pub fn walls(mut self, axis: usize, faces: [Face<Volume>; 2]) -> Self {
         if let Some(pair) = self.walls.get_mut(axis) {
             *pair = faces;
@@ -161,33 +163,34 @@ impl GasBuilder {
         self
     }
 
-    /// A uniform acceleration \[length/time^2\]. Disks only.
+    /// Sets a uniform acceleration \[length/time^2\]. Disks only.
     pub fn gravity(mut self, acceleration: [f64; 2]) -> Self {
         self.gravity = Some(Vector3::new(acceleration[0], acceleration[1], 0.0));
         self
     }
 
-    /// Duration of a contact in exact dynamics \[time\]; 0 unless set. Contacts of disks that touched something less than this time ago
-    /// are elastic, which lets a gas go on where it would collapse: the TC model of Luding & McNamara, Granular Matter 1, 113 (1998),
+    /// Sets the duration of a contact in exact dynamics \[time\]; 0 unless set. Contacts of disks
+    /// that touched something less than this time ago are elastic, which prevents inelastic
+    /// collapse: the TC model of Luding & McNamara, Granular Matter 1, 113 (1998),
     /// doi:10.1007/s100350050017. Disks only.
     pub fn contact_time(mut self, contact_time: f64) -> Self {
         self.contact_time = contact_time;
         self
     }
 
-    /// Granular temperature of the start \[energy\]; 1 unless set.
+    /// Sets the granular temperature of the start \[energy\]; 1 unless set.
     pub fn temperature(mut self, temperature: f64) -> Self {
         self.temperature = temperature;
         self
     }
 
-    /// Seed of all random numbers; 1 unless set. The same seed gives the same bytes.
+    /// Sets the seed of all random numbers; 1 unless set. The same seed gives the same bytes.
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// Number of the replica: other random numbers of the same seed.
+    /// Sets the number of the replica: other random numbers of the same seed.
     pub fn replica(mut self, replica: u64) -> Self {
         self.replica = replica;
         self
@@ -201,14 +204,14 @@ impl GasBuilder {
         self
     }
 
-    /// Lets [`Self::build`] end early once this is raised.
+    /// Sets an interrupt that ends [`Self::build`] early.
     pub fn stop_on(mut self, interrupt: &Interrupt) -> Self {
         self.interrupt = interrupt.clone();
         self
     }
 
-    /// Makes the gas: disks at random without overlap (from packing 0.45 on a lattice, to be molten by
-    /// [`crate::EventDriven::equilibrate`]), with Maxwellian velocities.
+    /// Builds the gas: disks at random without overlap (from packing 0.45 on a lattice, to be
+    /// molten by [`crate::EventDriven::equilibrate`]), with Maxwellian velocities.
     ///
     /// # Errors
     /// [`GasError`] if a number is out of range or disks find no place.
@@ -287,7 +290,7 @@ impl GasBuilder {
         })
     }
 
-    /// A start of one's own, if it can be one; whether disks overlap is the engine's to find.
+    /// Checks given particles as a start; the engine finds overlaps.
     fn given(
         &self,
         start: &Particles,

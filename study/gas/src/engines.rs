@@ -13,7 +13,7 @@ use crate::reach::check_time;
 use crate::{Gas, GasError};
 
 impl Gas {
-    /// Which collisions lose energy in exact dynamics.
+    /// Returns the rule of which collisions lose energy in exact dynamics.
     fn dissipation(&self) -> Dissipation {
         if self.contact_time > 0.0 {
             Dissipation::ContactTime(self.contact_time)
@@ -31,7 +31,7 @@ pub struct EventDriven {
 }
 
 impl EventDriven {
-    /// Starts from a gas.
+    /// Creates exact dynamics from a gas.
     ///
     /// # Errors
     /// [`GasError`] if the gas has no positions, or open faces, or disks that overlap.
@@ -52,7 +52,8 @@ impl EventDriven {
         Ok(())
     }
 
-    /// The same, unless the interrupt is raised meanwhile: then the gas stays as it was, and the answer is false.
+    /// Equilibrates as [`Self::equilibrate`], unless the interrupt is raised meanwhile: then the
+    /// gas is unchanged, and the result is false.
     ///
     /// # Errors
     /// As [`Self::equilibrate`].
@@ -158,8 +159,8 @@ impl MonteCarlo {
         Self::with(gas, Self::defaults(gas, scheme))
     }
 
-    /// Parameters that a gas starts with by default: those of the scheme, without a displacement of partners where there are walls,
-    /// through which it would lead them.
+    /// Returns the default parameters of a gas: those of the scheme, but without a displacement of
+    /// partners if there are walls, which it would cross.
     pub fn defaults(gas: &Gas, scheme: Scheme) -> Parameters {
         let defaults = Parameters::for_scheme(scheme);
         if gas.grains.is_bounded {
@@ -171,7 +172,7 @@ impl MonteCarlo {
         defaults
     }
 
-    /// The same with parameters of one's own.
+    /// Starts from the microstate of a gas, with custom parameters.
     ///
     /// # Errors
     /// As [`Self::from_state`].
@@ -201,11 +202,12 @@ impl MonteCarlo {
     }
 }
 
-/// What both engines share.
+/// Implements the methods that both engines share.
 macro_rules! is_a_simulation {
     ($engine:ty) => {
         impl $engine {
-            /// The gas as it is now, one particle for each simulator: another engine can start from it.
+            /// Returns the current gas, with one particle for each simulator: another engine can
+            /// start from it.
             pub fn state(&self) -> Gas {
                 Gas {
                     particles: self.simulation.particles(),
@@ -216,8 +218,9 @@ macro_rules! is_a_simulation {
             /// Advances to a time; the observer sees all collisions until then.
             ///
             /// # Errors
-            /// [`GasError::Time`] for a time that is past or infinite, or so far that it would take years; [`GasError::Failure`] if
-            /// the gas cannot go on, as in inelastic collapse, and again until velocities change.
+            /// [`GasError::Time`] for a time that is past or infinite, or so far that it would take
+            /// years; [`GasError::Failure`] if the gas cannot be advanced, as in inelastic
+            /// collapse, and again until velocities change.
             pub fn advance(
                 &mut self,
                 until: f64,

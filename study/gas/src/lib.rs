@@ -1,9 +1,10 @@
-//! Granular gases in a few lines, for programs of one's own.
+//! Granular gases in a few lines, for custom programs.
 //!
-//! [`Gas`] is built from what one knows of it: how many disks, how dense, how dissipative. [`EventDriven`] runs it exactly,
-//! [`MonteCarlo`] by Monte Carlo, from one and the same microstate if wished. Both are a [`Simulation`]: they advance to
-//! a time and feed observers with collisions. Units: the first diameter, the first mass and the temperature of the start
-//! are one unless set otherwise; the time is then in d sqrt(m/T).
+//! [`Gas`] is built from a description: number of disks, density, dissipation. [`EventDriven`] runs
+//! it exactly, [`MonteCarlo`] by Monte Carlo, from one and the same microstate if wished. Both are
+//! a [`Simulation`]: they advance to a time and feed observers with collisions. Units: the first
+//! diameter, the first mass and the temperature of the start are one unless set otherwise; the time
+//! is then in d sqrt(m/T).
 //!
 //! ```
 //! use stosszahl_gas::{EventDriven, Gas, MonteCarlo, Scheme};
@@ -19,7 +20,7 @@
 //! # Ok::<(), stosszahl_gas::GasError>(())
 //! ```
 //!
-//! What reads case files, measures and judges is `stosszahl-study`; it drives the same engines.
+//! The crate `stosszahl-study` reads case files, measures and judges, and drives the same engines.
 
 mod builder;
 mod engines;
@@ -33,17 +34,17 @@ use stosszahl_model::brief;
 pub use stosszahl_model::walls::{Face, Rebound, Wall};
 pub use stosszahl_model::{Law, Rough, Simulation};
 
-/// Why a gas cannot be made or cannot go on.
+/// Reason why a gas cannot be made or advanced.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GasError {
-    /// A number out of range.
+    /// A number is out of range.
     #[error(transparent)]
     Invalid(#[from] stosszahl_model::Invalid),
     /// Particles find no place.
     #[error(transparent)]
     Placement(#[from] stosszahl_model::initial::PlacementError),
-    /// Faces that do not fit together.
+    /// The faces do not fit together.
     #[error(transparent)]
     Walls(#[from] stosszahl_model::walls::WallError),
     /// Exact dynamics cannot start.
@@ -55,43 +56,43 @@ pub enum GasError {
     /// A gas without positions cannot start.
     #[error(transparent)]
     Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
-    /// An engine cannot go on.
+    /// An engine cannot start or continue.
     #[error(transparent)]
     Failure(#[from] stosszahl_model::Failure),
-    /// More memory than is free.
+    /// The gas needs more memory than is free.
     #[error("{particles} particles need {needed:.2} GiB of memory; {free:.2} GiB are free")]
     Memory {
         /// Number of particles.
         particles: usize,
-        /// Needed \[GiB\].
+        /// Memory needed \[GiB\].
         needed: f64,
-        /// Free \[GiB\].
+        /// Memory free \[GiB\].
         free: f64,
     },
-    /// A time to which a gas cannot be advanced.
+    /// The gas cannot be advanced to this time.
     #[error("advance to time {} from time {}; allowed: {allowed}", brief(*until), brief(*now))]
     Time {
-        /// The present time.
+        /// Current time of the gas.
         now: f64,
-        /// The time that was asked for.
+        /// Time requested.
         until: f64,
-        /// What is allowed.
+        /// Allowed times.
         allowed: String,
     },
-    /// Particles that a gas cannot start from.
+    /// The gas cannot start from these particles.
     #[error("the start has {found}; allowed: {allowed}")]
     Start {
-        /// What was found.
+        /// Property found.
         found: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: &'static str,
     },
-    /// What a gas of this kind does not have.
+    /// The gas does not have this property.
     #[error("{what}; {instead}")]
     Unfit {
-        /// What was asked for.
+        /// Property requested.
         what: &'static str,
-        /// What to do instead.
+        /// Advice what to do instead.
         instead: &'static str,
     },
 }

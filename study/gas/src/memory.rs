@@ -1,4 +1,5 @@
-//! Memory that a gas needs, asked for before it is taken: a program that runs out of memory ends without a word.
+//! Memory that a gas needs, checked before it is allocated: a program that runs out of memory ends
+//! without a message.
 
 use stosszahl_model::{Particle, memory};
 
@@ -9,7 +10,7 @@ use crate::GasError;
 pub(crate) const BUILDING: usize = size_of::<Particle>() + 128;
 /// Memory for each particle of an engine, the gas that it keeps, and a copy while it starts \[bytes\].
 pub(crate) const RUNNING: usize = 2 * size_of::<Particle>() + 192;
-/// Less than this is always there \[bytes\].
+/// Memory that is assumed to be free always \[bytes\].
 const SMALL: f64 = 16e6;
 
 /// Refuses more memory than is free.
@@ -25,5 +26,5 @@ pub(crate) fn need_memory(particles: usize, each: usize) -> Result<(), GasError>
     }
 }
 
-/// \[bytes\]
+/// Size of a gibibyte \[bytes\].
 const GIBIBYTE: f64 = 1_073_741_824.0;

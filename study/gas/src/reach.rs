@@ -8,7 +8,7 @@ use crate::{Gas, GasError};
 /// Most collisions and crossings of the box, by nominal rates, in one advance: years of work for any machine.
 const MOST_EVENTS: f64 = 1e15;
 
-/// Latest time of any gas, as in cases.
+/// Latest time of any gas, as in cases \[time\].
 const LATEST: f64 = 1e100;
 
 /// Refuses a time that is past or infinite, or at which a gas that stays warm has more to do than any machine does.
@@ -53,7 +53,7 @@ pub(crate) fn check_time(
     Ok(())
 }
 
-/// Whether collisions take energy out of the gas and nothing else puts some in.
+/// Returns true if collisions take energy out of the gas and nothing else adds any.
 fn cools(gas: &Gas) -> bool {
     let law = &gas.grains.restitution;
     let may_add = matches!(law, Law::Delta(_) | Law::Pairs(_));
@@ -80,7 +80,8 @@ fn heat(gas: &Gas) -> f64 {
     given.fold(0.0, f64::max)
 }
 
-/// Collisions of all particles, and crossings of the box, in a unit of time, about: at the present temperature, or that of the walls.
+/// Rate of collisions of all particles and of crossings of the box \[1/time\], about: at the
+/// current temperature, or that of the walls.
 fn events_per_time(gas: &Gas, engine: &dyn Simulation) -> f64 {
     let all = &gas.particles;
     let (count, dimension) = (engine.count() as f64, all.dimension as i32);

@@ -4,7 +4,7 @@ use stosszahl_model::{Budget, Collision, Interrupt, Observer, Particles, Volume}
 
 use super::*;
 
-/// Asks for a pause at its first collision.
+/// Observer that asks for a pause at its first collision.
 struct Enough<'a>(&'a Interrupt);
 
 impl Observer for Enough<'_> {
@@ -13,7 +13,8 @@ impl Observer for Enough<'_> {
     }
 }
 
-/// Advances to a time with a pause wherever the engine makes one, at most so many times; how often it did.
+/// Advances to a time with a pause wherever the engine makes one, at most `most` times; returns the
+/// number of pauses.
 fn with_pauses(engine: &mut dyn Simulation, until: f64, most: usize) -> Result<usize, GasError> {
     let mut pauses = 0;
     loop {
@@ -28,7 +29,7 @@ fn with_pauses(engine: &mut dyn Simulation, until: f64, most: usize) -> Result<u
         pauses += 1;
         let time = engine.time();
         assert!(time > before && time < until && !engine.is_interrupted());
-        // Whoever looks meanwhile changes nothing.
+        // A look at the gas in a pause changes nothing.
         assert_eq!(engine.particles().all.len(), engine.count());
     }
 }
