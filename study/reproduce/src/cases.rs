@@ -1,4 +1,4 @@
-//! The cases of a paper, with what the paper sets in them.
+//! Cases of a paper, with the keys that the paper sets in them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use stosszahl_case::{CaseError, CaseFile, PaperFile};
 use stosszahl_study::format;
 use toml::Value;
 
-/// Reads the case of a run, with what the paper sets.
+/// Reads the case of a run, with the keys that the paper sets.
 pub(crate) fn read(
     file: &PaperFile,
     name: &str,
@@ -55,7 +55,7 @@ pub(crate) fn read(
     })
 }
 
-/// A value as TOML on one line.
+/// Formats a value as TOML on one line.
 fn inline(value: &Value) -> String {
     match value {
         // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.

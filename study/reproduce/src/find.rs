@@ -10,16 +10,16 @@ use toml::Value;
 use crate::ReproduceError;
 use crate::plan::{Source, Spot, same_name};
 
-/// The column that tells replicas apart.
+/// Name of the column that tells replicas apart.
 const REPLICA: &str = "replica";
-/// Computing time of all engines and replicas, and their collisions.
+/// Name of the quantity of computing time of all engines and replicas \[s\].
 pub(crate) const SECONDS: &str = "seconds";
-/// See [`SECONDS`].
+/// Name of the quantity of collisions of all engines and replicas.
 pub(crate) const COLLISIONS: &str = "collisions";
 /// Largest relative distance of a number from that of a row: times have three digits in words.
 const NEAR: f64 = 4e-3;
 
-/// The finished points of a run.
+/// Finished points of a run.
 pub(crate) struct Results(Vec<(SweepPoint, Stored)>);
 
 impl Results {
@@ -28,10 +28,10 @@ impl Results {
         Ok(Self(Stored::points(folder)?))
     }
 
-    /// A number with its error.
+    /// Finds a number with its error.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is none.
     pub(crate) fn find(&self, spot: &Spot<'_>) -> Result<Estimate, String> {
         let point = self.0.iter().find(|point| point.0.name == spot.point);
         let (_, stored) =
@@ -60,7 +60,8 @@ impl Results {
     }
 }
 
-/// What follows from a case, or what its engines did, over all of them and all replicas.
+/// Returns a quantity that follows from a case, or the work of its engines, over all of them and
+/// all replicas.
 fn derived(stored: &Stored, name: &str) -> Option<Estimate> {
     let engines = &stored.manifest.engines;
     let work = match name {
@@ -76,7 +77,7 @@ fn derived(stored: &Stored, name: &str) -> Option<Estimate> {
     Some(Estimate::of(work, None))
 }
 
-/// The rows that fit.
+/// Returns the rows whose key columns fit.
 fn rows<'t>(table: &'t Table, spot: &Spot<'_>) -> Result<Vec<&'t [Cell]>, String> {
     let mut rows: Vec<&[Cell]> = table.rows.iter().map(Vec::as_slice).collect();
     for (&key, value) in &spot.keys {
@@ -94,7 +95,7 @@ fn rows<'t>(table: &'t Table, spot: &Spot<'_>) -> Result<Vec<&'t [Cell]>, String
     Ok(rows)
 }
 
-/// Whether a cell is what is asked for.
+/// Returns true if a cell has the requested value.
 fn fits(cell: &Cell, value: &Value) -> bool {
     match (cell, value) {
         (Cell::Text(text), Value::String(asked)) => text == asked,
@@ -110,7 +111,7 @@ fn fits(cell: &Cell, value: &Value) -> bool {
     }
 }
 
-/// The numbers of some rows in a column, with the errors beside them.
+/// Returns the numbers of some rows in a column, with the errors next to them.
 fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estimate>, String> {
     let companion = |role: Role| {
         let next = table.columns.get(column + 1)?;
@@ -137,7 +138,7 @@ fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estim
     rows.iter().map(one).collect()
 }
 
-/// The only number, or the mean of the rows in a range with errors as of independent rows.
+/// Returns the only number, or the mean of the rows in a range with errors as of independent rows.
 fn mean(found: &[Estimate], spot: &Spot<'_>) -> Result<Estimate, String> {
     let is_range = spot.keys.values().any(Value::is_array);
     match found {
@@ -161,7 +162,8 @@ fn mean(found: &[Estimate], spot: &Spot<'_>) -> Result<Estimate, String> {
     }
 }
 
-/// The quotient of two numbers, whose errors are taken for independent, or the power of a key by which it grows.
+/// Quotient of two numbers, whose errors are taken for independent, or the power of a key by which
+/// it grows.
 pub(crate) fn quotient(a: &Estimate, b: &Estimate, growth: Option<f64>) -> Estimate {
     let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
     let errors = a.standard_error.zip(b.standard_error);

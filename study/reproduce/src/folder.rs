@@ -1,4 +1,4 @@
-//! The folder of a paper: a results folder for each run, the table of claims, the page.
+//! Folder of a paper: a results folder for each run, the table of claims, the page.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +14,7 @@ use crate::find::Results;
 use crate::judged::Judged;
 use crate::plan::Reproduction;
 
-/// Marks the folder: the title of the paper, and whether runs are quick.
+/// Name of the file that marks the folder: the title of the paper, and whether runs are quick.
 const MARK: &str = "paper.txt";
 /// Name of the table of claims, and of the page, of a whole paper.
 const NAMES: [&str; 2] = ["claims.csv", "report.html"];
@@ -58,7 +58,7 @@ impl Reproduction<'_> {
         Ok(write_file(&path, mark.as_bytes())?)
     }
 
-    /// How the paper is run, in a word.
+    /// Returns the word for full or quick runs.
     pub(crate) fn kind(&self) -> &'static str {
         if self.demand.quick {
             "quick runs"
@@ -67,8 +67,8 @@ impl Reproduction<'_> {
         }
     }
 
-    /// Runs what is not finished, each run in a folder of its name below that of `options`, and makes its report. A run that was
-    /// stopped is gone on with, unless `replace`.
+    /// Runs all cases that are not finished, each in a folder of its name below `folder`, and makes
+    /// its report. A run that was stopped is resumed, unless `replace`.
     ///
     /// # Errors
     /// The first run that fails; those before it stay.
@@ -109,7 +109,8 @@ impl Reproduction<'_> {
         Ok(Judged::new(self, &results))
     }
 
-    /// Writes the table of claims, and then the page, whose path it returns. Those of a single figure have names of their own.
+    /// Writes the table of claims, and then the page, whose path it returns. The files of a single
+    /// figure have names of their own.
     ///
     /// # Errors
     /// A file cannot be read or written.

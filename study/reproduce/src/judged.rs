@@ -9,21 +9,21 @@ use stosszahl_study::judge::{self, Said, digits, short, with_error};
 use crate::find::{Results, quotient};
 use crate::plan::{Item, Reproduction, Source, Spot, drawn_number};
 
-/// A claim with what was found.
+/// Claim with the number found.
 pub struct Outcome<'a> {
     item: &'a Item<'a>,
     /// Name of the figure.
     pub figure: &'a str,
-    /// What was found.
+    /// Number found, with its error.
     pub found: Estimate,
-    /// What follows; its topic is the claim in words.
+    /// Verdict on the claim; its topic is the claim in words.
     pub verdict: Verdict,
 }
 
-/// All claims that were asked for, with what was found.
+/// All requested claims, with the numbers found.
 pub struct Judged<'a> {
     of: &'a Reproduction<'a>,
-    /// The claims, in the order of the paper.
+    /// Claims in the order of the paper.
     pub outcomes: Vec<Outcome<'a>>,
 }
 
@@ -50,7 +50,7 @@ impl<'a> Judged<'a> {
         }
     }
 
-    /// How many claims have which verdict, in words.
+    /// Counts claims by verdict, in words.
     pub fn count(&self) -> String {
         let kinds = [
             VerdictKind::Agree,
@@ -72,7 +72,7 @@ impl<'a> Judged<'a> {
         format!("{} claims: {}", self.outcomes.len(), parts.join(", "))
     }
 
-    /// The table of claims.
+    /// Returns the table of claims.
     pub fn table(&self) -> Table {
         let mut table = stosszahl_results::table! {
             "claims", "What a paper claims, and what was found.";
@@ -120,7 +120,7 @@ impl<'a> Judged<'a> {
         table
     }
 
-    /// The page of the paper.
+    /// Returns the page of the paper.
     pub(crate) fn page(&self) -> PaperPage<'_> {
         let paper = &self.of.file.paper;
         let figures = self.of.figures().map(|(place, figure)| {
@@ -161,13 +161,13 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// A text, or nothing.
+/// Returns a cell with a text, or an empty one.
 fn text(text: Option<&str>) -> Cell {
     text.map_or(Cell::Empty, |text| Cell::Text(text.to_owned()))
 }
 
 impl Outcome<'_> {
-    /// Its row on the page.
+    /// Returns the row on the page.
     fn row(&self) -> PaperClaim<'_> {
         let item = self.item;
         let (paper, margin, ratio) = match item.said {
@@ -210,7 +210,7 @@ impl Outcome<'_> {
 }
 
 impl Item<'_> {
-    /// The claim, with where along a curve it is.
+    /// Returns the claim in words, with its position along a curve.
     fn topic(&self) -> String {
         let at = self.claim.along.as_deref().and_then(|along| {
             let value = self.number.keys.get(along)?;
@@ -220,7 +220,7 @@ impl Item<'_> {
         format!("{}{}{corrected}", self.claim.claim, at.unwrap_or_default())
     }
 
-    /// Where its number stands, in words.
+    /// Describes the place of the number in words.
     pub(crate) fn place(&self) -> String {
         let own = self.number.words();
         match (&self.over, &self.claim.power_of) {
@@ -230,7 +230,7 @@ impl Item<'_> {
         }
     }
 
-    /// Its number.
+    /// Finds the number of the claim.
     fn find(&self, results: &BTreeMap<&str, Results>) -> Result<Estimate, String> {
         let find = |spot: &Spot<'_>| {
             let run = results.get(spot.run).ok_or("the run is not finished")?;
@@ -245,7 +245,7 @@ impl Item<'_> {
 }
 
 impl Spot<'_> {
-    /// In words: point, table and column, row.
+    /// Describes the place in words: point, table and column, row.
     fn words(&self) -> String {
         let keys: Vec<String> = self
             .keys

@@ -1,4 +1,4 @@
-//! Papers again: the cases that make their figures, and a verdict on each of their claims.
+//! Reproduction of papers: the cases of their figures, and a verdict on each of their claims.
 //!
 //! A paper is data ([`stosszahl_case::paper`]): runs of cases, figures, and claims that each name one number of a table and what the
 //! paper says of it. [`Reproduction::new`] reads the cases and finds every run, point, table and column before anything is run.
@@ -31,7 +31,7 @@ use stosszahl_study::RunError;
 pub use judged::{Judged, Outcome};
 pub use plan::{Demand, FigureOutline, Reproduction};
 
-/// Why a paper could not be reproduced.
+/// Reason why a paper could not be reproduced.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReproduceError {
@@ -41,9 +41,9 @@ pub enum ReproduceError {
     /// There is no such figure.
     #[error("--figure {found}: the figures of this paper are {}", allowed.join(", "))]
     NoFigure {
-        /// What was asked for.
+        /// Name requested.
         found: String,
-        /// The figures of the paper.
+        /// Names of the figures of the paper.
         allowed: Vec<String>,
     },
     /// The folder holds something else.
@@ -51,13 +51,13 @@ pub enum ReproduceError {
     Occupied {
         /// The folder.
         path: PathBuf,
-        /// What was found there.
+        /// Content found there.
         found: String,
     },
     /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A results folder.
+    /// A results folder cannot be read or written.
     #[error(transparent)]
     Results(#[from] ResultsError),
     /// A page cannot be built.
@@ -68,7 +68,7 @@ pub enum ReproduceError {
     System {
         /// The folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
 }

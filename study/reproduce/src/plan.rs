@@ -1,4 +1,5 @@
-//! Which runs and claims a paper has, and whether all that they name exists.
+//! Runs and claims of a paper, and the check that all tables, columns and points that they name
+//! exist.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,93 +15,94 @@ use crate::ReproduceError;
 use crate::cases::read;
 use crate::find::{COLLISIONS, SECONDS};
 
-/// What of a paper is asked for.
+/// Requested part of a paper.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Demand<'a> {
-    /// One figure; all by default.
+    /// Name of one figure; `None` for all.
     pub figure: Option<&'a str>,
-    /// Smaller runs.
+    /// True for smaller runs.
     pub quick: bool,
 }
 
-/// A paper whose cases are read and whose claims are found.
+/// Paper with its cases read and the numbers of its claims located.
 pub struct Reproduction<'a> {
     pub(crate) file: &'a PaperFile,
     pub(crate) demand: Demand<'a>,
-    /// The cases of the runs that are needed.
+    /// Cases of the needed runs, by run.
     pub(crate) cases: BTreeMap<&'a str, CaseFile>,
-    /// What each point of a run has, by run and point.
+    /// Contents of each point, by run and point.
     known: BTreeMap<(&'a str, String), Known>,
-    /// Claims of the figures that are asked for.
+    /// Claims of the requested figures.
     pub(crate) items: Vec<Item<'a>>,
     /// Chance of a false alarm of each claim.
     pub(crate) level: f64,
 }
 
-/// What a point of a run has before it is run.
+/// Contents of a point of a run before it is run.
 struct Known {
-    /// Its tables, without rows.
+    /// Tables of the point, without rows.
     tables: Vec<Table>,
-    /// Names of quantities that follow from it, and of its work.
+    /// Names of quantities that follow from the case, and of its work.
     derived: Vec<String>,
-    /// Guessed times of its parts, and its replicas.
+    /// Guessed times of the parts of the point.
     pace: Pace,
+    /// Number of replicas.
     replicas: u64,
 }
 
-/// A claim on one number.
+/// Claim on one number.
 pub(crate) struct Item<'a> {
-    /// The number of its figure in the paper, from 0.
+    /// Index of the figure in the paper, from 0.
     pub figure: usize,
-    /// The claim.
+    /// Claim of the paper.
     pub claim: &'a Claim,
-    /// Where its number stands.
+    /// Place of the number.
     pub number: Spot<'a>,
-    /// Where the number stands by which it is divided.
+    /// Place of the number by which it is divided.
     pub over: Option<Spot<'a>>,
-    /// What the paper says.
+    /// Claim of the paper on the number: a value or a bound.
     pub said: Said,
-    /// Whether the paper is corrected here.
+    /// True if the paper is corrected here.
     pub corrected: bool,
 }
 
-/// Where a number stands.
+/// Place of a number in the results.
 #[derive(Clone, Debug)]
 pub(crate) struct Spot<'a> {
-    /// The run.
+    /// Name of the run.
     pub run: &'a str,
     /// Name of the point of its sweep; empty without one.
     pub point: String,
-    /// A quantity that follows from the case, or a table and its column.
+    /// Quantity that follows from the case, or a table and its column.
     pub source: Source<'a>,
-    /// Key columns and what they are.
+    /// Key columns and their values.
     pub keys: BTreeMap<&'a str, Value>,
-    /// What its error comes from.
+    /// Source of the standard error.
     pub errors: Errors,
 }
 
-/// What holds a number.
+/// Source of a number.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Source<'a> {
-    /// What follows from a case.
+    /// Quantity that follows from a case.
     Derived(&'a str),
-    /// A column of a table.
+    /// Table and its column.
     Column(&'a str, &'a str),
 }
 
-/// What a figure costs, and what it lacks.
+/// Cost of a figure, and its missing parts.
 #[derive(Clone, Debug)]
 pub struct FigureOutline<'a> {
-    /// The figure.
+    /// Figure of the paper.
     pub figure: &'a PaperFigure,
-    /// Number of its claims.
+    /// Number of claims of the figure.
     pub claims: usize,
-    /// Guessed time of its runs \[s\].
+    /// Guessed time of the runs of the figure \[s\].
     pub seconds: f64,
 }
 
 impl Item<'_> {
-    /// The factor by which the key grows of which a power is asked for.
+    /// Factor by which the key grows, for a claim on a power of it.
     pub(crate) fn growth(&self) -> Option<f64> {
         let power = self.claim.power_of.as_deref()?;
         let at = |spot: &Spot<'_>| spot.keys.get(power).and_then(number);
@@ -109,7 +111,8 @@ impl Item<'_> {
 }
 
 impl<'a> Reproduction<'a> {
-    /// Reads the cases that are needed, `bundled` by their names, and finds all that the paper names.
+    /// Reads the needed cases, `bundled` ones by their names, and checks that all tables, columns
+    /// and points that the paper names exist.
     ///
     /// # Errors
     /// The paper or a case is refused, or there is no such figure.
@@ -166,24 +169,24 @@ impl<'a> Reproduction<'a> {
         self.demand.figure.is_none_or(|asked| asked == figure.name)
     }
 
-    /// Figures that are asked for.
+    /// Returns the requested figures.
     pub(crate) fn figures(&self) -> impl Iterator<Item = (usize, &'a PaperFigure)> {
         let all = self.file.paper.figure.iter().enumerate();
         all.filter(|(_, figure)| self.asks_for(figure))
     }
 
-    /// Whether a claim can be tested by the runs that are made.
+    /// Returns true if the planned runs can test a claim.
     fn is_open(&self, claim: &Claim) -> bool {
         claim.quick || !self.demand.quick
     }
 
-    /// The runs of the figures that are asked for.
+    /// Returns the names of the runs of the requested figures.
     fn needed(&self) -> BTreeSet<&'a str> {
         let figures = self.figures().map(|(_, figure)| figure);
         figures.flat_map(|figure| self.runs_of(figure)).collect()
     }
 
-    /// The runs of a figure.
+    /// Returns the names of the runs of a figure.
     fn runs_of(&self, figure: &'a PaperFigure) -> BTreeSet<&'a str> {
         let claims = figure.claim.iter().filter(|claim| self.is_open(claim));
         let claims = claims.flat_map(|claim| {
@@ -200,7 +203,8 @@ impl<'a> Reproduction<'a> {
         each.sum()
     }
 
-    /// Cost of each figure that is asked for, on this many threads; runs that figures share count for each.
+    /// Returns the cost of each requested figure, on this many threads; runs that figures share
+    /// count for each.
     pub fn outline(&self, threads: usize) -> Vec<FigureOutline<'a>> {
         let outline = |(place, figure): (usize, &'a PaperFigure)| FigureOutline {
             figure,
@@ -257,7 +261,7 @@ impl<'a> Reproduction<'a> {
         Ok(())
     }
 
-    /// What one claim says of each of its numbers.
+    /// Returns the items of a claim, one for each of its numbers.
     fn items_of(
         &self,
         figure: usize,
@@ -356,7 +360,7 @@ impl<'a> Reproduction<'a> {
         Ok(items)
     }
 
-    /// The name of the only point of a run that a sweep gives these values.
+    /// Returns the name of the only point of a run that a sweep gives these values.
     fn point(
         &self,
         key: &str,
@@ -378,7 +382,7 @@ impl<'a> Reproduction<'a> {
         Err(self.file.refuse(&format!("{key}.point"), allowed))
     }
 
-    /// Whether what a number is looked up by exists.
+    /// Checks that the table, column and keys of a number exist.
     fn check_spot(&self, key: &str, spot: &Spot<'_>) -> Result<(), CaseError> {
         let refuse = |inside: &str, what: &str, names: Vec<String>| {
             let allowed = format!("{what} of run {}: {}", spot.run, names.join(", "));
@@ -429,19 +433,19 @@ impl<'a> Reproduction<'a> {
     }
 }
 
-/// Whether two names of a quantity are the same, with spaces or without.
+/// Returns true if two names of a quantity are equal, with spaces or without.
 pub(crate) fn same_name(a: &str, b: &str) -> bool {
     a.replace('_', " ") == b.replace('_', " ")
 }
 
-/// Whether a name means a table with figures, or one figure of it.
+/// Returns true if a name means a table with figures, or one figure of it.
 fn is_drawing(tables: &[Table], name: &str) -> bool {
     let (table, number) = drawn_number(name);
     let found = tables.iter().find(|one| one.name == table);
     found.is_some_and(|table| (1..=table.figures.len()).contains(&number.unwrap_or(1)))
 }
 
-/// A name of a drawing as a table, and the number of the figure from 1 if it has one.
+/// Splits a name of a drawing into the table and the number of the figure from 1, if it has one.
 pub(crate) fn drawn_number(name: &str) -> (&str, Option<usize>) {
     match name.rsplit_once('.') {
         Some((table, number)) => (table, number.parse().ok()),
@@ -449,7 +453,7 @@ pub(crate) fn drawn_number(name: &str) -> (&str, Option<usize>) {
     }
 }
 
-/// Tests that a claim needs.
+/// Number of tests that a claim needs.
 fn weight(claim: &Claim) -> usize {
     let corrected = usize::from(claim.corrected.is_some());
     claim.values.as_ref().map_or(1 + corrected, Vec::len)
