@@ -3,21 +3,24 @@
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
-/// An alias table: Walker, ACM Trans. Math. Softw. 3, 253 (1977), doi:10.1145/355744.355749, filled in linear time as by
-/// Vose, IEEE Trans. Softw. Eng. 17, 972 (1991), doi:10.1109/32.92917.
+/// An alias table: Walker, ACM Trans. Math. Softw. 3, 253 (1977), doi:10.1145/355744.355749, filled
+/// in linear time by the method of Vose, IEEE Trans. Softw. Eng. 17, 972 (1991),
+/// doi:10.1109/32.92917.
 ///
-/// One random word per draw: its product with the number of entries is the column (high half) and the place within it
-/// (low half), so a weight is met to 2^-64 of the mean weight, whatever the rounding of the table does (1e-16).
+/// One random word per draw: its product with the number of entries is the column (high half) and
+/// the place within it (low half). So a weight is met to 2^-64 of the mean weight, whatever the
+/// rounding of the table does (1e-16).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Alias {
-    /// Below this place in its column, an entry is its own; above, the other one.
+    /// Threshold and other entry of each column: below the threshold a column draws its own entry,
+    /// above it the other one.
     columns: Vec<(u64, u32)>,
     small: Vec<u32>,
     large: Vec<u32>,
     scaled: Vec<f64>,
 }
 
-/// Product of a random word with a count: a whole number below the count, and the remainder.
+/// Multiplies a random word by a count: returns a whole number below the count, and the remainder.
 #[inline]
 pub(crate) fn split(word: u64, count: u32) -> (u32, u64) {
     let product = u128::from(word) * u128::from(count);
@@ -25,7 +28,8 @@ pub(crate) fn split(word: u64, count: u32) -> (u32, u64) {
 }
 
 impl Alias {
-    /// Fills the table with weights that are not negative; their sum, 0 if there is nothing to draw.
+    /// Fills the table with weights that are not negative; returns their sum, 0 if there is nothing
+    /// to draw.
     pub fn fill(&mut self, weights: impl Iterator<Item = f64>) -> f64 {
         self.scaled.clear();
         self.scaled.extend(weights);
@@ -74,7 +78,7 @@ impl Alias {
         total
     }
 
-    /// Bytes held.
+    /// Memory held \[bytes\].
     pub fn bytes(&self) -> usize {
         self.columns.capacity() * size_of::<(u64, u32)>()
             + (self.small.capacity() + self.large.capacity()) * size_of::<u32>()
@@ -96,8 +100,8 @@ mod tests {
     use rand::SeedableRng;
     use stosszahl_model::random::Stream;
 
-    /// The table's own probabilities against the weights. Tolerance: one rounding for each entry that passed through a
-    /// column.
+    /// Probabilities of the table agree with the weights. Tolerance: one rounding for each entry
+    /// that passed through a column.
     #[test]
     fn tables_hold_their_weights() {
         let mut alias = Alias::default();

@@ -1,8 +1,8 @@
 //! Bird's selection: any two particles with one majorant for all pairs.
 //!
-//! The baseline. The majorant is the largest `k(a_c, a_d)(v_c + v_d)` of two classes of size with their largest radii and
-//! speeds, which is tighter than the largest radius with the largest speed and as exact; it is raised as soon as a
-//! particle exceeds the speed of its class.
+//! The baseline. The majorant is the largest `k(a_c, a_d)(v_c + v_d)` of two classes of size with
+//! their largest radii and speeds, which is tighter than the largest radius with the largest speed
+//! and as exact. The majorant is raised as soon as a particle exceeds the speed of its class.
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -13,14 +13,14 @@ use super::classes::{Bounds, bring_to_rest, joined, raised};
 use super::gas::{GONE, Gas, Grains, size_key};
 use super::selection::{Candidate, Selection, Standing};
 
-/// Two particles.
+/// Candidate pair: indices of two particles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pair {
     first: u32,
     second: u32,
 }
 
-/// See the module.
+/// Selection of any two particles with one majorant for all pairs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Bird {
     classes: Vec<Bounds>,
@@ -30,7 +30,7 @@ pub struct Bird {
 }
 
 impl Bird {
-    /// Raises the majorant to all pairs with one class, and fits the rate to it and to the list.
+    /// Raises the majorant to all pairs with one class, and adapts the rate to it and to the list.
     fn raise<P: Grains>(&mut self, gas: &Gas<P>, number: usize) {
         let own = self.classes[number];
         for other in &self.classes {

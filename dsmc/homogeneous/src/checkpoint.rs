@@ -13,7 +13,7 @@ use super::motion::Motion;
 use super::selection::Selection;
 use stosszahl_model::interrupt::Interruption;
 
-/// Everything that a run needs to continue to the same bytes, but the scene.
+/// All data from which a run resumes to the same bytes, besides the scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound(
     serialize = "S: Serialize, M: Serialize, C: Serialize",
@@ -33,7 +33,7 @@ pub struct Checkpoint<P: Physics, S, M, C> {
 }
 
 impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {
-    /// Everything that is needed to continue to the same bytes.
+    /// Returns all data from which the run resumes to the same bytes.
     pub fn checkpoint(&self) -> Checkpoint<P, S, M, C> {
         Checkpoint {
             kernel: self.gas.kernel,
@@ -49,7 +49,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         }
     }
 
-    /// Continues from a checkpoint of the same scene and streams.
+    /// Resumes from a checkpoint of the same scene and streams.
     pub fn resume(scene: P, checkpoint: Checkpoint<P, S, M, C>, streams: Streams) -> Self {
         Self {
             gas: Gas {

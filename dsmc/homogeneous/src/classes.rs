@@ -1,4 +1,4 @@
-//! Classes of like size with one bound of speed each, as selections keep them that know no groups of like speed.
+//! Classes of like size with one speed bound each, for selections without groups of like speed.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector};
@@ -8,15 +8,15 @@ use super::gas::{COLDEST, Gas, Grains, size_key};
 /// Upper bounds of the particles of one class.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Bounds {
-    /// What [`size_key`] gives.
+    /// Group of radii of the class, see [`size_key`].
     pub(crate) key: u32,
     pub(crate) radius: f64,
-    /// Of the squared speed.
+    /// Largest squared speed \[length^2/time^2\].
     pub(crate) square: f64,
 }
 
 impl Bounds {
-    /// The bounds of an empty class.
+    /// Creates the bounds of an empty class.
     pub(crate) fn new(key: u32) -> Self {
         Self {
             key,
@@ -25,13 +25,13 @@ impl Bounds {
         }
     }
 
-    /// Admits a particle.
+    /// Raises the bounds to those of a particle.
     pub(crate) fn admit(&mut self, radius: f64, square: f64) {
         self.radius = self.radius.max(radius);
         self.square = self.square.max(square);
     }
 
-    /// Admits a new speed; whether the bound rose.
+    /// Raises the bound to a new squared speed; returns true if it rose.
     #[inline]
     pub(crate) fn rises(&mut self, square: f64) -> bool {
         if square <= self.square {
@@ -63,8 +63,9 @@ pub(crate) fn bring_to_rest<C: AsRef<Bounds> + AsMut<Bounds>>(classes: &mut [C])
     }
 }
 
-/// The class that a new particle joins, and its radius; the particle is marked with it. None if no class has its size, or if
-/// so many particles are gone that the list should be built anew.
+/// Adds a new particle to the class of its size and marks it with the class; returns the class and
+/// the radius. `None` if no class has its size, or if so many particles are gone that the list
+/// should be rebuilt.
 pub(crate) fn joined<P: Grains, C: AsRef<Bounds>>(
     gas: &mut Gas<P>,
     index: u32,
@@ -83,7 +84,8 @@ pub(crate) fn joined<P: Grains, C: AsRef<Bounds>>(
     Some((number, radius))
 }
 
-/// The bound of the squared speed of a class after one of its particles collided; none if it stands.
+/// Raises the squared-speed bound of a class after one of its particles collided; returns the
+/// class, or `None` if the bound still holds.
 #[inline]
 pub(crate) fn raised<P: Grains, C: AsMut<Bounds>>(
     gas: &Gas<P>,

@@ -5,30 +5,31 @@ use serde::{Deserialize, Serialize};
 /// Counters of the work of a run; no number depends on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
-    /// Proposals, those of nothing included.
+    /// Number of proposals, null ones included.
     pub proposals: u64,
-    /// Pairs that were looked at.
+    /// Number of candidate pairs tested.
     pub trials: u64,
-    /// Pairs that met, whatever followed.
+    /// Number of pairs that met, whatever the outcome.
     pub collisions: u64,
-    /// Times that all bounds were fitted anew.
+    /// Number of rebuilds of all bounds.
     pub rebuilds: u64,
-    /// Kinetic energy lost in bounces.
+    /// Kinetic energy lost in bounces \[energy\].
     pub energy_lost: f64,
 }
 
 /// Reason for which [`Engine::advance`](super::Engine::advance) returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// The time is reached.
+    /// The time was reached.
     Time,
-    /// The number of collisions is reached.
+    /// The number of collisions was reached.
     Collisions,
-    /// Nothing will ever collide again: one particle is left, or all are at rest. A finite time is reached.
+    /// No further collisions are possible: one particle is left, or all are at rest. A finite time
+    /// is reached.
     Still,
     /// A pause was asked for: [`Engine::pause_on`](super::Engine::pause_on).
     Paused,
-    /// It was broken off: [`Engine::stop_on`](super::Engine::stop_on).
+    /// The advance was interrupted: [`Engine::stop_on`](super::Engine::stop_on).
     Interrupted,
 }
 
@@ -37,10 +38,10 @@ pub enum Stop {
 pub(super) struct Clock {
     /// Current time \[time\].
     pub time: f64,
-    /// Advances so far; each has its own random stream.
+    /// Number of advances so far; each has its own random stream.
     pub advances: u64,
-    /// Collisions since the bounds were fitted.
+    /// Number of collisions since the bounds were rebuilt.
     pub since: u64,
-    /// True if the bounds must be fitted before the next collision.
+    /// True if the bounds must be rebuilt before the next collision.
     pub outdated: bool,
 }

@@ -1,4 +1,4 @@
-//! What happens when a pair meets.
+//! Contacts of a pair: the line of centres, and the outcome.
 
 use rand::{Rng, RngExt};
 use serde::Serialize;
@@ -9,8 +9,8 @@ use stosszahl_model::{
 
 use super::gas::{Gas, Grains};
 
-/// The line of centres of a pair that meets with the relative velocity `g`, of any positive length; zero if it only
-/// grazes.
+/// Draws the line of centres of a pair that meets with the relative velocity `g`. It has any
+/// positive length, and is zero if the pair only grazes.
 ///
 /// Its density is proportional to |g . e|. In the plane the impact parameter b/d is uniform in [-1, 1]. In space the
 /// elastic rebound of hard spheres is isotropic, so a random direction n gives the line `g - |g| n` without a frame
@@ -42,50 +42,50 @@ pub fn line_of_centres<S: Space>(g: &S::Vector, stream: &mut impl Rng) -> S::Vec
     line
 }
 
-/// Two particles that meet.
+/// Pair of particles at contact.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting<V> {
-    /// Their indices.
+    /// Indices of the first and the second partner.
     pub pair: [u32; 2],
-    /// Relative velocity, first minus second.
+    /// Relative velocity, first minus second \[length/time\].
     pub relative: V,
     /// Line of centres, of any positive length.
     pub line: V,
 }
 
-/// What became of a pair that met.
+/// Outcome of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
-    /// Nothing.
+    /// No change.
     Passed,
-    /// They bounced with this coefficient of restitution; says whose velocity is another.
+    /// The pair bounced.
     Bounced {
-        /// First and second partner.
+        /// True for partners whose velocity changed: first and second.
         changed: [bool; 2],
         /// Outcome of the normal law.
         law: Separation,
     },
-    /// They are gone, and what became of them stands at the end of the list from here on.
+    /// The pair is gone; the particles that replace it are at the end of the list from here on.
     Replaced {
-        /// Length of the list before.
+        /// Length of the list before the contact.
         from: usize,
     },
 }
 
-/// What happens when a pair meets.
+/// Law of contacts of a pair.
 pub trait Contacts<P: Grains>: Clone + Serialize + DeserializeOwned {
-    /// Whether particles may appear and vanish.
+    /// True if particles may appear and vanish.
     const SIZES_CHANGE: bool;
 
     /// Prepares the gas at the start of a run.
     fn prepare(&self, _gas: &mut Gas<P>) {}
 
-    /// Whether a species is among those that conserve their common momentum.
+    /// Returns true if a species is among those that conserve their common momentum.
     fn conserves(&self, _kind: u32) -> bool {
         true
     }
 
-    /// Acts on the two partners.
+    /// Applies the contact to the two partners.
     fn meet(
         &mut self,
         gas: &mut Gas<P>,
@@ -94,7 +94,7 @@ pub trait Contacts<P: Grains>: Clone + Serialize + DeserializeOwned {
     ) -> Outcome;
 }
 
-/// Velocities after a bounce by the scene's law, and the outcome of its normal part.
+/// Returns the velocities after a bounce by the scene's law, and the outcome of its normal part.
 #[inline]
 pub(crate) fn bounce<P: Grains>(
     gas: &Gas<P>,
@@ -118,7 +118,7 @@ pub(crate) fn bounce<P: Grains>(
     (after.velocities, law)
 }
 
-/// Every pair bounces by the scene's law.
+/// Contact law by which every pair bounces by the scene's law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize)]
 pub struct Bounce;
 
@@ -143,8 +143,9 @@ impl<P: Grains> Contacts<P> for Bounce {
     }
 }
 
-/// Decided when the run begins: none lets every pair bounce. The choice is made once for each collision, so it
-/// costs nothing that could be measured, and halves the number of engines that are compiled.
+/// Contact law chosen when the run begins: `None` lets every pair bounce. The choice is made once
+/// for each collision, so its cost is not measurable, and it halves the number of engines that are
+/// compiled.
 impl<P: Grains> Contacts<P> for Option<Tracers> {
     const SIZES_CHANGE: bool = false;
 
@@ -172,19 +173,20 @@ impl<P: Grains> Contacts<P> for Option<Tracers> {
     }
 }
 
-/// One species is so rare that it leaves no trace: the others do not notice it, and it does not meet itself.
+/// Contact law of a mixture with tracers: one species does not affect the others, and does not
+/// collide with itself.
 ///
-/// The tracer limit of a mixture, for any number of tracers that the statistics needs.
+/// The tracer limit of a mixture, for any number of tracers that statistics requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
 pub struct Tracers {
-    /// The species.
+    /// Number of the tracer species.
     pub kind: u32,
 }
 
 impl<P: Grains> Contacts<P> for Tracers {
     const SIZES_CHANGE: bool = false;
 
-    /// Stops the drift of the bath, which would never decay while it cools.
+    /// Removes the drift of the bath, which would never decay while it cools.
     fn prepare(&self, gas: &mut Gas<P>) {
         gas.remove_drift_of(|kind| kind != self.kind);
     }

@@ -15,12 +15,12 @@ use super::motion::Motion;
 use super::selection::{Candidate, Selection, Standing};
 use stosszahl_model::interrupt::Interruption;
 
-/// Proposals that are drawn ahead.
+/// Number of proposals that are drawn ahead.
 const BATCH: usize = 64;
-/// Proposals whose particles are prefetched while earlier ones are treated.
+/// Number of proposals whose particles are prefetched while earlier ones are processed.
 const AHEAD: usize = 24;
 
-/// A gas without positions under way. See the [module](super).
+/// Engine of a gas without positions. See the [module](super).
 #[derive(Clone, Debug)]
 pub struct Engine<P: Grains, S, M = (), C = Bounce> {
     pub(super) gas: Gas<P>,
@@ -31,13 +31,13 @@ pub struct Engine<P: Grains, S, M = (), C = Bounce> {
     pub(super) clock: Clock,
     pub(super) tally: Tally,
     pub(super) stop: Interruption,
-    /// Random stream of an advance that was paused; the next one goes on with it.
+    /// Random stream of an advance that was paused; the next one continues it.
     pub(super) paused: Option<Stream>,
 }
 
 impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {
-    /// An engine at time zero. The particles of the gas keep their indices as long as none appears or vanishes, which is
-    /// what `motion` relies on.
+    /// Creates an engine at time zero. The particles of the gas keep their indices as long as none
+    /// appears or vanishes; `motion` relies on that.
     ///
     /// # Errors
     /// [`GasError::Invalid`] if paths are to be tracked while particles appear and vanish.
@@ -67,61 +67,63 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         })
     }
 
-    /// The gas.
+    /// Returns the gas.
     pub fn gas(&self) -> &Gas<P> {
         &self.gas
     }
 
-    /// The selection of pairs.
+    /// Returns the selection of pairs.
     pub fn selection(&self) -> &S {
         &self.selection
     }
 
-    /// What is kept of the paths.
+    /// Returns the recorded motion.
     pub fn motion(&self) -> &M {
         &self.motion
     }
 
-    /// What happens at contacts, with its ledgers.
+    /// Returns the contact law, with its ledgers.
     pub fn contacts(&self) -> &C {
         &self.contacts
     }
 
-    /// The time.
+    /// Current time \[time\].
     pub fn time(&self) -> f64 {
         self.clock.time
     }
 
-    /// What was done.
+    /// Returns the counters of the work done.
     pub fn tally(&self) -> &Tally {
         &self.tally
     }
 
-    /// Bytes held for the particles, the selection and the paths.
+    /// Memory held for the particles, the selection and the recorded motion \[bytes\].
     pub fn bytes(&self) -> usize {
         self.gas.particles.capacity() * size_of::<Particle<P>>()
             + self.selection.bytes()
             + self.motion.bytes()
     }
 
-    /// Breaks an advance off when this is raised, after some dozen proposals: [`Stop::Interrupted`].
+    /// Sets an interrupt that breaks an advance off, after some dozen proposals:
+    /// [`Stop::Interrupted`].
     pub fn stop_on(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    /// Ends an advance with [`Stop::Paused`] once this is raised, after at most some dozen proposals or a quarter for each particle. The
-    /// next advance to the same time then goes on as if there had been no pause; a checkpoint of the paused gas goes on with other
-    /// random numbers.
+    /// Sets an interrupt that ends an advance with [`Stop::Paused`], after at most some dozen
+    /// proposals or a quarter for each particle. The next advance to the same time continues as
+    /// without a pause; a checkpoint of the paused gas continues with other random numbers.
     pub fn pause_on(&mut self, pause: &Interrupt) {
         self.stop.pause_on(pause);
     }
 
-    /// Whether an advance was broken off. The gas is then in the middle of it and advances no further.
+    /// Returns true if an advance was broken off. The gas is then in the middle of it and advances
+    /// no further.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
 
-    /// Adds to the velocities of particles, in their order.
+    /// Adds changes to the velocities of particles, in their order.
     pub fn kick(&mut self, changes: impl Iterator<Item = VectorOf<P>>) {
         let alive = self.gas.particles.iter_mut().filter(|one| !one.is_gone());
         for (particle, change) in alive.zip(changes) {
@@ -130,7 +132,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         self.clock.outdated = true;
     }
 
-    /// Multiplies all velocities by a factor, which keeps the gas in motion.
+    /// Multiplies all velocities by a factor.
     ///
     /// # Errors
     /// [`GasError::Invalid`] unless the factor is above zero and finite.
@@ -195,7 +197,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         Ok(Stop::Time)
     }
 
-    /// Fits the bounds if it is due.
+    /// Rebuilds the bounds if it is due.
     fn refit(&mut self) -> Result<(), GasError> {
         let due = 0.5 * self.selection.lifetime() * self.gas.count() as f64;
         if self.clock.outdated || self.clock.since as f64 > due.max(8.0) {
@@ -214,7 +216,8 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         Ok(())
     }
 
-    /// Lets proposals of one law pass: up to a time, or until it is time to look at the bounds, or until the law changes.
+    /// Processes proposals of one law: up to a time, or until the bounds are due, or until the law
+    /// changes.
     ///
     /// The number of proposals in the interval is Poisson. If the law changes with proposal m of M, the rest is void; the
     /// time of that one is the m-th of M uniform ones, Beta distributed, and what follows is a new Poisson process.
@@ -291,7 +294,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         Ok(())
     }
 
-    /// Whether a candidate pair collides.
+    /// Returns true if a candidate pair collides.
     #[inline]
     fn accept(
         &mut self,
@@ -318,7 +321,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         Ok(true)
     }
 
-    /// A pair meets.
+    /// Applies the contact of a pair.
     #[inline]
     fn meet(
         &mut self,
@@ -417,7 +420,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     }
 }
 
-/// The graver of two consequences.
+/// Returns the more severe of two consequences.
 fn worse(one: Standing, other: Standing) -> Standing {
     match (one, other) {
         (Standing::Outdated, _) | (_, Standing::Outdated) => Standing::Outdated,
@@ -426,7 +429,7 @@ fn worse(one: Standing, other: Standing) -> Standing {
     }
 }
 
-/// The least of `count` uniform numbers, `1 - U^(1/count)`.
+/// Draws the least of `count` uniform numbers, `1 - U^(1/count)`.
 #[inline]
 fn first_of(count: u64, stream: &mut Stream) -> f64 {
     let exponential: f64 = Exp1.sample(stream);

@@ -1,23 +1,23 @@
-//! What can go wrong with a gas without positions.
+//! Errors of gases without positions.
 
 use stosszahl_model::brief;
 
-/// Why a gas cannot be made or cannot go on.
+/// Reason why a gas cannot be made or advanced.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GasError {
-    /// A number that a law, a size or a gas cannot have.
+    /// A number is out of range.
     #[error(transparent)]
     Invalid(#[from] stosszahl_model::Invalid),
-    /// Physics that a gas without positions does not have.
+    /// The physics is not that of a gas without positions.
     #[error("{what} in a gas without positions; allowed: {allowed}")]
     Unfit {
-        /// What was found.
+        /// Property found.
         what: &'static str,
-        /// What is allowed.
+        /// Allowed physics.
         allowed: &'static str,
     },
-    /// Bytes that are no checkpoint of this gas.
+    /// The bytes are no checkpoint of this gas.
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
     /// A pair met more often than its bound allows: an error of the selection.
@@ -26,11 +26,11 @@ pub enum GasError {
         rate = brief(*rate), bound = brief(*bound), time = brief(*time)
     )]
     BoundExceeded {
-        /// Its rate.
+        /// Rate of the pair \[1/time\].
         rate: f64,
-        /// The bound.
+        /// Bound of the rate \[1/time\].
         bound: f64,
-        /// When.
+        /// Time at which it was found.
         time: f64,
     },
 }

@@ -8,31 +8,31 @@ use stosszahl_model::{Free, Invalid, Physics, Sizes, Smooth, Space, Vector, Vect
 use super::error::GasError;
 use super::kernel::{Contact, Kernel};
 
-/// A physics of smooth particles in free flight.
+/// Physics of smooth particles in free flight.
 pub trait Grains: Physics<Surface = Smooth, Field = Free> {}
 impl<P: Physics<Surface = Smooth, Field = Free>> Grains for P {}
 
-/// How a particle says which size it has.
+/// Tag by which the size of a particle is found.
 pub type TagOf<P> = <<P as Physics>::Sizes as Sizes>::Tag;
 
-/// The mark of a particle that has merged into another and waits to be taken out.
+/// Mark of a particle that has merged into another and waits for removal.
 pub(crate) const GONE: u32 = u32::MAX;
 
-/// One particle: 32 bytes, so that a pair is two lines of memory.
+/// One particle: 32 bytes, so that a pair is two cache lines.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 #[repr(align(32))]
 pub struct Particle<P: Physics> {
     /// Velocity \[length/time\].
     pub velocity: VectorOf<P>,
-    /// Its size.
+    /// Tag of the size.
     pub tag: TagOf<P>,
-    /// Where the selection of pairs has filed it.
+    /// Position of the particle in the selection of pairs.
     pub(crate) mark: u32,
 }
 
 impl<P: Physics> Particle<P> {
-    /// A particle that is in no selection yet.
+    /// Creates a particle that is in no selection yet.
     pub fn new(velocity: VectorOf<P>, tag: TagOf<P>) -> Self {
         Self {
             velocity,
@@ -41,7 +41,7 @@ impl<P: Physics> Particle<P> {
         }
     }
 
-    /// Whether it has merged into another one.
+    /// Returns true if the particle has merged into another one.
     #[inline]
     pub fn is_gone(&self) -> bool {
         self.mark == GONE
@@ -59,11 +59,11 @@ impl<P: Physics> Clone for Particle<P> {
 }
 impl<P: Physics> Copy for Particle<P> {}
 
-/// A gas whose fastest particle has a smaller squared speed counts as at rest: products of speeds would soon be below
-/// the range of floating-point numbers.
+/// Squared speed below which the fastest particle counts as at rest: products of speeds would soon
+/// underflow.
 pub(crate) const COLDEST: f64 = 1e-280;
 
-/// A gas without positions: what collides is a matter of speeds and sizes alone.
+/// Gas without positions: collisions depend on speeds and sizes alone.
 #[derive(Clone, Debug)]
 pub struct Gas<P: Physics> {
     pub(crate) scene: P,
@@ -71,19 +71,20 @@ pub struct Gas<P: Physics> {
     pub(crate) contact: Contact,
     pub(crate) volume: f64,
     pub(crate) particles: Vec<Particle<P>>,
-    /// Particles that are gone but still in the list.
+    /// Number of particles that are gone but still in the list.
     pub(crate) gone: usize,
 }
 
-/// Group of radii that lie within 1/16 of each other: exponent and four bits of the fraction.
+/// Returns the group of radii that lie within 1/16 of each other: exponent and four bits of the
+/// fraction.
 #[inline]
 pub(crate) fn size_key(radius: f64) -> u32 {
     (radius.to_bits() >> 48) as u32
 }
 
 impl<P: Grains> Gas<P> {
-    /// A gas of particles in a volume (an area in the plane). Particles are reordered by size; their order among equals
-    /// stays.
+    /// Creates a gas of particles in a volume (an area in the plane). Particles are reordered by
+    /// size; equals keep their order.
     ///
     /// # Errors
     /// [`GasError`] if the volume is not positive and finite, a velocity not finite, the gas packed too densely for its
@@ -127,7 +128,8 @@ impl<P: Grains> Gas<P> {
         Ok(gas)
     }
 
-    /// Creates a gas with Maxwellian velocities: [`Gas::drawn`].
+    /// Creates a gas with Maxwellian velocities, `temperature` being that of each species
+    /// \[energy\]: [`Gas::drawn`].
     ///
     /// # Errors
     /// As [`Gas::new`].
@@ -168,8 +170,8 @@ impl<P: Grains> Gas<P> {
         Ok(gas)
     }
 
-    /// Takes out the drift and gives every species its temperature exactly, as far as its number allows: one particle
-    /// alone, or two, have what they have.
+    /// Removes the drift and gives every species its temperature exactly, if it has more than two
+    /// particles.
     fn settle(&mut self, temperature: impl Fn(u32) -> f64) {
         for _ in 0..3 {
             self.remove_drift();
@@ -213,13 +215,14 @@ impl<P: Grains> Gas<P> {
         self.remove_drift_if(chosen, |_, _| true);
     }
 
-    /// Subtracts a drift that rounding has left: below 1e-10 of the thermal speed. It would never decay while the gas
-    /// cools, and at last exceed all relative motion.
+    /// Subtracts a drift that rounding has left: below 1e-10 of the thermal speed. The drift would
+    /// never decay while the gas cools, and at last exceed all relative motion.
     pub(crate) fn remove_rounding(&mut self, chosen: impl Fn(u32) -> bool) {
         self.remove_drift_if(chosen, |drift, thermal| drift < 1e-20 * thermal);
     }
 
-    /// Subtracts the velocity of the centre of mass of some species if its square and their mean squared speed say so.
+    /// Subtracts the velocity of the centre of mass of some species if `remove`, given its square
+    /// and their mean squared speed, is true.
     fn remove_drift_if(&mut self, chosen: impl Fn(u32) -> bool, remove: impl Fn(f64, f64) -> bool) {
         let sizes = self.scene.sizes();
         let among =
@@ -243,7 +246,7 @@ impl<P: Grains> Gas<P> {
         }
     }
 
-    /// Takes out what is gone and sorts by size, equals in the order they had.
+    /// Removes particles that are gone and sorts the others by size; equals keep their order.
     pub(crate) fn sort(&mut self) {
         if self.gone > 0 {
             self.particles.retain(|particle| !particle.is_gone());
@@ -256,7 +259,7 @@ impl<P: Grains> Gas<P> {
         }
     }
 
-    /// Fits the kernel to the sizes that are there now.
+    /// Adapts the kernel to the current sizes.
     pub(crate) fn measure_contacts(&mut self) -> Result<(), GasError> {
         let radii = self.alive().map(|particle| self.radius(particle));
         let kernel = Kernel::of_gas(self.contact, P::Space::DIMENSION, self.volume, radii);
@@ -271,32 +274,32 @@ impl<P: Grains> Gas<P> {
         Ok(())
     }
 
-    /// The particles that are there.
+    /// Returns the particles that are not gone.
     pub fn alive(&self) -> impl Iterator<Item = &Particle<P>> {
         self.particles.iter().filter(|particle| !particle.is_gone())
     }
 
-    /// How many particles there are.
+    /// Number of particles that are not gone.
     pub fn count(&self) -> usize {
         self.particles.len() - self.gone
     }
 
-    /// The scene.
+    /// Returns the scene.
     pub fn scene(&self) -> &P {
         &self.scene
     }
 
-    /// The volume (area in the plane).
+    /// Volume \[length^D\]; an area in the plane.
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
-    /// The kernel in force.
+    /// Returns the current kernel.
     pub fn kernel(&self) -> &Kernel {
         &self.kernel
     }
 
-    /// Radius of a particle.
+    /// Radius of a particle \[length\].
     #[inline]
     pub fn radius(&self, particle: &Particle<P>) -> f64 {
         self.scene.sizes().radius(particle.tag)
@@ -308,7 +311,7 @@ impl<P: Grains> Gas<P> {
         self.scene.sizes().mass(particle.tag)
     }
 
-    /// Kinetic energy, (1/2) sum m v^2.
+    /// Kinetic energy, (1/2) sum m v^2 \[energy\].
     pub fn kinetic_energy(&self) -> f64 {
         let twice: f64 = self
             .alive()

@@ -1,21 +1,23 @@
-//! How often a pair of given radii meets.
+//! Collision kernel: the collision rate of a pair of given radii.
 
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::kinetic;
 
-/// How density raises the collision rate.
+/// Effect of density on the collision rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Contact {
-    /// Not at all: chi = 1, the Boltzmann gas.
+    /// No effect: chi = 1, the Boltzmann gas.
     Dilute,
-    /// By the contact values of a mixture: Santos, Yuste & López de Haro, Mol. Phys. 96, 1 (1999) in the plane, with the
-    /// equal-disk value of [`kinetic::contact_value`]; Boublík (1970) and Mansoori et al. (1971) in space.
+    /// Contact values of a mixture: Santos, Yuste & López de Haro, Mol. Phys. 96, 1 (1999) in the
+    /// plane, with the equal-disk value of [`kinetic::contact_value`]; Boublík (1970) and Mansoori
+    /// et al. (1971) in space.
     Enskog,
 }
 
-/// The collision rate of a pair over its relative speed, `k(a, b) = sum_st M_st a^s b^t`, a and b the two radii.
+/// Collision rate of a pair over its relative speed, `k(a, b) = sum_st M_st a^s b^t`, a and b the
+/// two radii.
 ///
 /// For one unordered pair, `k g` is its rate \[1/time\]: `2 chi (a + b) g/V` in the plane and `pi chi (a + b)^2 g/V` in
 /// space. Both contact values of [`Contact`] leave it a polynomial of degree two with coefficients that are not negative:
@@ -28,7 +30,8 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// The kernel of hard disks or spheres in a volume (an area in the plane), contact values all one.
+    /// Creates the kernel of hard disks or spheres in a volume (an area in the plane), with all
+    /// contact values one.
     pub fn dilute(dimension: usize, volume: f64) -> Self {
         let mut coefficients = [[0.0; 3]; 3];
         if dimension == 2 {
@@ -40,7 +43,8 @@ impl Kernel {
         Self { coefficients }.symmetric()
     }
 
-    /// The kernel of a gas with Enskog's contact values. `moments[k]` is the sum over all particles of (2 a)^k.
+    /// Creates the kernel of a gas with Enskog's contact values. `moments[k]` is the sum over all
+    /// particles of (2 a)^k.
     pub fn dense(dimension: usize, volume: f64, moments: [f64; 4]) -> Self {
         let mut coefficients = [[0.0; 3]; 3];
         if dimension == 2 {
@@ -63,7 +67,7 @@ impl Kernel {
         Self { coefficients }.symmetric()
     }
 
-    /// The kernel of a gas of particles with the given radii.
+    /// Creates the kernel of a gas of particles with the given radii.
     pub fn of_gas(
         contact: Contact,
         dimension: usize,
@@ -94,7 +98,7 @@ impl Kernel {
         self
     }
 
-    /// k(a, b).
+    /// Returns k(a, b).
     #[inline]
     pub fn of(&self, a: f64, b: f64) -> f64 {
         let m = &self.coefficients;
@@ -108,20 +112,21 @@ impl Kernel {
             + m[2][2] * product * product
     }
 
-    /// The weights `sum_s a^s M_st` of the powers `b^t` of a partner's radius, for one particle of radius a.
+    /// Returns the weights `sum_s a^s M_st` of the powers `b^t` of a partner's radius, for one
+    /// particle of radius a.
     #[inline]
     pub(crate) fn partner_weights(&self, a: f64) -> [f64; 3] {
         let m = &self.coefficients;
         [0, 1, 2].map(|t| m[0][t] + a * (m[1][t] + a * m[2][t]))
     }
 
-    /// The coefficients M.
+    /// Returns the coefficients M.
     pub fn coefficients(&self) -> &[[f64; 3]; 3] {
         &self.coefficients
     }
 }
 
-/// Powers 0, 1, 2.
+/// Returns the powers 0, 1, 2 of a number.
 #[inline]
 pub(crate) fn powers(a: f64) -> [f64; 3] {
     [1.0, a, a * a]
@@ -131,7 +136,7 @@ pub(crate) fn powers(a: f64) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Against the formulas as they are printed in the literature. Tolerance: a dozen roundings.
+    /// Kernels agree with the formulas as printed in the literature. Tolerance: a dozen roundings.
     #[test]
     fn kernels_are_rate_and_contact_value() {
         let volume = 7.0;

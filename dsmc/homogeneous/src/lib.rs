@@ -13,9 +13,10 @@
 //!   ([`Bounce`]), leaves no trace on one side ([`Tracers`]), or sticks and breaks ([`Sticking`]).
 //! * **Paths**: [`Displacement`] and [`Paths`] are touched at collisions only.
 //!
-//! What lost: exponential times with a logarithm for each proposal (as in the published codes); trees over all
-//! particles (350 bytes each, and a walk of eleven levels through memory for each draw); bounds that follow every
-//! collision down as well as up (the moves between groups cost more than the proposals they save).
+//! Rejected alternatives: exponential times with a logarithm for each proposal (as in the published
+//! codes); trees over all particles (350 bytes each, and a walk of eleven levels through memory for
+//! each draw); bounds that follow every collision down as well as up (the moves between groups cost
+//! more than the proposals they save).
 //!
 //! Memory: 32 bytes for a particle and 5 for its place.
 

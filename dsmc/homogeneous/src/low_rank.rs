@@ -1,10 +1,12 @@
 //! The low-rank selection of Bodrova & Osinsky (2024): classes of size with one speed bound each, found in trees of sums.
 //!
-//! With `v_c` the largest speed in class c, `n_c` its number and `a_c` its radius, the kernel is a sum of products,
-//! so pairs are proposed by drawing a term (s, t), a first class by `n_c v_c a_c^s` and a second one by `n_c a_c^t`, both
-//! from trees of partial sums, and a particle of each at random: `k (v_c + v_d)` for each pair. A class whose fastest
-//! particle gets faster is updated in its tree. Cost: O(log of the number of classes) per draw and update; the bound
-//! grows with the number of particles in a class, which is what it has against groups of like speed.
+//! Let `v_c` be the largest speed in class c, `n_c` its number and `a_c` its radius. The kernel is
+//! a sum of products, so pairs are proposed by drawing a term (s, t), a first class by `n_c v_c
+//! a_c^s` and a second one by `n_c a_c^t`, both from trees of partial sums, and a particle of each
+//! at random. This gives `k (v_c + v_d)` for each pair. A class whose fastest particle gets faster
+//! is updated in its tree. Cost: O(log of the number of classes) per draw and update; the bound
+//! grows with the number of particles in a class, which is what it has against groups of like
+//! speed.
 
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
@@ -17,7 +19,7 @@ use super::kernel::powers;
 use super::selection::{Candidate, Selection, Standing};
 use super::tree::SumTree;
 
-/// Two classes and a member of each.
+/// Candidate pair: two classes and a member of each.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Members {
     classes: [u32; 2],
@@ -28,7 +30,7 @@ pub struct Members {
 struct Class {
     bounds: Bounds,
     members: Vec<u32>,
-    /// Whether all have the radius of the bound.
+    /// True if all members have the radius of the bound.
     exact: bool,
 }
 
@@ -44,16 +46,17 @@ impl AsMut<Bounds> for Class {
     }
 }
 
-/// See the module.
+/// Low-rank selection: classes of size with one speed bound each, found in trees of sums.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LowRank {
     classes: Vec<Class>,
-    /// Sums of `n v a^s`.
+    /// Trees of `n v a^s`.
     first: [SumTree; 3],
-    /// Sums of `n a^t`.
+    /// Trees of `n a^t`.
     second: [SumTree; 3],
-    /// Rates of the nine terms, and their sum.
+    /// Rates of the nine terms \[1/time\].
     terms: [f64; 9],
+    /// Sum of the rates \[1/time\].
     rate: f64,
     sizes_change: bool,
 }

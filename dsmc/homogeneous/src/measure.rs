@@ -1,4 +1,4 @@
-//! What is measured on a gas without positions, species by species.
+//! Moments of a gas without positions, by species.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Space, Vector, VectorOf};
@@ -11,25 +11,27 @@ use super::motion::Displacement;
 pub struct Moments {
     /// Number of particles.
     pub count: usize,
-    /// `T = m <v^2>/D`; zero if there are none.
+    /// Temperature `T = m <v^2>/D` \[energy\]; zero if there are none.
     pub temperature: f64,
     /// Fourth cumulant `a2 = D <v^4>/((D + 2) <v^2>^2) - 1`.
     pub fourth_cumulant: f64,
-    /// Mean squared displacement, where it is kept.
+    /// Mean squared displacement, where it is kept \[length^2\].
     pub displacement: f64,
-    /// `<R^4>`, where it is kept.
+    /// Mean fourth power of the displacement, `<R^4>`, where it is kept \[length^4\].
     pub displacement_fourth: f64,
-    /// `<R . v>`, D times the diffusion coefficient where displacements grow as it says, where displacements are kept.
+    /// Mean `<R . v>`, where displacements are kept: D times the diffusion coefficient where
+    /// displacements are diffusive \[length^2/time\].
     pub displacement_velocity: f64,
-    /// `<(R . v)^2>`, where displacements are kept.
+    /// Mean `<(R . v)^2>`, where displacements are kept.
     pub displacement_velocity_square: f64,
-    /// `<v(0) . v(t)>`, where the velocities at the start are given.
+    /// Velocity correlation `<v(0) . v(t)>`, where the velocities at the start are given.
     pub velocity_correlation: f64,
 }
 
-/// Moments of every species of the scene, in one pass.
+/// Computes the moments of every species of the scene, in one pass.
 ///
-/// `displacement` is the paths and the present time, `start` the velocities at the start, by the indices of the gas.
+/// `displacement` has the paths and the current time, `start` the velocities at the start, by the
+/// indices of the gas.
 pub fn moments<P: Grains>(
     gas: &Gas<P>,
     displacement: Option<(&Displacement<P>, f64)>,
@@ -38,8 +40,9 @@ pub fn moments<P: Grains>(
     moments_by(gas, |kind| kind as usize, displacement, start)
 }
 
-/// As [`moments`], with several species in one group: `group` gives the number of the group of a species. The temperature
-/// of a group is the mean of `m v^2/D`, its cumulant that of `sqrt(m) v`.
+/// Computes [`moments`] with several species in one group: `group` gives the number of the group of
+/// a species. The temperature of a group is the mean of `m v^2/D`, its cumulant that of `sqrt(m)
+/// v`.
 pub fn moments_by<P: Grains>(
     gas: &Gas<P>,
     group: impl Fn(u32) -> usize,

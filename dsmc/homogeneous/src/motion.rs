@@ -1,22 +1,23 @@
-//! Where particles would be, though nothing depends on it.
+//! Displacements of particles that have no position.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Physics, VectorOf};
 
-/// What is kept of the path of each particle.
+/// Record of the path of each particle.
 pub trait Motion<P: Physics>: Clone + Serialize + DeserializeOwned {
-    /// Whether the times of single collisions are needed.
+    /// Returns true if the times of single collisions are needed.
     fn is_tracked(&self) -> bool;
 
-    /// The particle with this index flew until `time` with this velocity and now collides.
+    /// Records that the particle with this index flew until `time` with this velocity and now
+    /// collides.
     fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64);
 
-    /// Bytes held.
+    /// Memory held \[bytes\].
     fn bytes(&self) -> usize;
 }
 
-/// Nothing is kept.
+/// Motion without a record.
 impl<P: Physics> Motion<P> for () {
     fn is_tracked(&self) -> bool {
         false
@@ -28,7 +29,7 @@ impl<P: Physics> Motion<P> for () {
     }
 }
 
-/// Displacement since the start and the time of the last collision: touched at collisions only.
+/// Displacements since the start and times of the last collision, updated at collisions only.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Displacement<P: Physics> {
@@ -36,7 +37,7 @@ pub struct Displacement<P: Physics> {
 }
 
 impl<P: Physics> Displacement<P> {
-    /// All particles at the origin at `time`.
+    /// Creates displacements of zero for all particles at `time`.
     pub fn new(count: usize, time: f64) -> Self {
         Self {
             places: vec![(VectorOf::<P>::default(), time); count],
@@ -67,7 +68,7 @@ impl<P: Physics> Motion<P> for Displacement<P> {
     }
 }
 
-/// Kept or not, as is decided when the run begins.
+/// Motion that is kept or not, as decided when the run begins.
 impl<P: Physics, M: Motion<P>> Motion<P> for Option<M> {
     fn is_tracked(&self) -> bool {
         self.as_ref().is_some_and(Motion::is_tracked)

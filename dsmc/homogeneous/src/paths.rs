@@ -1,11 +1,11 @@
-//! Whole paths of some particles, and averages over time along them.
+//! Whole paths of some particles, and time averages along them.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Physics, Vector, VectorOf};
 
 use super::motion::Motion;
 
-/// The corners of the paths of chosen particles: exact, as particles fly straight in between.
+/// Corners of the paths of chosen particles: exact, as particles fly straight in between.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Paths<P: Physics> {
@@ -15,7 +15,7 @@ pub struct Paths<P: Physics> {
 }
 
 impl<P: Physics> Paths<P> {
-    /// Paths of the given particles out of `count`, all from the origin at `time`.
+    /// Creates paths of the given particles out of `count`, all from the origin at `time`.
     pub fn new(count: usize, chosen: &[u32], time: f64) -> Self {
         let mut path_of = vec![u32::MAX; count];
         for (path, &index) in chosen.iter().enumerate() {
@@ -29,13 +29,13 @@ impl<P: Physics> Paths<P> {
         }
     }
 
-    /// The path of a particle, if it has one.
+    /// Returns the index of the path of a particle, if it has one.
     pub fn of(&self, particle: u32) -> Option<usize> {
         let path = *self.path_of.get(particle as usize)?;
         (path != u32::MAX).then_some(path as usize)
     }
 
-    /// Corners of a path so far, by time: the start and each collision.
+    /// Returns the corners of a path so far, with their times: the start and each collision.
     pub fn corners(&self, path: usize) -> &[(f64, VectorOf<P>)] {
         self.corners.get(path).map_or(&[], Vec::as_slice)
     }
@@ -98,14 +98,14 @@ pub fn time_averaged<V: Vector>(corners: &[(f64, V)], lag: f64) -> f64 {
     sum / (end - first.0)
 }
 
-/// A place on a path.
+/// Position on a path.
 struct Walker<'a, V> {
     corners: &'a [(f64, V)],
     leg: usize,
 }
 
 impl<V: Vector> Walker<'_, V> {
-    /// Goes on to the leg that contains a time.
+    /// Advances to the leg that contains a time.
     fn seek(&mut self, time: f64) {
         while self.leg + 2 < self.corners.len() && self.corners[self.leg + 1].0 <= time {
             self.leg += 1;
@@ -133,7 +133,8 @@ mod tests {
     use super::*;
     use nalgebra::{Vector2, vector};
 
-    /// Against a plain sum over 1e5 starts on a path with uneven legs; the sum is a midpoint rule, off by some 1e-9.
+    /// Time averages agree with a plain sum over 1e5 starts on a path with uneven legs; the sum is
+    /// a midpoint rule, off by some 1e-9.
     #[test]
     fn time_averages_are_sums_over_starts() {
         let corners = [

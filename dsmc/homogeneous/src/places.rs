@@ -1,4 +1,4 @@
-//! How particles are laid out in classes of size and groups of speed.
+//! Layout of particles in classes of size and groups of speed.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Vector, memory};
@@ -6,51 +6,56 @@ use stosszahl_model::{Vector, memory};
 use super::gas::{COLDEST, Gas, Grains, Particle, size_key};
 use super::selection::Standing;
 
-/// Groups per factor two in the squared speed, as bits of the fraction: eight, so a bound is on average 2 % above.
+/// Bits of the squared speed below those of a group: eight groups per factor two, so a bound is on
+/// average 2 % above.
 const SPEED_SHIFT: u32 = 52 - 3;
-/// Groups in a class; the slowest takes all that are slower still.
+/// Number of groups in a class; the slowest holds all slower particles.
 const WINDOW: u32 = 160;
-/// Groups above the fastest particle's, for particles that get faster: a factor two in speed.
+/// Number of groups above that of the fastest particle, for particles that get faster: a factor two
+/// in speed.
 const HEADROOM: u32 = 16;
 
-/// Particles of like radius.
+/// Class of particles of like radius.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Class {
-    /// Upper bound of the radius.
+    /// Upper bound of the radius \[length\].
     pub radius: f64,
     /// Sum of the kernel with all places of second partners.
     pub partners: f64,
-    /// Shares of the first and of the first two powers in it.
+    /// Shares of the first power, and of the first two powers, in `partners`.
     pub cuts: [f64; 2],
-    /// What [`size_key`] gives.
+    /// Group of radii of the class, see [`size_key`].
     pub key: u32,
-    /// Its particles at the last rebuild: `start..start + count`.
+    /// First index of the particles of the class at the last rebuild.
     pub start: u32,
+    /// Number of particles at the last rebuild.
     pub count: u32,
-    /// Places for those that joined since, and how many are taken.
+    /// First place of particles that joined since.
     pub join_first: u32,
+    /// Number of places for particles that join.
     pub join_capacity: u32,
+    /// Number of these places that are taken.
     pub joined: u32,
-    /// Its groups, in rising order of speed: up to this one.
+    /// End of the groups of the class, which are in rising order of speed.
     pub groups_end: u32,
-    /// The group that was opened last since the rebuild.
+    /// Group that was opened last since the rebuild.
     pub extra: u32,
-    /// Whether all radii are equal.
+    /// True if all radii are equal.
     pub exact: bool,
 }
 
 impl Class {
-    /// Places for a second partner.
+    /// Number of places for a second partner.
     #[inline]
     pub fn places(&self) -> u32 {
         self.count + self.join_capacity
     }
 }
 
-/// Places with one speed bound.
+/// Group: places with one speed bound.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Group {
-    /// The largest speed in it, and its square.
+    /// Largest speed in the group \[length/time\].
     pub bound: f64,
     pub square: f64,
     pub first: u32,
@@ -59,7 +64,7 @@ pub(crate) struct Group {
     pub class: u32,
 }
 
-/// All classes and groups.
+/// Layout: all classes and groups.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Layout {
     pub classes: Vec<Class>,
@@ -72,17 +77,17 @@ pub(crate) struct Layout {
     pub joined: Vec<u32>,
     /// Highest key of a squared speed at the last rebuild.
     top: u64,
-    /// Keys of size that joined since the last rebuild, from `first_key` on.
+    /// Number of particles that joined since the last rebuild, by key of size from `first_key` on.
     joins: Vec<u32>,
     first_key: u32,
-    /// Whether particles change their sizes.
+    /// True if particles change their sizes.
     sizes_change: bool,
-    /// Free places for each one expected to be needed.
+    /// Free places for each place expected to be needed.
     generosity: f64,
-    /// Whether one was refused.
+    /// True if a place was refused.
     refused: bool,
-    /// For each key of speed, the group of a class that has it, or the next faster one. While groups are laid out: numbers of
-    /// particles.
+    /// Group of a class for each key of speed, or the next faster one. While groups are laid out:
+    /// numbers of particles.
     bins: Vec<u32>,
     /// Key of the slowest group.
     base: u64,
@@ -93,13 +98,13 @@ fn speed_key(square: f64) -> u64 {
     square.to_bits() >> SPEED_SHIFT
 }
 
-/// The next number below a square; zero for zero.
+/// Returns the next number below a square; zero for zero.
 #[inline]
 fn below(square: f64) -> f64 {
     f64::from_bits(square.to_bits().saturating_sub(1))
 }
 
-/// Square of the upper edge of a group.
+/// Square of the upper edge of a group \[length^2/time^2\].
 fn edge(key: u64) -> f64 {
     f64::from_bits((key + 1) << SPEED_SHIFT)
 }
@@ -142,7 +147,7 @@ impl Layout {
         self.open(particle, index, class, square)
     }
 
-    /// Opens a group for a particle for which no faster group of its class has a place.
+    /// Opens a group for a particle for which no faster group of its class has a free place.
     fn open<P: Grains>(
         &mut self,
         particle: &mut Particle<P>,
@@ -180,7 +185,7 @@ impl Layout {
         Standing::Changed
     }
 
-    /// Takes a particle of a new size into its class.
+    /// Adds a particle of a new size to its class.
     pub fn join<P: Grains>(
         &mut self,
         particle: &mut Particle<P>,
@@ -212,7 +217,7 @@ impl Layout {
     }
 }
 
-/// Lays the gas out anew.
+/// Rebuilds the layout of the gas.
 pub(crate) fn arrange<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
     if layout.classes.is_empty() || layout.sizes_change {
         gas.sort();
@@ -240,7 +245,7 @@ pub(crate) fn arrange<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
     file(layout, gas);
 }
 
-/// Finds the classes of a sorted gas; where sizes change, also those that may be needed next.
+/// Finds the classes of a sorted gas; where sizes change, also classes that may be needed next.
 fn classify<P: Grains>(layout: &mut Layout, gas: &Gas<P>) {
     let old_first = layout.first_key;
     let old = std::mem::take(&mut layout.joins);
@@ -312,7 +317,7 @@ impl Class {
     }
 }
 
-/// Group of a squared speed within a class.
+/// Returns the group of a squared speed within a class.
 #[inline]
 fn bin(square: f64, base: u64) -> usize {
     speed_key(square)
@@ -320,7 +325,7 @@ fn bin(square: f64, base: u64) -> usize {
         .min(u64::from(WINDOW) - 1) as usize
 }
 
-/// Counts particles by class and speed; the largest squared speed.
+/// Counts particles by class and speed; returns the largest squared speed.
 fn count<P: Grains>(layout: &mut Layout, gas: &Gas<P>) -> f64 {
     layout.bins.clear();
     layout
@@ -342,7 +347,7 @@ fn count<P: Grains>(layout: &mut Layout, gas: &Gas<P>) -> f64 {
     fastest
 }
 
-/// Makes groups with as many places as are taken and as may be needed.
+/// Makes groups with the places that are taken and those that may be needed.
 fn open_groups(layout: &mut Layout, fastest: f64) {
     layout.groups.clear();
     let (mut place, mut join) = (0_u32, 0_u32);
@@ -406,7 +411,7 @@ fn open_groups(layout: &mut Layout, fastest: f64) {
     layout.order.resize(place as usize, 0);
 }
 
-/// Files every particle in its group.
+/// Puts every particle into its group.
 fn file<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
     for (number, class) in layout.classes.iter().enumerate() {
         let groups = &layout.bins[number * WINDOW as usize..][..WINDOW as usize];

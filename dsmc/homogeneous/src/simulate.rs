@@ -1,4 +1,4 @@
-//! Gases without positions behind the common interface: chosen at run time.
+//! Gases without positions behind the common interface, chosen at run time.
 
 use std::collections::BTreeMap;
 
@@ -27,11 +27,12 @@ use super::selection::Selection;
 use super::slots::Slots;
 use super::sticking::{Rule, Sticking, size_distribution};
 
-/// Collisions in one leg for each particle of the start, and at least.
+/// Collisions in one leg for each particle of the start.
 const LEG: f64 = 1.0;
+/// Fewest collisions in one leg.
 const LEAST_LEG: u64 = 200_000;
 
-/// How pairs are selected; all selections are exact.
+/// Selection of pairs; all selections are exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pick {
     /// Groups of like speed and size in alias tables: [`Slots`].
@@ -43,39 +44,40 @@ pub enum Pick {
     SingleMajorant,
 }
 
-/// A gas without positions, to be made.
+/// Settings of a gas without positions, from which it is made.
 #[derive(Clone, Debug)]
 pub struct Homogeneous<'a> {
-    /// 2 or 3.
+    /// Dimension: 2 or 3.
     pub dimension: usize,
-    /// What particles are; smooth, without a field. Where they stick, equal monomers.
+    /// Particles; smooth, without a field. Where they stick, equal monomers.
     pub grains: &'a AnyGrains,
     /// Number of particles.
     pub count: usize,
-    /// Volume; an area in the plane.
+    /// Volume \[length^D\]; an area in the plane.
     pub volume: f64,
-    /// How density raises collision rates.
+    /// Effect of density on collision rates.
     pub contact: Contact,
-    /// Temperature of each species at the start.
+    /// Temperature of each species at the start \[energy\].
     pub temperatures: &'a [f64],
     /// Velocity distribution of each species at the start.
     pub velocities: VelocityDistribution,
-    /// How pairs are selected.
+    /// Selection of pairs.
     pub pick: Pick,
-    /// The species in the tracer limit.
+    /// Number of the species in the tracer limit.
     pub tracer: Option<u32>,
-    /// When particles stick and break, if they do.
+    /// Rule of sticking and breaking, if particles do.
     pub sticking: Option<Rule>,
-    /// Whether displacements are measured.
+    /// True if displacements are measured.
     pub displacements: bool,
-    /// Particles of each group whose whole paths are kept, and the group of each species; none where that is empty.
+    /// Number of particles of each group whose whole paths are kept, and the group of each species;
+    /// no paths if that is empty.
     pub paths: (usize, &'a [u32]),
     /// Random streams.
     pub streams: Streams,
 }
 
 impl Homogeneous<'_> {
-    /// Starts from velocities that are drawn.
+    /// Creates the gas with random velocities.
     ///
     /// ```
     /// use stosszahl_homogeneous::{Contact, Homogeneous, Pick};
@@ -111,7 +113,7 @@ impl Homogeneous<'_> {
         self.choose(None)
     }
 
-    /// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start.
+    /// Resumes from [`Simulation::checkpoint`]; all settings must be those of the start.
     ///
     /// # Errors
     /// As [`Self::simulate`]; and [`GasError::Checkpoint`] if the bytes are none of this gas.
@@ -199,7 +201,7 @@ impl Homogeneous<'_> {
         })
     }
 
-    /// The first particles of each group, group by group.
+    /// Returns the first particles of each group, group by group.
     fn chosen<S: Space>(&self, gas: &Gas<Mixed<S>>) -> Vec<u32> {
         let (most, groups) = self.paths;
         let last = groups.iter().max().map_or(0, |&last| last as usize + 1);
@@ -267,7 +269,7 @@ fn scene<S, Z>(space: S, restitution: Law, sizes: Z) -> Scene<S, Smooth, Law, Z,
     }
 }
 
-/// What paths yield, where they are kept.
+/// Access to displacements and paths, where they are kept.
 trait Follows<P: Grains>: Motion<P> {
     fn displacement(&self) -> Option<&Displacement<P>> {
         None
@@ -288,7 +290,7 @@ impl<P: Grains> Follows<P> for Option<(Displacement<P>, Option<Paths<P>>)> {
     }
 }
 
-/// What contacts yield besides bounces.
+/// Access to the counters of contacts other than bounces.
 trait Counts<P: Grains>: Contacts<P> {
     fn census(&self, _gas: &Gas<P>) -> Option<Census> {
         None
@@ -314,7 +316,7 @@ impl<P: Grains<Sizes = Clusters>> Counts<P> for Sticking {
     }
 }
 
-/// What is written into a checkpoint.
+/// Content of a checkpoint.
 #[derive(Serialize, Deserialize)]
 #[serde(bound(
     serialize = "S: Serialize, M: Serialize, C: Serialize",
@@ -328,7 +330,7 @@ struct Kept<P: Grains, S, M, C> {
 /// A gas without positions behind [`Simulation`].
 struct Positionless<P: Grains, S, M, C> {
     engine: Engine<P, S, M, C>,
-    /// Collisions in one leg.
+    /// Number of collisions in one leg.
     leg: u64,
 }
 

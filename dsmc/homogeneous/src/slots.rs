@@ -1,9 +1,10 @@
-//! Our own selection: places in groups of like speed and size, drawn in constant time.
+//! Selection by slots: places in groups of like speed and size, drawn in constant time.
 //!
-//! Particles of like radius form a class; within it, particles of like speed form a group, which is a run of places with
-//! one speed bound w, a few of them empty. A proposal draws a *place* for the first partner, with the weight
-//! `w sum_c n_c k(a, a_c)` of its group from an alias table, and one for the second with the weight `k(a, a_c)` of its
-//! class: a power t of the radius by the three terms of the kernel, a class from the alias table of that power, a place
+//! Particles of like radius form a class; within it, particles of like speed form a group, which is
+//! a run of places with one speed bound w, a few of them empty. A proposal draws a *place* for the
+//! first partner, with the weight `w sum_c n_c k(a, a_c)` of its group from an alias table, and one
+//! for the second with the weight `k(a, a_c)` of its class. The latter takes a power t of the
+//! radius by the three terms of the kernel, a class from the alias table of that power, and a place
 //! in it. As either partner may be the first, a pair is proposed at the rate `k (w_1 + w_2)`.
 //!
 //! What makes this exact and fast is that **the law over places does not change** between two rebuilds. A particle that
@@ -26,7 +27,7 @@ use super::kernel::powers;
 use super::places::{self, Group, Layout};
 use super::selection::{Candidate, Selection, Standing};
 
-/// A place for the first partner, and one for the second.
+/// Proposal: a place for the first partner, and one for the second.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Places {
     group: u32,
@@ -35,13 +36,13 @@ pub struct Places {
     other: u32,
 }
 
-/// See the module.
+/// Selection by slots: places in groups of like speed and size, from alias tables.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Slots {
     layout: Layout,
-    /// Draws a group by places times bound times partners.
+    /// Table of groups, weighted by places times bound times partners.
     first: Alias,
-    /// Draws a class by places times a power of the radius.
+    /// Tables of classes, weighted by places times a power of the radius.
     second: [Alias; 3],
     rate: f64,
 }

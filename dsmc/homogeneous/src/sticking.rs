@@ -8,26 +8,26 @@ use stosszahl_model::{Clusters, Invalid, Physics, Sizes, Space, Vector, VectorOf
 use super::contact::{Bounce, Contacts, Meeting, Outcome};
 use super::gas::{Gas, Grains, Particle};
 
-/// Which part of the energy of the relative motion decides.
+/// Part of the energy of the relative motion that decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Part {
-    /// All of it, `mu g^2/2`.
+    /// All of the relative motion, `mu g^2/2`.
     Full,
-    /// That of the motion along the line of centres, `mu (g . e)^2/2`.
+    /// Motion along the line of centres, `mu (g . e)^2/2`.
     Normal,
 }
 
-/// Where something else begins to happen; infinite is allowed.
+/// Value of a threshold; infinite is allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Limit {
-    /// At an energy of the relative motion.
+    /// Energy of the relative motion \[energy\].
     Energy(f64),
-    /// At a relative speed, whatever the masses.
+    /// Relative speed, for any masses \[length/time\].
     Speed(f64),
 }
 
 impl Limit {
-    /// The energy of the relative motion at it, with a reduced mass.
+    /// Energy of the relative motion at the limit, with a reduced mass \[energy\].
     fn energy(self, reduced: f64) -> f64 {
         match self {
             Self::Energy(energy) => energy,
@@ -36,66 +36,71 @@ impl Limit {
     }
 }
 
-/// An energy or a speed at which something else begins to happen.
+/// Threshold of an energy or a speed, at which sticking or breaking begins.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
-    /// Where.
+    /// Value of the threshold.
     pub limit: Limit,
-    /// What is compared with it.
+    /// Part of the relative motion that is compared with the limit.
     pub part: Part,
 }
 
-/// Which test comes first where both hold.
+/// Order of the tests, where both hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Order {
-    /// Sticking.
+    /// Sticking first.
     StickFirst,
-    /// Breaking.
+    /// Breaking first.
     BreakFirst,
 }
 
-/// When particles stick, break or bounce.
+/// Rule by which particles stick, break or bounce.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rule {
-    /// Below it, pairs stick.
+    /// Threshold below which pairs stick.
     pub stick: Threshold,
-    /// Above it, pairs with three monomers or more break into monomers; two monomers bounce.
+    /// Threshold above which pairs with three monomers or more break into monomers; two monomers
+    /// bounce.
     pub shatter: Threshold,
-    /// Which test comes first.
+    /// Order of the tests, where both hold.
     pub order: Order,
-    /// Factor of the relative speed in breaking: its square of the energy of the relative motion stays kinetic.
+    /// Factor of the relative speed in breaking: the square of it is the share of the energy of the
+    /// relative motion that stays kinetic.
     pub retained: f64,
-    /// Most particles that the gas may have; what would break beyond bounces, and is counted.
+    /// Most particles of the gas; pairs that would break beyond it bounce, and are counted.
     pub most: usize,
 }
 
-/// Where the kinetic energy went, and how often what happened.
+/// Energy lost and number of events by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
-    /// Energy lost in sticking.
+    /// Energy lost in sticking \[energy\].
     pub stuck: f64,
-    /// Energy lost in breaking.
+    /// Energy lost in breaking \[energy\].
     pub shattered: f64,
-    /// Pairs that stuck.
+    /// Number of pairs that stuck.
     pub mergers: u64,
-    /// Pairs that broke.
+    /// Number of pairs that broke.
     pub shatterings: u64,
-    /// Pairs that should have stuck or broken, but bounced, because the gas or the cluster would have become too large.
+    /// Number of pairs that should have stuck or broken, but bounced, because the gas or the
+    /// cluster would have become too large.
     pub refused: u64,
 }
 
-/// Clusters of monomers stick below one energy or relative speed, break above another, and bounce in between by the scene's law.
+/// Contact law of clusters of monomers, which stick below one energy or relative speed, break above
+/// another, and bounce in between by the scene's law.
 ///
-/// Sticking conserves mass and momentum; the energy `mu g^2/2` goes into the ledger. Breaking turns both partners into
-/// their k + j monomers, with the velocity of the centre of mass and relative velocities drawn uniformly from all that
-/// have zero momentum and the energy `retained^2 mu g^2/2` (the microcanonical measure: Gaussian vectors, less their
-/// mean, scaled), so that momentum and energy are conserved to rounding in each event. Fixing the last monomer's velocity
-/// by momentum alone, as is sometimes proposed, creates energy.
+/// Sticking conserves mass and momentum; the energy `mu g^2/2` goes into the ledger. Breaking turns
+/// both partners into their k + j monomers, with the velocity of the centre of mass. Relative
+/// velocities are drawn uniformly from all that have zero momentum and the energy `retained^2 mu
+/// g^2/2` (the microcanonical measure: Gaussian vectors, less their mean, scaled). So momentum and
+/// energy are conserved to rounding in each event. Fixing the last monomer's velocity by momentum
+/// alone, as is sometimes proposed, creates energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sticking {
-    /// When.
+    /// Rule by which particles stick and break.
     pub rule: Rule,
-    /// What happened.
+    /// Energy lost and number of events so far.
     pub ledger: Ledger,
 }
 
@@ -106,7 +111,7 @@ enum Fate {
 }
 
 impl Sticking {
-    /// A rule, with an empty ledger.
+    /// Creates the contact law of a rule, with an empty ledger.
     ///
     /// # Errors
     /// [`Invalid`] unless thresholds are numbers not below zero and `retained` is from 0 to 1.
@@ -127,8 +132,9 @@ impl Sticking {
         })
     }
 
-    /// What happens to a pair of these sizes and this reduced mass; `energies` are those of all of its relative motion and of that
-    /// along the line of centres.
+    /// Decides between sticking, breaking and bouncing for a pair of these sizes and this reduced
+    /// mass; `energies` are those of all of its relative motion and of that along the line of
+    /// centres.
     fn fate(
         &mut self,
         monomers: [u32; 2],
@@ -159,7 +165,8 @@ impl Sticking {
     }
 }
 
-/// Velocities of `count` equal particles with zero momentum and the mean squared speed `square`, uniform among all such.
+/// Draws velocities of `count` equal particles with zero momentum and the mean squared speed
+/// `square`, uniform among all such.
 pub fn shards<S: Space>(count: u32, square: f64, stream: &mut impl Rng) -> Vec<S::Vector> {
     let n = f64::from(count);
     let mut velocities: Vec<S::Vector> = (0..count)
@@ -238,7 +245,7 @@ impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
     }
 }
 
-/// Numbers of clusters by their monomers, in rising order.
+/// Counts clusters by their monomers, in rising order.
 pub fn size_distribution<P: Grains<Sizes = Clusters>>(gas: &Gas<P>) -> Vec<(u32, u64)> {
     let mut counts = std::collections::BTreeMap::new();
     for particle in gas.alive() {

@@ -2,16 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A binary tree of partial sums. Each node is summed anew from its two children when one of them changes, so rounding
-/// does not pile up.
+/// Binary tree of partial sums. A node is summed again from its two children when one of them
+/// changes, so rounding does not accumulate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SumTree {
-    /// Node 1 is the root, the leaves are the upper half.
+    /// Partial sums: node 1 is the root, the leaves are the upper half.
     nodes: Vec<f64>,
 }
 
 impl SumTree {
-    /// A tree of `count` weights, all zero.
+    /// Creates a tree of `count` weights, all zero.
     pub fn new(count: usize) -> Self {
         Self {
             nodes: vec![0.0; 2 * count.next_power_of_two()],
@@ -34,8 +34,8 @@ impl SumTree {
         }
     }
 
-    /// The weight in which the share `u`, from 0 to below 1, of the total lies. The total must be above zero; weights of
-    /// zero are never found.
+    /// Returns the weight in which the share `u`, from 0 to below 1, of the total lies. The total
+    /// must be above zero; weights of zero are never found.
     #[inline]
     pub fn find(&self, u: f64) -> usize {
         let leaves = self.nodes.len() / 2;
@@ -53,7 +53,7 @@ impl SumTree {
         node - leaves
     }
 
-    /// Bytes held.
+    /// Memory held \[bytes\].
     pub fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<f64>()
     }
@@ -63,7 +63,7 @@ impl SumTree {
 mod tests {
     use super::*;
 
-    /// Against a plain scan of cumulative sums.
+    /// Shares are found as by a plain scan of cumulative sums.
     #[test]
     fn shares_are_found_as_by_scanning() {
         let weights = [0.0, 2.0, 0.0, 1.0, 4.0, 0.0, 1.0];

@@ -1,4 +1,4 @@
-//! The gas without positions against what it must be: exact pair rates, conservation laws, bytes, theory.
+//! Tests of the gas without positions: exact pair rates, conservation laws, bytes, theory.
 
 use std::f64::consts::PI;
 
@@ -166,8 +166,8 @@ fn always_stick() -> Sticking {
     Sticking::new(rule).expect("a rule")
 }
 
-/// The same for a gas in which three pairs have stuck together: clusters of 2^k monomers, so that the next one's number
-/// tells which two it is made of.
+/// Mergers follow the exact rates in a gas in which three pairs have stuck together: clusters of
+/// 2^k monomers, so that the next one's number tells which two it is made of.
 fn mergers_follow_their_rates<Pick: Selection<Of<Volume, Constant, Clusters>>>() {
     let start = (0..10).map(|k| 1 << k).collect();
     let sizes = Clusters::new(0.5, 1.0, 3, start).expect("clusters");
@@ -350,9 +350,10 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
     assert_eq!(bytes(&whole), bytes(&resumed));
 }
 
-/// Equal particles, in the plane and in space, elastic displacement included, against Haff's law and its closed forms.
-/// z = 4.4 times the standard error of each quantity: of energy sqrt(2/(D N)) times the share that is still random (all
-/// of it, as an upper bound), of a mean squared displacement sqrt(2/(D N)) in the Gaussian case, doubled.
+/// Equal particles, in the plane and in space, elastic displacement included, follow Haff's law and
+/// its closed forms, within z = 4.4 times the standard error of each quantity. That of energy is
+/// sqrt(2/(D N)) times the share that is still random (all of it, as an upper bound). That of a
+/// mean squared displacement is sqrt(2/(D N)) in the Gaussian case, doubled.
 fn haff<S: Space>(space: S) {
     let (count, r) = (40_000, 0.8);
     let d = S::DIMENSION as f64;
