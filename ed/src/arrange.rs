@@ -1,4 +1,4 @@
-//! Bodies sorted into a grid and in memory.
+//! Sorting of disks into a grid and in memory.
 
 use nalgebra::{Vector2, vector};
 use rayon::prelude::*;
@@ -11,7 +11,8 @@ use crate::motion::Motion;
 use crate::record::Disk;
 use crate::sliding_rows::SlidingRows;
 
-/// Fills an empty vector with what is made of each number below a count, by this thread or by all of the present pool.
+/// Fills an empty vector with `make(i)` for each i below a count, on this thread or on all of the
+/// current pool.
 pub(crate) fn fill<T: Send>(
     empty: &mut Vec<T>,
     count: usize,
@@ -28,17 +29,18 @@ pub(crate) fn fill<T: Send>(
 /// Choice of the grid of disks, and of the threads that fill it.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct GridOptions {
-    /// Whether disks are unequal: they may get several grids then.
+    /// True if disks are unequal: they may get several grids then.
     pub(crate) unequal: bool,
-    /// Whether cells of a thin gas may be wide ([`Cells::wide_ones`]): not around obstacles, whose contacts are roots of squares.
+    /// True if cells of a dilute gas may be wide ([`Cells::wide_ones`]): not around obstacles,
+    /// whose contacts are roots of squares.
     pub(crate) may_be_wide: bool,
-    /// Whether all threads of the present pool sort.
+    /// True if all threads of the current pool sort.
     pub(crate) shared: bool,
 }
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Sorts bodies (position inside the box, velocity, radius) into a grid and in memory; with them, the index of
-    /// the body that each disk is.
+    /// Sorts disks (position inside the box, velocity, radius) into a grid and in memory; returns
+    /// with them the index in the state of each disk.
     pub(crate) fn new(
         domain: &Domain<Plane>,
         largest_radius: f64,

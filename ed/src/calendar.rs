@@ -12,14 +12,16 @@ use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
 /// An event that a calendar announces: something may happen to `disk` at `time`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
-    /// When, relative to the epoch of the engine \[time\]; not negative, and finite if it is announced.
+    /// Time of the event relative to the epoch of the engine \[time\]; not negative, and finite if
+    /// it is announced.
     pub time: f64,
-    /// To whom.
+    /// Index of the disk that this event belongs to.
     pub disk: u32,
 }
 
 impl Entry {
-    /// The order of events as one number: times that are not negative order like their bits.
+    /// Returns the order of events as one number: times that are not negative order like their
+    /// bits.
     #[inline]
     fn key(self) -> u128 {
         u128::from(self.time.to_bits()) << 32 | u128::from(self.disk)
@@ -34,7 +36,7 @@ impl PartialOrd for Entry {
     }
 }
 
-/// By time; simultaneous events by the disks' numbers, so that the order is defined.
+/// Order by time; simultaneous events by the disks' numbers, so that the order is defined.
 impl Ord for Entry {
     #[inline]
     fn cmp(&self, other: &Self) -> Ordering {
@@ -42,7 +44,7 @@ impl Ord for Entry {
     }
 }
 
-/// Who has the events: each disk has at most one, and knows when.
+/// Events of all disks: each disk has at most one, and its time.
 pub trait Agenda {
     /// Number of disks.
     fn disks(&self) -> u32;
@@ -50,17 +52,18 @@ pub trait Agenda {
     /// Time of the next event of a disk; infinite if it has none.
     fn time(&self, disk: u32) -> f64;
 
-    /// Whether it wants to know what comes up.
+    /// Returns true if the agenda uses announcements of coming events.
     fn foresighted(&self) -> bool {
         false
     }
 
-    /// The events of these disks come up in a number of buckets, the last of which ends at a time. The plan is kept for
-    /// them until then; after a jump of the calendar it may be that of others.
+    /// Announces that the events of these disks come up in a number of buckets, the last of which
+    /// ends at a time. The plan is kept for them until then; after a jump of the calendar it may be
+    /// that of other disks.
     fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut PrefetchPlan) {}
 
-    /// The present bucket names this disk: its partner is needed next. The partner's number for a caller that wants to prefetch
-    /// something else of it; beyond the disks if it has none.
+    /// Prefetches the partner of a disk that the current bucket names. Returns the partner's
+    /// number, so that a caller can prefetch other data of it; beyond the disks if there is none.
     fn prefetch_partner(&self, disk: u32) -> usize {
         disk as usize
     }
@@ -72,26 +75,27 @@ pub trait Agenda {
 /// another time. A calendar may drop stale entries, or announce them; the caller can recognise them. It may not
 /// announce an entry twice unless it was pushed twice.
 pub trait Calendar: Sized + Send + Sync {
-    /// A calendar that holds the events of all disks, none of which is earlier than `now`.
+    /// Creates a calendar that holds the events of all disks, none of which is earlier than `now`.
     fn new(agenda: &impl Agenda, now: f64) -> Self;
 
-    /// Adds the next event of a disk, in place of the one before if that did not come up; not earlier than the last one
-    /// popped. At an infinite time there is none. A disk whose event was popped gets its next one before the next pop.
+    /// Adds the next event of a disk, in place of the one before if that did not come up; not
+    /// earlier than the last one popped. An infinite time means no event. A disk whose event was
+    /// popped gets its next one before the next pop.
     fn push(&mut self, entry: Entry);
 
-    /// The same for an event that it may hold already, and then holds once.
+    /// Adds an event as [`Self::push`], unless the calendar holds it already.
     fn push_once(&mut self, entry: Entry) {
         self.push(entry);
     }
 
-    /// Takes the earliest event if it is not later than `until`.
+    /// Removes and returns the earliest event if it is not later than `until`.
     fn pop(&mut self, until: f64, agenda: &impl Agenda) -> Option<Entry>;
 
     /// Memory held \[bytes\].
     fn bytes(&self) -> usize;
 }
 
-/// All events of an agenda.
+/// Returns all events of an agenda.
 fn entries(agenda: &impl Agenda) -> impl Iterator<Item = Entry> {
     (0..agenda.disks())
         .map(|disk| Entry {
@@ -101,7 +105,8 @@ fn entries(agenda: &impl Agenda) -> impl Iterator<Item = Entry> {
         .filter(|entry| entry.time.is_finite())
 }
 
-/// The rate of events from the waits for them: that of the earliest twentieth, unless those are a crowd.
+/// Estimates the rate of events from the waits for them: from the earliest twentieth, unless those
+/// coincide.
 pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
     waits.retain(|&wait| wait > 0.0);
     if waits.is_empty() {
@@ -115,7 +120,7 @@ pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
     rate.min(1e300)
 }
 
-/// The plain calendar: a sorted set. The oracle of [`Buckets`].
+/// Plain calendar: a sorted set. The oracle of [`Buckets`].
 #[derive(Debug, Default)]
 pub struct Sorted(BTreeSet<Entry>);
 
@@ -159,34 +164,35 @@ pub struct Buckets {
     /// Time of the next event of each disk; infinite if it has none.
     times: Vec<f64>,
     ring: Vec<Bucket>,
-    /// How many disks each bucket names.
+    /// Number of disks that each bucket names.
     counts: Vec<u8>,
     /// Number of the current bucket.
     current: u64,
-    /// Its events, in no order: the first `few`.
+    /// Events of the current bucket, in no order: the first `few`.
     soon: Soon,
+    /// Number of events in `soon`.
     few: usize,
-    /// Its events beyond those.
+    /// Further events of the current bucket.
     crowd: BinaryHeap<Entry, MinComparator>,
-    /// Bucket number and disk of what finds its bucket full.
+    /// Bucket number and disk of events whose bucket is full.
     spill: BinaryHeap<(u64, u32), MinComparator>,
     far: Vec<Entry>,
-    /// Bucket number and disk of what waits for its bucket to be prefetched, at most until the next turn:
-    /// the first `waits`.
+    /// Bucket number and disk of events that wait for their bucket to be prefetched, at most until
+    /// the next turn: the first `waits`.
     waiting: [(u64, u32); WAITING],
     waits: usize,
-    /// For the next buckets, by their numbers in turn.
+    /// Prefetch plans of the next buckets, by their numbers in turn.
     plans: [PrefetchPlan; AHEAD],
-    /// Disks named in the ring and the spill.
+    /// Number of disks named in the ring and the spill.
     near: usize,
-    /// Events popped since the current bucket was that of number `since`.
+    /// Number of events popped since the current bucket was that of number `since`.
     popped: usize,
     since: u64,
     last_time: f64,
 }
 
-/// A few events: times, as bits, and disks. Two arrays, as a pair that is copied right after its parts were written
-/// makes the processor wait. Beyond the events there are places that are never the earliest.
+/// A few events: times, as bits, and disks. Two arrays, as a pair that is copied right after its
+/// parts were written makes the processor wait. Unused entries are never the earliest.
 struct Soon {
     times: [u64; FEW],
     disks: [u32; FEW],
@@ -209,16 +215,16 @@ const LOAD: f64 = 8.0;
 /// Loads between which the width stays.
 const LOADS: [f64; 2] = [5.0, 11.0];
 
-/// Events whose earliest is found by comparing all.
+/// Most events whose earliest is found by comparing all.
 const FEW: usize = 24;
 
-/// Events that are compared at a time, without a look at how many there are.
+/// Number of events that are compared at a time, without a check of the number of events.
 const BLOCK: usize = 4;
 
 /// Entries of the far list ahead that times are prefetched.
 const LOOK_AHEAD: usize = 16;
 
-/// Events that may wait for their buckets.
+/// Most events that wait for their buckets.
 const WAITING: usize = 32;
 
 impl Buckets {
@@ -228,8 +234,8 @@ impl Buckets {
         (time * self.inverse_width) as i64 as u64
     }
 
-    /// Where the next bucket begins, in widths: times over the width are below it just if their bucket is the current one or
-    /// before. Infinite if there is no next one.
+    /// Returns the begin of the next bucket, in widths: times over the width are below it just if
+    /// their bucket is the current one or before. Infinite if there is no next one.
     fn next_begins(&self) -> f64 {
         if self.current >= i64::MAX as u64 {
             return f64::INFINITY;
@@ -247,7 +253,7 @@ impl Buckets {
         self.ring.len() as u64 - 1
     }
 
-    /// Buckets between two looks at the far list.
+    /// Number of buckets between two searches of the far list.
     fn quarter(&self) -> u64 {
         self.ring.len() as u64 / 4
     }
@@ -275,7 +281,7 @@ impl Buckets {
         }
     }
 
-    /// Writes what waits into its buckets.
+    /// Writes waiting events into their buckets.
     fn settle(&mut self) {
         for &(number, disk) in &self.waiting[..std::mem::take(&mut self.waits).min(WAITING)] {
             self.near += 1;
@@ -301,7 +307,7 @@ impl Buckets {
         }
     }
 
-    /// Moves what has come near from the far list into the ring, and drops what is stale.
+    /// Moves near events from the far list into the ring, and drops stale ones.
     fn refile(&mut self) {
         let length = self.ring.len() as u64;
         let mut kept = 0;
@@ -323,7 +329,7 @@ impl Buckets {
         self.far.truncate(kept);
     }
 
-    /// Files all events anew, with the width for `LOAD` events a bucket at the given rate.
+    /// Files all events again, with the width for `LOAD` events a bucket at the given rate.
     fn rebuild(&mut self, rate: f64) {
         self.counts.fill(0);
         self.soon = Soon::NOTHING;
@@ -343,7 +349,7 @@ impl Buckets {
         }
     }
 
-    /// Goes to the next bucket; false if there is no event at all.
+    /// Advances to the next bucket; false if there is no event at all.
     #[inline(always)]
     fn turn(&mut self, agenda: &impl Agenda) -> bool {
         self.settle();
@@ -419,7 +425,8 @@ impl Buckets {
         true
     }
 
-    /// Lines up the event of a disk named in the current bucket, unless it is stale; with [`Self::next_begins`].
+    /// Adds the event of a disk named in the current bucket to its events, unless it is stale; uses
+    /// [`Self::next_begins`].
     #[inline(always)]
     fn admit(&mut self, disk: u32, next_begins: f64, agenda: &impl Agenda) {
         memory::prefetch_next(&self.times, agenda.prefetch_partner(disk));
@@ -439,7 +446,7 @@ impl Buckets {
         }
     }
 
-    /// Place of the earliest event of `soon`, if that is not empty.
+    /// Returns the index and the earliest event of `soon`, unless that is empty.
     #[inline(always)]
     fn earliest(&self) -> Option<(usize, Entry)> {
         if self.few == 0 {
@@ -568,7 +575,7 @@ mod tests {
         }
     }
 
-    /// The next event that is not stale.
+    /// Returns the next event that is not stale.
     fn next<Q: Calendar>(calendar: &mut Q, until: f64, times: &Times) -> Option<Entry> {
         loop {
             let entry = calendar.pop(until, times)?;
@@ -578,7 +585,7 @@ mod tests {
         }
     }
 
-    /// The same events in the same order as the sorted set, while the rate of events changes by
+    /// Buckets pop the events in the order of the sorted set, while the rate of events changes by
     /// twelve decades in both directions, with ties, bursts, long silences and events that are
     /// replaced before their time.
     #[test]
@@ -671,7 +678,7 @@ mod tests {
         }
     }
 
-    /// In the last of all buckets is what has an event, even where its number is beyond all numbers.
+    /// The last bucket has all events, even those whose number is beyond all numbers.
     #[test]
     fn the_last_bucket_has_all_events() {
         let times = Times(vec![1e300, f64::INFINITY, 1.0, f64::INFINITY]);

@@ -1,13 +1,13 @@
-//! The disks of several cells.
+//! Walk through the lists of disks of several cells.
 
 use crate::cells::NONE;
 use crate::record::Disk;
 
-/// Lists open at a time, at the most, of cells that stand still: those of four by four.
+/// Most lists open at a time, for cells at rest: those of four by four.
 const STILL: usize = 16;
 
-/// Lists of disks, of one cell each, that are followed side by side: the next disk of each waits in a ring. One loop over
-/// all has one end to be foreseen. Two arrays, so that nothing has to be packed and unpacked.
+/// Lists of disks, of one cell each, that are followed side by side: the next disk of each waits in
+/// a ring. One loop over all lists has only one unpredictable end. Two arrays avoid packing.
 pub(crate) struct CellListWalk<const RING: usize = STILL> {
     disks: [u32; RING],
     cells: [u32; RING],
@@ -34,7 +34,7 @@ impl<const RING: usize> CellListWalk<RING> {
         self.end += usize::from(first != NONE) & usize::from(wanted);
     }
 
-    /// The next disk of any list, with its number and that of its cell.
+    /// Returns the next disk of any list, with its number and that of its cell.
     #[inline(always)]
     pub(crate) fn next<'a>(&mut self, all: &'a [Disk]) -> Option<(u32, usize, &'a Disk)> {
         if self.begin == self.end {
@@ -49,7 +49,7 @@ impl<const RING: usize> CellListWalk<RING> {
         Some((who, cell as usize, disk))
     }
 
-    /// How many disks there were so far.
+    /// Number of disks returned so far.
     #[inline(always)]
     pub(crate) fn followed(&self) -> u64 {
         self.begin as u64

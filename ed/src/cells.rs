@@ -1,12 +1,13 @@
-//! The grid of cells. Beyond a wall there is a column or row that stays empty.
+//! Grid of cells. Beyond a wall there is a column or row that stays empty.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::{images, memory};
 
-/// No disk.
+/// Number that stands for no disk.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Index of a disk for the prefetch of its record; that of no disk is just before the first one, as a rule on the same page.
+/// Returns the index of a disk for the prefetch of its record; that of no disk is just before the
+/// first one, usually on the same page.
 #[inline(always)]
 pub(crate) fn line_of(disk: u32) -> usize {
     disk as i32 as usize
@@ -19,26 +20,28 @@ pub(crate) type Cell = [u16; 2];
 /// are near in memory.
 const TILE: u32 = 3;
 
-/// Mean number of disks in a cell of a dilute gas: more, and more candidates are looked at in vain;
-/// fewer, and more boundaries are crossed.
+/// Mean number of disks in a cell of a dilute gas: with more, too many candidates are tested; with
+/// fewer, too many boundaries are crossed.
 const OCCUPANCY: f64 = 0.45;
 
-/// Widest cell, in diameters, unless that makes too many: the square of a contact distance is a difference of squares
-/// of separations, and has 1e-16 of these as its error.
+/// Widest cell in diameters, unless that makes too many cells: the square of a contact distance is
+/// a difference of squares of separations, with an error of 1e-16 of these.
 const WIDEST: f64 = 64.0;
 
-/// Mean number of other disks in the cell of a disk, up to which cells of a thin gas are as wide as its density asks for. A gas
-/// that is alike everywhere has [`OCCUPANCY`] of them; one that is dense in some place has narrower cells.
+/// Mean number of other disks in the cell of a disk, up to which cells of a dilute gas are as wide
+/// as its density asks for. A uniform gas has [`OCCUPANCY`] of them; a gas that is dense in some
+/// place has narrower cells.
 const CROWDED: f64 = 2.0;
 
-/// Columns and rows that wide cells leave at the least.
+/// Fewest columns and rows of wide cells.
 const LEAST_COUNT: f64 = 4.0;
 
-/// Cells that a disk enters for each width of a cell that it flies, on average over all directions.
+/// Number of cells that a disk enters per width of a cell that it flies, on average over all
+/// directions.
 const ENTERED: f64 = 4.0 / std::f64::consts::PI;
 
-/// Estimates how many cell borders are crossed for each collision of a gas that is alike everywhere, with this mean free path \[length\].
-/// Around obstacles cells are narrower.
+/// Estimates the number of cell borders crossed per collision of a uniform gas with this mean free
+/// path \[length\]. Around obstacles cells are narrower.
 ///
 /// A gas in which more than 1e7 of them come between two collisions is given up ([`crate::EngineError::NoCollisions`]).
 pub fn crossings_per_collision(
@@ -64,28 +67,30 @@ pub fn crossings_per_collision(
 pub(crate) struct Cells {
     counts: [u16; 2],
     periodic: [bool; 2],
-    /// Steps along each axis after which it is nearer around the box, doubled; more than there are where it has walls.
+    /// Steps along each axis beyond which the way around the box is shorter, doubled; more than
+    /// there are if the axis has walls.
     around: [i32; 2],
     width: Vector2<f64>,
     lengths: Vector2<f64>,
     narrow: bool,
-    /// Whether cells are wider than squares of separations allow.
+    /// True if cells are wider than squares of separations allow.
     wide: bool,
-    /// Share of a column in the place of a cell in memory; the two before the first and the two after
-    /// the last are their periodic images, or the one beyond the wall.
+    /// Contribution of a column to the index of a cell in memory; the two before the first and the
+    /// two after the last are their periodic images, or the one beyond the wall.
     columns: Vec<u32>,
-    /// The same for rows.
+    /// Contribution of a row to the index of a cell in memory, with images like those of `columns`.
     rows: Vec<u32>,
     firsts: Vec<u32>,
 }
 
 impl Cells {
-    /// Best width of the cells of this many disks, if none is wider.
+    /// Best width of cells for this many disks, if none is wider \[length\].
     pub(crate) fn ideal(lengths: Vector2<f64>, disks: usize) -> f64 {
         (OCCUPANCY * lengths[0] * lengths[1] / disks.max(1) as f64).sqrt()
     }
 
-    /// Cells no narrower than the largest diameter, and as wide as pays for this many disks.
+    /// Creates cells no narrower than the largest diameter, and as wide as pays for this many
+    /// disks.
     pub(crate) fn new(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -99,7 +104,8 @@ impl Cells {
         Self::with_counts(lengths, periodic, counts, narrow[0] || narrow[1])
     }
 
-    /// Width of cells that squares of separations allow, and that makes no more of them than memory holds; a little less than they have.
+    /// Least width of cells: squares of separations allow it, and memory holds their number; a
+    /// little less than that of the cells made \[length\].
     fn least_width(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> f64 {
         // Wider than a diameter by more than positions are rounded.
         let narrowest = largest_diameter * (1.0 + 1e-9);
@@ -108,9 +114,10 @@ impl Cells {
         narrowest.max(Self::ideal(lengths, disks).min(widest))
     }
 
-    /// Cells of a thin gas as wide as its density asks for, beyond [`WIDEST`]: a disk crosses many cells between two collisions, and how many
-    /// follows from the free path alone then. None where [`Self::new`] gives such cells, or where disks are crowded. `places` are their
-    /// positions.
+    /// Creates cells of a dilute gas as wide as its density asks for, beyond [`WIDEST`]. A disk
+    /// crosses many cells between two collisions; their number then follows from the free path
+    /// alone. `None` where [`Self::new`] gives such cells, or where disks are crowded. `places` are
+    /// the positions of disks.
     ///
     /// Contacts need [`crate::contact::Candidates::add_far`] in them.
     pub(crate) fn wide_ones(
@@ -133,7 +140,7 @@ impl Cells {
         None
     }
 
-    /// Whether [`Self::wide_ones`] may give cells to this many disks.
+    /// Returns true if [`Self::wide_ones`] may give cells to this many disks.
     pub(crate) fn may_be_wide(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> bool {
         let narrow = Self::least_width(lengths, largest_diameter, disks);
         Self::wide_width(lengths, disks) >= 2.0 * narrow
@@ -156,13 +163,14 @@ impl Cells {
         others as f64 / places.len().max(1) as f64
     }
 
-    /// Whether cells are so wide that contacts are found by [`crate::contact::Candidates::add_far`].
+    /// Returns true if cells are so wide that contacts are found by
+    /// [`crate::contact::Candidates::add_far`].
     #[inline(always)]
     pub(crate) fn wide(&self) -> bool {
         self.wide
     }
 
-    /// This many columns and rows; `narrow` as given by [`Self::narrow`].
+    /// Creates this many columns and rows; `narrow` as given by [`Self::narrow`].
     pub(crate) fn with_counts(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -214,7 +222,7 @@ impl Cells {
         }
     }
 
-    /// The same grid without disks.
+    /// Returns this grid without disks.
     pub(crate) fn emptied(&self) -> Self {
         Self {
             columns: self.columns.clone(),
@@ -224,7 +232,7 @@ impl Cells {
         }
     }
 
-    /// Copies where the lists of the disks of some rows begin from a grid like this.
+    /// Copies the first disks of the cells of some rows from a grid like this.
     pub(crate) fn copy_rows(&mut self, from: &Self, rows: impl Iterator<Item = u16>) {
         // Tile by tile, as they are in memory.
         let side = 1 << TILE;
@@ -242,22 +250,22 @@ impl Cells {
         }
     }
 
-    /// Sides of a cell.
+    /// Sides of a cell \[length\].
     #[inline]
     pub(crate) fn width(&self) -> Vector2<f64> {
         self.width
     }
 
-    /// Place in memory of the cell `right` and `up` of the one before: 0 for the column or row before, 1 for
-    /// the same, 2 for the one after.
+    /// Returns the index in memory of the cell `right` and `up` of the one before: 0 for the column
+    /// or row before, 1 for the same, 2 for the one after.
     #[inline]
     pub(crate) fn place(&self, cell: Cell, right: usize, up: usize) -> usize {
         let [x, y] = cell.map(usize::from);
         (self.columns[x + right + 1] + self.rows[y + up + 1]) as usize
     }
 
-    /// Places in memory of the cells around one are the sums of one of three for the column and one of three
-    /// for the row.
+    /// Returns the parts of the indices in memory of the cells around one: each index is the sum of
+    /// one of three for the column and one of three for the row.
     #[inline(always)]
     pub(crate) fn around(&self, cell: Cell) -> ([u32; 3], [u32; 3]) {
         let [x, y] = cell.map(usize::from);
@@ -268,8 +276,8 @@ impl Cells {
         )
     }
 
-    /// Places in memory of three cells side by side across an axis, the middle one of which is some steps from a cell
-    /// along it, two at most, forward or backward.
+    /// Returns the indices in memory of three cells side by side across an axis, the middle one of
+    /// which is some steps from a cell along it, two at most, forward or backward.
     #[inline(always)]
     pub(crate) fn across(&self, cell: Cell, axis: usize, steps: usize, forward: bool) -> [u32; 3] {
         let parts = [&self.columns, &self.rows];
@@ -281,8 +289,9 @@ impl Cells {
         [place + across[0], place + across[1], place + across[2]]
     }
 
-    /// The same along an axis for the four columns or rows around two cells that are next to each other, and where
-    /// the three around each begin; `None` for two that are not, and where a grid is too small to decide.
+    /// Returns the parts of indices in memory, along an axis, of the four columns or rows around
+    /// two adjacent cells, and the first of the three around each cell. `None` for cells that are
+    /// not adjacent, and in a grid that is too small.
     #[inline(always)]
     pub(crate) fn around_both(
         &self,
@@ -305,7 +314,7 @@ impl Cells {
         Some(([parts[0], parts[1], parts[2], parts[3]], begin))
     }
 
-    /// The cell of a position inside the box, and the position relative to its corner.
+    /// Returns the cell of a position inside the box, and the position relative to its corner.
     pub(crate) fn locate(&self, position: Vector2<f64>) -> (Cell, Vector2<f64>) {
         let mut cell = [0; 2];
         let mut offset = position;
@@ -317,7 +326,7 @@ impl Cells {
         (cell, offset)
     }
 
-    /// The corner of a cell.
+    /// Returns the corner of a cell.
     pub(crate) fn corner(&self, cell: Cell) -> Vector2<f64> {
         vector![
             f64::from(cell[0]) * self.width[0],
@@ -325,13 +334,14 @@ impl Cells {
         ]
     }
 
-    /// Whether the box is periodic along an axis.
+    /// Returns true if the box is periodic along an axis.
     #[inline]
     pub(crate) fn is_periodic(&self, axis: usize) -> bool {
         self.periodic[axis]
     }
 
-    /// The column (axis 0) or row (axis 1) before or after, and whether that is across the boundary of the box.
+    /// Returns the column (axis 0) or row (axis 1) before or after, and whether that is across the
+    /// boundary of the box.
     #[inline]
     pub(crate) fn beyond(&self, number: u16, axis: usize, forward: bool) -> (u16, bool) {
         let last = self.counts[axis] - 1;
@@ -343,7 +353,8 @@ impl Cells {
         }
     }
 
-    /// Vector from the corner of the second cell to that of the first, over the nearest image.
+    /// Returns the vector from the corner of the second cell to that of the first, over the nearest
+    /// image.
     #[inline(always)]
     pub(crate) fn between(&self, first: Cell, second: Cell) -> Vector2<f64> {
         let mut shift = Vector2::zeros();
@@ -357,13 +368,13 @@ impl Cells {
         shift
     }
 
-    /// Whether the box is so narrow that two images of a disk may touch another.
+    /// Returns true if the box is so narrow that two images of a disk may touch another.
     #[inline]
     pub(crate) fn narrow(&self) -> bool {
         self.narrow
     }
 
-    /// How many places there are in memory.
+    /// Number of cells in memory.
     pub(crate) fn places(&self) -> usize {
         self.firsts.len()
     }
@@ -373,8 +384,8 @@ impl Cells {
         self.counts
     }
 
-    /// Place in memory of the cell with a number that may lie in another box or beyond a wall, and how many boxes away
-    /// that is.
+    /// Returns the index in memory of the cell with numbers that may lie in another box or beyond a
+    /// wall, and the number of boxes in between.
     #[inline]
     pub(crate) fn place_beyond(&self, numbers: [i32; 2]) -> (usize, [i32; 2]) {
         let counts = self.counts.map(i32::from);
@@ -389,7 +400,7 @@ impl Cells {
         (self.place(cell, 1, 1), boxes)
     }
 
-    /// Images of a separation around the box: the nearest, and those next to it.
+    /// Returns images of a separation around the box: the nearest, and those next to it.
     pub(crate) fn images_of(&self, separation: Vector2<f64>) -> impl Iterator<Item = Vector2<f64>> {
         let mut nearest = separation;
         for axis in 0..2 {
@@ -408,7 +419,8 @@ impl Cells {
             .map(move |image| nearest + image.component_mul(&lengths))
     }
 
-    /// Images of a separation around the box along the first axis: the nearest, and those next to it.
+    /// Returns images of a separation around the box along the first axis: the nearest, and those
+    /// next to it.
     pub(crate) fn images_along(
         &self,
         separation: Vector2<f64>,
@@ -419,7 +431,8 @@ impl Cells {
         steps.map(move |step| vector![nearest + step * length, separation[1]])
     }
 
-    /// Share in a place in memory of a column that lies up to a box beyond an edge.
+    /// Returns the contribution to an index in memory of a column that lies up to a box beyond an
+    /// edge.
     #[inline(always)]
     pub(crate) fn column_around(&self, column: i32) -> u32 {
         let columns = i32::from(self.counts[0]);
@@ -428,7 +441,8 @@ impl Cells {
         self.columns[(column + below - above + 2) as usize]
     }
 
-    /// Shares in a place in memory of four columns side by side, from one of the box on.
+    /// Returns the contributions to indices in memory of four columns side by side, from one of the
+    /// box on.
     #[inline(always)]
     pub(crate) fn four_columns(&self, first: i32) -> [u32; 4] {
         // The last ones are before the first too.
@@ -443,13 +457,13 @@ impl Cells {
         [four[0], four[1], four[2], four[3]]
     }
 
-    /// First disk of the cell at a place in memory, or [`NONE`].
+    /// Returns the first disk of the cell at an index in memory, or [`NONE`].
     #[inline]
     pub(crate) fn first(&self, place: usize) -> u32 {
         self.firsts[place]
     }
 
-    /// Makes a disk the first of the cell at a place in memory; the one it was before.
+    /// Makes a disk the first of the cell at an index in memory; returns the one it was before.
     #[inline]
     pub(crate) fn set_first(&mut self, place: usize, disk: u32) -> u32 {
         std::mem::replace(&mut self.firsts[place], disk)
@@ -467,10 +481,12 @@ impl Cells {
     }
 }
 
-/// Image of a separation: with the relative velocity there, and how much faster the row of the first is than that of the second.
+/// Image of a separation, the relative velocity of that image, and the velocity of the row of the
+/// first disk less that of the second.
 pub(crate) type SeparationImage = (Vector2<f64>, Vector2<f64>, f64);
 
-/// The image that is approached fastest among those that touch within rounding; the nearest if none does.
+/// Returns the image that is approached fastest among those that touch within rounding; the nearest
+/// if none does.
 pub(crate) fn approached(
     images: impl Iterator<Item = SeparationImage>,
     distance: f64,
@@ -494,7 +510,8 @@ pub(crate) fn approached(
 mod tests {
     use super::*;
 
-    /// Cells of a thin gas hold 0.45 disks; those of a gas in a corner are as narrow as its own density asks for, or as [`Cells::new`] has them.
+    /// Cells of a dilute gas hold 0.45 disks; those of a gas in a corner are as narrow as its own
+    /// density asks for, or as [`Cells::new`] makes them.
     #[test]
     fn cells_of_a_thin_gas_follow_its_density() {
         const SIDE: f64 = 1e5;

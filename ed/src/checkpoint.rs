@@ -1,49 +1,50 @@
-//! What a run is, between its legs.
+//! State of a run between its legs.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Body, Physics, ShearWork, State};
 
-/// Which collisions lose energy.
+/// Rule of which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Dissipation {
-    /// None: the laws of the scene and its walls are set aside (to equilibrate). Contacts are elastic and smooth, also with
-    /// walls that move.
+    /// No collisions lose energy: the laws of the scene and its walls are ignored (to equilibrate).
+    /// Contacts are elastic and smooth, also with moving walls.
     Elastic,
-    /// All, by the restitution of the scene.
+    /// All collisions lose energy, by the restitution of the scene.
     Scene,
-    /// Those of disks whose last contacts, with walls too, are older than this time; others are elastic. The TC
-    /// model of Luding & McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017, which
-    /// removes inelastic collapse.
+    /// Collisions lose energy if the last contacts of both disks, including those with walls, are
+    /// older than this time \[time\]; others are elastic. This is the TC model of Luding &
+    /// McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017, which prevents inelastic
+    /// collapse.
     ContactTime(f64),
 }
 
-/// What was done, in numbers that do not depend on the machine.
+/// Work done, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
-    /// Pair collisions.
+    /// Number of pair collisions.
     pub collisions: u64,
-    /// Candidate pairs whose contact was predicted.
+    /// Number of candidate pairs whose contact was predicted.
     pub predictions: u64,
-    /// Events put into the calendar.
+    /// Number of events put into the calendar.
     pub pushes: u64,
-    /// Cell boundaries crossed.
+    /// Number of cell boundaries crossed.
     pub crossings: u64,
-    /// Contacts that did not happen because the partner had collided meanwhile.
+    /// Number of predicted contacts that did not happen because the partner had collided meanwhile.
     pub broken: u64,
-    /// Contacts made elastic by the TC model.
+    /// Number of contacts made elastic by the TC model.
     pub elastic_contacts: u64,
-    /// Contacts with walls and obstacles.
+    /// Number of contacts with walls and obstacles.
     pub rebounds: u64,
 }
 
 impl Tally {
-    /// Contacts of all kinds.
+    /// Number of contacts of all kinds.
     pub(crate) fn contacts(&self) -> u64 {
         self.collisions + self.rebounds
     }
 
-    /// Adds what was done elsewhere.
+    /// Adds the counters of another tally.
     pub(crate) fn add(&mut self, other: &Self) {
         self.collisions += other.collisions;
         self.predictions += other.predictions;
@@ -55,25 +56,27 @@ impl Tally {
     }
 }
 
-/// Everything needed to continue a run.
+/// All data from which a run continues to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Checkpoint<P: Physics> {
-    /// The gas.
+    /// State of the gas.
     pub state: State<P>,
     /// Time of each disk's last contact; empty unless the TC model needs it.
     pub last_contact: Vec<f64>,
-    /// How often each disk has left the box on the right and at the top, less how often on the left and at the bottom;
-    /// the position plus that many sides of the box is that of a disk that was never wrapped (image flags). Empty unless requested,
-    /// by a start that has one for each disk.
+    /// Image flags: number of times each disk has left the box on the right and at the top, less
+    /// that on the left and at the bottom. The position plus that many sides of the box is that of
+    /// a disk that was never wrapped. Empty unless requested, by a start that has flags for each
+    /// disk.
     pub windings: Vec<[i32; 2]>,
-    /// What was done so far.
+    /// Work done so far.
     pub tally: Tally,
-    /// Contacts since time last advanced noticeably.
+    /// Number of contacts since time last advanced noticeably.
     pub stalled: u64,
-    /// What each wall and obstacle has given to the gas, by `Engine::ledgers`; empty where there are none.
+    /// Momentum and energy that each wall and obstacle has given to the gas, by `Engine::ledgers`;
+    /// empty without any.
     pub ledgers: Vec<Ledger<P::Space>>,
-    /// Contacts of each disk with walls and obstacles so far; empty where there are none.
+    /// Number of contacts of each disk with walls and obstacles so far; empty without any.
     pub rebounds: Vec<u32>,
     /// Energy balance so far; zero without a shear flow.
     pub shear_work: ShearWork,
@@ -95,7 +98,7 @@ impl<P: Physics> Clone for Checkpoint<P> {
 }
 
 impl<P: Physics> Checkpoint<P> {
-    /// An empty gas in the same box, for while an engine has the other.
+    /// Returns an empty gas in the same box, as a placeholder while an engine has the other.
     pub(crate) fn nowhere(other: &Self) -> Self {
         let (time, domain) = (other.state.time, other.state.domain);
         Self::from(State {

@@ -1,79 +1,82 @@
-//! Whether time goes on: inelastic collapse, and gases whose disks never meet.
+//! Detection of inelastic collapse, and of gases whose disks never meet.
 
 use std::collections::BTreeSet;
 
 use crate::cells::NONE;
 
-/// Collisions without progress of time, beyond those that many disks may have at once, that are called
-/// a collapse.
+/// Collisions without progress of time that count as a collapse, beyond those that many disks may
+/// have at once.
 const COLLAPSE: u64 = 4000;
 
-/// Collisions whose disks are called the cluster of a collapse.
+/// Latest collisions whose disks are the cluster of a collapse.
 const RECENT: usize = 256;
 
-/// Contacts from a look at the time to the next.
+/// Number of contacts between two checks of the time.
 const LOOK: u64 = 1024;
 
-/// Collisions in a row with hardly any approach that are a collapse, if time does not advance.
+/// Collisions in a row with negligible approach that are a collapse, if time does not advance.
 const FEW: usize = 32;
 
-/// Way at the speed of approach during the time that the clock shows, in diameters, that is hardly any: only a geometric
-/// series of collisions leads there, while chance does once in 10^60.
+/// Negligible approach: distance at the approach speed over the current time, in diameters. Only a
+/// geometric series of collisions leads there, while chance does once in 10^60.
 const FEEBLE: f64 = 1e-60;
 
-/// Advance of time, over its absolute value, that is none.
+/// Largest advance of time that counts as none, over the absolute time.
 const FINE: f64 = 1e-13;
 
-/// The same in a field: disks at rest on a floor hop for the time that a clock can show, 2e-16, and a thousand times that
-/// is no advance either.
+/// Largest advance of time that counts as none in a field, over the absolute time: disks at rest on
+/// a floor hop for the resolution of the clock, 2e-16, and a thousand times that is no advance
+/// either.
 const COARSE: f64 = 1e-12;
 
-/// Crossings without a collision, beyond those that many disks need, after which none is awaited.
+/// Crossings without a collision, beyond those that many disks need, after which a run is given up.
 pub(crate) const PATIENCE: u64 = 10_000_000;
 
-/// Cells that are cleared in about the time that a crossing takes, or less: patience with a gas of two disks in a million
-/// cells is some seconds either way.
+/// Number of cells that are cleared in about the time of a crossing, or less: the limit for a gas
+/// of two disks in a million cells is some seconds either way.
 const CELLS_OF_A_CROSSING: usize = 512;
 
-/// Distinguishes progress from its lack. Times are the engine's own.
+/// Detector of a lack of progress. Times are the engine's own.
 #[derive(Clone)]
 pub(crate) struct CollapseDetector {
-    /// When time last advanced noticeably.
+    /// Own time at which time last advanced noticeably.
     time: f64,
-    /// Collisions at that time.
+    /// Number of contacts at that time.
     collisions: u64,
-    /// The last collisions: pair and time.
+    /// Pair and own time of the last collisions.
     recent: [([u32; 2], f64); RECENT],
-    /// Collisions in a row with hardly any approach.
+    /// Number of collisions in a row with negligible approach.
     negligible: usize,
-    /// Crossings since the last collision.
+    /// Number of crossings since the last collision.
     idle: u64,
 }
 
-/// A contact, and the gas it happens in.
+/// Contact, and the gas in which it happens.
 pub(crate) struct ContactInfo {
     pub(crate) pair: [u32; 2],
     pub(crate) now: f64,
-    /// The same in absolute time.
+    /// Absolute time of the contact.
     pub(crate) age: f64,
-    /// Time in which a typical disk moves by its diameter.
+    /// Own time in which a typical disk moves by its diameter.
     pub(crate) unit: f64,
-    /// How many disks there are.
+    /// Number of disks.
     pub(crate) disks: usize,
-    /// Whether they fly straight.
+    /// True if disks fly straight.
     pub(crate) straight: bool,
 }
 
 impl ContactInfo {
-    /// Whether the disks, or one and a wall, hardly approached at this speed for their diameter; `None` if there is no time to compare with.
+    /// Returns true if the disks, or one and a wall, approached negligibly at this speed for their
+    /// diameter; `None` if there is no time to compare with.
     #[inline(always)]
     pub(crate) fn is_negligible(&self, approach: f64, diameter: f64) -> Option<bool> {
         let way = approach.abs() * self.age.abs();
         (way > 0.0).then_some(way < FEEBLE * diameter)
     }
 
-    /// Advance of time that is none. Legs end, and epochs move, but a collapse does not: its collisions are counted across
-    /// legs, and time is measured against its absolute value.
+    /// Returns the largest advance of time that counts as none. Legs end, and epochs move, but a
+    /// collapse does not: its collisions are counted across legs, and time is measured against its
+    /// absolute value.
     #[inline(always)]
     fn resolution(&self) -> f64 {
         let fine = if self.straight { FINE } else { COARSE };
@@ -82,7 +85,7 @@ impl ContactInfo {
 }
 
 impl CollapseDetector {
-    /// At the own time 0, with the number of collisions when time last advanced.
+    /// Creates a detector at the own time 0, with the number of contacts when time last advanced.
     pub(crate) fn new(collisions: u64) -> Self {
         Self {
             time: 0.0,
@@ -93,14 +96,15 @@ impl CollapseDetector {
         }
     }
 
-    /// A fresh start with this many cells, whose work stands for crossings; what they are together since the last collision,
-    /// if they are too many for this number of disks. In a wide box of few disks hardly any are between two such starts.
+    /// Counts a fresh start with this many cells, whose work stands for crossings. Returns the
+    /// crossings since the last collision, if they are too many for this number of disks. In a wide
+    /// box of few disks hardly any are between two such starts.
     pub(crate) fn fresh_start(&mut self, cells: usize, disks: usize) -> Option<u64> {
         self.idle += (cells / CELLS_OF_A_CROSSING) as u64;
         self.crossing(disks)
     }
 
-    /// The same with the clock set to zero, after a fresh start.
+    /// Returns this detector with the clock set to zero, after a fresh start.
     pub(crate) fn afresh(&self, collisions: u64) -> Self {
         Self {
             idle: self.idle,
@@ -108,35 +112,36 @@ impl CollapseDetector {
         }
     }
 
-    /// Crossings count anew.
+    /// Sets the number of crossings to zero.
     pub(crate) fn reset_idle(&mut self) {
         self.idle = 0;
     }
 
-    /// Crossings since the last collision.
+    /// Number of crossings since the last collision.
     pub(crate) fn idle(&self) -> u64 {
         self.idle
     }
 
-    /// The same, if they were counted elsewhere.
+    /// Sets the number of crossings, if they were counted elsewhere.
     pub(crate) fn set_idle(&mut self, idle: u64) {
         self.idle = idle;
     }
 
-    /// Collisions of this many in all since time last advanced noticeably.
+    /// Number of contacts since time last advanced noticeably, of this many in all.
     pub(crate) fn stalled(&self, collisions: u64) -> u64 {
         collisions - self.collisions
     }
 
-    /// One more crossing; how many since the last collision, if they are too many for this number of disks.
+    /// Counts a crossing. Returns the crossings since the last collision, if they are too many for
+    /// this number of disks.
     #[inline(always)]
     pub(crate) fn crossing(&mut self, disks: usize) -> Option<u64> {
         self.idle += 1;
         (self.idle > PATIENCE + 100 * disks as u64).then_some(self.idle)
     }
 
-    /// One more contact with a wall; how many since the last collision, if time has no end and there are too many for this
-    /// number of disks.
+    /// Counts a contact with a wall. Returns the crossings since the last collision, if time has no
+    /// end and they are too many for this number of disks.
     #[inline]
     pub(crate) fn rebound(&mut self, ends: bool, disks: usize) -> Option<u64> {
         if ends {
@@ -145,7 +150,8 @@ impl CollapseDetector {
         self.crossing(disks)
     }
 
-    /// One more contact of this many, [`ContactInfo::is_negligible`] or not; true if that is a collapse. With a wall, the partner is [`NONE`].
+    /// Counts a contact, the last of this number, [`ContactInfo::is_negligible`] or not; true if it
+    /// is a collapse. With a wall, the partner is [`NONE`].
     #[inline(always)]
     pub(crate) fn collision(
         &mut self,
@@ -168,13 +174,15 @@ impl CollapseDetector {
         self.has_stopped(number, latest)
     }
 
-    /// The same for a contact that is not feeble, after others that were not. Of many in a row only [`Self::counts`] need be shown.
+    /// Counts a contact with usual approach, after others like it; true if it is a collapse. Of
+    /// many in a row only [`Self::counts`] need be counted.
     pub(crate) fn usual_collision(&mut self, number: u64, latest: &ContactInfo) -> bool {
         self.remember(number, latest);
         self.has_stopped(number, latest)
     }
 
-    /// Which contacts from one number to another, inclusive, leave something behind: those at which one looks at the time, and the last ones.
+    /// Returns the contacts from one number to another, inclusive, that change the detector: those
+    /// at which the time is checked, and the last ones.
     pub(crate) fn counts(first: u64, last: u64) -> impl Iterator<Item = u64> {
         let late = first.max((last + 1).saturating_sub(RECENT as u64));
         let looks = (first.next_multiple_of(LOOK)..late).step_by(LOOK as usize);
@@ -189,7 +197,7 @@ impl CollapseDetector {
         self.recent[number as usize % RECENT] = (latest.pair, latest.now);
     }
 
-    /// Whether time has not advanced for too many contacts; looked at once in a while.
+    /// Returns true if time has not advanced for too many contacts; checked once in a while.
     #[inline(always)]
     fn has_stopped(&mut self, number: u64, latest: &ContactInfo) -> bool {
         if !number.is_multiple_of(LOOK) {
@@ -201,18 +209,18 @@ impl CollapseDetector {
         self.stalled(number) > COLLAPSE + 8 * latest.disks as u64
     }
 
-    /// Whether the last contact was feeble.
+    /// Returns true if the approach at the last contact was negligible.
     pub(crate) fn is_negligible(&self) -> bool {
         self.negligible > 0
     }
 
-    /// Pairs of the latest contacts; with a wall, the partner is [`NONE`].
+    /// Returns the pairs of the latest contacts; with a wall, the partner is [`NONE`].
     pub(crate) fn recent(&self) -> impl Iterator<Item = [u32; 2]> {
         let pairs = self.recent.iter().map(|(pair, _)| *pair);
         pairs.filter(|pair| *pair != [NONE; 2])
     }
 
-    /// The disks of the last collisions.
+    /// Returns the disks of the last collisions.
     pub(crate) fn cluster(&self) -> BTreeSet<u32> {
         let recent = self.recent.iter().flat_map(|(pair, _)| *pair);
         recent.filter(|&disk| disk != NONE).collect()
@@ -223,7 +231,7 @@ impl CollapseDetector {
 mod tests {
     use super::*;
 
-    /// Progress that is shown some of many contacts knows what one knows that was shown all.
+    /// A detector that counts some of many contacts has the state of one that counts all.
     #[test]
     fn few_contacts_count() {
         for (first, last) in [

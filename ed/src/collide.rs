@@ -1,4 +1,4 @@
-//! What happens where two disks touch.
+//! Collisions of two disks.
 
 use nalgebra::Vector2;
 use stosszahl_model::{
@@ -18,7 +18,7 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Two disks collide.
+    /// Collides two disks.
     #[inline(always)]
     pub(crate) fn collide(
         &mut self,
@@ -96,8 +96,8 @@ where
         Ok(())
     }
 
-    /// Enters the work of the flow through a contact, and what it dissipated: of a pair that has collided, with the velocities before and
-    /// the spins after.
+    /// Adds the work of the flow through a contact, and the energy it dissipated, for a pair that
+    /// has collided, with the velocities before and the spins after.
     fn enter_contact(
         &mut self,
         pair: &CollidingPair<Vector2<f64>, SpinOf<P>>,
@@ -118,7 +118,7 @@ where
         self.shear_work.dissipated += (lost(0) + lost(1)) * unit;
     }
 
-    /// A contact at an own time.
+    /// Returns the contact at an own time.
     #[inline(always)]
     pub(crate) fn latest(&self, pair: [u32; 2], now: f64) -> ContactInfo {
         ContactInfo {
@@ -131,8 +131,9 @@ where
         }
     }
 
-    /// Records a collision with its relative velocity before, line of centres and the momentum that the
-    /// first disk gained, in the engine's units. Never inlined: the loop over events keeps its registers where nobody looks.
+    /// Records a collision with its relative velocity before, line of centres and the momentum that
+    /// the first disk gained, in the engine's units. Never inlined: the loop over events keeps its
+    /// registers without an observer.
     #[cold]
     #[inline(never)]
     fn record(
@@ -163,8 +164,8 @@ where
         });
     }
 
-    /// Outcome of the normal law of a contact, in physical units; `None` if that is elastic and smooth,
-    /// whatever the scene says.
+    /// Returns the outcome of the normal law of a contact, in physical units; `None` if it is
+    /// elastic and smooth, whatever the scene says.
     #[inline(always)]
     fn restitution(
         &mut self,
@@ -185,7 +186,8 @@ where
         }
     }
 
-    /// Whether the last contact of a disk is younger than the contact time; the present one is the last from now on.
+    /// Returns true if the last contact of a disk is younger than the contact time; records the
+    /// current one.
     #[inline]
     pub(crate) fn touches_again(&mut self, who: u32, contact_time: f64) -> bool {
         let last = &mut self.last_contact[who as usize];
@@ -194,7 +196,7 @@ where
         recent
     }
 
-    /// The disks of the last contacts, by their index in the state.
+    /// Returns the disks of the last contacts, by their index in the state.
     pub(crate) fn cluster(&self) -> Vec<usize> {
         let name = |disk: u32| self.names[disk as usize] as usize;
         let mut cluster: Vec<usize> = self.progress.cluster().into_iter().map(name).collect();
@@ -202,7 +204,7 @@ where
         cluster
     }
 
-    /// Latest contacts, by indices in the state.
+    /// Returns the latest contacts, by indices in the state.
     pub(crate) fn recent_contacts(&self) -> RecentContacts {
         let name = |disk: u32| self.names[disk as usize] as usize;
         let disks = |pair: [u32; 2]| pair.into_iter().filter(|&disk| disk != NONE).map(name);
@@ -220,7 +222,7 @@ where
         recent
     }
 
-    /// Stands at the moment of collapse, and reports it.
+    /// Stops at the time of the collapse, and returns the error.
     #[cold]
     fn collapse(&mut self, pair: [u32; 2]) -> EngineError {
         self.time = self.epoch + self.now / self.speed;
@@ -235,9 +237,9 @@ where
     }
 }
 
-/// Parts two disks that still approach after a contact without rebound, as the rounding of their velocities has it:
-/// they would go on into each other. They get what velocities can just tell apart, which changes the energy by the
-/// square of that.
+/// Separates two disks that still approach after a contact without rebound, by the rounding of
+/// their velocities: they would overlap otherwise. Their velocities change by the least difference,
+/// which changes the energy by the square of that.
 #[cold]
 fn part<W: Copy>(pair: &mut CollidingPair<Vector2<f64>, W>) {
     pair.velocities = bounce(pair, 1.0).velocities;

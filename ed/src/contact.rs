@@ -1,8 +1,8 @@
-//! When two disks touch.
+//! Times at which two disks touch.
 
 use nalgebra::Vector2;
 
-/// Time until two discs in free flight touch, or `None` if they never do.
+/// Returns the time until two discs in free flight touch, or `None` if they never do.
 ///
 /// With the separation r, the relative velocity g, b = r . g and c = r^2 - d^2, contact is at
 /// t = c/(-b + sqrt(b^2 - g^2 c)), the root that loses no digits at slow approach. Receding pairs
@@ -42,9 +42,9 @@ pub fn time_to_contact(
 
 /// Possible partners of one disk that will touch it, if nothing happens to either.
 ///
-/// Which candidate will touch cannot be foreseen, and a wrong guess of the processor costs as much as the
-/// evaluation of two, so that all are taken through the same operations without a branch, and only those
-/// that touch, about one in five, to the root and the division.
+/// Which candidate will touch is unpredictable, and a wrong prediction of the processor costs as
+/// much as the evaluation of two. So all candidates undergo the same operations without a branch.
+/// Only those that touch, about one in five, need the root and the division.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidates {
     touching: [Touching; Self::ROOM],
@@ -57,7 +57,7 @@ struct Touching {
     c: f64,
     discriminant: f64,
     disk: u32,
-    /// Time until its own next contact.
+    /// Time until the next contact of `disk` itself.
     until_its_own: f64,
 }
 
@@ -85,8 +85,9 @@ impl Candidates {
         }
     }
 
-    /// Adds a candidate if it will touch; true if there is no room for another. A contact later than `until_its_own`,
-    /// the time until the candidate's own next contact, does not count: it looks around itself then.
+    /// Adds a candidate if it will touch; true if there is no room for another. A contact later
+    /// than `until_its_own`, the time until the candidate's own next contact, does not count: the
+    /// candidate predicts anew then.
     #[inline(always)]
     pub(crate) fn add(
         &mut self,
@@ -108,8 +109,9 @@ impl Candidates {
         })
     }
 
-    /// [`Self::add`] for separations of any length: the discriminant `(r.g)^2 - g^2 (r^2 - d^2)` is `g^2 d^2 - (r x g)^2`, in which
-    /// nothing of the order of r^2 cancels. Slower, and with other digits.
+    /// Adds a candidate as [`Self::add`], for separations of any length: the discriminant `(r.g)^2
+    /// - g^2 (r^2 - d^2)` is `g^2 d^2 - (r x g)^2`, in which nothing of the order of r^2 cancels.
+    /// It is slower, and has other digits.
     #[inline(always)]
     pub(crate) fn add_far(
         &mut self,
@@ -137,11 +139,11 @@ impl Candidates {
         self.count == Self::ROOM
     }
 
-    /// The earliest contact before `limit` and its disk, the first added of simultaneous ones; the
-    /// candidates are spent.
+    /// Returns the earliest contact before `limit` and its disk, the first added of simultaneous
+    /// ones, and removes all candidates.
     ///
-    /// Each time is that of [`time_to_contact`], bit by bit. `slides` hears of a disk that touches already,
-    /// with its b = r . g, that it does not count.
+    /// Each time is that of [`time_to_contact`], bit by bit. `slides` returns true for a disk that
+    /// touches already, with its b = r . g, if its contact does not count.
     #[inline(always)]
     pub(crate) fn earliest(
         &mut self,
@@ -162,7 +164,8 @@ impl Candidates {
         found
     }
 
-    /// All of them and their times, whoever they are left to; the candidates are spent.
+    /// Returns all candidates and their contact times, also those left to the other disk, and
+    /// removes them.
     pub(crate) fn all(
         &mut self,
         slides: impl Fn(u32, f64) -> bool,
@@ -188,8 +191,9 @@ mod tests {
     use parry2d_f64::shape::Ball;
     use rand::{RngExt, SeedableRng};
 
-    /// Against parry's closed-form ball-ball cast, an independent implementation whose accuracy is
-    /// 2e-14 at gaps from 1e-6 on; 1e-12 relative leaves room for ill-conditioned grazing.
+    /// Contact times agree with parry's closed-form ball-ball cast, an independent implementation
+    /// whose accuracy is 2e-14 at gaps from 1e-6 on; 1e-12 relative leaves room for ill-conditioned
+    /// grazing.
     #[test]
     fn agrees_with_the_shape_cast_of_parry() {
         let mut stream = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(3);
@@ -232,7 +236,8 @@ mod tests {
         assert!(hits > 5_000);
     }
 
-    /// The same partner and the same bits as one by one; every other candidate has a contact of its own before long.
+    /// Candidates give the same partner and the same bits as one by one; every other candidate has
+    /// a contact of its own before long.
     #[test]
     fn candidates_give_the_earliest_of_all() {
         let mut stream = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(4);
@@ -268,8 +273,9 @@ mod tests {
         assert!(hits > 5_000 && left > 3_000, "{hits} {left}");
     }
 
-    /// Contacts from 1e6 diameters away are found where the disks touch, to the rounding of their places, and pairs that miss each
-    /// other by 1e-9 diameters miss. Squares of separations would be off by 1e-4.
+    /// Contacts from 1e6 diameters away are found where the disks touch, to the rounding of their
+    /// positions, and pairs that miss each other by 1e-9 diameters miss. Squares of separations
+    /// would be off by 1e-4.
     #[test]
     fn far_contacts_are_exact() {
         let mut stream = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(5);

@@ -1,4 +1,4 @@
-//! The disks in their cells: where they are, and what happens to each next.
+//! Disks in their cells: positions, and next events.
 
 use std::hint::select_unpredictable;
 use std::iter;
@@ -20,22 +20,22 @@ use crate::sliding_rows::SlidingRows;
 /// All disks and the grid they are in.
 pub(crate) struct Disks<F> {
     pub(crate) all: Vec<Disk>,
-    /// How they fly.
+    /// Flight between events.
     pub(crate) motion: Motion<F>,
     pub(crate) cells: Cells,
-    /// How its rows slide, in a shear flow.
+    /// Sliding of the rows of cells, in a shear flow.
     pub(crate) rows: SlidingRows,
-    /// Coarser grids, if sizes differ much; none in a shear flow.
+    /// Coarser grids, if sizes differ much; `None` in a shear flow.
     pub(crate) levels: Option<GridHierarchy>,
-    /// How often a disk has begun to count anew.
+    /// Number of times that a collision count of a disk has started again.
     pub(crate) recounts: u64,
 }
 
-/// Disks that fit into a second-level cache of today, at a cache line each.
+/// Number of disks that fit into a usual second-level cache, at a cache line each.
 const NEAR: usize = 20_000;
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Disks that are in a grid already.
+    /// Creates the collection of disks that are in a grid already.
     pub(crate) fn of(all: Vec<Disk>, motion: Motion<F>, cells: Cells) -> Self {
         Self {
             all,
@@ -52,7 +52,7 @@ impl<F: Field<Plane>> Disks<F> {
         self.all[who as usize].home
     }
 
-    /// The grid that a disk is listed in, and the place of its list there.
+    /// Returns the grid that a disk is listed in, and the index of its list there.
     #[inline(always)]
     fn listed(&mut self, who: u32) -> (&mut Cells, usize) {
         let home = self.home(who);
@@ -89,8 +89,8 @@ impl<F: Field<Plane>> Disks<F> {
         self.all[before as usize].next = next;
     }
 
-    /// Moves a disk into the next cell along an axis at the given time; whether it went forward, and across the
-    /// boundary of the box.
+    /// Moves a disk into the next cell along an axis at the given time; returns whether it went
+    /// forward, and across the boundary of the box.
     #[inline(always)]
     pub(crate) fn cross(&mut self, who: u32, axis: usize, now: f64) -> (bool, bool) {
         self.leave(who);
@@ -112,13 +112,13 @@ impl<F: Field<Plane>> Disks<F> {
         (forward, around)
     }
 
-    /// Position relative to the corner of the cell at a time.
+    /// Returns the position relative to the corner of the cell at a time.
     #[inline]
     fn at(&self, who: u32, time: f64) -> Vector2<f64> {
         self.motion.at(&self.all[who as usize], time)
     }
 
-    /// Velocity at a time; in a shear flow, relative to it.
+    /// Returns the velocity at a time; in a shear flow, relative to it.
     #[inline]
     pub(crate) fn velocity(&self, who: u32, time: f64) -> Vector2<f64> {
         let disk = &self.all[who as usize];
@@ -140,13 +140,14 @@ impl<F: Field<Plane>> Disks<F> {
         -rate * (along - 0.5 * rate * across * flight) * across * flight
     }
 
-    /// Brings a disk up to date.
+    /// Advances a disk to a time.
     #[inline(always)]
     pub(crate) fn advance(&mut self, who: u32, time: f64) {
         self.motion.advance(&mut self.all[who as usize], time);
     }
 
-    /// Brings a disk up to date for a contact, and counts it. No contact is ahead of it then that others could leave to it.
+    /// Advances a disk to a contact, and counts it. No later contact is then known that others
+    /// could leave to it.
     #[inline(always)]
     pub(crate) fn meet(&mut self, who: u32, time: f64) {
         let disk = &mut self.all[who as usize];
@@ -158,8 +159,8 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Lets a disk count from the beginning: contacts with it that were predicted at some count must not be mistaken
-    /// for those predicted when that count comes up again.
+    /// Restarts the collision count of a disk: contacts with it that were predicted at some count
+    /// must not be mistaken for those predicted when that count comes up again.
     #[cold]
     fn count_again(&mut self, who: u32) {
         self.recounts += 1;
@@ -171,7 +172,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Position in the plane at the given time, less a whole number of boxes or not.
+    /// Returns the position in the plane at the given time, modulo the sides of the box.
     pub(crate) fn place(&self, who: u32, time: f64) -> Vector2<f64> {
         let mut place = self.cells.corner(self.home(who)) + self.at(who, time);
         if F::SHEARED {
@@ -180,8 +181,9 @@ impl<F: Field<Plane>> Disks<F> {
         place
     }
 
-    /// Line of centres of two touching disks that are up to date, from the second to the first, and how much faster the row of the
-    /// first is than that of the second, along the flow. Of two images that touch, as they may in a narrow box, the one that is approached.
+    /// Returns the line of centres of two touching disks that are up to date, from the second to
+    /// the first, and the velocity of the row of the first less that of the second, along the flow.
+    /// Of two images that touch, as they may in a narrow box, it is the one that is approached.
     #[inline(always)]
     pub(crate) fn line(&self, first: u32, second: u32, distance: f64) -> (Vector2<f64>, f64) {
         let (one, other) = (&self.all[first as usize], &self.all[second as usize]);
@@ -204,14 +206,15 @@ impl<F: Field<Plane>> Disks<F> {
         (line, 0.0)
     }
 
-    /// Whether there are several grids.
+    /// Returns true if there are several grids.
     #[inline]
     pub(crate) fn hierarchical(&self) -> bool {
         self.levels.is_some()
     }
 
-    /// Whether two touching disks, b = r . g of whose separation and relative velocity is given, approach no
-    /// faster than the direction of their separation is rounded: they slide along each other.
+    /// Returns true if two touching disks slide along each other: they approach no faster than the
+    /// direction of their separation is rounded. `b` is r . g of their separation and relative
+    /// velocity.
     #[cold]
     fn slide(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
         let own = &self.all[first as usize];
@@ -220,7 +223,7 @@ impl<F: Field<Plane>> Disks<F> {
         -b <= 8.0 * f64::EPSILON * distance * speed
     }
 
-    /// [`Self::slide`] for one disk and each of its candidates.
+    /// Returns [`Self::slide`] as a function of the candidates of one disk.
     #[inline(always)]
     pub(crate) fn slides<S: Sizes>(
         &self,
@@ -253,13 +256,13 @@ impl<F: Field<Plane>> Disks<F> {
         lists
     }
 
-    /// The disks in the nine cells around one, and itself.
+    /// Returns the disks in the nine cells around one, and itself.
     pub(crate) fn around(&self, who: u32) -> impl Iterator<Item = (u32, &Disk)> {
         let mut lists = self.open(self.home(who), 0.0);
         iter::from_fn(move || lists.next(&self.all)).map(|(number, _, disk)| (number, disk))
     }
 
-    /// Opens the lists of the three of them that are one step along an axis, forward or backward.
+    /// Opens the lists of the three cells that are one step along an axis, forward or backward.
     #[inline(always)]
     fn open_beyond(&self, home: Cell, (axis, forward): (usize, bool), time: f64) -> CellListWalk {
         let mut lists = CellListWalk::new();
@@ -276,7 +279,8 @@ impl<F: Field<Plane>> Disks<F> {
         lists
     }
 
-    /// Position of a disk relative to the corners of the columns and rows around its own.
+    /// Returns the position of a disk relative to the corners of the columns and rows around its
+    /// own.
     #[inline(always)]
     fn relative_positions(&self, position: Vector2<f64>) -> [[f64; 4]; 2] {
         let width = self.cells.width();
@@ -286,8 +290,9 @@ impl<F: Field<Plane>> Disks<F> {
         })
     }
 
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cells around
-    /// it, or in the three of them `beyond` it along an axis, forward or backward. The number of candidates looked at.
+    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the
+    /// cells around it, or in the three of them `beyond` it along an axis, forward or backward.
+    /// Returns the number of candidates tested.
     #[inline(always)]
     pub(crate) fn search<S: Sizes>(
         &mut self,
@@ -318,7 +323,7 @@ impl<F: Field<Plane>> Disks<F> {
         predictions
     }
 
-    /// [`Self::search`] in wide cells.
+    /// Searches as [`Self::search`] in wide cells.
     #[cold]
     #[inline(never)]
     fn search_far<S: Sizes>(
@@ -335,7 +340,7 @@ impl<F: Field<Plane>> Disks<F> {
         predictions
     }
 
-    /// Notes the contact, after a wait, that comes first.
+    /// Records the contact, after a wait, that comes first.
     #[inline(always)]
     pub(crate) fn expect_first(&mut self, who: u32, found: Option<(f64, u32)>) {
         if let Some((wait, partner)) = found {
@@ -345,7 +350,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Notes that a disk will touch another, or none, at a time.
+    /// Records that a disk will touch another, or none, at a time.
     #[inline(always)]
     pub(crate) fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
         let known = (partner as usize) < self.all.len();
@@ -357,7 +362,7 @@ impl<F: Field<Plane>> Disks<F> {
         disk.partner_count = select_unpredictable(known, count, VOID);
     }
 
-    /// [`Self::search`] in the finest grid; `FAR` as in [`Self::gather`].
+    /// Searches as [`Self::search`] in the finest grid; `FAR` as in [`Self::gather`].
     #[inline(always)]
     fn search_cells<S: Sizes, const FAR: bool>(
         &self,
@@ -375,7 +380,8 @@ impl<F: Field<Plane>> Disks<F> {
         self.earliest::<S, FAR>(lists, candidates, who, sizes, tags)
     }
 
-    /// [`Self::search`] in all grids but what [`Self::search_cells`] sees of the smallest disks.
+    /// Searches as [`Self::search`] in all grids, except the smallest disks that
+    /// [`Self::search_cells`] finds.
     fn search_levels<S: Sizes>(
         &self,
         candidates: &mut Candidates,
@@ -436,7 +442,8 @@ impl<F: Field<Plane>> Disks<F> {
         levels.ring(&self.cells, home, level, radius, &mut look);
     }
 
-    /// The earliest contact with the disks of open lists, before the one already known, and the number of candidates.
+    /// Returns the earliest contact with the disks of open lists, before the one already known, and
+    /// the number of candidates.
     #[inline(always)]
     pub(crate) fn earliest<S: Sizes, const FAR: bool>(
         &self,
@@ -459,8 +466,9 @@ impl<F: Field<Plane>> Disks<F> {
         (best, looked)
     }
 
-    /// The innermost loop: candidates from the disks of open lists, which are spent when there is no room for more, and at the end;
-    /// their number. The disk itself is among them: without relative motion it is no hit. `FAR` for wide cells: [`Candidates::add_far`].
+    /// Innermost loop: adds candidates from the disks of open lists, which are evaluated when there
+    /// is no room for more, and at the end. Returns their number. The disk itself is among them:
+    /// without relative motion it is no hit. `FAR` for wide cells: [`Candidates::add_far`].
     #[inline(always)]
     pub(crate) fn gather<S: Sizes, const FAR: bool>(
         &self,
@@ -481,7 +489,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// [`Self::gather`] in the frames of the cells around.
+    /// Gathers candidates as [`Self::gather`] in the frames of the cells around.
     #[expect(clippy::too_many_arguments, reason = "two callers, a few lines above")]
     #[inline(always)]
     fn gather_in<S: Sizes, const FAR: bool>(
@@ -525,7 +533,8 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// The deepest overlap of a disk of the given radius with another at a time; 0 if there is none.
+    /// Deepest overlap of a disk of the given radius with another at a time \[length\]; 0 if there
+    /// is none.
     pub(crate) fn overlap(
         &self,
         who: u32,
@@ -553,7 +562,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// [`Self::overlap`] in the frames of the cells around.
+    /// Deepest overlap as [`Self::overlap`], in the frames of the cells around.
     fn overlap_in(
         &self,
         frames: &impl Frames,
@@ -625,7 +634,7 @@ pub(crate) mod tests {
 
     pub(crate) type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
 
-    /// Elastic unit disks in a square periodic box.
+    /// Creates elastic unit disks in a square periodic box.
     pub(crate) fn gas<Q: Calendar>(length: f64, bodies: Vec<Body<Scenery>>) -> Engine<Scenery, Q> {
         let scene = Scene {
             space: Plane,
@@ -645,7 +654,7 @@ pub(crate) mod tests {
         Engine::new(scene, Dissipation::Elastic, start).expect("an engine")
     }
 
-    /// On a square lattice, with speeds of no pattern.
+    /// Creates disks on a square lattice, with speeds of no pattern.
     pub(crate) fn lattice<Q: Calendar>(side: u32) -> Engine<Scenery, Q> {
         let body = |index: u32| {
             let place = vector![f64::from(index % side), f64::from(index / side)] * 1.5;
@@ -668,7 +677,7 @@ pub(crate) mod tests {
         (disks.all[2].partner, disks.all[2].partner_count) = (3, before);
         for _ in FIRST..=u16::MAX {
             disks.meet(1, 0.0);
-            // Nobody may take it for one that is not there.
+            // No prediction may take it for one that is not there.
             assert!(![VOID, ABSENT].contains(&disks.all[1].count));
         }
         assert_eq!(disks.all[1].count, before);
@@ -676,7 +685,8 @@ pub(crate) mod tests {
         assert_eq!(disks.all[2].partner_count, before);
     }
 
-    /// Disks that begin to count anew collide as before: each of them does so within 20 of its 60 or so collisions.
+    /// Disks whose counts restart collide as before: each of them does so within 20 of its 60 or so
+    /// collisions.
     #[test]
     fn counting_anew_changes_nothing() {
         let (mut plain, mut late) = (engine(), engine());

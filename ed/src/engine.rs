@@ -22,26 +22,27 @@ use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
 use crate::strip_log::StripLog;
 use crate::surroundings::{Boundaries, Surroundings, Units};
 
-/// Collisions a disk after which an engine starts afresh: time is then measured from a near epoch again, and the
-/// disks, which diffuse, are sorted in memory.
+/// Collisions per disk after which an engine restarts its epoch: time is then measured from a near
+/// epoch again, and the disks, which diffuse, are sorted in memory.
 const REFRESH: u64 = 20;
 
-/// Collisions below which that does not pay.
+/// Fewest collisions after which a fresh start pays.
 const LEAST_REFRESH: u64 = 100_000;
 
-/// Diameters flown by a typical disk after which it does so too, in a thin gas: own times are rounded to 1e-16 of
-/// themselves, and so are places to 1e-12 diameters.
+/// Diameters flown by a typical disk after which a fresh start is due in a dilute gas: own times
+/// are rounded to 1e-16 of themselves, so positions to 1e-12 diameters.
 const HORIZON: f64 = 4096.0;
 
-/// Cells flown through by a typical disk after which it does so in a thinner gas, where cells are wide: places are rounded to 4e-15 cells.
+/// Cells flown through by a typical disk after which a fresh start is due in a very dilute gas,
+/// where cells are wide: positions are rounded to 4e-15 cells.
 const HORIZON_CELLS: f64 = 16.0;
 
-/// How the disks of a checkpoint are ordered.
+/// Order of the disks of a checkpoint.
 #[derive(Clone, Copy)]
 enum Order {
-    /// As those of the start.
+    /// Order of the start.
     State,
-    /// By cell, about.
+    /// Order of the cells, about.
     Memory,
 }
 
@@ -57,19 +58,20 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) domain: Domain<Plane>,
     pub(crate) disks: Disks<P::Field>,
     pub(crate) tags: Vec<<P::Sizes as Sizes>::Tag>,
-    /// Angular velocities in the engine's own unit, by disk; empty for smooth ones.
+    /// Angular velocities in the engine's own unit, by disk; empty for smooth disks.
     pub(crate) spins: Vec<SpinOf<P>>,
     /// Index in the state of each disk; disks are stored in cell order.
     pub(crate) names: Vec<u32>,
     pub(crate) last_contact: Vec<f64>,
-    /// Strips of a gas have them in common.
+    /// Walls and obstacles, shared by the strips of a gas.
     pub(crate) surroundings: Arc<Surroundings>,
-    /// By face, then by obstacle; empty where nothing can be touched.
+    /// Ledgers by face, then by obstacle; empty without walls and obstacles.
     pub(crate) ledgers: Vec<Ledger<P::Space>>,
     /// Box crossings along each axis, by disk; empty unless requested.
     pub(crate) windings: Vec<ImageFlags>,
     pub(crate) calendar: Q,
-    /// Whether the calendar holds the events of all disks; else they are filed before the next one.
+    /// True if the calendar holds the events of all disks; otherwise they are filed before the next
+    /// event.
     pub(crate) knows_events: bool,
     pub(crate) candidates: Candidates,
     /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and squares of
@@ -77,27 +79,29 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) speed: f64,
     /// Absolute time at which the engine's own time is zero.
     pub(crate) epoch: f64,
-    /// Own time.
+    /// Own time of the engine.
     pub(crate) now: f64,
-    /// Absolute time; exactly the requested one when it was reached.
+    /// Absolute time; exactly the requested one when it was reached \[time\].
     pub(crate) time: f64,
     pub(crate) tally: Tally,
     /// Energy balance so far, in absolute units; zero without a shear flow.
     pub(crate) shear_work: ShearWork,
-    /// Events that came up although their disk had collided meanwhile; most of these are dropped before.
+    /// Number of events that came up although their disk had collided meanwhile; most of these are
+    /// dropped before.
     pub(crate) stale: u64,
-    /// Contacts of each disk with walls and obstacles, which address the random numbers of rebounds; empty where there are none.
+    /// Number of contacts of each disk with walls and obstacles, which address the random numbers
+    /// of rebounds; empty without any.
     pub(crate) rebounds: Vec<u32>,
-    /// Number of collisions at which the engine starts afresh.
+    /// Number of collisions at which a fresh start is due.
     pub(crate) refresh: u64,
-    /// Own time at which it does.
+    /// Own time at which a fresh start is due.
     pub(crate) horizon: f64,
     pub(crate) progress: CollapseDetector,
     /// Own time in which a typical disk moves by its diameter, since the last fresh start.
     pub(crate) unit: f64,
-    /// Breaks an advance off.
+    /// Interruption of an advance.
     pub(crate) stop: Interruption,
-    /// Whether all threads of the present pool take part in fresh starts.
+    /// True if all threads of the current pool take part in fresh starts.
     pub(crate) parallel: bool,
     /// Log of events, if this is a strip of another gas.
     pub(crate) window: Option<Box<StripLog<P>>>,
@@ -108,7 +112,7 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Starts in a periodic box from a state, or goes on from a checkpoint.
+    /// Starts in a periodic box from a state, or resumes from a checkpoint.
     ///
     /// # Errors
     /// [`EngineError`] if the state has numbers that no engine can work with, or disks of a start overlap.
@@ -178,7 +182,8 @@ where
         })
     }
 
-    /// Starts from what is known to be sound. Its disks may be in another order than the scene's: `which` of these each is.
+    /// Starts from a valid checkpoint. Its disks may be in another order than the scene's: `which`
+    /// of these each is.
     pub(crate) fn from_checkpoint(
         scene: P,
         dissipation: Dissipation,
@@ -289,18 +294,19 @@ where
         Ok(engine)
     }
 
-    /// Breaks an advance off when this is raised, after some hundred events.
+    /// Sets an interrupt that breaks an advance off, after some hundred events.
     pub fn stop_on(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    /// Whether an advance was broken off. The state is that of a moment, and the engine advances no further; but a run that
-    /// is to have the same bytes goes on from the checkpoint before that advance, as it would have begun no leg here.
+    /// Returns true if an advance was broken off. The state is then that of a moment, and the
+    /// engine advances no further. A run that is to have the same bytes resumes from the checkpoint
+    /// before that advance, as it would have begun no leg here.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
 
-    /// Goes on as a new engine from the present checkpoint.
+    /// Restarts the engine from the current checkpoint, as a new engine would.
     pub(crate) fn start_afresh(&mut self, until: f64) -> Result<(), EngineError> {
         self.time = self.present(until);
         let (cells, disks) = (self.disks.cells.places(), self.disks.all.len());
@@ -326,19 +332,19 @@ where
         Ok(())
     }
 
-    /// The absolute time; not beyond the requested one by rounding.
+    /// Absolute time; not beyond the requested one by rounding \[time\].
     pub(crate) fn present(&self, until: f64) -> f64 {
         (self.epoch + self.now / self.speed).min(until.max(self.time))
     }
 
-    /// The box at the present time: in a shear flow, its images slide.
+    /// Returns the box at the current time: in a shear flow, its images slide.
     pub(crate) fn domain_now(&self) -> Domain<Plane> {
         let mut domain = self.domain;
         domain.advance(self.now / self.speed);
         domain
     }
 
-    /// Energy balance of a shear flow so far; `None` where there is no flow.
+    /// Returns the energy balance of a shear flow so far; `None` without a flow.
     pub fn shear_work(&self) -> Option<ShearWork> {
         P::Field::SHEARED.then(|| {
             let mut all = self.shear_work;
@@ -348,14 +354,15 @@ where
         })
     }
 
-    /// Work of the flow on a disk since its clock, in absolute units.
+    /// Work of the flow on a disk since its clock, in absolute units \[energy\].
     #[inline(always)]
     fn work_of_flight(&self, who: u32) -> f64 {
         let mass = self.scene.sizes().mass(self.tags[who as usize]);
         mass * self.disks.work_of_flight(who, self.now) * (self.speed * self.speed)
     }
 
-    /// Enters the work of the flow on a disk since its clock, before it is brought up to date.
+    /// Adds the work of the flow on a disk since its clock to the balance, before the disk is
+    /// advanced.
     #[inline(always)]
     pub(crate) fn enter_flight(&mut self, who: u32) {
         if P::Field::SHEARED {
@@ -363,7 +370,7 @@ where
         }
     }
 
-    /// The gas at the present time.
+    /// Returns the gas at the current time.
     pub fn state(&self) -> State<P> {
         self.state_in(Order::State)
     }
@@ -385,7 +392,7 @@ where
         }
     }
 
-    /// Something of each disk, or of none, in an order.
+    /// Returns a value for each disk, or for none, in an order.
     fn of_each<T: Clone + Send>(
         &self,
         count: usize,
@@ -406,19 +413,20 @@ where
         all
     }
 
-    /// The gas at the present time, of an engine that is no longer needed: takes less memory than [`Engine::state`].
+    /// Returns the gas at the current time, and consumes the engine: takes less memory than
+    /// [`Engine::state`].
     pub fn into_state(mut self) -> State<P> {
         self.forget_events();
         self.state()
     }
 
-    /// Frees the calendar, before something else needs memory.
+    /// Frees the calendar, before other data need memory.
     pub(crate) fn forget_events(&mut self) {
         self.calendar = Q::new(&NoEvents, 0.0);
         self.knows_events = false;
     }
 
-    /// Files the events of all disks, if they are not known.
+    /// Files the events of all disks, unless the calendar holds them.
     pub(crate) fn recall_events(&mut self) {
         if self.knows_events {
             return;
@@ -430,7 +438,7 @@ where
         }
     }
 
-    /// Everything needed to go on from here.
+    /// Returns all data from which the run resumes.
     pub fn checkpoint(&self) -> Checkpoint<P> {
         self.checkpoint_in(Order::State)
     }
@@ -458,35 +466,36 @@ where
         }
     }
 
-    /// What walls and obstacles have given to the gas so far: the faces of the box, lower and upper along the first
-    /// axis, then along the second, and after these four the obstacles. Empty where there are none.
+    /// Returns the momentum and energy that walls and obstacles have given to the gas so far: the
+    /// faces of the box, lower and upper along the first axis, then along the second, and after
+    /// these four the obstacles. Empty without any.
     pub fn ledgers(&self) -> &[Ledger<Plane>] {
         &self.ledgers
     }
 
-    /// What stands at the edges of the box and in it.
+    /// Returns the walls and obstacles of the box.
     pub fn boundaries(&self) -> &Boundaries {
         &self.surroundings.boundaries
     }
 
-    /// What was done so far.
+    /// Returns the work done so far.
     pub fn tally(&self) -> Tally {
         self.tally
     }
 
-    /// Events that came up although their disk had collided meanwhile; most of these are dropped before. How many depends on
-    /// the calendar, not on the gas.
+    /// Number of events that came up although their disk had collided meanwhile; most of these are
+    /// dropped before. The number depends on the calendar, not on the gas.
     pub fn stale(&self) -> u64 {
         self.stale
     }
 
-    /// The present time.
+    /// Current time \[time\].
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// The deepest overlap of any two disks, or of one with a wall or an obstacle, at the present time \[length\]; 0 if none overlap. An audit: cost
-    /// of one prediction for all disks.
+    /// Deepest overlap of any two disks, or of one with a wall or an obstacle, at the current time
+    /// \[length\]; 0 if none overlap. An audit, with the cost of one prediction for all disks.
     pub fn worst_overlap(&self) -> f64 {
         let mut worst = 0.0_f64;
         for who in 0..self.names.len() as u32 {
@@ -516,7 +525,7 @@ where
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
     }
 
-    /// Angular velocity of a disk in the engine's own unit.
+    /// Returns the angular velocity of a disk in the engine's own unit.
     #[inline(always)]
     pub(crate) fn spin(&self, who: u32) -> SpinOf<P> {
         if P::Surface::ROUGH {
@@ -533,7 +542,7 @@ where
     }
 }
 
-/// The balance of a shear flow, which begins with the energy of the start.
+/// Returns the balance of a shear flow, which begins with the energy of the start.
 fn begun<P: Physics<Space = Plane>>(
     mut work: ShearWork,
     scene: &P,
@@ -546,7 +555,8 @@ fn begun<P: Physics<Space = Plane>>(
     work
 }
 
-/// Energy of the motion and the spin of all disks, which may be in another order than the scene's.
+/// Energy of the motion and the spin of all disks, which may be in another order than the scene's
+/// \[energy\].
 fn energy_of<P: Physics<Space = Plane>>(scene: &P, which: Option<&[u32]>, state: &State<P>) -> f64 {
     let sizes = scene.sizes();
     let energy = |(index, body): (usize, &Body<P>)| {
@@ -558,7 +568,7 @@ fn energy_of<P: Physics<Space = Plane>>(scene: &P, which: Option<&[u32]>, state:
     state.bodies.iter().enumerate().map(energy).sum()
 }
 
-/// A power of two near the speed of the fastest disk, or near one that disks will have.
+/// Returns a power of two near the speed of the fastest disk, or near one that disks will have.
 fn unit_of_speed<P: Physics<Space = Plane>>(state: &State<P>, to_come: f64) -> f64 {
     let fastest = (state.bodies.iter())
         .map(|body| body.velocity.amax())
@@ -578,7 +588,7 @@ fn grid_options<P: Physics>(boundaries: &Boundaries, shared: bool) -> GridOption
     }
 }
 
-/// Own time in which a typical disk flies, or falls, as far as its diameter; zero if none moves.
+/// Own time in which a typical disk flies, or falls, by its diameter; zero if none moves.
 fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> f64 {
     let squares = disks.all.iter().map(|disk| disk.velocity.norm_squared());
     let mean = squares.sum::<f64>() / disks.all.len().max(1) as f64;
@@ -586,7 +596,8 @@ fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> 
     if unit.is_finite() { unit } else { 0.0 }
 }
 
-/// Own time at which an engine starts afresh: never, if none moves. `cell` is the width of a cell in diameters.
+/// Own time at which a fresh start is due: infinite, if no disk moves. `cell` is the width of a
+/// cell in diameters.
 fn horizon(unit: f64, cell: f64) -> f64 {
     if unit > 0.0 {
         HORIZON.max(HORIZON_CELLS * cell) * unit
@@ -595,18 +606,18 @@ fn horizon(unit: f64, cell: f64) -> f64 {
     }
 }
 
-/// Counts of a start by disk; where there are none, nothing was counted yet.
+/// Returns the counts of a start by disk; zeros if the start has none.
 fn counted(counts: &[u32], names: &[u32]) -> Vec<u32> {
     let count = |&name: &u32| counts.get(name as usize).copied().unwrap_or(0);
     names.iter().map(count).collect()
 }
 
-/// A spin in another unit.
+/// Converts a spin to another unit.
 fn scaled<P: Physics<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
     <P::Surface as Surface<Plane>>::scaled(spin, factor)
 }
 
-/// Nothing happens; stands in while there are no predictions.
+/// Placeholder for the events of disks while there are no predictions.
 struct NoEvents;
 
 impl Agenda for NoEvents {

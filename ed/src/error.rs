@@ -1,4 +1,4 @@
-//! What the engine refuses.
+//! Errors of the engine.
 
 use std::fmt;
 
@@ -10,16 +10,16 @@ use crate::surroundings::FACES;
 /// Name of a position in [`EngineError::BadNumber`].
 pub(crate) const POSITION: &str = "position";
 
-/// Why the engine could not start or go on.
+/// Reason why the engine could not start or continue.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EngineError {
     /// The box is narrower than a disk.
     #[error("a disk of diameter {diameter} meets its own image in a box of {} x {}; both sides must be longer", brief(lengths[0]), brief(lengths[1]), diameter = brief(*diameter))]
     BoxTooSmall {
-        /// Largest diameter.
+        /// Largest diameter \[length\].
         diameter: f64,
-        /// Box.
+        /// Sides of the box \[length\].
         lengths: [f64; 2],
     },
     /// A position or velocity is no finite number, or too large to be squared.
@@ -27,9 +27,9 @@ pub enum EngineError {
     BadNumber {
         /// Index of the disk.
         disk: usize,
-        /// `position` or `velocity`.
+        /// Name of the quantity: `position` or `velocity`.
         quantity: &'static str,
-        /// What was found.
+        /// Value found.
         value: [f64; 2],
     },
     /// A spin is no finite number, or too large to be squared.
@@ -38,48 +38,48 @@ pub enum EngineError {
         /// Index of the disk.
         disk: usize,
     },
-    /// A checkpoint of other boundaries.
+    /// The checkpoint is of other boundaries.
     #[error(
         "{found} ledgers of walls and obstacles; allowed are none, or {expected} with these boundaries"
     )]
     WrongLedgers {
-        /// How many were given.
+        /// Number of ledgers given.
         found: usize,
-        /// How many there are.
+        /// Number of ledgers of the boundaries.
         expected: usize,
     },
-    /// Not one value for each disk.
+    /// A quantity does not have one value for each disk.
     #[error("{found} {quantity} for {disks} disks; allowed are none, or one for each disk")]
     WrongCount {
-        /// What there is not one of for each disk.
+        /// Name of the quantity.
         quantity: &'static str,
-        /// How many were given.
+        /// Number of values given.
         found: usize,
-        /// How many disks there are.
+        /// Number of disks.
         disks: usize,
     },
-    /// More disks than the engine can number.
+    /// There are more disks than the engine can number.
     #[error("{disks} disks; allowed are up to {}", u32::MAX - 1)]
     TooMany {
-        /// How many were given.
+        /// Number of disks given.
         disks: usize,
     },
-    /// A face through which disks could leave.
+    /// A face is open, so that disks could leave.
     #[error(
         "axis {axis}, side {side}: the face is open; allowed are periodic faces and walls, as exact dynamics keeps its disks"
     )]
     OpenFace {
-        /// Which, from 0.
+        /// Axis, from 0.
         axis: usize,
-        /// 0 for the lower face, 1 for the upper.
+        /// Side: 0 lower, 1 upper.
         side: usize,
     },
     /// The box of the state is not the one of the boundaries.
     #[error("axis {axis}: the box of the state {}, the boundaries say that it {}; allowed are the same", around(*state), around(!state))]
     UnlikeBox {
-        /// Which, from 0.
+        /// Axis, from 0.
         axis: usize,
-        /// Whether the box of the state is periodic along it.
+        /// True if the box of the state is periodic along the axis.
         state: bool,
     },
     /// The shear rate of the box is not that of the particles' flow.
@@ -87,12 +87,12 @@ pub enum EngineError {
         "the box of the state has the shear rate {found:?}, the scene {rate:?}; allowed are the same"
     )]
     UnlikeFlow {
-        /// Shear rate of the box of the state.
+        /// Shear rate of the box of the state \[1/time\].
         found: Option<f64>,
-        /// Shear rate of the scene.
+        /// Shear rate of the scene \[1/time\].
         rate: Option<f64>,
     },
-    /// Image flags in a shear flow.
+    /// The start has image flags in a shear flow.
     #[error(
         "a start in a shear flow has image flags; allowed are none, as they do not tell displacements from the flow"
     )]
@@ -101,48 +101,48 @@ pub enum EngineError {
     #[error(
         "axis {axis}: between the walls there is room for {room} at the least; allowed is a diameter of {diameter} or more", room = brief(*room), diameter = brief(*diameter))]
     NoRoom {
-        /// Which, from 0.
+        /// Axis, from 0.
         axis: usize,
-        /// Least distance of the two walls.
+        /// Least distance of the two walls \[length\].
         room: f64,
-        /// Largest diameter.
+        /// Largest diameter \[length\].
         diameter: f64,
     },
-    /// An obstacle that cannot be where it is.
+    /// An obstacle is outside the box, or invalid.
     #[error("obstacle {obstacle}: {source}")]
     BadObstacle {
-        /// Which, from 0.
+        /// Number of the obstacle, from 0.
         obstacle: usize,
-        /// What is wrong with it.
+        /// Fault of the obstacle.
         source: ObstacleError,
     },
-    /// A law, a size or a box that cannot be.
+    /// A law, a size or a box is invalid.
     #[error(transparent)]
     Invalid(#[from] Invalid),
-    /// Bytes that are no checkpoint of this engine.
+    /// The bytes are no checkpoint of this engine.
     #[error("the bytes are no checkpoint of these disks: {0}")]
     Checkpoint(#[from] postcard::Error),
-    /// Two disks that overlap at the start.
+    /// Two disks overlap at the start.
     #[error("disks {} and {} overlap by {depth:e}; allowed are rounding errors", pair[0], pair[1])]
     OverlappingDisks {
-        /// Their indices.
+        /// Indices of the disks.
         pair: [usize; 2],
-        /// How far.
+        /// Depth of the overlap \[length\].
         depth: f64,
     },
-    /// A disk that starts inside a wall or an obstacle.
+    /// A disk starts inside a wall or an obstacle.
     #[error("disk {disk} at ({}, {}) overlaps {what} by {depth:e}; allowed are rounding errors", brief(place[0]), brief(place[1]))]
     Overlap {
         /// Index of the disk.
         disk: usize,
-        /// Its position.
+        /// Position of the disk \[length\].
         place: [f64; 2],
-        /// The wall or obstacle.
+        /// Wall or obstacle that the disk overlaps.
         what: Touchable,
-        /// How far.
+        /// Depth of the overlap \[length\].
         depth: f64,
     },
-    /// A disk that went through a wall, which the engine never lets happen.
+    /// A disk went through a wall, which the engine must never allow.
     #[error(
         "disk {disk} left the box through {wall} at time {time}; this is an error of the program",
         time = brief(*time)
@@ -150,15 +150,15 @@ pub enum EngineError {
     Escaped {
         /// Index of the disk.
         disk: usize,
-        /// The wall.
+        /// Wall that the disk went through.
         wall: Touchable,
-        /// When.
+        /// Time at which it was found \[time\].
         time: f64,
     },
     /// The time of the start is no finite number.
     #[error("the start is at time {time}; allowed are finite numbers", time = brief(*time))]
     BadStart {
-        /// What was found.
+        /// Time found.
         time: f64,
     },
     /// The requested time is no number, or so far that flying disks lose their positions.
@@ -167,7 +167,7 @@ pub enum EngineError {
         until = brief(*until)
     )]
     BadTime {
-        /// What was requested.
+        /// Time requested \[time\].
         until: f64,
     },
     /// The disks move but do not meet.
@@ -176,7 +176,7 @@ pub enum EngineError {
         time = brief(*time)
     )]
     NoCollisions {
-        /// When the engine gave up.
+        /// Time at which the engine gave up \[time\].
         time: f64,
         /// Cell boundaries crossed since the last collision, and work that took as long.
         crossings: u64,
@@ -189,17 +189,17 @@ pub enum EngineError {
         time = brief(*time)
     )]
     WallCollapse {
-        /// When \[time\].
+        /// Time of the collapse \[time\].
         time: f64,
-        /// Contacts since time last advanced.
+        /// Number of contacts since time last advanced.
         collisions: u64,
-        /// The last disk.
+        /// Index of the last disk.
         disk: usize,
-        /// What it touched.
+        /// Wall or obstacle that it touched.
         what: Touchable,
-        /// All that took part in the last contacts, in order.
+        /// Indices of all disks of the last contacts, in order.
         cluster: Vec<usize>,
-        /// Where.
+        /// Position of the last contact \[length\].
         place: [f64; 2],
     },
     /// Infinitely many collisions in a finite time.
@@ -210,21 +210,22 @@ pub enum EngineError {
         time = brief(*time)
     )]
     InelasticCollapse {
-        /// When \[time\].
+        /// Time of the collapse \[time\].
         time: f64,
-        /// Collisions since time last advanced.
+        /// Number of collisions since time last advanced.
         collisions: u64,
-        /// The last pair.
+        /// Indices of the last pair.
         pair: [usize; 2],
-        /// All that took part in the last collisions, in order.
+        /// Indices of all disks of the last collisions, in order.
         cluster: Vec<usize>,
-        /// Where.
+        /// Position of the last contact \[length\].
         place: [f64; 2],
     },
 }
 
 impl EngineError {
-    /// Whether the gas has collapsed: it stands at that moment, and does not come further.
+    /// Returns true if the gas has collapsed: its state is that of this moment, and it does not
+    /// advance further.
     pub fn is_collapse(&self) -> bool {
         matches!(
             self,
@@ -232,7 +233,8 @@ impl EngineError {
         )
     }
 
-    /// Converts times, lengths and speeds of the error to the units of a case. Obstacles are written in these already.
+    /// Converts times, lengths and speeds of the error to the units of a case. Errors of obstacles
+    /// are in these units already.
     #[must_use]
     pub fn in_units(mut self, units: &MessageUnits) -> Self {
         match &mut self {
@@ -289,14 +291,14 @@ impl EngineError {
     }
 }
 
-/// What a disk can touch besides others.
+/// Wall or obstacle that a disk can touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Touchable {
     /// The wall at a face of the box.
     Wall {
         /// Axis, from 0.
         axis: usize,
-        /// 0 for the lower face, 1 for the upper.
+        /// Side: 0 lower, 1 upper.
         side: usize,
     },
     /// An obstacle, by its number from 0.
@@ -304,7 +306,7 @@ pub enum Touchable {
 }
 
 impl Touchable {
-    /// What has the account of the given number: the faces come first.
+    /// Returns the wall or obstacle of the given ledger: the faces come first.
     pub(crate) fn of_ledger(ledger: usize) -> Self {
         if ledger < FACES {
             Self::Wall {
@@ -326,12 +328,12 @@ impl fmt::Display for Touchable {
     }
 }
 
-/// Whether a box is periodic, in words.
+/// Returns the word for a periodic or a closed box.
 fn around(periodic: bool) -> &'static str {
     if periodic { "is periodic" } else { "has walls" }
 }
 
-/// The disks of a cluster; of a large one, the first.
+/// Formats the disks of a cluster; of a large one, the first.
 fn named(cluster: &[usize]) -> String {
     const MOST: usize = 12;
     let names: Vec<String> = cluster.iter().take(MOST).map(usize::to_string).collect();

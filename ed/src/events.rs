@@ -7,30 +7,32 @@ use crate::cells::NONE;
 use crate::engine::Engine;
 use crate::error::EngineError;
 
-/// Events between two looks at the interrupt: among very unlike disks one event takes a millisecond.
+/// Events between two checks of the interrupt: among very unlike disks one event takes a
+/// millisecond.
 const BETWEEN_LOOKS: u32 = 256;
 
-/// How far the loop over events goes.
+/// Limits of the loop over events.
 pub(crate) struct Goal {
-    /// Own time, inclusive.
+    /// Own time of the end, inclusive.
     pub(crate) end: f64,
-    /// Whether that is a time to be reached.
+    /// True if `end` is a time to be reached.
     pub(crate) ends: bool,
-    /// Number of collisions in all at which it stops before.
+    /// Number of collisions in all at which the loop ends before.
     pub(crate) last: u64,
 }
 
-/// Advance of an engine by other means than event by event, with the same bytes.
+/// Method to advance an engine other than event by event, with the same bytes.
 pub(crate) trait Leap<P: Physics, Q: Calendar> {
-    /// Moves an engine towards a goal, as far as that pays. True if its time was reached, with fewer collisions than its last.
+    /// Moves an engine towards a goal, as far as that pays. True if its time was reached, with
+    /// fewer collisions than its last.
     fn leap(&mut self, engine: &mut Engine<P, Q>, goal: &Goal, recorder: &mut Recorder<'_>)
     -> bool;
 
-    /// Forgets what was kept for the next leap: the engine advances without it.
+    /// Drops the data kept for the next leap: the engine advances without it.
     fn forget(&mut self);
 }
 
-/// No leaps: event by event.
+/// Method without leaps: event by event.
 struct Alone;
 
 impl<P: Physics, Q: Calendar> Leap<P, Q> for Alone {
@@ -61,7 +63,7 @@ where
         self.advance_with(&mut Alone, until, most_collisions, observer)
     }
 
-    /// [`Self::advance`], with leaps where `leaps` makes them.
+    /// Advances as [`Self::advance`], with leaps where `leaps` makes them.
     pub(crate) fn advance_with(
         &mut self,
         leaps: &mut impl Leap<P, Q>,
@@ -115,9 +117,10 @@ where
         Ok(false)
     }
 
-    /// Event by event to a goal, or to the horizon at most. True if there is no other event before the time of the goal.
+    /// Advances event by event to a goal, or to the horizon at most. True if there is no other
+    /// event before the time of the goal.
     ///
-    /// The same bits on every processor: products and sums are never contracted.
+    /// The result has the same bits on every processor: products and sums are never contracted.
     pub(crate) fn run(
         &mut self,
         goal: &Goal,
@@ -147,7 +150,7 @@ where
         }
     }
 
-    /// [`Self::run`] while rows of cells keep their neighbours.
+    /// Advances as [`Self::run`], while rows of cells keep their neighbours.
     fn run_between_steps(
         &mut self,
         goal: &Goal,
@@ -162,8 +165,9 @@ where
         self.events(goal, recorder)
     }
 
-    /// [`Self::events`], where everything that is inlined into it has fewer instructions to copy numbers. What it calls
-    /// and is not inlined must not return a pair, or the compiler inlines nothing.
+    /// Runs [`Self::events`], where everything that is inlined into it has fewer instructions to
+    /// copy numbers. Functions that it calls and that are not inlined must not return a pair, or
+    /// the compiler inlines nothing.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn events_with_avx2(
@@ -174,7 +178,7 @@ where
         self.events(goal, recorder)
     }
 
-    /// [`Self::run`].
+    /// Loop over events of [`Self::run`].
     #[inline(always)]
     fn events(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) -> Result<bool, EngineError> {
         let &Goal { end, ends, last } = goal;
@@ -237,7 +241,7 @@ where
         Ok(false)
     }
 
-    /// Stands at a time at which nothing happens.
+    /// Stops at a time without an event.
     fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EngineError> {
         let moving = || self.disks.all.iter().any(|disk| disk.velocity.amax() > 0.0);
         let diameter = 2.0 * self.scene.sizes().largest_radius();
@@ -259,7 +263,7 @@ mod tests {
     use crate::Buckets;
     use crate::disk::tests::lattice;
 
-    /// Whatever the processor has.
+    /// Both loops give the same bits, as far as the processor has both.
     #[test]
     fn both_loops_give_the_same_bits() {
         let (mut either, mut plain) = (lattice::<Buckets>(30), lattice::<Buckets>(30));

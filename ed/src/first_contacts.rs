@@ -1,4 +1,4 @@
-//! The contacts of all disks of a start.
+//! First contacts of all disks of a start.
 
 use std::ops::Range;
 
@@ -10,18 +10,19 @@ use crate::contact::Candidates;
 use crate::disk::Disks;
 use crate::engine::Engine;
 
-/// Disks whose contacts are found by one thread at a time, and groups of so many that are kept until they are chosen from.
+/// Number of disks whose contacts are found by one thread at a time.
 const GROUP: usize = 1024;
+/// Number of groups whose contacts are kept at a time.
 const GROUPS: usize = 64;
 
-/// What is ahead of a group of disks.
+/// Contacts of a group of disks.
 #[derive(Default)]
 struct Ahead {
-    /// All contacts, after a wait, of one disk after the other.
+    /// All contacts, as wait and partner, of one disk after the other.
     contacts: Vec<(f64, u32)>,
-    /// Where those of each disk end.
+    /// End of the contacts of each disk.
     ends: Vec<usize>,
-    /// Candidates that were looked at.
+    /// Number of candidates tested.
     looked: u64,
 }
 
@@ -30,10 +31,11 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Predicts the next contacts of all disks, which know of none, as if one looked around after the other: of each the
-    /// earliest that is not left to a disk before it.
+    /// Predicts the next contacts of all disks, which have none, as if one predicted after the
+    /// other: of each the earliest that is not left to a disk before it.
     ///
-    /// What there is to choose from does not depend on the order, so that all threads look for it if the gas is spread over them.
+    /// The set of contacts does not depend on the order, so that all threads search for it if the
+    /// gas is spread over them.
     pub(crate) fn look_at_all(&mut self) {
         let count = self.disks.all.len();
         if self.disks.hierarchical() || self.disks.cells.wide() {
@@ -66,7 +68,7 @@ where
         }
     }
 
-    /// What is ahead of some disks.
+    /// Finds all contacts of some disks.
     fn look_ahead(&self, disks: Range<usize>) -> Ahead {
         let mut ahead = Ahead::default();
         let mut candidates = self.candidates.clone();
@@ -85,8 +87,8 @@ where
 }
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Finds all contacts with the disks around one, in a single grid, after a wait and in the order of their lists. The number of
-    /// candidates.
+    /// Finds all contacts with the disks around one, in a single grid, after a wait and in the
+    /// order of their lists. Returns the number of candidates.
     fn contacts<S: Sizes>(
         &self,
         candidates: &mut Candidates,
@@ -101,7 +103,7 @@ impl<F: Field<Plane>> Disks<F> {
         })
     }
 
-    /// Notes the earliest of some contacts that is not left to its partner.
+    /// Records the earliest of some contacts that is not left to its partner.
     fn expect_earliest(&mut self, who: u32, contacts: &[(f64, u32)]) {
         let clock = self.all[who as usize].clock;
         let (mut limit, mut best) = (f64::INFINITY, None);
@@ -123,8 +125,8 @@ mod tests {
 
     use super::*;
 
-    /// All at once, by one thread or more, as one after the other, bit by bit: some contacts are left to the other disk. More disks than are kept
-    /// at a time.
+    /// Prediction of all at once, by one thread or more, equals one after the other, bit by bit:
+    /// some contacts are left to the other disk. There are more disks than are kept at a time.
     #[test]
     fn all_at_once_is_one_after_the_other() {
         let mut engine = lattice::<Buckets>(260);
@@ -158,7 +160,7 @@ mod tests {
             engine.look_at_all();
             assert!(known(&engine) == one_by_one);
         }
-        // The earliest contact of each disk, whoever it is left to, would be others.
+        // The earliest contact of each disk, also those left to others, would be different.
         let mut contacts = Vec::new();
         let left = (0..engine.disks.all.len() as u32).filter(|&disk| {
             contacts.clear();

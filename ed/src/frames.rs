@@ -1,17 +1,18 @@
-//! Frames of the cells around a disk: where they are, and how they move.
+//! Frames of the cells around a disk: positions and velocities.
 
 use nalgebra::{Vector2, vector};
 
-/// Frames of the cells around one, by their numbers: where they are, and how they move.
+/// Frames of the cells around one, by their numbers: positions and velocities.
 pub(crate) trait Frames {
-    /// Separation of a disk from another at a position in a cell.
+    /// Returns the separation of a disk from another at a position in a cell.
     fn separation(&self, cell: usize, position: Vector2<f64>) -> Vector2<f64>;
 
-    /// Relative velocity from the difference of velocities in two frames.
+    /// Returns the relative velocity from the difference of velocities in two frames.
     fn relative(&self, cell: usize, difference: Vector2<f64>) -> Vector2<f64>;
 }
 
-/// Cells that stand still: position of a disk relative to the corners of their columns, and of their rows.
+/// Frames of cells at rest: position of a disk relative to the corners of their columns, and of
+/// their rows.
 pub(crate) struct Still(pub(crate) [[f64; 4]; 2]);
 
 impl Frames for Still {
@@ -27,13 +28,13 @@ impl Frames for Still {
     }
 }
 
-/// Cells of rows that slide.
+/// Frames of cells in rows that slide.
 pub(crate) struct Sliding {
     /// Position of a disk relative to the corners of cells, along the flow.
     pub(crate) x: [f64; 12],
-    /// The same across it, by row.
+    /// Position of a disk relative to the corners of cells, across the flow, by row.
     pub(crate) y: [f64; 4],
-    /// Velocity of the own row less that of each.
+    /// Velocity of the own row less that of each row.
     pub(crate) slip: [f64; 4],
 }
 

@@ -1,10 +1,11 @@
 //! A hierarchy of grids, for disks of very different sizes.
 //!
-//! All disks are placed by the cells of the finest grid, and cross from one of these into the next. A disk that is
-//! larger than such a cell is listed in the first coarser grid, each of twice the width, whose cells hold it. A disk
-//! finds those of its own size and larger ones in the nine cells around in their grids. The many small ones
-//! around a large disk are found by the large one in the ring of their cells that its edge can reach from
-//! within its own cell of the finest grid, which is far fewer than all that lie under the nine cells of its own size.
+//! All disks are placed by the cells of the finest grid, and cross from one of these into the next.
+//! A disk that is larger than such a cell is listed in the first coarser grid, each of twice the
+//! width, whose cells hold it. A disk finds those of its own size and larger ones in the nine cells
+//! around in their grids. The many small disks around a large one are found by the large one, in
+//! the ring of their cells that its edge can reach from within its own cell of the finest grid.
+//! These are far fewer than all that lie under the nine cells of its own size.
 //!
 //! No contact is missed. Two disks are known to each other when one of them looks while their cells of the finest
 //! grid are within reach. Reach begins only when one of them crosses, and the disk that crosses looks: the
@@ -22,10 +23,11 @@ use crate::cells::{Cell, Cells};
 /// Largest over finest cell, as a power of two.
 const MOST_LEVELS: u32 = 12;
 
-/// Diameters that do not fit into this many times the best width for all disks are worth grids of their own.
+/// Factor on the best width for all disks: diameters that do not fit into that many widths are
+/// worth grids of their own.
 const WORTH: f64 = 2.5;
 
-/// Coarser grids and who is in them.
+/// Coarser grids and the levels of disks.
 #[derive(Debug)]
 pub(crate) struct GridHierarchy {
     /// Grids of cells 2, 4, 8, ... times as wide as the finest.
@@ -36,7 +38,8 @@ pub(crate) struct GridHierarchy {
     radii: Vec<Option<(f64, f64)>>,
 }
 
-/// Where a list of disks is: the level, its place in that grid, and how many boxes lie between (by axis).
+/// Position of a list of disks: the level, its index in that grid, and the number of boxes in
+/// between (by axis).
 pub(crate) struct Nearby {
     pub(crate) level: usize,
     pub(crate) place: usize,
@@ -44,7 +47,7 @@ pub(crate) struct Nearby {
 }
 
 impl GridHierarchy {
-    /// The finest grid, and the coarser ones if sizes differ so much that they pay.
+    /// Creates the finest grid, and the coarser ones if sizes differ so much that they pay.
     pub(crate) fn grids(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -67,7 +70,7 @@ impl GridHierarchy {
         (grid(0), (1..=most).map(grid).collect())
     }
 
-    /// Levels of disks with the given radii.
+    /// Creates the levels of disks with the given radii.
     pub(crate) fn new(grids: Vec<Cells>, finest: &Cells, radii: impl Iterator<Item = f64>) -> Self {
         let mut levels = Self {
             radii: vec![None; grids.len() + 1],
@@ -87,18 +90,18 @@ impl GridHierarchy {
         levels
     }
 
-    /// Level of a disk.
+    /// Returns the level of a disk.
     #[inline]
     pub(crate) fn of(&self, disk: u32) -> usize {
         usize::from(self.of[disk as usize])
     }
 
-    /// Levels above one at which there are disks.
+    /// Returns the levels above one at which there are disks.
     pub(crate) fn above(&self, level: usize) -> impl Iterator<Item = usize> {
         (level + 1..self.radii.len()).filter(|&level| self.radii[level].is_some())
     }
 
-    /// The grid of a level.
+    /// Returns the grid of a level.
     #[inline]
     pub(crate) fn grid<'a>(&'a self, finest: &'a Cells, level: usize) -> &'a Cells {
         match level {
@@ -107,13 +110,13 @@ impl GridHierarchy {
         }
     }
 
-    /// The grid of a level above the finest.
+    /// Returns the grid of a level above the finest.
     #[inline]
     pub(crate) fn coarse_mut(&mut self, level: usize) -> &mut Cells {
         &mut self.grids[level - 1]
     }
 
-    /// The cell at a level that holds one of the finest grid.
+    /// Returns the cell at a level that holds one of the finest grid.
     #[inline]
     pub(crate) fn parent(cell: Cell, level: usize) -> Cell {
         cell.map(|number| number >> level)
@@ -207,8 +210,8 @@ impl GridHierarchy {
     }
 }
 
-/// Least and largest distance, along one axis, of a point of an interval within a cell from one of the cell a number
-/// of steps further.
+/// Returns the least and largest distance, along one axis, of a point of an interval within a cell
+/// from one of the cell a number of steps further.
 fn distances(own: &Range<f64>, steps: i32, width: f64) -> (f64, f64) {
     let begin = f64::from(steps) * width;
     let end = begin + width;
@@ -217,7 +220,8 @@ fn distances(own: &Range<f64>, steps: i32, width: f64) -> (f64, f64) {
     (near, far)
 }
 
-/// Vector from the corner of one cell of the finest grid to that of another, a number of boxes away.
+/// Returns the vector from the corner of one cell of the finest grid to that of another, a number
+/// of boxes away.
 pub(crate) fn shift(finest: &Cells, from: Cell, to: Cell, boxes: [i32; 2]) -> Vector2<f64> {
     let steps = [0, 1].map(|axis| {
         let across = boxes[axis] * i32::from(finest.counts()[axis]);

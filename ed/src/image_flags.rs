@@ -1,22 +1,22 @@
-//! Crossings of the periodic boundary, for displacements.
+//! Image flags: crossings of the periodic boundary, for displacements.
 
 use nalgebra::Vector2;
 use stosszahl_model::{Domain, Physics, Plane, State};
 
 use crate::error::EngineError;
 
-/// How often a disk has left the box on the right and at the top, less how often on the left and at the
-/// bottom.
+/// Number of times a disk has left the box on the right and at the top, less that on the left and
+/// at the bottom.
 pub(crate) type ImageFlags = [i32; 2];
 
-/// Sides of the box that [`Domain::wrap`] takes off a position.
+/// Returns the number of sides of the box that [`Domain::wrap`] subtracts from a position.
 pub(crate) fn wound(domain: &Domain<Plane>, position: Vector2<f64>) -> ImageFlags {
     let (inside, lengths) = (domain.wrap(position), domain.lengths());
     // A tiny negative position is wrapped to zero, which is no side of the box.
     [0, 1].map(|axis| ((position[axis] - inside[axis]) / lengths[axis]).round() as i32)
 }
 
-/// The windings of a start by disk, for positions wrapped into the box.
+/// Returns the image flags of a start by disk, for positions wrapped into the box.
 pub(crate) fn follow<P: Physics<Space = Plane>>(
     state: &State<P>,
     windings: &[ImageFlags],

@@ -8,24 +8,26 @@
 //! * each disk has a clock of its own and is moved only when something happens to it;
 //! * the box is divided into cells at least one diameter wide; a disk looks for partners in the nine
 //!   cells around it, and when it crosses into a cell, only in the three that are new to it;
-//! * each disk has exactly one event in the calendar, the earliest of its predicted contacts and its
-//!   next crossing. A contact is known to at least one of its partners, or will be: one that comes after the
-//!   next contact of the other disk is left to that disk, which looks anew then. When the partner has meanwhile
-//!   collided with another, the disk simply looks again at that moment;
+//! * each disk has exactly one event in the calendar, the earliest of its predicted contacts and
+//!   its next crossing. A contact is known to at least one of its partners, or will be: one that
+//!   comes after the next contact of the other disk is left to that disk, which predicts anew then.
+//!   When the partner has meanwhile collided with another, the disk predicts again at that moment;
 //! * the calendar ([`Buckets`]) is a ring of time buckets that name disks, one cache line each. Old events
 //!   are not removed but recognised when they come up: their disk's next event is at another time.
 //!
-//! Positions are kept relative to the corner of the disk's cell and times relative to an epoch, so that
-//! precision depends neither on the size of the box nor on the age of the gas, and neighbours across
-//! the periodic boundary need no special case. Speeds are in a power of two near that of the fastest disk, so
-//! that gases of any temperature compute alike. Disks of very different sizes get a hierarchy of grids.
+//! Positions are kept relative to the corner of the disk's cell and times relative to an epoch. So
+//! precision depends neither on the size of the box nor on the age of the gas, and neighbours
+//! across the periodic boundary need no special case. Speeds are in a power of two near that of the
+//! fastest disk, so that gases of any temperature compute alike. Disks of very different sizes get
+//! a hierarchy of grids.
 //!
-//! Walls and obstacles ([`Boundaries`]) are found in a table by cell; a contact with one of them takes the place of one with a
-//! partner, so that a disk still has one event. Contact times with all of them are closed forms or bracketed roots
-//! (`stosszahl_model::walls`). What they give to the gas is in [`Engine::ledgers`].
+//! Walls and obstacles ([`Boundaries`]) are found in a table by cell; a contact with one of them
+//! takes the place of one with a partner, so that a disk still has one event. Contact times with
+//! all of them are closed forms or bracketed roots (`stosszahl_model::walls`). The momentum and
+//! energy that they give to the gas are in [`Engine::ledgers`].
 //!
-//! The cost of one collision is about constant in the number of disks but for the memory hierarchy: what
-//! was measured, and what was tried and dropped, is in `docs/development/event-driven.md`.
+//! The cost of one collision is about constant in the number of disks but for the memory hierarchy:
+//! measurements, and rejected alternatives, are in `docs/development/event-driven.md`.
 //!
 //! [`plain`] is the oracle: all pairs, all disks moved at every event, nothing clever.
 

@@ -14,19 +14,19 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Whether there were so many contacts that the others need not be known.
+    /// Returns true if there were so many contacts that the others need not be known.
     pub(crate) fn has_most_contacts(&self) -> bool {
         let window = self.window.as_ref();
         window.is_some_and(|window| window.contacts.len() as u64 > window.most[1])
     }
 
-    /// Whether so much has happened to a strip that it had better stop.
+    /// Returns true if so many events happened to a strip that it should stop.
     pub(crate) fn is_log_full(&self) -> bool {
         let window = self.window.as_ref();
         self.has_most_contacts() || window.is_some_and(|window| window.events > window.most[0])
     }
 
-    /// Before an event of a disk.
+    /// Logs the state before an event of a disk.
     #[inline(always)]
     pub(crate) fn log_before(&mut self, disk: u32) {
         let row = self.disks.home(disk)[1];
@@ -41,7 +41,7 @@ where
         }
     }
 
-    /// After it, with the disks that it has changed.
+    /// Logs the state after an event, with the disks that it has changed.
     #[inline(always)]
     pub(crate) fn log_after(&mut self, changed: [u32; 2]) {
         if let Some(window) = &mut self.window {
@@ -54,7 +54,7 @@ where
         }
     }
 
-    /// An event that neighbours may be interested in.
+    /// Logs an event that may matter to neighbours.
     #[cold]
     #[inline(never)]
     fn log_near(&mut self, changed: [u32; 2]) {
@@ -91,7 +91,7 @@ where
         self.window = Some(window);
     }
 
-    /// A crossing.
+    /// Logs a crossing.
     #[cold]
     pub(crate) fn log_crossing(&mut self) {
         if let Some(window) = &mut self.window
@@ -102,7 +102,7 @@ where
         }
     }
 
-    /// A collision.
+    /// Logs a collision.
     #[cold]
     pub(crate) fn log_contact(&mut self, latest: &ContactInfo, is_negligible: Option<bool>) {
         if let Some(window) = &mut self.window
@@ -113,7 +113,7 @@ where
         }
     }
 
-    /// A contact with a wall, which is a sign of progress if there is a time to be reached.
+    /// Logs a contact with a wall, which is a sign of progress if there is a time to be reached.
     #[cold]
     pub(crate) fn log_rebound(
         &mut self,
@@ -135,7 +135,7 @@ where
         }
     }
 
-    /// What is now known of a disk.
+    /// Returns the current record of a disk.
     fn trace(&self, who: u32, is_beyond: bool) -> SeamRecord<SpinOf<P>> {
         let disk = &self.disks.all[who as usize];
         // One that has collided since may be anywhere, and is as good as none.
@@ -168,7 +168,7 @@ where
         }
     }
 
-    /// A number for the disks in the cells around one: who they are, and what is known of them.
+    /// Returns a hash of the disks in the cells around one: their numbers and their states.
     fn candidates_of(&self, who: u32) -> u64 {
         self.disks.around(who).fold(0, |sum, (number, disk)| {
             let real = [

@@ -1,4 +1,4 @@
-//! How disks fly between events, in the engine's own units.
+//! Flight of disks between events, in the engine's own units.
 
 use std::marker::PhantomData;
 
@@ -8,10 +8,10 @@ use stosszahl_model::{Field, Plane};
 
 use crate::record::Disk;
 
-/// Straight lines or parabolas; what is straight pays nothing for what is not.
+/// Flight along straight lines or parabolas; straight flight costs no more than without fields.
 #[derive(Debug)]
 pub(crate) struct Motion<F> {
-    /// The same for all disks.
+    /// Own acceleration, equal for all disks.
     acceleration: Vector2<f64>,
     /// Own shear rate.
     shear_rate: f64,
@@ -27,7 +27,7 @@ impl<F> Clone for Motion<F> {
 impl<F> Copy for Motion<F> {}
 
 impl<F: Field<Plane>> Motion<F> {
-    /// Flight in a field, with speeds in a unit.
+    /// Creates the flight in a field, with speeds in a unit.
     pub(crate) fn new(field: &F, speed: f64) -> Self {
         Self {
             acceleration: field.acceleration() / speed / speed,
@@ -36,18 +36,18 @@ impl<F: Field<Plane>> Motion<F> {
         }
     }
 
-    /// The same for all disks; zero where flight is straight.
+    /// Own acceleration, equal for all disks; zero where flight is straight.
     #[inline(always)]
     pub(crate) fn acceleration(&self) -> Vector2<f64> {
         self.acceleration
     }
 
-    /// Shear rate of the flow; zero where there is none.
+    /// Own shear rate of the flow; zero without a flow.
     pub(crate) fn shear_rate(&self) -> f64 {
         self.shear_rate
     }
 
-    /// Position of a disk, relative to the corner of its cell, at a time.
+    /// Returns the position of a disk, relative to the corner of its cell, at a time.
     #[inline(always)]
     pub(crate) fn at(&self, disk: &Disk, time: f64) -> Vector2<f64> {
         let flight = time - disk.clock;
@@ -58,7 +58,7 @@ impl<F: Field<Plane>> Motion<F> {
         }
     }
 
-    /// Velocity of a disk at a time.
+    /// Returns the velocity of a disk at a time.
     #[inline(always)]
     pub(crate) fn velocity(&self, disk: &Disk, time: f64) -> Vector2<f64> {
         if F::FREE {
@@ -68,7 +68,7 @@ impl<F: Field<Plane>> Motion<F> {
         }
     }
 
-    /// Brings a disk up to date.
+    /// Advances a disk to a time.
     #[inline(always)]
     pub(crate) fn advance(&self, disk: &mut Disk, time: f64) {
         disk.position = self.at(disk, time);
@@ -76,7 +76,7 @@ impl<F: Field<Plane>> Motion<F> {
         disk.clock = time;
     }
 
-    /// Whether a disk at a boundary of its cell along an axis goes forward through it.
+    /// Returns true if a disk at a boundary of its cell along an axis goes forward through it.
     #[inline(always)]
     pub(crate) fn goes_forward(&self, disk: &Disk, axis: usize, width: f64) -> bool {
         if F::FREE || self.acceleration[axis] == 0.0 {
@@ -87,7 +87,8 @@ impl<F: Field<Plane>> Motion<F> {
         }
     }
 
-    /// Time and axis of the next cell boundary of a disk; the time is never before its clock.
+    /// Returns time and axis of the next cell boundary of a disk; the time is never before its
+    /// clock.
     #[inline(always)]
     pub(crate) fn exit(&self, disk: &Disk, width: Vector2<f64>) -> (f64, usize) {
         let straight = |axis: usize| {

@@ -1,4 +1,4 @@
-//! The next contacts of two disks that have just collided, found together.
+//! Joint prediction of the next contacts of two disks that have just collided.
 
 use std::hint::select_unpredictable;
 
@@ -10,20 +10,21 @@ use crate::cell_list_walk::CellListWalk;
 use crate::cells::{NONE, line_of};
 use crate::disk::Disks;
 
-/// Columns and rows around two cells that are next to each other.
+/// Number of columns and rows around two adjacent cells.
 const SIDE: usize = 4;
 
-/// Cells among those that are around one of the two, as bits; to be shifted to where they begin.
+/// Cells around one of the two disks, as bits; to be shifted to the first of these cells.
 const AROUND_ONE: u32 = 0x0777;
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Predicts from nothing the next contacts of two disks that are up to date and in cells next to each other.
-    /// The number of candidates looked at, or `None` if that is too special a case for two at a time, and has to be
-    /// done one by one.
+    /// Predicts from nothing the next contacts of two disks that are up to date and in cells next
+    /// to each other. Returns the number of candidates tested, or `None` if the case is too special
+    /// for two at a time, and has to be done one by one.
     ///
-    /// The same contacts as of one by one, bit by bit, for two that part: most disks around one are also around the other,
-    /// so that they are looked up once, and moved to the present once, for the two lanes of a vector. What is around
-    /// one only is for the other at a position that is not a number, and never touches.
+    /// The contacts are those of one by one, bit by bit, for two disks that separate. Most disks
+    /// around one are also around the other, so that they are read once, and advanced once, for the
+    /// two lanes of a vector. A disk around one only has the position NaN for the other, and never
+    /// touches it.
     #[inline(always)]
     pub(crate) fn predict_pair<S: Sizes>(
         &mut self,
@@ -67,7 +68,8 @@ impl<F: Field<Plane>> Disks<F> {
         self.earliest_of_pair(lists, &frames, shared, [first, second], sizes, tags)
     }
 
-    /// The innermost loop: the earliest contacts of two disks with those of open lists, of whose cells some are `shared`.
+    /// Innermost loop: returns the earliest contacts of two disks with those of open lists, of
+    /// whose cells some are `shared`.
     #[inline(always)]
     pub(crate) fn earliest_of_pair<S: Sizes, const RING: usize>(
         &mut self,
@@ -138,8 +140,9 @@ impl<F: Field<Plane>> Disks<F> {
         Some(lists.followed() + twice)
     }
 
-    /// Takes a disk out of the list of its cell if it is the first there, as mostly it is: it is no candidate for itself, nor
-    /// for one that it parts from. The place of the list, and its first disk, to be put back.
+    /// Removes a disk from the list of its cell if it is the first there, as it mostly is: it is no
+    /// candidate for itself, nor for one from which it separates. Returns the index of the list,
+    /// and its first disk, to be restored.
     #[inline(always)]
     pub(crate) fn hide(&mut self, who: u32) -> (usize, u32) {
         let disk = &self.all[who as usize];
@@ -153,14 +156,17 @@ impl<F: Field<Plane>> Disks<F> {
 
 /// Frames of the cells around two disks, by their numbers.
 pub(crate) trait PairFrames {
-    /// Positions of both disks relative to the corner of a cell; not numbers for one that it is not around.
+    /// Returns the positions of both disks relative to the corner of a cell; NaN for a disk that
+    /// the cell is not around.
     fn corners(&self, cell: usize) -> [f64x2; 2];
 
-    /// Relative velocities along the first axis from the differences of velocities in the frames of the disks and of a cell.
+    /// Returns the relative velocities along the first axis from the differences of velocities in
+    /// the frames of the disks and of a cell.
     fn along(&self, cell: usize, difference: f64x2) -> f64x2;
 }
 
-/// Cells that stand still, four by four: positions relative to the corners of columns, and of rows.
+/// Frames of cells at rest, four by four: positions relative to the corners of columns, and of
+/// rows.
 struct StillPair {
     x: [[f64; 2]; SIDE],
     y: [[f64; 2]; SIDE],
@@ -179,7 +185,7 @@ impl PairFrames for StillPair {
     }
 }
 
-/// The lesser of two numbers; the second if the first is none, on every processor.
+/// Returns the lesser of two numbers; the second if the first is NaN, on every processor.
 #[inline(always)]
 fn lesser(first: f64x2, second: f64x2) -> f64x2 {
     let (first, second) = (first.to_array(), second.to_array());
@@ -193,8 +199,8 @@ fn lesser(first: f64x2, second: f64x2) -> f64x2 {
     f64x2::new([lesser(0), lesser(1)])
 }
 
-/// Coordinates of two disks relative to the corners of four columns: for each disk of the three from its own `begin`,
-/// which are around it; of the fourth, not a number.
+/// Returns the coordinates of two disks relative to the corners of four columns: for each disk of
+/// the three from its own `begin`, which are around it; NaN for the fourth.
 #[inline(always)]
 fn positions(here: [f64; 2], width: f64, begin: [usize; 2]) -> [[f64; 2]; SIDE] {
     let mut relative = [[f64::NAN; 2]; SIDE];

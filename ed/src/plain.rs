@@ -1,4 +1,5 @@
-//! The oracle of the engine: slow and obvious. In a shear flow, velocities are peculiar, so that those of images are those of originals.
+//! Oracle of the engine: slow and obvious. In a shear flow, velocities are peculiar, so that those
+//! of images are those of originals.
 
 use nalgebra::Vector2;
 use stosszahl_model::random::Purpose;
@@ -13,13 +14,13 @@ use crate::surroundings::{Boundaries, FACES, above, images};
 /// One collision of the plain gas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When.
+    /// Time of the collision \[time\].
     pub time: f64,
-    /// Who, the smaller index first.
+    /// Indices of the disks, the smaller first.
     pub pair: [usize; 2],
 }
 
-/// Who met whom.
+/// Partners of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Met {
     /// Two disks, the smaller index first.
@@ -31,17 +32,17 @@ pub enum Met {
 /// One contact of the plain gas between walls and around obstacles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// When.
+    /// Time of the contact \[time\].
     pub time: f64,
-    /// Who.
+    /// Partners of the contact.
     pub met: Met,
 }
 
 /// Moves the gas through its next `collisions` collisions and lists them.
 ///
-/// For each, the contact times of all pairs over many periodic images are computed anew, the earliest
-/// is taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N boxes away are
-/// seen: the fewer the disks, the further one flies before it meets another.
+/// For each, the contact times of all pairs over many periodic images are computed, the earliest is
+/// taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N boxes away are
+/// seen: the fewer the disks, the farther one flies before it collides.
 pub fn run<P: Physics<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
@@ -58,8 +59,8 @@ pub fn run<P: Physics<Space = Plane>>(
     contacts.into_iter().filter_map(event).collect()
 }
 
-/// The same with walls and obstacles, for the next `contacts` contacts of all kinds. Those with walls and obstacles are
-/// sought over the images of all.
+/// Moves the gas through its next `contacts` contacts of all kinds and lists them, with walls and
+/// obstacles. Contacts with these are sought over the images of all disks.
 pub fn run_between<P: Physics<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
@@ -99,7 +100,7 @@ pub fn run_between<P: Physics<Space = Plane>>(
     all
 }
 
-/// A contact to come: the line of centres, or the normal of what is touched.
+/// Next contact: the line of centres, or the normal of the wall or obstacle.
 #[derive(Clone, Copy)]
 struct Next {
     wait: f64,
@@ -107,7 +108,7 @@ struct Next {
     line: Vector2<f64>,
 }
 
-/// The first contact of two disks. A field that is the same for all does not show in their relative motion.
+/// Returns the first contact of two disks. A uniform field does not affect their relative motion.
 fn next_pair<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> Option<Next> {
     let sizes = scene.sizes();
     let reach = [0, 1].map(|axis| {
@@ -146,7 +147,7 @@ fn next_pair<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> Option<N
     next
 }
 
-/// The first contact of a disk with a wall or an obstacle before `limit`.
+/// Returns the first contact of a disk with a wall or an obstacle before `limit`.
 fn next_boundary<P: Physics<Space = Plane>>(
     scene: &P,
     state: &State<P>,
@@ -198,7 +199,7 @@ fn next_boundary<P: Physics<Space = Plane>>(
     next
 }
 
-/// A collision of two disks.
+/// Collides two disks.
 fn meet<P: Physics<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
@@ -232,7 +233,8 @@ fn meet<P: Physics<Space = Plane>>(
     state.bodies[i].velocity[0] -= flow;
 }
 
-/// A contact of a disk with a wall or an obstacle, with the number of those that it had before.
+/// Applies the contact of a disk with a wall or an obstacle, with the number of contacts that it
+/// had before.
 fn rebound<P: Physics<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,

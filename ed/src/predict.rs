@@ -1,4 +1,4 @@
-//! What happens to a disk next, and its way from cell to cell.
+//! Prediction of the next event of a disk, and its way from cell to cell.
 
 use stosszahl_model::{Physics, Plane, Sizes};
 
@@ -14,8 +14,8 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cells
-    /// around it, as [`Disks::search`].
+    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the
+    /// cells around it: [`Disks::search`].
     #[inline(always)]
     pub(crate) fn search(&mut self, who: u32, beyond: Option<(usize, bool)>) {
         self.tally.predictions += self.disks.search(
@@ -58,14 +58,14 @@ where
         }
     }
 
-    /// Predicts the next contact of a disk that is up to date, from nothing.
+    /// Predicts the next contact of a disk that is up to date, from scratch.
     pub(crate) fn look_around(&mut self, who: u32) {
         self.disks.expect_contact(who, f64::INFINITY, NONE);
         self.search(who, None);
     }
 
-    /// Predicts the next contact of a disk that is up to date, from nothing, and files it. Not so often that it pays to
-    /// compile it twice.
+    /// Predicts the next contact of a disk that is up to date, from scratch, and files it. It is
+    /// called so rarely that it is not compiled twice.
     #[inline(never)]
     pub(crate) fn predict(&mut self, who: u32) {
         // The search for two is faster even where it does the same for one twice.
@@ -102,7 +102,8 @@ where
         self.calendar.push(Entry { time, disk: who });
     }
 
-    /// Lets rows of cells that slide step to the next cells, and looks into those that come into reach.
+    /// Advances rows of cells that slide to the next cells, and searches those that come into
+    /// reach.
     pub(crate) fn step_rows(&mut self, seam: Seam) -> Result<(), EngineError> {
         self.disks.rows.step(seam);
         let columns = self.disks.cells.counts()[0];
@@ -132,7 +133,7 @@ where
         self.count_crossing()
     }
 
-    /// Counts a crossing, after which a collision is awaited in vain if there were too many.
+    /// Counts a crossing; an error if there were too many without a collision.
     #[inline(always)]
     fn count_crossing(&mut self) -> Result<(), EngineError> {
         if let Some(crossings) = self.progress.crossing(self.names.len()) {
@@ -145,7 +146,7 @@ where
         Ok(())
     }
 
-    /// Moves a disk into the next cell and looks at what comes into its reach.
+    /// Moves a disk into the next cell and searches the cells that come into its reach.
     #[inline(always)]
     pub(crate) fn cross(&mut self, who: u32, axis: usize) -> Result<(), EngineError> {
         self.tally.crossings += 1;
@@ -179,8 +180,9 @@ mod tests {
 
     use super::*;
 
-    /// Two disks in cells next to each other that will touch before they leave these: one of them knows, or will look
-    /// around before. Over many moments of a gas; times of some tens are rounded to 1e-14.
+    /// Two disks in cells next to each other that will touch before they leave these: one of them
+    /// knows, or will predict before. This is tested at many times of a gas; times of some tens are
+    /// rounded to 1e-14.
     #[test]
     fn every_contact_is_known_or_will_be() {
         let mut engine = lattice::<Buckets>(12);

@@ -1,4 +1,4 @@
-//! Prefetch: what the next events will look at is loaded from memory before their turn.
+//! Prefetch: data of the next events are loaded from memory before their turn.
 
 use std::hint::select_unpredictable;
 
@@ -10,8 +10,9 @@ use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
 use crate::record::Disk;
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Looks ahead to the events of disks that come up in a number of buckets, the last of which ends at a time. First their
-    /// records are prefetched; then partners and the cells around, which the records name; then the first disks of these.
+    /// Prefetches for the events of disks that come up in a number of buckets, the last of which
+    /// ends at a time. First their records are prefetched; then partners and the cells around,
+    /// which the records name; then the first disks of these.
     #[inline(always)]
     pub(crate) fn prefetch(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut PrefetchPlan) {
         const { assert!(AHEAD == 4) };
@@ -53,7 +54,8 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Sorts disks by whether they will touch others before a time, and looks up the cells that the rest will follow.
+    /// Sorts disks by whether they will touch others before a time, and finds the cells that the
+    /// others will follow.
     #[inline(always)]
     fn plan(&self, disks: &[u32], end: f64, plan: &mut PrefetchPlan) {
         let mut crossings = [0; NAMES];
@@ -78,7 +80,8 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// The partner of a disk; the disk itself if it has none, or one that has collided since.
+    /// Returns the partner of a disk; the disk itself if it has none, or one that has collided
+    /// since.
     #[inline(always)]
     fn partner(&self, disk: u32) -> &Disk {
         let own = &self.all[disk as usize];
@@ -88,7 +91,8 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Which boundary of its cell a disk comes to first if it flies straight: the axis, and whether forward.
+    /// Returns the boundary of its cell that a disk reaches first if it flies straight: the axis,
+    /// and whether forward.
     #[inline(always)]
     fn way_out(&self, disk: &Disk) -> (usize, bool) {
         let width = self.cells.width();
@@ -124,7 +128,7 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Prefetches the first disk of the cell at a place in memory.
+    /// Prefetches the first disk of the cell at an index in memory.
     #[inline(always)]
     fn prefetch_first(&self, place: u32) {
         memory::prefetch(&self.all, line_of(self.cells.first(place as usize)));
@@ -144,7 +148,7 @@ mod tests {
     use crate::motion::Motion;
     use crate::{Buckets, Sorted};
 
-    /// Disks all over a box, with speeds of no pattern.
+    /// Creates disks all over a box, with speeds of no pattern.
     fn scattered(lengths: [f64; 2], periodic: [bool; 2]) -> Disks<Free> {
         let face = |around: bool| {
             if around {
@@ -234,7 +238,8 @@ mod tests {
         assert!(is(&disks, 0), "a wall");
     }
 
-    /// More disks than are near the processor, so that every place that is looked up is in range.
+    /// Prefetching changes nothing. There are more disks than fit in the cache, so that every index
+    /// that is used is in range.
     #[test]
     fn looking_ahead_changes_nothing() {
         let mut ahead = lattice::<Buckets>(142);

@@ -1,22 +1,24 @@
-//! What the next buckets of the calendar will need from memory.
+//! Memory needs of the next buckets of the calendar.
 
-/// Buckets ahead of their turn that disks are prefetched; `Disks::prefetch` says what is done at each
-/// distance.
+/// Number of buckets ahead of their turn that disks are prefetched; `Disks::prefetch` has the steps
+/// at each distance.
 pub(crate) const AHEAD: usize = 4;
 
-/// Disks that a bucket names at most.
+/// Most disks that a bucket names.
 pub(crate) const NAMES: usize = 16;
 
-/// Prefetch plan of one bucket: what its disks are about to do, as far as it is known; each is listed once.
+/// Prefetch plan of one bucket: the next actions of its disks, as far as they are known; each disk
+/// is listed once.
 ///
-/// Contacts and crossings are listed apart: which of them comes up cannot be foreseen by the processor, and a wrong
-/// guess of it costs more than the sorting.
+/// Contacts and crossings are listed apart: their order is unpredictable for the processor, and a
+/// wrong prediction costs more than the sorting.
 #[derive(Clone, Copy, Debug)]
 pub struct PrefetchPlan {
     /// Disks that will touch others: the first `touching`.
     pub(crate) contacts: [u32; NAMES],
     pub(crate) touching: usize,
-    /// Places of the cells whose lists a disk will follow that goes into the next cell: the first `leaving`.
+    /// Indices of the cells whose lists a disk will follow that goes into the next cell: the first
+    /// `leaving`.
     pub(crate) followed: [[u32; 4]; NAMES],
     pub(crate) leaving: usize,
 }
@@ -30,12 +32,12 @@ impl PrefetchPlan {
         leaving: 0,
     };
 
-    /// Disks that will touch others.
+    /// Returns the disks that will touch others.
     pub(crate) fn contacts(&self) -> &[u32] {
         &self.contacts[..self.touching.min(NAMES)]
     }
 
-    /// Places of the cells that crossing disks will look into, four for each.
+    /// Returns the indices of the cells that crossing disks will search, four for each.
     pub(crate) fn followed(&self) -> &[[u32; 4]] {
         &self.followed[..self.leaving.min(NAMES)]
     }

@@ -1,4 +1,4 @@
-//! What happens where a disk touches a wall or an obstacle.
+//! Contacts of a disk with a wall or an obstacle.
 
 use nalgebra::Vector2;
 use stosszahl_model::random::Purpose;
@@ -13,8 +13,9 @@ use crate::error::{EngineError, Touchable};
 use crate::strip_log::WallImpulse;
 use crate::surroundings::Touched;
 
-/// Time, over the contact time of the TC model, for which a disk that a wall sends up against a field stays in the air at
-/// the least: a disk at rest on a floor then has contacts that are all young, and elastic, and finitely many.
+/// Least time in the air, over the contact time of the TC model, of a disk that a wall sends up
+/// against a field. A disk at rest on a floor then has finitely many contacts, all of them young
+/// and elastic.
 const LEAST_HOP: f64 = 0.5;
 
 impl<P, Q> Engine<P, Q>
@@ -22,7 +23,8 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// A disk touches something; `ends` says whether there is a time to be reached.
+    /// Applies the contact of a disk with a wall or an obstacle; `ends` says whether there is a
+    /// time to be reached.
     pub(crate) fn rebound(&mut self, who: u32, what: u32, ends: bool) -> Result<(), EngineError> {
         let (now, speed) = (self.now, self.speed);
         self.disks.meet(who, now);
@@ -90,17 +92,17 @@ where
         Ok(())
     }
 
-    /// Enters what a wall or an obstacle has given into its account.
+    /// Adds the momentum and energy given by a wall or an obstacle to its ledger.
     pub(crate) fn account_for(&mut self, given: &WallImpulse) {
         self.ledgers[given.ledger].enter(1.0, given.momentum, given.energy);
     }
 
-    /// Angular velocity of a disk in absolute units.
+    /// Returns the angular velocity of a disk in absolute units.
     fn absolute_spin(&self, who: u32) -> SpinOf<P> {
         <P::Surface as Surface<Plane>>::scaled(self.spin(who), self.speed)
     }
 
-    /// The law that acts: that of the wall, or an elastic one.
+    /// Returns the law that acts: that of the wall, or an elastic one.
     fn law_of(&mut self, who: u32, rebound: &Rebound) -> Rebound {
         const SPECULAR: Rebound = Rebound::Restitutive {
             restitution: 1.0,
@@ -117,9 +119,9 @@ where
         }
     }
 
-    /// Sees to it that a disk leaves what it has touched: by rounding it may not, after a contact without rebound. In
-    /// the TC model one that a field holds down leaves for at least a part of the contact time. What is added is the
-    /// wall's, and in its account.
+    /// Makes a disk leave the wall or obstacle that it has touched: by rounding it may not, after a
+    /// contact without rebound. In the TC model a disk that a field holds down leaves for at least
+    /// a part of the contact time. The momentum and energy added are the wall's, and in its ledger.
     fn send_off(&self, touched: &Touched, velocity: &mut Vector2<f64>) {
         let normal = touched.normal;
         let away = |velocity: &Vector2<f64>| (*velocity - touched.velocity).dot(&normal);
@@ -143,7 +145,7 @@ where
         }
     }
 
-    /// Stands at the moment of a collapse against a wall, and reports it.
+    /// Stops at the time of a collapse against a wall, and returns the error.
     #[cold]
     fn wall_collapse(&mut self, who: u32, touched: &Touched) -> EngineError {
         self.time = self.epoch + self.now / self.speed;
@@ -157,7 +159,7 @@ where
         }
     }
 
-    /// Reports a disk that is beyond a wall.
+    /// Returns the error of a disk that is beyond a wall.
     #[cold]
     pub(crate) fn escaped(&mut self, who: u32, axis: usize, forward: bool) -> EngineError {
         self.time = self.epoch + self.now / self.speed;

@@ -15,7 +15,7 @@ pub(crate) struct Disk {
     pub(crate) clock: f64,
     /// Predicted time of contact with `partner`; infinite without one.
     pub(crate) contact: f64,
-    /// Number of the other disk; beyond the number of disks, a wall or obstacle; or [`NONE`].
+    /// Number of the partner: a disk; beyond the number of disks, a wall or obstacle; or [`NONE`].
     pub(crate) partner: u32,
     /// Next disk in the list of the cell, or [`NONE`].
     pub(crate) next: u32,
@@ -61,7 +61,7 @@ impl Disk {
         }
     }
 
-    /// Whether the disk is simulated elsewhere.
+    /// Returns true if the disk is simulated elsewhere.
     pub(crate) fn is_absent(&self) -> bool {
         self.clock == f64::INFINITY
     }

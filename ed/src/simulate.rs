@@ -1,4 +1,4 @@
-//! The engine behind the common interface: chosen at run time, for any grains of the model.
+//! The engine behind the common interface, chosen at run time, for any particles of the model.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -18,15 +18,17 @@ use crate::error::EngineError;
 use crate::strips::{StripSettings, StripedEngine};
 use crate::surroundings::Boundaries;
 
-/// Collisions in one leg, for each disk, and at least: a new leg costs about as much as a tenth of a collision for each disk, and
-/// whoever goes on from a checkpoint in it does up to so many once more.
+/// Collisions per disk in one leg. A new leg costs about as much as a tenth of a collision per
+/// disk. A run that resumes from a checkpoint in a leg repeats up to that many.
 const LEG: u64 = 4;
+/// Fewest collisions in one leg.
 const LEAST_LEG: u64 = 100_000;
 
-/// Disks that a thread of its own pays for.
+/// Disks for which one more thread pays.
 const EACH_THREAD: usize = 20_000;
 
-/// Strips that [`Simulation::use_threads`] cuts a gas of so many disks into, each for a thread: fewer where that does not pay.
+/// Returns the number of strips into which [`Simulation::use_threads`] cuts a gas of `disks` disks,
+/// each for a thread: fewer where that does not pay.
 pub fn strips_for(threads: usize, disks: usize) -> usize {
     threads.min(disks / EACH_THREAD)
 }
@@ -71,8 +73,9 @@ pub fn simulate(
     begin.choose(grains, start.all.len())
 }
 
-/// Goes on from [`Simulation::checkpoint`]; all else must be as it was at the start. The last collisions before it, up to four of each
-/// disk or 100 000 in all, happen once more, which the interrupt can break off.
+/// Resumes from [`Simulation::checkpoint`]; all other arguments must be those of the start. The
+/// last collisions before it, up to four of each disk or 100 000 in all, are repeated, which the
+/// interrupt can break off.
 ///
 /// # Errors
 /// As [`simulate`]; and [`EngineError::Checkpoint`] if the bytes are none of this engine.
@@ -92,13 +95,13 @@ pub fn resume(
     begin.choose(grains, count)
 }
 
-/// What an engine begins with.
+/// Start of an engine: particles, or a checkpoint.
 enum Source<'a> {
     Start(&'a Particles),
     Checkpoint(&'a [u8], &'a Interrupt),
 }
 
-/// Makes an engine of the types of a scene.
+/// Builder of an engine of the types of a scene.
 struct Begin<'a> {
     dissipation: Dissipation,
     boundaries: &'a Boundaries,
@@ -106,7 +109,7 @@ struct Begin<'a> {
 }
 
 impl Begin<'_> {
-    /// One engine for each kind of disks that changes what is stored for a disk.
+    /// Chooses the engine for the kinds of disks that differ in the data stored for a disk.
     fn choose(self, grains: &Grains, count: usize) -> Result<Box<dyn Simulation>, EngineError> {
         match (&grains.sizes, grains.rough) {
             (GrainSizes::Equal(sizes), None) if grains.shear_rate.is_some() => {
@@ -178,49 +181,51 @@ impl Begin<'_> {
     }
 }
 
-/// The components in the plane.
+/// Returns the components in the plane.
 fn flat(vector: Vector3<f64>) -> Vector2<f64> {
     vector.xy()
 }
 
 /// Event-driven disks behind [`Simulation`].
 ///
-/// Between legs the checkpoint is the gas, and each leg makes the engine anew. Within a leg the engine stays where it stops, at times at which
-/// somebody looks. A checkpoint there is that of the beginning of the leg and these times: whoever goes on from it goes there once more,
-/// to the same bytes. Where it stops has no influence on where it goes.
+/// Between legs the gas is a checkpoint, and each leg makes a new engine. Within a leg the engine
+/// stops at the requested times. A checkpoint there holds that of the beginning of the leg and
+/// these times: a run that resumes from it repeats the leg up to there, to the same bytes. The
+/// stops have no influence on the trajectory.
 struct Disks<P: Physics<Space = Plane>> {
     scene: P,
     dissipation: Dissipation,
     boundaries: Boundaries,
     stage: Stage<P>,
-    /// What an engine shows, while it stays where it is and somebody has looked.
+    /// State of an engine that has been requested since it stopped.
     present: OnceLock<State<P>>,
-    /// Where each disk was when displacements began; empty unless they are followed.
+    /// Position of each disk when displacements began; empty unless they are tracked.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
-    /// Latest contacts of the engine that was put aside.
+    /// Latest contacts of the engine of the last leg.
     recent: Option<RecentContacts>,
     spread: StripSettings,
     stop: Interruption,
     pause: Option<Interrupt>,
-    /// The collapse in which the gas ended, until its velocities change.
+    /// Collapse in which the gas ended, until its velocities change.
     collapse: Option<EngineError>,
 }
 
-/// Where the gas is kept.
+/// Storage of the gas: a checkpoint, or an engine.
 enum Stage<P: Physics<Space = Plane>> {
     Between(Box<Checkpoint<P>>),
     Flying(Box<StripedEngine<P>>, Option<Box<Leg<P>>>),
 }
 
-/// A leg that is under way.
+/// Leg in progress.
 struct Leg<P: Physics> {
     from: Checkpoint<P>,
-    /// Times that were reached since.
+    /// Times that were reached since its begin.
     stops: Vec<f64>,
 }
 
-/// What is written into a checkpoint: the gas, the times that its leg has reached since, and the origin of displacements.
+/// Content of a checkpoint: the gas, the times that its leg has reached since, and the origin of
+/// displacements.
 type Kept<'a, P> = (
     Cow<'a, Checkpoint<P>>,
     Cow<'a, [f64]>,
@@ -235,7 +240,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
     }
 
-    /// The gas at the present time.
+    /// Returns the gas at the current time.
     fn state(&self) -> &State<P> {
         match &self.stage {
             Stage::Between(gas) => &gas.state,
@@ -243,7 +248,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Puts the engine aside.
+    /// Ends the leg: replaces the engine by a checkpoint.
     fn land(&mut self) -> &mut Checkpoint<P> {
         self.present.take();
         if let Stage::Flying(engine, leg) = &mut self.stage {
@@ -260,7 +265,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Makes an engine of the checkpoint, which is kept for a leg.
+    /// Begins a leg: makes an engine of the checkpoint, which is kept for the leg.
     fn take_off(&mut self, is_leg: bool) -> Result<&mut StripedEngine<P>, EngineError> {
         self.present.take();
         if let Stage::Between(gas) = &mut self.stage {
@@ -284,7 +289,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
     }
 
-    /// The gas as a checkpoint, wherever it is.
+    /// Returns the gas as a checkpoint, from either storage.
     fn now(&self) -> Cow<'_, Checkpoint<P>> {
         match &self.stage {
             Stage::Between(gas) => Cow::Borrowed(&**gas),
@@ -292,7 +297,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Collisions that are left of the leg, or of a new one.
+    /// Number of collisions that are left of the leg, or of a new one.
     fn left_of_leg(&mut self) -> u64 {
         let all = (LEG * self.count() as u64).max(LEAST_LEG);
         let now = self.tally().collisions;
@@ -306,7 +311,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Goes once more to where a leg has been.
+    /// Repeats a leg up to its last stop.
     fn repeat(&mut self, stops: Vec<f64>) -> Result<(), EngineError> {
         if stops.is_empty() {
             return Ok(());
@@ -325,7 +330,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         Ok(())
     }
 
-    /// [`Simulation::advance`].
+    /// Implementation of [`Simulation::advance`].
     fn go(
         &mut self,
         until: f64,
@@ -357,7 +362,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         reached
     }
 
-    /// Changes velocities from outside; the balance of a shear flow knows what that supplied.
+    /// Changes velocities from outside; the balance of a shear flow gets the energy supplied.
     fn drive(&mut self, change: impl FnOnce(&mut [Body<P>])) {
         self.collapse = None;
         let scene = self.scene.clone();
@@ -369,7 +374,8 @@ impl<P: Physics<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Energy less that which the work of a shear flow and collisions leave, over that work and dissipation; `None` without a flow.
+    /// Energy less the expected one of a shear flow, over work and dissipation; `None` without a
+    /// flow.
     fn shear_imbalance(&self) -> Option<f64> {
         let work = match &self.stage {
             Stage::Between(gas) => gas.shear_work,

@@ -1,4 +1,5 @@
-//! The next contacts of two disks that have just collided, found together in rows of cells that slide.
+//! Joint prediction of the next contacts of two disks that have just collided, in rows of cells
+//! that slide.
 
 use std::ops::Range;
 
@@ -9,8 +10,9 @@ use crate::cell_list_walk::CellListWalk;
 use crate::disk::Disks;
 use crate::pair_prediction::PairFrames;
 
-/// Rows around two disks in rows next to each other, and columns that are numbered in each.
+/// Number of rows around two disks in adjacent rows.
 const ROWS: usize = 4;
+/// Number of columns that are numbered in each row.
 const COLUMNS: usize = 8;
 
 /// Fewest rows and columns in which no cell is around two disks by two ways around the box.
@@ -38,7 +40,8 @@ impl PairFrames for SlidingPair {
 }
 
 impl<F: Field<Plane>> Disks<F> {
-    /// The same as for cells that stand still: most cells around one disk are around the other too, in whichever rows both are.
+    /// Predicts the contacts of a pair in rows that slide: most cells around one disk are around
+    /// the other too, in whichever rows both are.
     #[inline(always)]
     pub(crate) fn predict_sliding_pair<S: Sizes>(
         &mut self,
@@ -133,8 +136,8 @@ impl<F: Field<Plane>> Disks<F> {
     }
 }
 
-/// Columns of two spans, each with its first column and their number, counted from the first column of the one that has any; a box has
-/// so many columns in all.
+/// Returns the columns of two spans, each given by its first column and their number, counted from
+/// the first column of the first span that has any; `columns` is their number in the box.
 #[inline(always)]
 fn ranges([(one, count), (other, others)]: [(i32, i32); 2], columns: i32) -> [Range<i32>; 2] {
     if count == 0 || others == 0 {

@@ -12,32 +12,32 @@
 
 use crate::cells::{Cell, Cells};
 
-/// Boundaries between rows that slide alike.
+/// Kind of the boundaries between rows, which slide alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Seam {
-    /// Between two rows of the box.
+    /// Boundary between two rows of the box.
     Inside,
-    /// Between the last row and the image of the first.
+    /// Boundary between the last row and the image of the first.
     Around,
 }
 
 /// State of the rows. Times and speeds are in the engine's own units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlidingRows {
-    /// Shear rate.
+    /// Own shear rate.
     rate: f64,
     /// Sides of a cell.
     width: [f64; 2],
     columns: i32,
     rows: u16,
-    /// Displacement at own time 0: inside the box none, around it that of the box above.
+    /// Displacement at own time 0: zero inside the box, around it that of the box above.
     offsets: [f64; 2],
-    /// Whole cells that the displacement has passed: inside the box, and around it.
+    /// Number of whole cells that the displacement has passed: inside the box, and around it.
     steps: [i64; 2],
 }
 
 impl SlidingRows {
-    /// Rows of a grid in a flow with this own shear rate, at own time 0.
+    /// Creates the rows of a grid in a flow with this own shear rate, at own time 0.
     pub(crate) fn new(cells: &Cells, rate: f64, offset: f64) -> Self {
         let [columns, rows] = cells.counts();
         let width = [cells.width()[0], cells.width()[1]];
@@ -58,7 +58,7 @@ impl SlidingRows {
         }
     }
 
-    /// No flow.
+    /// Returns rows without a flow.
     pub(crate) fn none() -> Self {
         Self {
             rate: 0.0,
@@ -70,7 +70,7 @@ impl SlidingRows {
         }
     }
 
-    /// Shear rate.
+    /// Own shear rate.
     #[inline(always)]
     pub(crate) fn rate(&self) -> f64 {
         self.rate
@@ -93,13 +93,13 @@ impl SlidingRows {
         self.rate * ((f64::from(row) + 0.5) * self.width[1]) * now
     }
 
-    /// Boundary above a row.
+    /// Returns the boundary above a row.
     #[inline(always)]
     fn above(&self, row: u16) -> usize {
         usize::from(row + 1 == self.rows)
     }
 
-    /// Boundary below a row.
+    /// Returns the boundary below a row.
     #[inline(always)]
     fn below(row: u16) -> usize {
         usize::from(row == 0)
@@ -111,14 +111,14 @@ impl SlidingRows {
         self.offsets[seam] + self.slip() * now - self.steps[seam] as f64 * self.width[0]
     }
 
-    /// A column that may lie around the box.
+    /// Returns the number in the box of a column that may lie around it.
     #[inline(always)]
     fn column(&self, column: i64) -> i32 {
         column.rem_euclid(i64::from(self.columns)) as i32
     }
 
-    /// First of the four columns of the row above that a cell can be touched from, and how far its corner is from that of the
-    /// cell.
+    /// Returns the first of the four columns of the row above that a cell can be touched from, and
+    /// the distance of its corner from that of the cell.
     #[inline(always)]
     pub(crate) fn first_above(&self, [column, row]: Cell, now: f64) -> (i32, f64) {
         let seam = self.above(row);
@@ -126,7 +126,8 @@ impl SlidingRows {
         (first, self.remainder(seam, now) - 2.0 * self.width[0])
     }
 
-    /// The same in the row below.
+    /// Returns the first of the four columns of the row below that a cell can be touched from, and
+    /// the distance of its corner from that of the cell.
     #[inline(always)]
     pub(crate) fn first_below(&self, [column, row]: Cell, now: f64) -> (i32, f64) {
         let seam = Self::below(row);
@@ -134,7 +135,8 @@ impl SlidingRows {
         (first, -self.remainder(seam, now) - self.width[0])
     }
 
-    /// Column and position in it of a disk that goes into the row above, or below.
+    /// Returns the column of a disk that goes into the row above, or below, and its position in
+    /// that column.
     #[inline(always)]
     pub(crate) fn cross(
         &self,
@@ -163,8 +165,9 @@ impl SlidingRows {
         (self.column(column + beyond) as u16, place)
     }
 
-    /// Vectors from the corner of the second cell to that of the first over the images in rows next to each other, one for each
-    /// way around the box, and the velocity of the first row less that of the second.
+    /// Returns the vectors from the corner of the second cell to that of the first over the images
+    /// in adjacent rows, one for each way around the box. Each comes with the velocity of the first
+    /// row less that of the second.
     pub(crate) fn between(
         &self,
         first: Cell,
@@ -189,7 +192,7 @@ impl SlidingRows {
         })
     }
 
-    /// Own time of the next step of rows, and which of them step.
+    /// Returns the own time of the next step of rows, and the kind of boundary at which they step.
     pub(crate) fn next_step(&self) -> (f64, Seam) {
         if self.rate == 0.0 {
             return (f64::INFINITY, Seam::Inside);
@@ -208,12 +211,12 @@ impl SlidingRows {
         }
     }
 
-    /// Lets rows step: other cells are in reach of each from now on.
+    /// Advances rows by a step: other cells are in reach of each from now on.
     pub(crate) fn step(&mut self, seam: Seam) {
         self.steps[seam as usize] += if self.rate > 0.0 { 1 } else { -1 };
     }
 
-    /// Rows that have a boundary of a kind above them.
+    /// Returns the rows that have a boundary of a kind above them.
     pub(crate) fn rows_below(&self, seam: Seam) -> std::ops::Range<u16> {
         match seam {
             Seam::Inside => 0..self.rows - 1,
@@ -221,7 +224,7 @@ impl SlidingRows {
         }
     }
 
-    /// Which of the four columns above a cell has come into reach with the last step.
+    /// Returns which of the four columns above a cell has come into reach with the last step.
     #[inline(always)]
     pub(crate) fn newest(&self) -> usize {
         if self.rate > 0.0 { 0 } else { 3 }

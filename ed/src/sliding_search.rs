@@ -47,8 +47,9 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// [`Self::open_beyond`] where rows slide: the outermost cells of each row, or those of the next row, and of the one that was left: of
-    /// four cells there, three were around before.
+    /// Opens lists as [`Self::open_beyond`] where rows slide: the outermost cells of each row, or
+    /// those of the next row, and of the one that was left: of four cells there, three were around
+    /// before.
     #[inline(always)]
     pub(crate) fn open_beyond_sliding(
         &self,
@@ -78,7 +79,8 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Opens the list of one of the four cells in the row below (side 0) or above (side 1), at its place in memory.
+    /// Opens the list of one of the four cells in the row below (side 0) or above (side 1), by its
+    /// index in memory.
     #[inline(always)]
     fn open_one_of_four(
         &self,
@@ -110,7 +112,8 @@ impl<F: Field<Plane>> Disks<F> {
         predictions
     }
 
-    /// Whether a disk is in the cell that has come into reach above a cell with the last step of rows.
+    /// Returns true if a disk is in the cell that has come into reach above a cell with the last
+    /// step of rows.
     pub(crate) fn has_newest(&self, home: Cell, now: f64) -> bool {
         let first = self.rows.first_above(home, now).0;
         let right = self.cells.four_columns(first)[self.rows.newest()];
@@ -118,7 +121,7 @@ impl<F: Field<Plane>> Disks<F> {
         self.cells.first((right + row) as usize) != NONE
     }
 
-    /// Corners and frames of the cells around one, in rows that slide.
+    /// Returns the corners and frames of the cells around one, in rows that slide.
     #[inline(always)]
     pub(crate) fn sliding(&self, home: Cell, position: Vector2<f64>, time: f64) -> Sliding {
         let width = self.cells.width();
@@ -142,7 +145,7 @@ impl<F: Field<Plane>> Disks<F> {
         sliding
     }
 
-    /// [`Self::line`] over rows that slide.
+    /// Returns [`Self::line`] over rows that slide.
     pub(crate) fn sheared_line(
         &self,
         one: &Disk,

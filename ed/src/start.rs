@@ -1,4 +1,4 @@
-//! What the engine can start from.
+//! Checks of the start of the engine.
 
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{Domain, Field, Physics, Plane, Sizes, State, Surface};
@@ -7,10 +7,10 @@ use crate::checkpoint::Checkpoint;
 use crate::error::{EngineError, POSITION, Touchable};
 use crate::surroundings::{Boundaries, FACES, above, images, overlap_of};
 
-/// Overlap, in diameters, that is called rounding.
+/// Largest overlap, in diameters, that counts as rounding.
 pub(crate) const ROUNDING: f64 = 1e-9;
 
-/// Whether the engine can work with what it is given.
+/// Checks that the engine can start from a checkpoint.
 pub(crate) fn check<P: Physics<Space = Plane>>(
     scene: &P,
     start: &Checkpoint<P>,
@@ -71,7 +71,7 @@ pub(crate) fn check<P: Physics<Space = Plane>>(
     Ok(())
 }
 
-/// Whether boundaries fit a box and leave room for the largest disk.
+/// Checks that boundaries fit a box and leave room for the largest disk.
 pub(crate) fn check_boundaries(
     domain: &Domain<Plane>,
     boundaries: &Boundaries,
@@ -118,13 +118,13 @@ pub(crate) fn check_boundaries(
     Ok(())
 }
 
-/// How far a wall comes into the box.
+/// Farthest displacement of a wall into the box \[length\].
 fn reach(walls: &Walls<Plane>, axis: usize, side: usize) -> f64 {
     let vibration = walls.wall(axis, side).and_then(|wall| wall.vibration);
     vibration.map_or(0.0, |vibration| vibration.amplitude())
 }
 
-/// Whether all disks are outside walls and obstacles.
+/// Checks that all disks are outside walls and obstacles.
 pub(crate) fn check_overlaps<P: Physics<Space = Plane>>(
     scene: &P,
     state: &State<P>,

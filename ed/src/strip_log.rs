@@ -1,4 +1,4 @@
-//! The log of a strip of a gas: what its neighbours need to count and to check. See [`crate::strips`].
+//! Log of a strip of a gas, from which its neighbours count and check. See [`crate::strips`].
 
 use std::ops::Range;
 
@@ -10,25 +10,25 @@ use crate::checkpoint::Tally;
 use crate::collapse::ContactInfo;
 use crate::image_flags::ImageFlags;
 
-/// Rows of cells on each side of an edge whose history two strips must agree on. What an event reads farther away is compared by
-/// [`SeamRecord::candidates`].
+/// Rows of cells on each side of an edge whose history two strips must agree on. Data that an event
+/// reads farther away are compared by [`SeamRecord::candidates`].
 pub(crate) const SEAM: i32 = 1;
 
-/// Where the rows of cells of a strip lie.
+/// Rows of cells of a strip.
 #[derive(Clone, Debug)]
 pub(crate) struct StripRows {
-    /// Rows that are its own.
+    /// Rows that the strip owns.
     pub(crate) core: Range<i32>,
-    /// Rows that it simulates with them on each side where there is a neighbour.
+    /// Number of rows of the halo on each side where there is a neighbour.
     pub(crate) halo: i32,
-    /// Whether there is one below and above.
+    /// True if there is a neighbour: below, above.
     pub(crate) neighbours: [bool; 2],
-    /// Rows in the box, if it is periodic across the strips.
+    /// Number of rows in the box, if it is periodic across the strips.
     pub(crate) around: Option<i32>,
 }
 
 impl StripRows {
-    /// All its rows.
+    /// Returns all rows of the strip, including halos.
     pub(crate) fn rows(&self) -> impl Iterator<Item = u16> {
         let beyond = |side: usize| i32::from(self.neighbours[side]) * self.halo;
         let rows = self.core.start - beyond(0)..self.core.end + beyond(1);
@@ -36,24 +36,25 @@ impl StripRows {
         rows.map(move |row| around.map_or(row, |rows| row.rem_euclid(rows)) as u16)
     }
 
-    /// Whether a row is its own.
+    /// Returns true if the strip owns a row.
     pub(crate) fn owns(&self, row: u16) -> bool {
         self.core.contains(&i32::from(row))
     }
 }
 
-/// A boundary between two strips, before a row of cells.
+/// Boundary between two strips, before a row of cells.
 #[derive(Clone, Debug)]
 pub(crate) struct Edge<S> {
-    /// The row.
+    /// Number of the row.
     pub(crate) row: i32,
-    /// All that happened in the seam.
+    /// All records of the seam.
     pub(crate) seam: Vec<SeamRecord<S>>,
-    /// A number for what happened in each row, from the farthest below the edge that is simulated to the farthest above.
+    /// Hash of the events in each row, from the farthest below the edge that is simulated to the
+    /// farthest above.
     pub(crate) rows: Vec<u64>,
 }
 
-/// What an event has made of a disk.
+/// State of a disk after an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SeamRecord<S> {
     pub(crate) time: f64,
@@ -66,24 +67,25 @@ pub(crate) struct SeamRecord<S> {
     pub(crate) partner: u32,
     pub(crate) partner_count: u16,
     pub(crate) count: u16,
-    /// Time of its last contact, where that is kept.
+    /// Time of the last contact of the disk, where that is kept.
     pub(crate) last_contact: Option<f64>,
     pub(crate) rebounds: Option<u32>,
     pub(crate) winding: Option<ImageFlags>,
-    /// A number for all disks in the cells around it, if the event was that of a disk on the other side of the edge.
+    /// Hash of all disks in the cells around it, if the event was that of a disk on the other side
+    /// of the edge.
     pub(crate) candidates: u64,
 }
 
-/// A contact of a disk, with another or with what stands in the box.
+/// Contact of a disk, with another or with a wall or obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LoggedContact {
     /// Own time of the engine.
     pub(crate) now: f64,
-    /// The disk whose event it was, and the other or [`NONE`].
+    /// Disk whose event it was, and the other or [`NONE`].
     pub(crate) pair: [u32; 2],
 }
 
-/// What a wall or an obstacle has given, by the number of its account.
+/// Momentum and energy that a wall or an obstacle has given, by the number of its ledger.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallImpulse {
     pub(crate) ledger: usize,
@@ -91,38 +93,44 @@ pub(crate) struct WallImpulse {
     pub(crate) energy: f64,
 }
 
-/// The log of a strip.
+/// Events of one strip in one window of time, for comparison with its neighbours and for the merge.
 #[derive(Debug)]
 pub(crate) struct StripLog<P: Physics> {
-    /// Events in the rows of its core count here; those in its halos are simulated twice.
+    /// Rows of the strip. Events in its core count here; those in its halos are simulated twice.
     pub(crate) place: StripRows,
-    /// The lower and the upper edge of the core, where there is a neighbour.
+    /// Lower and upper edge of the core, where there is a neighbour.
     pub(crate) edges: [Option<Edge<SpinOf<P>>>; 2],
     pub(crate) contacts: Vec<LoggedContact>,
     pub(crate) given: Vec<WallImpulse>,
-    /// When disks crossed from cell to cell, or touched walls without end, since the last sign of progress.
+    /// Times at which disks crossed from cell to cell, or touched walls without end, since the last
+    /// sign of progress.
     pub(crate) idle: Vec<f64>,
-    /// Those and all before.
+    /// Number of such crossings and contacts, including all before.
     pub(crate) idled: u64,
-    /// Events in all, and those that count elsewhere.
+    /// Number of events in all.
     pub(crate) events: u64,
+    /// Number of events that count in another strip.
     pub(crate) twice: u64,
-    /// Time that it took, which decides where the strips of the next one meet.
+    /// Computing time of the window \[s\], which decides the boundaries of the next strips.
     pub(crate) seconds: f64,
-    /// Whether disks hardly approached in some contact.
+    /// True if disks approached negligibly in some contact.
     pub(crate) is_negligible: bool,
-    /// Time of the last event that counts.
+    /// Own time of the last event that counts.
     pub(crate) latest: f64,
-    /// Events, contacts that count, at which the log is full.
+    /// Numbers of events, and of contacts that count, at which the log is full.
     pub(crate) most: [u64; 2],
-    /// Whether the events of a row can be of interest to neighbours.
+    /// True for rows whose events may matter to neighbours.
     pub(crate) is_near: Vec<bool>,
-    /// Whether a disk in a row may not be right: in halos, and in the empty rows beyond that disks have flown to.
+    /// True for rows with disks that may be wrong: in halos, and in the empty rows beyond that
+    /// disks have flown to.
     pub(crate) is_foreign: Vec<bool>,
-    /// Whether those of the present row can; then, before its event: the row, whether it counts here, and what was done.
+    /// True if events of the current row may matter to neighbours.
     pub(crate) near: bool,
+    /// Row of the disk before its event.
     pub(crate) row: i32,
+    /// True if the event counts here.
     pub(crate) owns: bool,
+    /// Work done before the event.
     pub(crate) tally: Tally,
 }
 
@@ -169,7 +177,7 @@ impl<P: Physics<Space = Plane>> StripLog<P> {
         window
     }
 
-    /// Becomes the empty log of another place.
+    /// Clears the log for other rows.
     pub(crate) fn renew(&mut self, place: &StripRows) {
         let rows_in_box = self.is_near.len();
         let mut contacts = std::mem::take(&mut self.contacts);
@@ -180,7 +188,7 @@ impl<P: Physics<Space = Plane>> StripLog<P> {
         };
     }
 
-    /// Whether the present event counts here.
+    /// Returns true if the current event counts here.
     pub(crate) fn owns(&self) -> bool {
         self.owns
     }
@@ -195,7 +203,8 @@ impl<P: Physics> StripLog<P> {
         self.is_negligible |= is_negligible.unwrap_or(false);
     }
 }
-/// How far a row is above an edge: 0 is the first row above it, -1 the first below. With rows in a periodic box.
+/// Distance of a row above an edge, in rows: 0 is the first row above it, -1 the first below. With
+/// rows in a periodic box.
 pub(crate) fn above(row: i32, edge: i32, around: Option<i32>) -> i32 {
     let steps = row - edge;
     match around {

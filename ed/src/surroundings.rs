@@ -1,4 +1,4 @@
-//! What disks can touch besides each other: walls at the faces of the box, and obstacles in it.
+//! Walls at the faces of the box, and obstacles in it, that disks can touch.
 //!
 //! Which of these a disk can touch from within a cell is a table that is made at the start. Contacts are sought in
 //! that table each time a disk's next event is predicted, and only up to the time at which it leaves the cell.
@@ -14,19 +14,19 @@ use crate::cells::{Cell, Cells};
 /// Faces of a box, which come before the obstacles: lower and upper along the first axis, then along the second.
 pub(crate) const FACES: usize = 4;
 
-/// What stands at the edges of the box and in it.
+/// Walls at the faces of the box, and obstacles in it.
 #[derive(Clone, Debug)]
 pub struct Boundaries {
-    /// The faces of the box.
+    /// Faces of the box.
     pub walls: Walls<Plane>,
-    /// What stands inside.
+    /// Obstacles inside the box.
     pub obstacles: Vec<Obstacle>,
-    /// Where rebounds from diffuse walls get their numbers from.
+    /// Random streams of rebounds from diffuse walls.
     pub streams: Streams,
 }
 
 impl Boundaries {
-    /// A periodic box with nothing in it.
+    /// Returns a periodic box with nothing in it.
     pub fn periodic() -> Self {
         Self {
             walls: Walls::none(),
@@ -35,7 +35,7 @@ impl Boundaries {
         }
     }
 
-    /// How many accounts are kept: one for each face and each obstacle, or none where there is nothing to be touched.
+    /// Number of ledgers: one for each face and each obstacle, or 0 without walls and obstacles.
     pub(crate) fn ledgers(&self) -> usize {
         if self.is_empty() {
             0
@@ -44,7 +44,7 @@ impl Boundaries {
         }
     }
 
-    /// Whether there is nothing to be touched.
+    /// Returns true if there are no walls and no obstacles.
     pub(crate) fn is_empty(&self) -> bool {
         self.walls.is_periodic() && self.obstacles.is_empty()
     }
@@ -57,38 +57,39 @@ pub(crate) struct Units {
     pub(crate) epoch: f64,
 }
 
-/// A disk that may touch something, in the engine's own units.
+/// Disk that may touch a wall or obstacle, in the engine's own units.
 pub(crate) struct Approach {
     pub(crate) home: Cell,
-    /// Relative to the corner of its cell.
+    /// Position relative to the corner of the cell, at `clock`.
     pub(crate) position: Vector2<f64>,
     pub(crate) velocity: Vector2<f64>,
     pub(crate) acceleration: Vector2<f64>,
     pub(crate) radius: f64,
-    /// When this is its place.
+    /// Own time of the position.
     pub(crate) clock: f64,
-    /// Wait for what happens before.
+    /// Wait for the next other event of the disk.
     pub(crate) limit: f64,
 }
 
-/// What was touched.
+/// Wall or obstacle that was touched.
 pub(crate) struct Touched {
     pub(crate) rebound: Rebound,
-    /// Unit vector into the gas.
+    /// Unit vector from it into the gas.
     pub(crate) normal: Vector2<f64>,
     /// Velocity of the wall, in absolute units.
     pub(crate) velocity: Vector2<f64>,
-    /// Number of its account: that of the face, or that of the obstacle after all faces.
+    /// Number of its ledger: that of the face, or that of the obstacle after all faces.
     pub(crate) ledger: usize,
 }
 
-/// What is near a cell.
+/// Walls and obstacles near a cell.
 #[derive(Clone, Copy, Debug, Default)]
 struct Near {
-    /// One bit for each face.
+    /// Faces, one bit for each.
     faces: u8,
-    /// Its share of the lists.
+    /// Begin of the cell's part of the lists.
     begin: u32,
+    /// End of the cell's part of the lists.
     end: u32,
 }
 
@@ -99,7 +100,7 @@ struct Part {
     feature: Feature,
 }
 
-/// The boundaries and the table of what is near.
+/// Boundaries, and the table of those near each cell.
 #[derive(Debug)]
 pub(crate) struct Surroundings {
     pub(crate) boundaries: Boundaries,
@@ -110,7 +111,7 @@ pub(crate) struct Surroundings {
 }
 
 impl Surroundings {
-    /// The table for a grid; obstacles are known to be inside the box.
+    /// Creates the table for a grid; obstacles are known to be inside the box.
     pub(crate) fn new(
         boundaries: Boundaries,
         domain: &Domain<Plane>,
@@ -133,13 +134,13 @@ impl Surroundings {
         surroundings
     }
 
-    /// Whether there is nothing to be touched anywhere.
+    /// Returns true if there are no walls and no obstacles anywhere.
     #[inline(always)]
     pub(crate) fn is_empty(&self) -> bool {
         self.near.is_empty()
     }
 
-    /// Marks the cells from which a wall can be touched, at the ends of its way too.
+    /// Marks the cells from which a wall can be touched, at all its displacements.
     fn find_walls(&mut self, cells: &Cells, largest_radius: f64) {
         let counts = cells.counts();
         for axis in 0..2 {
@@ -220,7 +221,8 @@ impl Surroundings {
         }
     }
 
-    /// The first contact of a disk before its limit: the wait for it, and what is touched.
+    /// Returns the first contact of a disk before its limit: the wait for it, and the number of the
+    /// wall or obstacle.
     pub(crate) fn first_contact(&self, cells: &Cells, disk: &Approach) -> Option<(f64, u32)> {
         let near = self.near[cells.place(disk.home, 1, 1)];
         let mut first: Option<(f64, u32)> = None;
@@ -280,12 +282,13 @@ impl Surroundings {
         wait.map(|wait| wait * speed)
     }
 
-    /// A time at which a vibration is where it is at an own time, small enough to have digits left.
+    /// Returns a time at which a vibration has the displacement of an own time, small enough to
+    /// have digits left.
     fn phase(&self, vibration: &Vibration, clock: f64) -> f64 {
         self.units.epoch.rem_euclid(vibration.period()) + clock / self.units.speed
     }
 
-    /// What a disk at a place touches at an own time.
+    /// Returns the wall or obstacle that a disk at a position touches at an own time.
     pub(crate) fn touched(&self, what: u32, place: Vector2<f64>, clock: f64) -> Touched {
         let what = what as usize;
         if what >= FACES {
@@ -312,7 +315,8 @@ impl Surroundings {
         }
     }
 
-    /// How deep a disk at a place is in a wall or an obstacle at an own time \[length\]; not above 0 if in none.
+    /// Depth of a disk at a position in a wall or an obstacle at an own time \[length\]; not above
+    /// 0 if in none.
     pub(crate) fn overlap(
         &self,
         domain: &Domain<Plane>,
@@ -337,7 +341,7 @@ impl Surroundings {
         worst
     }
 
-    /// How many things can be touched, each with a number of its own.
+    /// Number of walls and parts of obstacles that can be touched.
     pub(crate) fn things(&self) -> usize {
         FACES + self.parts.len()
     }
@@ -350,7 +354,7 @@ impl Surroundings {
     }
 }
 
-/// Distance of a place from a face.
+/// Distance of a position from a face \[length\].
 pub(crate) fn above(domain: &Domain<Plane>, axis: usize, side: usize, place: Vector2<f64>) -> f64 {
     if side == 0 {
         place[axis]
@@ -359,7 +363,7 @@ pub(crate) fn above(domain: &Domain<Plane>, axis: usize, side: usize, place: Vec
     }
 }
 
-/// A place and its periodic images around the box.
+/// Returns a position and its periodic images around the box.
 pub(crate) fn images(
     domain: &Domain<Plane>,
     place: Vector2<f64>,
@@ -379,7 +383,7 @@ pub(crate) fn images(
     })
 }
 
-/// How deep a disk is in an obstacle; minus infinity from afar.
+/// Depth of a disk in an obstacle \[length\]; minus infinity from afar.
 pub(crate) fn overlap_of(obstacle: &Obstacle, place: Vector2<f64>, radius: f64) -> f64 {
     let [least, most] = obstacle.bounds();
     let outside =

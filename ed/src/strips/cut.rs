@@ -1,7 +1,7 @@
-//! Cutting a gas into strips, renewing their halos, and putting the gas together again.
+//! Cuts a gas into strips, renews their halos, and joins the gas again.
 //!
-//! A disk has the same number everywhere: each strip has room for all, of which it knows some. So disks and their lists are copied
-//! as they are.
+//! A disk has the same number everywhere: each strip has room for all disks, of which it knows
+//! some. So disks and their lists are copied unchanged.
 
 use rayon::prelude::*;
 use stosszahl_model::{Field, Physics, Plane, SpinOf, memory};
@@ -17,10 +17,10 @@ use crate::image_flags::ImageFlags;
 use crate::record::Disk;
 use crate::strip_log::{SEAM, StripLog, StripRows};
 
-/// Rows in a halo at the least: the seam, and four that wrong events may come into.
+/// Fewest rows in a halo: the seam, and four that wrong events may enter.
 pub(super) const LEAST_HALO: i32 = 5;
 
-/// The boundaries of this many strips, equally high; `None` if the box has too few rows.
+/// Returns the boundaries of this many strips, equally high; `None` if the box has too few rows.
 pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
     let strips = strips as i64;
     let cuts: Vec<i32> = (0..=strips)
@@ -29,7 +29,8 @@ pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
     widest_halo(&cuts).map(|_| cuts)
 }
 
-/// The boundaries of strips with half of the way to equal work, if that leaves enough rows to each.
+/// Returns the boundaries of strips moved by half of the way to equal work, if that leaves enough
+/// rows to each.
 pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     let each = work.iter().sum::<f64>() / work.len() as f64;
     let mut better = cuts.to_vec();
@@ -53,12 +54,12 @@ pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     }
 }
 
-/// Half as many strips, but two at the least; none instead of two.
+/// Returns half as many strips, but two at the least; `None` instead of two.
 pub(super) fn fewer(strips: usize) -> Option<usize> {
     (strips > 2).then(|| (strips / 2).max(2))
 }
 
-/// Some of the boundaries, for fewer strips.
+/// Returns some of the boundaries, for fewer strips.
 pub(super) fn fewer_cuts(cuts: &[i32], strips: usize) -> Vec<i32> {
     let before = cuts.len() - 1;
     (0..=strips)
@@ -66,7 +67,8 @@ pub(super) fn fewer_cuts(cuts: &[i32], strips: usize) -> Vec<i32> {
         .collect()
 }
 
-/// Rows that a halo may have, so that no row is in more than two strips, and none twice in one.
+/// Largest number of rows of a halo, so that no row is in more than two strips, and none twice in
+/// one.
 pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
     let least = cuts.windows(2).map(|cut| cut[1] - cut[0]).min()?;
     let widest = least / 2 - SEAM;
@@ -100,14 +102,14 @@ fn visit_rows<F: Field<Plane>>(
     }
 }
 
-/// The disks in some rows of cells.
+/// Returns the disks in some rows of cells.
 fn in_rows<F: Field<Plane>>(disks: &Disks<F>, rows: impl Iterator<Item = u16>) -> Vec<u32> {
     let mut numbers = Vec::new();
     visit_rows(disks, rows, |number, _| numbers.push(number));
     numbers
 }
 
-/// The disks of some rows of cells, in the order of their lists, with all that is known about them.
+/// Disks of some rows of cells, in the order of their lists, with all their data.
 pub(super) struct Parcel<P: Physics> {
     numbers: Vec<u32>,
     disks: Vec<Disk>,
@@ -131,7 +133,7 @@ impl<P: Physics> Default for Parcel<P> {
 }
 
 impl<P: Physics<Space = Plane>> Parcel<P> {
-    /// Becomes that of some rows of a strip.
+    /// Fills the parcel with some rows of a strip.
     fn take<Q: Calendar>(&mut self, from: &Engine<P, Q>, rows: impl Iterator<Item = u16>) {
         self.numbers.clear();
         self.disks.clear();
@@ -145,7 +147,7 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
         take(&self.numbers, &from.windings, &mut self.windings);
     }
 
-    /// Adds it to a strip that knows no disk in these rows.
+    /// Adds the parcel to a strip that has no disk in these rows.
     fn put_into<Q: Calendar>(&self, strip: &mut Engine<P, Q>) {
         give(&self.numbers, &self.disks, &mut strip.disks.all);
         give(&self.numbers, &self.spins, &mut strip.spins);
@@ -163,7 +165,7 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
     }
 }
 
-/// Something of each of some disks, if there is such a thing.
+/// Copies the values of some disks out of a list, if it is not empty.
 fn take<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     some.clear();
     if !all.is_empty() {
@@ -171,14 +173,14 @@ fn take<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     }
 }
 
-/// The other way round.
+/// Copies the values of some disks back into a list.
 fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
     for (&disk, &its) in disks.iter().zip(some) {
         all[disk as usize] = its;
     }
 }
 
-/// Takes disks out of a strip, all those of their cells.
+/// Removes disks from a strip, all those of their cells.
 fn forget<F: Field<Plane>>(disks: &mut Disks<F>, numbers: &[u32]) {
     for &number in numbers {
         let place = disks.cells.place(disks.home(number), 1, 1);
@@ -187,7 +189,7 @@ fn forget<F: Field<Plane>>(disks: &mut Disks<F>, numbers: &[u32]) {
     }
 }
 
-/// Cuts a strip out of a gas. It goes on from an own time.
+/// Cuts a strip out of a gas, at an own time.
 pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
     whole: &Engine<P, Q>,
     place: &StripRows,
@@ -242,10 +244,11 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
     }
 }
 
-/// What each strip gets from each, in memory that serves one window after another.
+/// Data that each strip gets from each other one, in memory that serves one window after another.
 pub(super) type HaloExchange<P> = Vec<Vec<Parcel<P>>>;
 
-/// Gives new places to strips: of its old rows each keeps those of its core, and the others come from the strip in whose core they were.
+/// Gives new rows to strips: of its old rows each keeps those of its core, and the others come from
+/// the strip in whose core they were.
 pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
     strips: &mut [Engine<P, Q>],
     places: &[StripRows],
@@ -297,7 +300,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
     });
 }
 
-/// Puts a gas together from its strips, without its calendar.
+/// Joins a gas from its strips, without its calendar.
 pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
     whole: &mut Engine<P, Q>,
     strips: &[Engine<P, Q>],
@@ -344,7 +347,7 @@ pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
     }
 }
 
-/// Something of each disk, from the strip that owns it, if there is such a thing.
+/// Copies a value of each disk, from the strip that owns it, if lists are not empty.
 fn gather<E: Sync, T: Copy + Send + Sync>(
     owners: &[u8],
     strips: &[E],

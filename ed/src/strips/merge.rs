@@ -1,4 +1,4 @@
-//! What depends on the order of all events, from the logs of strips.
+//! Results that depend on the order of all events, from the logs of strips.
 
 use std::iter;
 
@@ -11,7 +11,7 @@ use crate::collapse::{CollapseDetector, PATIENCE};
 use crate::engine::Engine;
 use crate::strip_log::{Edge, LoggedContact, SEAM, StripLog};
 
-/// How far wrong events came into the halos at an edge, over the rows of a halo beyond the seam.
+/// Farthest rows that wrong events entered at an edge, over the rows of a halo beyond the seam.
 pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
     let halo = lower.rows.len() / 2;
     let parts = |row: &usize| lower.rows[*row] != upper.rows[*row];
@@ -21,18 +21,18 @@ pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
     below.max(above) as f64 / (halo - SEAM as usize) as f64
 }
 
-/// Contacts of all strips in a part of their logs, about.
+/// Number of contacts of all strips in a part of their logs, about.
 const PART: usize = 512;
 
-/// A contact, and the strip in whose core it was.
+/// Contact, and the strip in whose core it was.
 type Logged = (usize, LoggedContact);
 
-/// The contacts of all strips in the order of time, simultaneous ones by their disks. Mostly a few of them are wanted, which are
-/// found without the others in between.
+/// Contacts of all strips in the order of time, simultaneous ones by their disks. Mostly a few of
+/// them are needed, which are found without the others in between.
 struct Logs<'a> {
-    /// What each strip has logged in each span of time; simultaneous contacts are in the same.
+    /// Log of each strip in each span of time; simultaneous contacts are in the same span.
     parts: Vec<Vec<&'a [LoggedContact]>>,
-    /// How many contacts come before each part, and how many there are.
+    /// Number of contacts before each part, and their total number.
     begins: Vec<usize>,
 }
 
@@ -70,7 +70,7 @@ impl<'a> Logs<'a> {
         self.begins[self.parts.len()]
     }
 
-    /// The contact that has so many before it.
+    /// Returns the contact with the given index in the order of time.
     fn nth(&self, index: usize) -> LoggedContact {
         let number = self.begins.partition_point(|begin| *begin <= index) - 1;
         let (part, index) = (&self.parts[number], index - self.begins[number]);
@@ -87,7 +87,7 @@ impl<'a> Logs<'a> {
         simultaneous[index - before].1
     }
 
-    /// The last contact that counts, with its strip.
+    /// Returns the last contact that counts, with its strip.
     fn last(&self, counts: impl Fn(&LoggedContact) -> bool) -> Option<Logged> {
         let has_some =
             |part: &&Vec<&[LoggedContact]>| part.iter().any(|log| log.iter().any(&counts));
@@ -96,14 +96,14 @@ impl<'a> Logs<'a> {
         contacts.find(|(_, contact)| counts(contact))
     }
 
-    /// All of them, merged by all threads.
+    /// Returns all contacts, merged by all threads.
     fn all(&self) -> Vec<Vec<Logged>> {
         let parts = self.parts.par_iter();
         parts.map(|part| merged(part.clone())).collect()
     }
 }
 
-/// Logs as one.
+/// Merges logs into one.
 fn merged(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
     let mut all = Vec::with_capacity(logs.iter().map(|log| log.len()).sum());
     loop {
@@ -128,7 +128,8 @@ fn merged(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
     }
 }
 
-/// Takes over what strips have done, but for their disks. False, and nothing is changed, if an engine alone would have stopped.
+/// Adds the results of strips to the whole, except their disks. False, and nothing is changed, if
+/// an engine alone would have stopped.
 pub(super) fn merge<P: Physics<Space = Plane>, Q: Calendar>(
     whole: &mut Engine<P, Q>,
     strips: &[Engine<P, Q>],
@@ -195,7 +196,7 @@ pub(super) fn merge<P: Physics<Space = Plane>, Q: Calendar>(
     whole.now = latest.fold(whole.now, f64::max);
     true
 }
-/// Shows the collisions of all strips to an observer.
+/// Passes the collisions of all strips to an observer.
 fn observe<'a>(
     contacts: impl Iterator<Item = &'a Logged>,
     observed: &[Vec<Collision>],
@@ -217,7 +218,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// What is found among many contacts, many of them simultaneous, is what is there when all are merged at once.
+    /// Contacts found among many, some of them simultaneous, are those of a merge of all at once.
     #[test]
     fn contacts_are_found_where_merging_puts_them() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(11);

@@ -1,22 +1,31 @@
-//! One gas on many processors, with the bytes of one.
+//! Parallel simulation of one gas by domain decomposition into strips, with the bytes of one
+//! engine.
 //!
-//! The box is cut into strips of rows of cells. Each thread simulates one strip and a halo of rows on each side, alone, for a window of
-//! time. What comes in through the outer edge of a halo is missing, so that its events are wrong, first
-//! there, then farther in. When all strips have reached the end of the window, the histories of neighbours are compared disk by disk in a seam
-//! of two rows, one on each side of the edge between them. Where they agree, the events of the rows below the edge in one strip and above it in the
-//! other together are those of one engine for the whole gas, and each strip gets its halos anew from its neighbours. Where they do not agree, the gas goes
-//! back to where it was put together last, does the windows since then once more, in the same strips, and the wrong one again, shorter.
+//! The box is cut into strips of rows of cells. Each thread simulates one strip and a halo of rows
+//! on each side, alone, for a window of time. Disks that would enter through the outer edge of a
+//! halo are missing, so that its events are wrong, first there, then farther in. When all strips
+//! have reached the end of the window, the histories of neighbours are compared disk by disk in a
+//! seam of two rows, one on each side of the edge between them. Where they agree, the events of the
+//! rows below the edge in one strip and above it in the other together are those of one engine for
+//! the whole gas, and each strip gets new halos from its neighbours. Where they do not agree, the
+//! gas returns to where it was joined last, repeats the windows since then, in the same strips, and
+//! the wrong one again, shorter.
 //!
-//! *Why that is exact.* An event changes a disk, and perhaps its partner in a cell next to it, and reads what is in the cells next to those of both, before and after.
-//! It counts for the strip in whose rows its disk was. That strip has all rows below the edge, say, and the first one above it, where its history is that
-//! of the upper strip. That is all that the event reads, unless it changes a disk above the edge: then it reads the second row too, as candidates of
-//! that disk, and these are compared as they are in both strips. So each event was computed by the strip that counts it from what is right, and what the other strip
-//! made of it is compared where it goes on from it. Join the lower strip's history of disks below the edge and the upper strip's of those above it: the first
-//! event at which the whole could part from the history of one engine does not exist. A disk has the same number in all strips, so that simultaneous
-//! events come in the same order.
+//! *Why that is exact.* An event changes a disk, and perhaps its partner in a cell next to it, and
+//! reads what is in the cells next to those of both, before and after. It counts for the strip in
+//! whose rows its disk was. That strip has all rows below the edge, say, and the first one above
+//! it, where its history is that of the upper strip. That is all that the event reads, unless it
+//! changes a disk above the edge: then it reads the second row too, as candidates of that disk, and
+//! these are compared as they are in both strips. So each event was computed by the strip that
+//! counts it from what is right, and the result of the other strip is compared where it continues
+//! from it. Join the lower strip's history of disks below the edge and the upper strip's of those
+//! above it: the first event at which the whole could part from the history of one engine does not
+//! exist. A disk has the same number in all strips, so that simultaneous events come in the same
+//! order.
 //!
-//! What depends on the order of all events (observers, accounts of walls, signs of collapse) is fed from logs that are merged by time.
-//! Whatever is unusual in a window, be it an error, an interrupt or the end of a budget, makes the engine drop the window and go on alone.
+//! What depends on the order of all events (observers, accounts of walls, signs of collapse) is fed
+//! from logs that are merged by time. Whatever is unusual in a window, be it an error, an interrupt
+//! or the end of a budget, makes the engine drop the window and continue alone.
 //!
 //! The method has no bound of speeds in it, which dense gases would not obey: there, news travel at the speed of sound. The
 //! length of windows follows from how far wrong events have come into the halos, which is about as the root of the number of collisions.
@@ -43,64 +52,72 @@ use crate::events::{Goal, Leap};
 use crate::strip_log::{SEAM, StripLog, StripRows};
 use cut::{HaloExchange, LEAST_HALO};
 
-/// Cost of a window, in collisions of each disk: halos, logs, and that threads wait for each other.
+/// Cost of a window, in collisions per disk: halos, logs, and the time that threads wait for each
+/// other.
 const COST: f64 = 0.009;
 
-/// Rows of the halo beyond the seam that a window of one collision of each disk needs: the first guess.
+/// First guess of the rows of the halo beyond the seam that a window of one collision per disk
+/// needs.
 const FIRST_DEPTH: f64 = 20.0;
 
-/// What is left of them after a window in which wrong events did not come far.
+/// Factor on the depth of the halo after a window in which wrong events did not come far.
 const DECAY: f64 = 0.97;
 
-/// Collisions of each disk that are the least that pays: for a gas to go on in strips, and for one more window.
+/// Fewest collisions per disk for which strips pay.
 const WORTH_STRIPS: f64 = 0.08;
+/// Fewest collisions per disk for which one more window pays.
 const WORTH: f64 = 0.03;
 
-/// Disks that are asked for their next contacts, at the most.
+/// Most disks whose next contacts are sampled.
 const ASKED: usize = 10_000;
 
-/// Windows after which the gas is put together: what it goes back to if a later one is wrong.
+/// Windows after which the gas is joined: it returns there if a later window is wrong.
 const MOST_BEHIND: usize = 4;
 
-/// Share of these rows that wrong events may enter, at the most; what a window that was wrong leaves of it, and how it grows with others: so
-/// that one in some hundreds is.
+/// Largest share of the rows of a halo beyond the seam that wrong events may enter, so that one
+/// window in some hundreds is wrong.
 const ENTERED: f64 = 0.6;
+/// Factor on this share after a wrong window.
 const ENTERED_AFTER_WRONG: f64 = 0.8;
+/// Factor on this share after other windows.
 const ENTERED_GROWTH: f64 = 1.002;
 
-/// Windows in a row that may be wrong, until the gas goes on alone.
+/// Most windows in a row that may be wrong, until the gas advances alone.
 const MOST_RETRIES: u32 = 8;
 
-/// Most collisions in a window for each disk: they are logged.
+/// Most collisions per disk in a window: they are logged.
 const MOST_LOGGED: f64 = 4.0;
+/// Most collisions per disk in a window with an observer.
 const MOST_OBSERVED: f64 = 1.0;
 
-/// Share of the collisions that are left, less some standard deviations, that a window aims at.
+/// Share of the remaining collisions, less some standard deviations, that a window aims at.
 const AIM: f64 = 0.99;
+/// Number of these standard deviations.
 const DEVIATIONS: f64 = 5.0;
 
-/// Strips of a gas that is spread over threads, and the work in them. No result depends on it.
+/// Strips of a gas that is spread over threads, and the work in them. No result depends on them.
 #[derive(Clone, Debug)]
 pub struct StripSettings {
-    /// Strips, each for a thread; fewer than two are none.
+    /// Number of strips, each for a thread; fewer than two mean none.
     pub strips: usize,
-    /// Windows that were kept.
+    /// Number of windows that were kept.
     pub windows: u64,
-    /// Windows that were done again, as histories did not agree.
+    /// Number of windows that were repeated, as histories did not agree.
     pub retries: u64,
-    /// Events in the windows that were kept, each once.
+    /// Number of events in the windows that were kept, each once.
     pub events: u64,
-    /// Events in them that were simulated by a neighbour too.
+    /// Number of events in these windows that were simulated by a neighbour too.
     pub twice: u64,
-    /// Events in windows that were not kept.
+    /// Number of events in windows that were not kept.
     pub lost: u64,
-    /// Rows of the halo beyond the seam that a window of one collision of each disk needs; one of n needs the root of n times as many.
+    /// Rows of the halo beyond the seam that a window of one collision per disk needs; one of n
+    /// needs the root of n times as many.
     depth: f64,
-    /// Share of these rows that wrong events may enter.
+    /// Share of the rows of a halo that wrong events may enter.
     entered: f64,
-    /// Collisions in the unit of own time, in the last window or as they are expected.
+    /// Rate of collisions in own time, in the last window or as expected.
     rate: f64,
-    /// Rows of cells at which strips begin, and where the last ends; none if not known yet.
+    /// Rows of cells at which strips begin, and where the last ends; empty if not known yet.
     cuts: Vec<i32>,
 }
 
@@ -121,9 +138,9 @@ impl Default for StripSettings {
     }
 }
 
-/// Where the gas itself is, while its strips are ahead of it.
+/// Last joined state of the gas, while its strips are ahead of it.
 struct CommittedState {
-    /// The windows since then: the strips of each, and when it ended.
+    /// Windows since then: the strips of each, and its end.
     windows: Vec<(Vec<StripRows>, f64)>,
     now: f64,
     tally: Tally,
@@ -132,7 +149,7 @@ struct CommittedState {
 }
 
 impl CommittedState {
-    /// Strips are where the gas is, or there are none.
+    /// Creates the state of an engine without strips ahead of it.
     fn new<P: Physics<Space = Plane>, Q: Calendar>(engine: &Engine<P, Q>) -> Self {
         Self {
             windows: Vec::new(),
@@ -144,19 +161,19 @@ impl CommittedState {
     }
 }
 
-/// What came of a window.
+/// Outcome of a window.
 enum Outcome {
-    /// It is right, and wrong events came this far into a halo.
+    /// The window is right, and wrong events came this far into a halo.
     Kept(f64),
     /// Wrong events came through a halo.
     Wrong,
-    /// More collisions than were wanted.
+    /// There were more collisions than wanted.
     TooMany,
-    /// Something that an engine alone has to see.
+    /// There was an event that an engine alone has to process.
     Unusual,
 }
 
-/// Keeps all collisions.
+/// Observer that keeps all collisions.
 struct Keep {
     looks: bool,
     all: Vec<Collision>,
@@ -175,7 +192,8 @@ impl Observer for Keep {
 /// Strips of a gas, each an engine with a thread of its own.
 struct Strips<P: Physics, Q: Calendar> {
     settings: StripSettings,
-    /// Kept from one advance to the next; none once the gas has advanced alone.
+    /// Engines of the strips, kept from one advance to the next; empty once the gas has advanced
+    /// alone.
     strips: Vec<Engine<P, Q>>,
 }
 
@@ -212,7 +230,7 @@ where
     /// Advances like [`Engine::advance`].
     ///
     /// # Errors
-    /// Those of [`Engine::advance`].
+    /// As [`Engine::advance`].
     pub fn advance(
         &mut self,
         until: f64,
@@ -233,17 +251,17 @@ where
         self.engine.parallel = strips > 1;
     }
 
-    /// Strips and the work in them so far.
+    /// Returns the strips and the work in them so far.
     pub fn settings(&self) -> &StripSettings {
         &self.strips.settings
     }
 
-    /// The engine of the whole gas. It advances only through [`Self::advance`].
+    /// Returns the engine of the whole gas. It advances only through [`Self::advance`].
     pub fn engine(&self) -> &Engine<P, Q> {
         &self.engine
     }
 
-    /// The engine of the whole gas, which advances alone from now on.
+    /// Returns the engine of the whole gas, which advances alone from now on.
     pub fn into_engine(self) -> Engine<P, Q> {
         self.engine
     }
@@ -253,12 +271,12 @@ where
         self.engine.stop_on(interrupt);
     }
 
-    /// Sets the interruption of an advance, and what it knows.
+    /// Sets the interruption of an advance, with its state.
     pub(crate) fn set_interruption(&mut self, stop: Interruption) {
         self.engine.stop = stop;
     }
 
-    /// Everything needed to go on from here; the memory of strips is freed before.
+    /// Frees the memory of strips and returns all data from which the run resumes.
     pub(crate) fn land(&mut self) -> Checkpoint<P> {
         self.strips.forget();
         self.engine.checkpoint()
@@ -276,7 +294,8 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Goes towards a goal in strips, as far as that pays. True if its time was reached, with fewer collisions than its last.
+    /// Advances towards a goal in strips, as far as that pays. True if its time was reached, with
+    /// fewer collisions than its last.
     fn leap(&mut self, whole: &mut Engine<P, Q>, goal: &Goal, recorder: &mut Recorder<'_>) -> bool {
         let Some((mut cuts, end)) = self.prepare(whole, goal) else {
             return false;
@@ -406,8 +425,9 @@ where
         Some((cuts, end))
     }
 
-    /// The rows of each strip between boundaries. The wider the halo, the longer a window may be, and the more is done twice: the
-    /// cost 2 h/H + c (v/(h - s))² of strips of H rows, with the depth v, is least at h = s + (c v² H)^(1/3).
+    /// Returns the rows of each strip between boundaries. The wider the halo, the longer a window
+    /// may be, and the more is done twice: the cost 2 h/H + c (v/(h - s))² of strips of H rows,
+    /// with the depth v, is least at h = s + (c v² H)^(1/3).
     fn places(&self, whole: &Engine<P, Q>, cuts: &[i32]) -> Vec<StripRows> {
         let cells = &whole.disks.cells;
         let rows = i32::from(cells.counts()[1]);
@@ -429,8 +449,8 @@ where
         (0..strips).map(place).collect()
     }
 
-    /// Boundaries of the most strips that the gas can be cut into, if windows pay in them; else of half as many, and so on down to two. Strips that
-    /// are there keep theirs.
+    /// Returns the boundaries of the most strips that the gas can be cut into, if windows pay in
+    /// them; else of half as many, and so on down to two. Existing strips keep theirs.
     fn cuts(&self, whole: &Engine<P, Q>) -> Option<Vec<i32>> {
         if !self.strips.is_empty() {
             return Some(self.settings.cuts.clone());
@@ -454,18 +474,19 @@ where
         numbers.filter_map(of).find(pays)
     }
 
-    /// Collisions of each disk in a window that wrong events do not come through.
+    /// Collisions per disk in a window that wrong events do not come through.
     fn longest(&self, place: &StripRows) -> f64 {
         (f64::from(place.halo - SEAM) / self.settings.depth).powi(2)
     }
 
-    /// Collisions of each disk in a window that there surely are before the last.
+    /// Collisions per disk in a window that surely come before the last.
     fn left(whole: &Engine<P, Q>, last: u64) -> f64 {
         let to_go = (last - whole.tally.collisions) as f64;
         AIM * (to_go - DEVIATIONS * to_go.sqrt()) / whole.names.len() as f64
     }
 
-    /// Gives places to strips, of which there may be none yet. As long as there are some, the gas itself knows no events.
+    /// Gives rows to strips, of which there may be none yet. As long as there are some, the gas
+    /// itself has no events.
     fn give_places(
         whole: &mut Engine<P, Q>,
         strips: &mut Vec<Engine<P, Q>>,
@@ -483,7 +504,8 @@ where
         }
     }
 
-    /// Runs all strips to an own time, each on a thread. Whether they came there, and what an observer looks at.
+    /// Runs all strips to an own time, each on a thread. Returns whether they reached it, and the
+    /// collisions for an observer.
     fn run_all(
         strips: &mut [Engine<P, Q>],
         goal: &Goal,
@@ -510,9 +532,10 @@ where
         (!ended.contains(&false), observed)
     }
 
-    /// Does windows that are known to be right once more, in strips, with the same events: the gas is then where those were that have gone
-    /// wrong since. The strips that it then has, if there were such windows. Who interrupts does not wait for that: the gas then is as it
-    /// was some windows ago.
+    /// Repeats windows that are known to be right, in strips, with the same events: the gas then
+    /// has the state before those that have gone wrong since. Returns the strips that it then has,
+    /// if there were such windows. An interrupt ends the repetition: the state of the gas is then
+    /// that of some windows ago.
     fn catch_up(whole: &mut Engine<P, Q>, behind: CommittedState, ends: bool) -> Vec<Engine<P, Q>> {
         let (mut strips, mut parcels) = (Vec::new(), Vec::new());
         let (mut now, mut contacts) = (behind.now, behind.tally.contacts());
@@ -545,12 +568,13 @@ where
         strips
     }
 
-    /// Events of a strip that are too many for a gas that goes on as usual.
+    /// Number of events of a strip that are too many for a gas with usual progress.
     fn most_events(whole: &Engine<P, Q>, strips: usize) -> u64 {
         200 * (whole.names.len() / strips) as u64 + 1_000_000
     }
 
-    /// Collisions in the unit of own time, within a factor of two, from the contacts that some disks know now.
+    /// Rate of collisions in own time, within a factor of two, from the next contacts of some
+    /// disks.
     fn rate_to_come(whole: &Engine<P, Q>) -> f64 {
         let every = 1 + whole.disks.all.len() / ASKED;
         let contacts = whole.disks.all.iter().step_by(every);
@@ -563,8 +587,8 @@ where
         0.75 * every as f64 * rate(waits)
     }
 
-    /// Length of the next window, in own time; `None` if it does not pay. What is left until an end may be less, but to leave that to the gas alone costs
-    /// more.
+    /// Length of the next window, in own time; `None` if it does not pay. The remainder until an
+    /// end may be less, but to leave that to the gas alone costs more.
     fn window(
         &self,
         whole: &Engine<P, Q>,
@@ -616,7 +640,7 @@ where
         Outcome::Kept(entered)
     }
 
-    /// Chooses the next windows from the present one, and counts.
+    /// Adapts the next windows to the last one, and counts.
     fn learn(
         &mut self,
         disks: usize,

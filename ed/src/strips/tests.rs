@@ -1,4 +1,4 @@
-//! Strips from within: windows that go wrong, strips that stay, boundaries that move.
+//! Internal tests of strips: windows that go wrong, strips that stay, boundaries that move.
 
 use stosszahl_model::{Constant, EachCollision};
 
@@ -8,10 +8,11 @@ use crate::{Buckets, Dissipation};
 
 type Lattice = Engine<Scenery, Buckets>;
 
-/// Collisions in a window.
+/// Number of collisions in a window.
 const EACH: f64 = 10_000.0;
 
-/// A gas that cools with a contact time, on a lattice of which each row and column has this many disks.
+/// Creates a gas that cools with a contact time, on a lattice with this many disks in each row and
+/// column.
 fn cooling(side: u32) -> Lattice {
     let mut elastic = lattice::<Buckets>(side);
     elastic.scene.restitution = Constant::new(0.8).expect("a coefficient");
@@ -21,9 +22,10 @@ fn cooling(side: u32) -> Lattice {
     Engine::new(elastic.scene, contact_time, start).expect("an engine")
 }
 
-/// Where windows are so long that many are wrong, after others that were right, the gas goes back to these and observers see each
-/// collision once. Many low strips become fewer, whose halos are wider. All that a checkpoint has is that of one engine, counts of candidates
-/// and elastic contacts too.
+/// Windows so long that many are wrong, after others that were right, leave no trace: the gas
+/// returns to these and observers see each collision once. Many low strips become fewer, whose
+/// halos are wider. All that a checkpoint has is that of one engine, counts of candidates and
+/// elastic contacts too.
 #[test]
 fn wrong_windows_leave_no_trace() {
     let (mut windows, mut retries, mut fewer) = (0, 0, false);
@@ -64,7 +66,8 @@ fn wrong_windows_leave_no_trace() {
     );
 }
 
-/// Strips stay from one advance to the next until the gas goes on alone, and nothing in it depends on that.
+/// Strips stay from one advance to the next until the gas advances alone, and no result depends on
+/// that.
 #[test]
 fn strips_stay_between_advances() {
     let stages = |strips: usize, depths: [f64; 2]| {
@@ -100,9 +103,10 @@ fn strips_stay_between_advances() {
     }
 }
 
-/// Calendars change their buckets while a gas cools, and file all events anew. A strip has forgotten those of disks that left it, and has
-/// none twice, so that few stale ones come up, though here each boundary moves by a row with each window: 0.0055 for each event; 0.016
-/// if it forgets none, 0.18 if it has some twice.
+/// Calendars change their buckets while a gas cools, and file all events anew. A strip has
+/// forgotten the events of disks that left it, and has none twice, so that few stale ones come up.
+/// Here each boundary moves by a row with each window. There are 0.0055 for each event; 0.016 if it
+/// forgets none, 0.18 if it has some twice.
 #[test]
 fn strips_forget_the_events_of_disks_that_left() {
     let mut engine = cooling(200);

@@ -10,7 +10,7 @@ use crate::support::{
     alone, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
 };
 
-/// Kinetic energy, of rotation too, and that of the place in the field.
+/// Kinetic energy, including that of rotation, and potential energy in the field.
 fn energy<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
     let pull = scene.field().acceleration();
     let place: f64 = state
@@ -21,8 +21,9 @@ fn energy<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
     state.kinetic_energy(scene) + state.spin_energy(scene) + place
 }
 
-/// Elastic disks, smooth and perfectly rough, between specular walls and around obstacles: the energy after some hundred
-/// thousand collisions and more contacts with what stands there, and no disk outside.
+/// Elastic disks, smooth and perfectly rough, between specular walls and around obstacles conserve
+/// their energy after some hundred thousand collisions and more contacts with walls and obstacles,
+/// and no disk is outside.
 #[test]
 fn energy_is_conserved_and_no_disk_gets_out() {
     let mut boundaries = closed();

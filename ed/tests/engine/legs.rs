@@ -10,7 +10,7 @@ use stosszahl_model::{
 
 use crate::support::{self, disks, gas, walled};
 
-/// A gas of disks, and the scene of its engines.
+/// Gas of disks, and the scene of its engines.
 struct Case {
     grains: Grains,
     boundaries: Boundaries,
@@ -81,7 +81,8 @@ fn advance(gas: &mut dyn Simulation, until: f64) {
     while !gas.advance(until, Budget::Leg, &mut ()).expect("time") {}
 }
 
-/// Whoever looks at a gas on its way finds what a gas that nobody looked at comes to, in the same bits, and after as much work.
+/// Stops change nothing: a gas that is sampled on its way has the same bits, after the same work,
+/// as one that is not.
 #[test]
 fn stops_change_nothing() {
     for (number, case) in cases().iter().enumerate() {
@@ -106,8 +107,8 @@ fn stops_change_nothing() {
     }
 }
 
-/// A gas goes on from a checkpoint at any stop to the same bytes, wherever that is in a leg; also after kicks, which end a leg, and
-/// with displacements.
+/// A gas resumes from a checkpoint at any stop to the same bytes, wherever that is in a leg; also
+/// after kicks, which end a leg, and with displacements.
 #[test]
 fn a_checkpoint_at_a_stop_is_the_gas() {
     for (number, case) in cases().iter().enumerate() {
@@ -158,7 +159,8 @@ fn legs_end_where_counts_say() {
     assert_eq!(ends(&stops(case)), straight);
 }
 
-/// Who goes on from a checkpoint can be interrupted on the way to where it was made; the checkpoint is then what it was.
+/// Resuming from a checkpoint can be interrupted while the leg is repeated; the checkpoint is then
+/// unchanged.
 #[test]
 fn going_on_can_be_interrupted() {
     let case = &cases()[0];
@@ -190,8 +192,8 @@ fn an_interrupted_leg_leaves_its_last_stop() {
     assert_eq!(gas.checkpoint().expect("memory"), bytes);
 }
 
-/// Also between the time at which an engine starts afresh, since own times are long, and the next event, where its clock already shows
-/// more than that time.
+/// A stop between the time of a fresh start, since own times are long, and the next event, where
+/// the clock already shows more than that time, changes nothing.
 #[test]
 fn a_stop_before_a_fresh_start_changes_nothing() {
     let case = Case::new(3, 300.0, Boundaries::periodic());

@@ -126,7 +126,7 @@ fn a_disk_rests_in_a_wedge() {
             // It meets the plates sooner than after a contact time, and is sent up again with little loss.
             assert!(body.position[1] - rest < 0.45 && body.position[1] > rest - 1e-9);
         } else {
-            // Nothing rubs: it goes on to swing a little.
+            // Nothing rubs: the disk continues to swing a little.
             let hop = 1e-2;
             assert!(
                 (body.position[1] - rest).abs() < hop && (body.position[0] - 100.0).abs() < hop
@@ -169,8 +169,8 @@ fn a_diffuse_obstacle_heats_the_gas() {
     assert!(error < 0.03 && (mean - 2.0).abs() < 4.4 * error);
 }
 
-/// Disks of very different sizes, in several grids, between walls, around obstacles and under gravity: the contacts of all
-/// pairs.
+/// Disks of very different sizes, in several grids, between walls, around obstacles and under
+/// gravity have the contacts of all pairs.
 #[test]
 fn very_unequal_disks_find_their_boundaries() {
     let kinds: Vec<Kind> = (0..150)

@@ -16,20 +16,20 @@ type Disks = Grains<Rough>;
 /// Sides of all boxes.
 const SIDES: [f64; 2] = [11.0, 9.0];
 
-/// What a random scene is made from.
+/// Numbers from which a random scene is made.
 #[derive(Clone, Debug)]
 struct Recipe {
     disks: usize,
     restitution: f64,
     tangential: f64,
     pull: [f64; 2],
-    /// By axis: none, or both faces.
+    /// Walls by axis: none, or both faces.
     walls: [Option<[WallRecipe; 2]>; 2],
     obstacles: Vec<(u8, [f64; 2], f64, f64)>,
     seed: u64,
 }
 
-/// What a random wall is made from.
+/// Numbers from which a random wall is made.
 #[derive(Clone, Debug)]
 struct WallRecipe {
     /// Temperature, if it is diffuse.
@@ -174,7 +174,8 @@ fn check(scenes: u32, property: impl Fn(Recipe) -> Result<(), TestCaseError>) {
         .unwrap_or_else(|failure| panic!("{failure}"));
 }
 
-/// Kinetic energy, of rotation too, and that of places in the field as if they had never been wrapped.
+/// Kinetic energy, including that of rotation, and potential energy in the field with positions as
+/// if they had never been wrapped.
 fn energy(scene: &Disks, gas: &Checkpoint<Disks>) -> f64 {
     let (state, pull) = (&gas.state, scene.field().acceleration());
     let lengths = state.domain.lengths();
@@ -189,8 +190,9 @@ fn energy(scene: &Disks, gas: &Checkpoint<Disks>) -> f64 {
     state.kinetic_energy(scene) + state.spin_energy(scene) + places.sum::<f64>()
 }
 
-/// Between conservative disks all that changes the energy and the momentum is in the ledgers of walls and obstacles, and the
-/// impulse of the field. No disk is lost or overlaps, in the TC model, which needs no error.
+/// With conservative disks all changes of energy and momentum are in the ledgers of walls and
+/// obstacles, and the impulse of the field. No disk is lost or overlaps, in the TC model, which
+/// needs no error.
 #[test]
 fn ledgers_tell_all_that_comes_in() {
     check(300, |recipe| {
@@ -231,7 +233,7 @@ fn ledgers_tell_all_that_comes_in() {
     });
 }
 
-/// A checkpoint continues to the same bytes as its copy, and knows all there is to know.
+/// A checkpoint continues to the same bytes as its copy, and holds all data of the run.
 #[test]
 fn checkpoints_continue_to_the_same_bytes() {
     check(100, |recipe| {

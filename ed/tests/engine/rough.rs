@@ -1,4 +1,4 @@
-//! Disks that spin: what is conserved, and how they cool.
+//! Disks that spin: conservation laws and cooling.
 
 use std::f64::consts::PI;
 

@@ -63,7 +63,7 @@ fn lattice<P: Physics<Space = Plane>>(
     state
 }
 
-/// What a run leaves: everything that it would go on from, and all its collisions.
+/// Result of a run: its checkpoint, and all its collisions.
 type Left = (Vec<u8>, Vec<Collision>);
 
 /// Runs legs with an engine each, as a run that is killed and resumed after each does.
@@ -115,7 +115,7 @@ fn stay<P: Physics<Space = Plane>>(
     ((bytes, collisions), engine.settings().clone())
 }
 
-/// Compares strips with one engine, and sees to it that there were strips.
+/// Compares strips with one engine, and checks that there were strips.
 fn compare<P: Physics<Space = Plane>>(
     name: &str,
     scene: &P,

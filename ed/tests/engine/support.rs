@@ -1,4 +1,4 @@
-//! What the tests of disks between walls and around obstacles need.
+//! Support for the tests of disks between walls and around obstacles.
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
@@ -11,11 +11,12 @@ use stosszahl_model::{
     Rebound, Rough, Scene, Sizes, Smooth, Species, State, Surface,
 };
 
-/// Disks and grains as programs have them that read what these are: an engine takes seconds to compile, so all tests share a few.
+/// Disks and particles with the types that programs use which read cases: an engine takes seconds
+/// to compile, so all tests share a few.
 pub type Disks = Scene<Plane, Smooth, Law, Monodisperse, Free>;
 pub type Grains<C> = Scene<Plane, C, Law, Species, Gravity<Plane>>;
 
-/// Smooth disks of diameter and mass one.
+/// Creates smooth disks of diameter and mass one.
 pub fn disks(restitution: f64) -> Disks {
     Scene {
         space: Plane,
@@ -29,7 +30,7 @@ pub fn disks(restitution: f64) -> Disks {
     }
 }
 
-/// Grains of diameter and mass one, however many, that fall.
+/// Creates particles of diameter and mass one, any number, that fall.
 pub fn grains<C: Surface<Plane>>(surface: C, restitution: f64, field: Gravity<Plane>) -> Grains<C> {
     let kind = Kind {
         radius: 0.5,
@@ -39,7 +40,7 @@ pub fn grains<C: Surface<Plane>>(surface: C, restitution: f64, field: Gravity<Pl
     of_kinds(vec![kind], surface, restitution, field)
 }
 
-/// Grains of several kinds that fall.
+/// Creates particles of several kinds that fall.
 pub fn of_kinds<C: Surface<Plane>>(
     kinds: Vec<Kind>,
     surface: C,
@@ -86,7 +87,8 @@ pub fn obstacle(outline: Outline) -> Obstacle {
     Obstacle::new(outline, law).expect("an obstacle")
 }
 
-/// Walls at lower and upper faces of the first and the second axis; `None` for a periodic one.
+/// Creates walls at lower and upper faces of the first and the second axis; `None` for a periodic
+/// one.
 pub fn walled(axes: [Option<[Wall<Plane>; 2]>; 2]) -> Boundaries {
     let faces = axes.map(|pair| pair.map_or([Face::Periodic; 2], |pair| pair.map(Face::Wall)));
     Boundaries {
@@ -96,12 +98,12 @@ pub fn walled(axes: [Option<[Wall<Plane>; 2]>; 2]) -> Boundaries {
     }
 }
 
-/// A closed box of specular walls.
+/// Creates a closed box of specular walls.
 pub fn closed() -> Boundaries {
     walled([Some([Wall::specular(); 2]), Some([Wall::specular(); 2])])
 }
 
-/// A single disk of diameter one in a box, at a place with a velocity.
+/// Creates a single disk of diameter one in a box, at a position with a velocity.
 pub fn alone<P: Physics<Space = Plane>>(
     boundaries: &Boundaries,
     lengths: [f64; 2],
@@ -115,7 +117,7 @@ pub fn alone<P: Physics<Space = Plane>>(
     }
 }
 
-/// A Maxwellian gas at random places without overlap.
+/// Creates a Maxwellian gas at random positions without overlap.
 pub fn gas<P: Physics<Space = Plane>>(
     scene: &P,
     boundaries: &Boundaries,
@@ -190,7 +192,7 @@ pub fn gas<P: Physics<Space = Plane>>(
     state
 }
 
-/// Times of all collisions of two disks.
+/// Observer of the times of all collisions of two disks.
 #[derive(Default)]
 pub struct Journal(pub Vec<f64>);
 
@@ -200,9 +202,10 @@ impl Observer for Journal {
     }
 }
 
-/// The engine against all pairs, walls and obstacles: the same contacts in the same order, and the same gas after them.
-/// Rounding differs, and each contact of a disk multiplies differences: a handful of contacts a disk leave 1e-8. How many
-/// of the contacts were with walls and obstacles.
+/// Compares the engine with all pairs, walls and obstacles: the contacts must be the same in the
+/// same order, and so must the gas after them. Rounding differs, and each contact of a disk
+/// multiplies differences: a handful of contacts per disk leave 1e-8. Returns the number of
+/// contacts with walls and obstacles.
 pub fn follow_plain<P: Physics<Space = Plane>>(
     scene: &P,
     boundaries: &Boundaries,

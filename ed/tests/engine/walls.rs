@@ -1,4 +1,4 @@
-//! Disks between walls: conservation, restarts, pressure, what is refused, and hard cases.
+//! Disks between walls: conservation, restarts, pressure, refusals, and hard cases.
 
 use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, EngineError, Touchable};
@@ -17,7 +17,7 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (variance / n).sqrt())
 }
 
-/// Specular walls keep the energy, and give what momentum the disks have gained.
+/// Specular walls conserve the energy, and give the momentum that the disks have gained.
 #[test]
 fn a_closed_box_conserves_energy() {
     let boundaries = closed();
@@ -152,8 +152,9 @@ fn diffuse_walls_give_their_temperature() {
     }
 }
 
-/// In a long leg the engine starts afresh by itself: to the bits, that is a cut by the one who runs it, and a cut is what
-/// a file may hold. With all that has a memory: contact times, spins, windings, ledgers, drawn numbers, vibrations.
+/// In a long leg the engine makes fresh starts by itself: to the bits, such a start is a checkpoint
+/// made by the caller, which a file may hold. The case has all that has a memory: contact times,
+/// spins, windings, ledgers, random numbers, vibrations.
 #[test]
 fn starting_afresh_is_a_cut() {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });

@@ -1,4 +1,4 @@
-//! Boxes so wide that disks hardly ever meet.
+//! Boxes so wide that disks hardly ever collide.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_ed::{Dissipation, Engine};
@@ -6,8 +6,8 @@ use stosszahl_model::{Body, Domain, Plane, State};
 
 use crate::support::disks;
 
-/// Two disks in a box of ten million diameters reach the time without a meeting: cells follow the free path, so that
-/// hardly any are crossed.
+/// Two disks in a box of ten million diameters reach the time without a collision: cells follow the
+/// free path, so that hardly any are crossed.
 #[test]
 fn disks_that_do_not_meet_reach_the_time() {
     const SIDE: f64 = 1e7;
