@@ -44,7 +44,7 @@ fn equal<S: Space>(radius: f64, restitution: f64) -> Equal<S> {
     }
 }
 
-/// Uniform positions, and velocities of a temperature of about one.
+/// Creates uniform positions, and velocities of a temperature of about one.
 fn start<S: Space>(count: usize, domain: Domain<S>) -> State<Equal<S>> {
     let mut stream = Streams::new(1, 0).at(Purpose::Placement, [0, 0]);
     let mut body = || {
@@ -74,7 +74,7 @@ fn parameters(scheme: Scheme, cell: Option<f64>) -> Parameters {
     }
 }
 
-/// A square of disks at a packing fraction.
+/// Creates a square of disks at a packing fraction.
 fn in_a_box(count: usize, packing: f64, scheme: Scheme) -> Engine<Equal<Plane>> {
     let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
     let domain = Domain::periodic(vector![side, side]).expect("a box");
@@ -83,7 +83,8 @@ fn in_a_box(count: usize, packing: f64, scheme: Scheme) -> Engine<Equal<Plane>> 
     Engine::start(&equal(0.5, 0.9), parameters(scheme, None), &state, streams).expect("an engine")
 }
 
-/// Elastic particles, 10 in a cell of half a mean free path, with 0.07 pair collisions for each in a step.
+/// Creates elastic particles, 10 in a cell of half a mean free path, with 0.07 pair collisions for
+/// each in a step.
 fn elastic<S: Space>(count: usize) -> Engine<Equal<S>> {
     const PER_CELL: f64 = 10.0;
     let (path, dimension) = (S::mean_free_path(1.0, 1.0), S::DIMENSION as f64);
@@ -101,7 +102,7 @@ fn elastic<S: Space>(count: usize) -> Engine<Equal<S>> {
     engine
 }
 
-/// Spheres that flow in on the left, between two walls.
+/// Creates spheres that flow in on the left, between two walls.
 fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
     let side = (count as f64 / 2000.0).cbrt();
     let sides = vector![8.0 * side, 4.0 * side, 0.25 * side];
@@ -136,7 +137,7 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
     Engine::start_between(&scene, parameters, &state, &boundaries, streams).expect("an engine")
 }
 
-/// Milliseconds of a step, look after look, in the process that says them.
+/// Prints the milliseconds of a step, several times, in the root process.
 fn measure<P: Physics>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, looks: usize) {
     if world.size() > 1 {
         engine.share(world.clone());

@@ -14,7 +14,7 @@ use stosszahl::arguments::{FrontierArguments, RunArguments};
                   Exit codes: 0 done, 1 the run failed, 2 the input was refused, 130 stopped (continue with --resume)."
 )]
 pub struct Arguments {
-    /// What to do.
+    /// Command to run.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -27,7 +27,7 @@ pub enum Command {
         /// As for `stosszahl run`; threads are those of each process.
         #[command(flatten)]
         run: RunArguments,
-        /// What concerns all processes.
+        /// Options of all processes.
         #[command(flatten)]
         shared: Together,
     },
@@ -42,7 +42,7 @@ pub enum Command {
     },
 }
 
-/// How processes work together, and when one counts as lost.
+/// Options of the work of several processes, and the time after which one counts as lost.
 #[derive(Debug, Args)]
 pub struct Together {
     /// Seconds of silence after which a process is lost: its work is done by others, or, with one gas, the job ends.

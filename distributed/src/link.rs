@@ -1,7 +1,8 @@
-//! Messages between the processes of a run, and the pulse by which one notices that another is lost.
+//! Messages between the processes of a run, and the heartbeat by which a lost process is noticed.
 //!
-//! Only the thread that started MPI talks to it ([`pump`]); all others talk to that thread through a [`Link`]. So no thread that
-//! computes ever waits for another process, and a process that computes for an hour still has a pulse.
+//! Only the thread that started MPI talks to it ([`pump`]); all others talk to that thread through
+//! a [`Link`]. So no thread that computes ever waits for another process, and a process that
+//! computes for an hour still has a heartbeat.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -14,35 +15,38 @@ use mpi::point_to_point::MatchedReceiveVec as _;
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator as _, Destination as _, Source as _};
 
-/// The process that holds the results folder.
+/// Rank of the process that holds the results folder.
 pub const ROOT: i32 = 0;
 
-/// Time between two looks for messages, and between two beats of the pulse.
+/// Time between two checks for messages.
 const LOOK: Duration = Duration::from_millis(1);
+/// Time between two heartbeats.
 pub const BEAT: Duration = Duration::from_millis(500);
-/// Most bytes of one message of MPI, which counts them with 31 bits.
+/// Largest message of MPI \[bytes\], which counts them with 31 bits.
 const MOST: usize = 1 << 30;
 
-/// What comes before the bytes of a message: whether there are more of it.
+/// Mark before the last part of a message.
 const LAST: u8 = 0;
+/// Mark before a part of a message of which more is to come.
 const MORE: u8 = 1;
 
-/// What comes from another process.
+/// News from another process.
 #[derive(Debug)]
 pub enum News {
-    /// A message.
+    /// A message, and the rank of its sender.
     Message(i32, Vec<u8>),
-    /// Nothing has been heard of a process for too long. It may be slow or dead; it is not listened to any more.
+    /// A process of which nothing was heard for too long, by its rank. It may be slow or dead; its
+    /// messages are ignored from now on.
     Lost(i32),
 }
 
-/// The ends of the channels that a thread other than the pump's has.
+/// Ends of the channels for threads other than that of the pump.
 pub struct Link {
     to: Sender<(i32, Vec<u8>)>,
     from: Receiver<News>,
 }
 
-/// Those of the pump.
+/// Ends of the channels for the pump.
 pub struct Ends {
     to: Receiver<(i32, Vec<u8>)>,
     from: Sender<News>,
@@ -50,13 +54,13 @@ pub struct Ends {
 
 #[cfg(test)]
 impl Ends {
-    /// Gives news to the other end.
+    /// Sends news to the other end.
     pub fn tell(&self, news: News) {
         let _ = self.from.send(news);
     }
 }
 
-/// A link to a pump.
+/// Creates a link to a pump.
 pub fn link() -> (Link, Ends) {
     let (to, outgoing) = channel();
     let (incoming, from) = channel();
@@ -68,12 +72,12 @@ pub fn link() -> (Link, Ends) {
 }
 
 impl Link {
-    /// Sends a message; to a process that is lost it goes nowhere.
+    /// Sends a message; a message to a lost process is dropped.
     pub fn send(&self, rank: i32, message: Vec<u8>) {
         let _ = self.to.send((rank, message));
     }
 
-    /// The next news, if there are some within a time.
+    /// Returns the next news, if there are some within a time.
     pub fn next(&self, wait: Duration) -> Option<News> {
         match self.from.recv_timeout(wait) {
             Ok(news) => Some(news),
@@ -86,22 +90,22 @@ impl Link {
     }
 }
 
-/// The processes that one listens to: the root to all others, and they to the root.
+/// Returns the ranks that a process listens to: the root to all others, and the others to the root.
 pub fn listened(me: i32, size: i32) -> Range<i32> {
     if me == ROOT { ROOT + 1..size } else { ROOT..1 }
 }
 
-/// A process that this one listens to.
+/// Process that this one listens to.
 struct Peer {
     rank: i32,
     heard: Instant,
     is_lost: bool,
-    /// Parts of a message of which more is to come.
+    /// Received parts of a message of which more is to come.
     parts: Vec<u8>,
 }
 
-/// Moves messages until `finished` is set and nothing is left to be sent. A peer of which nothing is heard for `patience` is
-/// lost. Returns whether any was.
+/// Moves messages until `finished` is set and all are sent. A peer of which nothing is heard for
+/// `patience` is lost. Returns true if any peer was lost.
 pub fn pump(
     world: &SimpleCommunicator,
     ends: &Ends,

@@ -5,12 +5,12 @@
 //!
 //! | module | owns |
 //! |---|---|
-//! | `link` | messages, and the pulse that says who is lost |
-//! | `messages` | what processes say to each other |
+//! | `link` | messages, and the heartbeat that reveals lost processes |
+//! | `messages` | content of the messages |
 //! | `root` | orders go out, records come in |
 //! | `other` | orders are done |
 //! | `together`, `world` | one gas in all processes (`--one-gas`) |
-//! | `pulse` | the end of a gas of which one process stands still |
+//! | `pulse` | the end of a job of which one process hangs |
 
 mod arguments;
 mod link;
@@ -39,13 +39,14 @@ use crate::arguments::{Arguments, Command};
 use crate::link::{Link, ROOT};
 use crate::messages::{Case, ToOther};
 
-/// How long others wait with their end for that of the root, where MPI is not closed by all together.
+/// Time that the other processes wait for the end of the root, if MPI is not closed by all
+/// together.
 const AFTER_ROOT: Duration = Duration::from_secs(1);
 
-/// How a process ends.
+/// End of a process.
 struct End {
     code: ExitCode,
-    /// Whether all processes are there to close MPI.
+    /// True if all processes are there to close MPI.
     together: bool,
 }
 
@@ -117,7 +118,7 @@ fn main() -> ExitCode {
     end.code
 }
 
-/// Raises a flag at its end, also in a panic.
+/// Guard that raises a flag when it is dropped, also in a panic.
 struct Raise<'a>(&'a AtomicBool);
 
 impl Drop for Raise<'_> {
@@ -126,7 +127,7 @@ impl Drop for Raise<'_> {
     }
 }
 
-/// Does what is asked with the help of the others, and tells them when it is the end.
+/// Runs the command with the help of the other processes, and tells them the end.
 fn hold(link: Link, size: i32, command: &Command) -> End {
     let link = Mutex::new(link);
     let others = root::Others::new(&link, size);

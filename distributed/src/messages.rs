@@ -1,4 +1,4 @@
-//! What the processes of a run say to each other.
+//! Messages between the processes of a run.
 
 use std::path::PathBuf;
 
@@ -8,19 +8,19 @@ use stosszahl::arguments::{CaseArguments, VERSION};
 use stosszahl::case::CaseFile;
 use stosszahl::study;
 
-/// The case, which only the root has read.
+/// Case as a message: only the root has read its file.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Case {
-    /// Version and commit of the program, which must be one.
+    /// Version and commit of the program, which must be equal in all processes.
     program: String,
     path: PathBuf,
     text: String,
-    /// What is set from outside.
+    /// Overrides from the command line.
     overrides: Vec<String>,
 }
 
 impl Case {
-    /// As the root has read it.
+    /// Creates the message of a case that the root has read.
     pub fn of(file: &CaseFile, arguments: &CaseArguments) -> Self {
         Self {
             program: VERSION.to_owned(),
@@ -30,7 +30,7 @@ impl Case {
         }
     }
 
-    /// The case in this process, or why it cannot be read here.
+    /// Reads the case in this process, or returns the reason why it cannot be read.
     pub fn read(&self) -> Result<CaseFile, String> {
         if self.program != VERSION {
             let found = &self.program;
@@ -43,42 +43,42 @@ impl Case {
     }
 }
 
-/// From the root to the others.
+/// Message from the root to another process.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum ToOther {
-    /// The case.
+    /// Case to be run.
     Case(Case),
-    /// Something to be done; what it leaves comes back with the same number.
+    /// Order with its number; its record comes back with that number.
     Order(u64, #[serde(with = "serde_bytes")] Vec<u8>),
-    /// The end, and whether MPI is to be closed by all together: not if a process was lost.
+    /// End of the work.
     End {
-        /// Whether all are there.
+        /// True if all processes close MPI together: not if one was lost.
         together: bool,
     },
 }
 
-/// From the others to the root.
+/// Message from another process to the root.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum ToRoot {
-    /// The case is planned; this many orders can be done at once.
+    /// The case is planned; this many orders can be executed at once.
     Ready(usize),
-    /// The case cannot be run here.
+    /// The case cannot be run here, with the reason.
     Failed(String),
-    /// What an order left.
+    /// Record of an order, with its number.
     Record(u64, #[serde(with = "serde_bytes")] Vec<u8>),
-    /// This process was asked to stop; what it was given and has not sent back is for others.
+    /// This process was asked to stop; orders without a record are for others.
     Leaves,
-    /// Collisions since the last time.
+    /// Number of collisions since the last report.
     Progress(u64),
 }
 
-/// A message as bytes.
+/// Serialises a message.
 pub fn write<T: Serialize>(message: &T) -> Vec<u8> {
     // Fails only for types without a length, of which there is none here.
     postcard::to_stdvec(message).unwrap_or_default()
 }
 
-/// A message from bytes; none if it is of another version of the program.
+/// Deserialises a message; `None` if it is of another version of the program.
 pub fn read<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     postcard::from_bytes(bytes).ok()
 }

@@ -1,4 +1,4 @@
-//! A process that does pieces of a run, or runs of a frontier, for the root.
+//! Worker process, which executes pieces of a run, or runs of a frontier, for the root.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
@@ -17,11 +17,12 @@ use crate::arguments::Command;
 use crate::link::{Link, News, ROOT};
 use crate::messages::{ToOther, ToRoot, read, write};
 
-/// Time between two looks for news, and between two reports of the progress.
+/// Time between two checks for news.
 const LOOK: Duration = Duration::from_millis(20);
+/// Time between two reports of the progress.
 const REPORT: Duration = Duration::from_secs(1);
 
-/// Collisions, until they are reported.
+/// Number of collisions that are not yet reported.
 #[derive(Default)]
 struct Notes(AtomicU64);
 
@@ -31,7 +32,8 @@ impl Progress for Notes {
     }
 }
 
-/// Does what is ordered until the root says that it is the end, and returns whether all processes then close MPI together.
+/// Executes orders until the root ends the work; returns true if all processes then close MPI
+/// together.
 pub fn serve(link: &Link, command: &Command, stop: &Interrupt) -> bool {
     let said = match first(link) {
         First::Case(file) => match file {
@@ -82,11 +84,11 @@ pub fn serve(link: &Link, command: &Command, stop: &Interrupt) -> bool {
     }
 }
 
-/// What the root says first.
+/// First message of the root.
 enum First {
     Case(Result<CaseFile, String>),
     End(bool),
-    /// It was lost before.
+    /// The root was lost before.
     Nothing,
 }
 
@@ -104,7 +106,7 @@ fn first(link: &Link) -> First {
     }
 }
 
-/// Does what is ordered, as many orders at once as there are slots.
+/// Executes orders, as many at once as there are slots.
 fn help(link: &Link, hand: &dyn Hand, notes: &Notes, stop: &Interrupt) -> bool {
     let (give, orders) = channel::<(u64, Vec<u8>)>();
     let (done, records) = channel::<(u64, Vec<u8>)>();
@@ -151,7 +153,7 @@ fn help(link: &Link, hand: &dyn Hand, notes: &Notes, stop: &Interrupt) -> bool {
                 link.send(ROOT, write(&ToRoot::Progress(more)));
             }
         };
-        // What is still being done is for nobody; checkpoints are written.
+        // Work in progress is discarded; checkpoints are written.
         stop.raise();
         drop(give);
         together

@@ -1,6 +1,7 @@
-//! The pulse of the processes that hold one gas. One that stands still would make all others wait for ever; the job is ended.
+//! Heartbeat of the processes that hold one gas. A process that hangs would make all others wait
+//! for ever; the job is ended.
 //!
-//! A thread of its own beats, so that work of hours between two exchanges has a pulse.
+//! A thread of its own beats, so that hours of work between two exchanges do not count as a loss.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,30 +16,31 @@ use stosszahl::dsmc::Ranks as _;
 use crate::link::{BEAT, listened};
 use crate::world::World;
 
-/// Time between two looks for whether it is the end.
+/// Time between two checks for the end.
 const LOOK: Duration = Duration::from_millis(2);
-/// The tag of beats.
+/// Tag of heartbeats.
 const BEATS: Tag = 1;
 
-/// What a beat says.
+/// Heartbeat of a process that is alive.
 const LIVES: u8 = 0;
+/// Heartbeat of a process that ends.
 const LEAVES: u8 = 1;
 
-/// A process that is listened to.
+/// Process whose heartbeat is watched.
 struct Peer {
     rank: i32,
     heard: Instant,
     has_left: bool,
 }
 
-/// The pulse of this process, until it is dropped.
+/// Heartbeat of this process, until it is dropped.
 pub struct Pulse {
     is_over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Pulse {
-    /// Beats, and ends the job if nothing is heard of another process for `patience`.
+    /// Starts the heartbeat; it ends the job if nothing is heard of another process for `patience`.
     pub fn start(world: &Arc<World>, patience: Duration) -> Self {
         let is_over = Arc::new(AtomicBool::new(false));
         let (world, over) = (world.clone(), is_over.clone());
@@ -87,7 +89,7 @@ fn beat(world: &World, patience: Duration, is_over: &AtomicBool) {
     }
 }
 
-/// Beats of one byte are sent at once, and not waited for.
+/// Sends heartbeats of one byte at once, without waiting.
 fn tell(world: &World, peers: &[Peer], what: u8) {
     for peer in peers.iter().filter(|peer| !peer.has_left) {
         world.call(|world| {

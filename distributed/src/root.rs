@@ -1,4 +1,5 @@
-//! The process that holds the results folder: it hands out work, the pieces of a run or the runs of a frontier, and does some itself.
+//! Root process, which holds the results folder: it distributes the pieces of a run or the runs of
+//! a frontier, and executes some itself.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -14,26 +15,27 @@ use stosszahl::study::crew::{Crew, Work};
 use crate::link::{Link, News};
 use crate::messages::{ToOther, ToRoot, read, write};
 
-/// Time between two looks for news or for an order, and between two lines of progress.
+/// Time between two checks for news or for an order.
 const LOOK: Duration = Duration::from_millis(5);
+/// Time between two lines of progress.
 const LINE: Duration = Duration::from_secs(10);
 
-/// The other processes, as the root sees them.
+/// The other processes, from the view of the root.
 pub struct Others<'a> {
-    /// How they are reached. Behind a lock, as only one thread listens.
+    /// Link to the others. Behind a lock, as only one thread listens.
     link: &'a Mutex<Link>,
     /// Number of all processes.
     size: i32,
-    /// Whether one was lost, or has left.
+    /// True if a process was lost, or has left.
     is_short: AtomicBool,
-    /// What is known of each.
+    /// State of each process, by rank.
     known: Mutex<BTreeMap<i32, Other>>,
     /// Number of the next order.
     next: AtomicU64,
 }
 
 impl<'a> Others<'a> {
-    /// The others of this many processes.
+    /// Creates the view of the others of this many processes.
     pub fn new(link: &'a Mutex<Link>, size: i32) -> Self {
         Self {
             link,
@@ -44,13 +46,14 @@ impl<'a> Others<'a> {
         }
     }
 
-    /// Tells all the same.
+    /// Sends a message to all others.
     pub fn tell(&self, message: &ToOther) {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         (1..self.size).for_each(|rank| link.send(rank, write(message)));
     }
 
-    /// Hears of those that were lost, or have left, since the last order was done: reports take their time, and nobody listens then.
+    /// Collects news of processes that were lost, or have left, since the last order was executed:
+    /// reports take time, and no thread listens then.
     pub fn hear_who_is_gone(&self) {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         while let Some(news) = link.next(Duration::ZERO) {
@@ -62,7 +65,7 @@ impl<'a> Others<'a> {
         }
     }
 
-    /// Whether none was lost or has left.
+    /// Returns true if no process was lost or has left.
     pub fn are_all_there(&self) -> bool {
         !self.is_short.load(Ordering::SeqCst)
     }
@@ -74,12 +77,12 @@ impl Progress for Others<'_> {
     }
 }
 
-/// What the root knows of another process.
+/// State of another process.
 #[derive(Default)]
 struct Other {
-    /// How many more orders it can take.
+    /// Number of further orders that it can take.
     free: usize,
-    /// What it was given.
+    /// Orders that it holds, by their number.
     held: BTreeMap<u64, Vec<u8>>,
     is_gone: bool,
 }
@@ -138,19 +141,19 @@ impl Crew for Others<'_> {
     }
 }
 
-/// Where orders go out and records come in.
+/// Task queue: sends orders and collects records.
 struct Desk<'a> {
     others: &'a mut BTreeMap<i32, Other>,
     next: &'a AtomicU64,
     work: &'a dyn Work,
     link: &'a Link,
     is_short: &'a AtomicBool,
-    /// Of other processes.
+    /// Number of collisions of the other processes.
     collisions: u64,
 }
 
 impl Desk<'_> {
-    /// What another process says: the record of an order, if it is one.
+    /// Handles news of another process: returns the order and its record, if the news is one.
     fn hear(&mut self, news: News) -> Option<(Vec<u8>, Vec<u8>)> {
         match news {
             News::Lost(rank) => {
@@ -186,7 +189,7 @@ impl Desk<'_> {
         }
     }
 
-    /// A process does nothing more.
+    /// Marks a process as gone, and takes its orders back.
     fn leave(&mut self, rank: i32) {
         self.is_short.store(true, Ordering::SeqCst);
         if let Some(other) = self.others.get_mut(&rank) {
@@ -197,7 +200,7 @@ impl Desk<'_> {
         }
     }
 
-    /// Gives each process as much as it can take.
+    /// Sends each process as many orders as it can take.
     fn hand_out(&mut self) {
         for (&rank, other) in self.others.iter_mut() {
             while other.free > 0 && !other.is_gone {
@@ -213,7 +216,7 @@ impl Desk<'_> {
         }
     }
 
-    /// How far the run is.
+    /// Formats the progress of the run.
     fn line(&self, here: usize, time: Duration) -> String {
         let (what, [done, all]) = self.work.count();
         let busy = self.others.values().filter(|other| !other.held.is_empty());
@@ -230,7 +233,8 @@ impl Desk<'_> {
 mod tests {
     use super::*;
 
-    /// MPI is not closed together with a process that was lost after the last order, or the root would wait for it for ever.
+    /// MPI is not closed together with a process that was lost after the last order; otherwise the
+    /// root would wait for ever.
     #[test]
     fn who_is_lost_after_the_last_piece_is_not_waited_for() {
         for (gone, news) in [

@@ -1,4 +1,5 @@
-//! `run --one-gas`: the first process does the run, and all hold each of its gases in cells together.
+//! `run --one-gas`: the first process manages the run, and all hold each of its gases in cells
+//! together.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -62,7 +63,7 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
     commands::ended(done)
 }
 
-/// What hinders another process is said by the first.
+/// Follows the first process, which reports the errors of all.
 fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
     let stop = listen("");
     // None if the first could not read it.

@@ -1,4 +1,4 @@
-//! The processes of MPI, as those that hold one gas together.
+//! MPI processes that hold one gas together.
 
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -12,41 +12,42 @@ use mpi::traits::{Buffer, Communicator as _, Destination as _, Equivalence as _,
 use serde::{Deserialize, Serialize};
 use stosszahl::dsmc::Ranks;
 
-/// Most bytes of one message of MPI, which counts them with 31 bits.
+/// Largest message of MPI \[bytes\], which counts them with 31 bits.
 const MOST: usize = 1 << 30;
-/// For how long others are waited for without a rest, as they come within microseconds in a step; and the rests after that.
+/// Time for which others are waited for without a rest, as they come within microseconds in a step.
 const EAGER: Duration = Duration::from_millis(20);
+/// Length of the rests after that.
 const REST: Duration = Duration::from_micros(200);
 
-/// The tag of what the gas sends. Beats have tag 1.
+/// Tag of messages of the gas. Heartbeats have tag 1.
 const GAS: Tag = 0;
 
-/// All processes.
+/// All processes of the job.
 pub struct World {
     rank: usize,
     size: usize,
-    /// Held by the thread that talks to MPI, never while it waits for another process.
+    /// Lock of the thread that calls MPI, never held while it waits for another process.
     calls: Mutex<()>,
     traffic: Mutex<Traffic>,
 }
 
-/// What a process has sent and received, and how long it waited for others.
+/// Messages of a process, and its time in exchanges.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Traffic {
-    /// Exchanges.
+    /// Number of exchanges.
     pub rounds: u64,
-    /// Messages.
+    /// Number of messages sent.
     pub messages: u64,
-    /// Their bytes.
+    /// Size of the messages sent \[bytes\].
     pub bytes: u64,
-    /// Bytes of the messages that came.
+    /// Size of the messages received \[bytes\].
     pub received: u64,
     /// Time in exchanges \[s\].
     pub seconds: f64,
 }
 
 impl World {
-    /// All processes of this job.
+    /// Returns all processes of this job.
     pub fn new() -> Self {
         let world = SimpleCommunicator::world();
         Self {
@@ -57,18 +58,18 @@ impl World {
         }
     }
 
-    /// What this process has sent.
+    /// Returns the traffic of this process so far.
     pub fn traffic(&self) -> Traffic {
         *self.traffic.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes a call of MPI that does not wait, while no other thread makes one.
+    /// Makes an MPI call that does not wait, while no other thread makes one.
     pub fn call<T>(&self, call: impl FnOnce(&SimpleCommunicator) -> T) -> T {
         let _alone = self.calls.lock().unwrap_or_else(PoisonError::into_inner);
         call(&SimpleCommunicator::world())
     }
 
-    /// Waits until a message is sent, or has come.
+    /// Waits until a message is sent, or has arrived.
     fn finish<'a, D: ?Sized + Buffer, S: Scope<'a>>(&self, mut request: Request<'a, D, S>) {
         let began = Instant::now();
         while let Err(again) = self.call(|_| request.test()) {
@@ -77,7 +78,7 @@ impl World {
         }
     }
 
-    /// The content of a message that is there.
+    /// Receives a message that is there.
     fn receive(&self, (message, status): (Message, Status)) -> Vec<u8> {
         let mut part = vec![0; status.count(u8::equivalent_datatype()) as usize];
         scope(|scope| {
@@ -88,7 +89,7 @@ impl World {
         part
     }
 
-    /// Receives parts until all messages from these processes are whole.
+    /// Receives parts until all messages from these processes are complete.
     fn complete(&self, coming: &mut [Coming], from: &[usize]) {
         let began = Instant::now();
         while let Some(next) = coming.iter().position(|one| !one.is_whole()) {
@@ -104,7 +105,7 @@ impl World {
     }
 }
 
-/// A rest in a wait that began then.
+/// Rests in a wait that began at `began`.
 fn rest(began: Instant) {
     if began.elapsed() < EAGER {
         thread::yield_now();
@@ -113,7 +114,7 @@ fn rest(began: Instant) {
     }
 }
 
-/// A message on its way: its bytes so far, and how many there are to be.
+/// Incoming message: its bytes so far, and its length.
 #[derive(Default)]
 struct Coming {
     bytes: Vec<u8>,
@@ -125,7 +126,7 @@ impl Coming {
         self.length == Some(self.bytes.len())
     }
 
-    /// Takes a part; the first begins with the length.
+    /// Adds a part; the first begins with the length.
     fn take(&mut self, part: &[u8]) {
         let mut part = part;
         if self.length.is_none()
@@ -138,7 +139,7 @@ impl Coming {
     }
 }
 
-/// The parts of a message.
+/// Splits a message into parts.
 fn parts(message: &[u8]) -> Vec<Vec<u8>> {
     let mut whole = Vec::with_capacity(message.len() + 8);
     whole.extend_from_slice(&(message.len() as u64).to_le_bytes());

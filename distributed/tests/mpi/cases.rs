@@ -1,11 +1,11 @@
-//! Ten bundled cases, shortened, over processes: as replicas handed out, and with each gas in all processes. The same tables as in
-//! one process.
+//! Ten bundled cases, shortened, over processes: as replicas handed out, and with each gas in all
+//! processes. Their tables are those of one process.
 
 use std::path::Path;
 
 use crate::support::{Scratch, alone, job, succeeds, tables};
 
-/// Cases, and what makes them short.
+/// Cases, and settings that make them short.
 const CASES: [(&str, &[&str]); 10] = [
     ("quick", &["--until=1", "--replicas=3"]),
     (
@@ -82,7 +82,7 @@ const CASES: [(&str, &[&str]); 10] = [
     ),
 ];
 
-/// Processes, and threads of each.
+/// Number of processes, and threads of each.
 const CREWS: [(usize, usize); 10] = [
     (1, 1),
     (2, 1),
@@ -96,7 +96,7 @@ const CREWS: [(usize, usize); 10] = [
     (8, 2),
 ];
 
-/// A case over some crews, as replicas and as one gas, against one process.
+/// Compares a case over some numbers of processes, as replicas and as one gas, with one process.
 fn assert_same(number: usize, replicas: &[(usize, usize)], one_gas: &[(usize, usize)]) {
     let (case, short) = CASES[number];
     let scratch = Scratch::new("");

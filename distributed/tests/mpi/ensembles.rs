@@ -1,6 +1,6 @@
 //! Runs over several processes against runs in one: the same tables, also after processes or whole jobs were killed.
 //!
-//! Each wait has a limit: `timeout` kills a job that hangs, and what it says of that fails the test.
+//! Each wait has a limit: `timeout` kills a job that hangs, and its message fails the test.
 
 use std::fs;
 use std::path::Path;
@@ -35,7 +35,7 @@ checkpoint_seconds = 0.001
 "gas.restitution" = [0.7, 0.8, 0.9]
 "#;
 
-/// Disks from a file; so many replicas that take so long that no process is left without one.
+/// Disks from a file, with so many replicas that take so long that no process is left without one.
 const FROM_FILE: &str = r#"
 format = 2
 title = "disks from a file"
@@ -100,7 +100,7 @@ fn a_killed_process_is_replaced_by_others() {
     }
 }
 
-/// A process that stands still for a while is lost, and what it sends later is ignored.
+/// A process that hangs for a while is lost, and what it sends later is ignored.
 #[test]
 #[ignore = "signals processes at moments; a busy machine moves them: distributed/test.sh --include-ignored"]
 fn a_process_that_stands_still_holds_nobody_up() {
@@ -184,12 +184,14 @@ fn all_need_the_start_file() {
     }
 }
 
-/// What makes the writes of a rank fail beyond 8 blocks, as a full disk does: a limit of the size of files.
+/// Returns a script that makes the writes of a rank fail beyond 8 blocks, as a full disk does: a
+/// limit of the size of files.
 fn full_disk(rank: usize) -> String {
     format!("if [ $OMPI_COMM_WORLD_RANK = {rank} ]; then trap '' XFSZ; ulimit -f 8; fi")
 }
 
-/// A full disk on one of the processes: the run ends with the name of the file, and goes on when there is room again.
+/// A full disk on one of the processes ends the run with the name of the file; the run resumes when
+/// there is room again.
 #[test]
 fn a_process_that_cannot_write_ends_the_run() {
     let scratch = Scratch::new(SWEEP);

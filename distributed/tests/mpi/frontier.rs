@@ -1,4 +1,4 @@
-//! A frontier measured by several processes, against one: the same tables but for times.
+//! Frontier measured by several processes, against one: the tables are equal but for times.
 
 use std::fs;
 use std::path::Path;
@@ -23,7 +23,8 @@ until = 1
 [engine.dsmc-contact-point]
 "#;
 
-/// The tables of a folder without what times decide: the last three columns of the front.
+/// Returns the tables of a folder without the columns that times decide: the last three of the
+/// front.
 fn untimed(out: &str) -> (Vec<String>, Vec<u8>) {
     let text = fs::read_to_string(Path::new(out).join("frontier.csv")).expect("a table");
     let cut = |line: &str| line.rsplitn(4, ',').last().map(str::to_owned);

@@ -1,4 +1,5 @@
-//! The program over several processes: against one process, and against kills, full disks and processes that stand still.
+//! The program over several processes: against one process, and against kills, full disks and
+//! processes that hang.
 
 mod cases;
 mod ensembles;

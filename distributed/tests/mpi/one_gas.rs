@@ -1,4 +1,4 @@
-//! One gas that several processes hold, against the same in one: the same tables.
+//! One gas that several processes hold has the tables of one process.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -90,7 +90,7 @@ fn tables_are_the_same_bytes_for_any_number_of_processes() {
     }
 }
 
-/// A mixture at which everything looks that does not need to know a particle again.
+/// Mixture with all measures that do not identify single particles.
 const MEASURED: &str = r#"
 format = 2
 title = "a mixture"
@@ -131,11 +131,11 @@ bins = 20
 [measure.species_temperatures]
 "#;
 
-/// What looks at many more times.
+/// Measures that sample at many more times.
 const OFTEN: &str =
     "[measure.displacement]\n[measure.intermediate_scattering]\nwave_numbers = [1, 2]\n";
 
-/// Bytes that the first process of a job has received, by what it says.
+/// Number of bytes that the first process of a job has received, by its message.
 fn received(output: &Output) -> f64 {
     let text = said(output);
     let line = text.lines().find(|line| line.starts_with("rank 0: "));
@@ -146,9 +146,11 @@ fn received(output: &Output) -> f64 {
     number.parse().expect("a number")
 }
 
-/// Sums over the particles are made where these are: tables are the same bytes, and the first process receives less than the half of
-/// the gas that one gathering would send it from another. In these few steps no tile changes hands. Of some sixty looks more each
-/// would send as much again, and tiles change hands three times at most. What has to know particles again does gather them.
+/// Sums over the particles are made by the processes that hold them: tables are the same bytes, and
+/// the first process receives less than the half of the gas that one gathering would send it from
+/// another. In these few steps no tile changes hands. Each of some sixty further samples would send
+/// as much again, and tiles change hands three times at most. Measures that identify single
+/// particles do gather them.
 #[test]
 fn looks_at_a_gas_gather_no_particles() {
     let gas = 40_000.0 * 32.0;
@@ -168,7 +170,7 @@ fn looks_at_a_gas_gather_no_particles() {
     assert!(received(&output) > 8.0 * gas, "{}", said(&output));
 }
 
-/// A job in which some processes hold each gas.
+/// Returns a job in which some processes hold each gas.
 fn held(ranks: usize, scratch: &Scratch, out: &str) -> Output {
     let arguments = [
         "run",
@@ -198,7 +200,7 @@ fn refusals_end_all_processes() {
     assert_eq!(text.matches("gas.restitution").count(), 1, "{text}");
 }
 
-/// A process that stands still ends the job, with its number; so does the first.
+/// A process that hangs ends the job, with its number; so does the first.
 #[test]
 fn a_process_that_stands_still_ends_the_job() {
     let scratch =
@@ -276,7 +278,7 @@ fn a_full_disk_of_any_process_ends_the_run() {
     }
 }
 
-/// Shards of a checkpoint, by their path.
+/// Returns the shards of a checkpoint, by their path.
 fn shards(out: &str) -> Vec<PathBuf> {
     let folder = fs::read_dir(Path::new(out).join("checkpoints"));
     let paths = folder.into_iter().flatten().flatten().map(|one| one.path());
@@ -287,8 +289,9 @@ fn shards(out: &str) -> Vec<PathBuf> {
     all
 }
 
-/// A job of three processes that is killed leaves shards. One that is missing, short or changed is named, whoever goes on; with all of
-/// them as they were, another number of processes goes on to the same bytes, and so does one that knows nothing of the others.
+/// A job of three processes that is killed leaves shards. A shard that is missing, short or changed
+/// is named, for any number of processes that resume. With all shards unchanged, another number of
+/// processes resumes to the same bytes, and so does one process alone.
 #[test]
 fn shards_that_cannot_be_used_are_named() {
     let case = CHANNEL.replace("until = 1\n", "until = 4\ncheckpoint_seconds = 0.05\n");

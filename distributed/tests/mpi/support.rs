@@ -1,5 +1,5 @@
-//! What the tests over several processes share. Each wait has a limit: `timeout` kills a job that hangs, and what it says of that
-//! fails the test.
+//! Support for the tests over several processes. Each wait has a limit: `timeout` kills a job that
+//! hangs, and its message fails the test.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,19 +8,20 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Most seconds of a job.
+/// Longest job \[s\].
 pub const LIMIT: &str = "100";
-/// The command.
+/// Path of the program.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_stosszahl-mpi");
 
-/// A job of some processes.
+/// Returns a job of some processes.
 pub fn job(ranks: usize, mpirun: &[&str], arguments: &[&str]) -> Command {
     let mut command = job_of(ranks, mpirun);
     command.arg(PROGRAM).args(arguments);
     command
 }
 
-/// A job of some processes in which each runs a script of its own words; its arguments are those of the command.
+/// Returns a job of some processes in which each runs the script `words`; its arguments are those
+/// of the program.
 pub fn scripted(ranks: usize, scratch: &Scratch, words: &str, arguments: &[&str]) -> Command {
     let script = scratch.out("script.sh");
     fs::write(&script, format!("{words}\nexec {PROGRAM} \"$@\"\n")).expect("a script");
@@ -33,40 +34,40 @@ fn job_of(ranks: usize, mpirun: &[&str]) -> Command {
     let mut command = Command::new("timeout");
     command.args(["--verbose", "--kill-after=10", LIMIT, "mpirun"]);
     command.args(["--allow-run-as-root", "--oversubscribe"]);
-    // Two cores for eight processes: who waits must not spin.
+    // Two cores for eight processes: waiting processes must not spin.
     command.args(["--mca", "mpi_yield_when_idle", "1"]);
     command.args(mpirun);
     command.args(["-n", &ranks.to_string()]);
     command
 }
 
-/// What came of a job.
+/// Runs a job that ends by itself; returns its output.
 pub fn done(mut command: Command) -> Output {
     let output = command.output().expect("mpirun starts");
     ends(&output);
     output
 }
 
-/// A job that ended by itself, whatever came of it.
+/// Checks that a job ended by itself, with any outcome.
 pub fn ends(output: &Output) {
     // By its exit code it might also be a job of which a process was killed.
     let said = said(output);
     assert!(!said.contains("timeout: sending signal"), "hangs: {said}");
 }
 
-/// All that it said.
+/// Returns all output of a job.
 pub fn said(output: &Output) -> String {
     let both = [&output.stdout, &output.stderr];
     both.map(|text| String::from_utf8_lossy(text)).join("\n")
 }
 
-/// A job that ends well.
+/// Runs a job that must succeed.
 pub fn succeeds(command: Command) {
     let output = done(command);
     assert!(output.status.success(), "{}", said(&output));
 }
 
-/// The processes of a job that belong to this folder, the root first.
+/// Returns the process ids of a job that belong to this folder, the root first.
 pub fn processes(out: &str, wanted: usize) -> Vec<u32> {
     let began = Instant::now();
     loop {
@@ -134,13 +135,13 @@ fn wait_for(name: &str, is_there: impl Fn() -> bool) {
     }
 }
 
-/// A job on its way.
+/// Starts a job.
 pub fn started(mut command: Command) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().expect("mpirun starts")
 }
 
-/// All tables of a folder, snapshots and frames; no checkpoint may be left.
+/// Reads all tables of a folder, snapshots and frames; no checkpoint may be left.
 pub fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut all = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -163,14 +164,14 @@ pub fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
-/// A case in a folder of its own.
+/// Case in a folder of its own.
 pub struct Scratch {
     folder: tempfile::TempDir,
     pub case: String,
 }
 
 impl Scratch {
-    /// Of a case.
+    /// Creates the folder of a case.
     pub fn new(case: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("case.toml");
@@ -179,19 +180,19 @@ impl Scratch {
         Self { folder, case }
     }
 
-    /// A results folder.
+    /// Returns the path of a results folder.
     pub fn out(&self, name: &str) -> String {
         let path = self.folder.path().join(name);
         path.to_str().expect("a name").to_owned()
     }
 
-    /// The tables of a run in one process.
+    /// Returns the tables of a run in one process.
     pub fn alone(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         alone(&self.case, &[], &self.out("alone"))
     }
 }
 
-/// The tables of a run of a case in one process, with more arguments.
+/// Returns the tables of a run of a case in one process, with more arguments.
 pub fn alone(case: &str, more: &[&str], out: &str) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut arguments = vec!["stosszahl", "run", case, "--out", out, "--quiet"];
     arguments.extend(more);
