@@ -6,16 +6,16 @@ use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use stosszahl_model::{Collision, Particle, Particles};
 
-/// Words of 64 bits in a collision: thirteen numbers, two indices, two species.
+/// Number of 64-bit words in a collision: thirteen numbers, two indices, two species.
 pub const WORDS: usize = 15;
 
-/// Two numbers of 32 bits as one word, in this order in memory.
+/// Packs two numbers of 32 bits into one word, in this order in memory.
 fn word([a, b]: [u32; 2]) -> [u8; 8] {
     let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (a.to_ne_bytes(), b.to_ne_bytes());
     [a0, a1, a2, a3, b0, b1, b2, b3]
 }
 
-/// Writes a collision behind others, in the layout of `stosszahl.engines.COLLISION`.
+/// Appends a collision to others, in the layout of `stosszahl.engines.COLLISION`.
 pub fn write_collision(one: &Collision, into: &mut Vec<u8>) {
     let mut bytes = [0; 8 * WORDS];
     let mut at = bytes.chunks_exact_mut(8);
@@ -38,7 +38,7 @@ pub fn write_collision(one: &Collision, into: &mut Vec<u8>) {
     into.extend_from_slice(&bytes);
 }
 
-/// A column of all particles: vectors have as many components as the gas has dimensions.
+/// Returns a column of all particles: vectors have as many components as the gas has dimensions.
 pub fn column<'py>(
     py: Python<'py>,
     particles: &Particles,
@@ -69,7 +69,7 @@ pub fn column<'py>(
     }
 }
 
-/// `width` words of each particle.
+/// Writes `width` words for each particle.
 fn fill<'py>(
     py: Python<'py>,
     particles: &Particles,
@@ -88,7 +88,7 @@ fn fill<'py>(
     })
 }
 
-/// Vectors of this many components.
+/// Reads vectors of this many components.
 pub fn vectors(bytes: &[u8], components: usize) -> Vec<[f64; 3]> {
     let one = |chunk: &[u8]| {
         let mut vector = [0.0; 3];

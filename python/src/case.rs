@@ -18,14 +18,14 @@ use stosszahl_study::{Gauge, Options, Progress, format, run_case};
 use crate::error::{Raise, raised};
 use crate::wait::{Messages, Stop, wait};
 
-/// The cases that come with the package.
+/// Cases that come with the package.
 static BUNDLE: Bundle = Bundle({
     static FOLDER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../cases");
     &FOLDER
 });
 
-/// A case as `stosszahl.Case` has it: a path, which stands in messages, the text unless it is that of the file or bundled case of
-/// that name, and overrides `key=value`.
+/// Case as `stosszahl.Case` has it: a path, which stands in messages, the text unless it is that of
+/// the file or bundled case of that name, and overrides `key=value`.
 #[derive(FromPyObject)]
 pub struct Given {
     path: PathBuf,
@@ -49,26 +49,26 @@ impl Given {
     }
 }
 
-/// The bundled cases by name, each with its question.
+/// Returns the bundled cases by name, each with its question.
 #[pyfunction]
 pub fn bundled() -> Vec<(&'static str, String)> {
     let cases = BUNDLE.cases().into_iter();
     cases.map(|one| (one.name, one.question())).collect()
 }
 
-/// The text of a case file, or of the bundled case of that name.
+/// Returns the text of a case file, or of the bundled case of that name.
 #[pyfunction]
 pub fn case_text(path: PathBuf) -> PyResult<String> {
     BUNDLE.text(&path).map_err(Raise::raise)
 }
 
-/// The JSON Schema of case files.
+/// Returns the JSON Schema of case files.
 #[pyfunction]
 pub fn schema() -> String {
     format().json().to_string()
 }
 
-/// TOML of a JSON object.
+/// Converts a JSON object to TOML.
 #[pyfunction]
 pub fn toml_of_json(text: &str) -> PyResult<String> {
     let bad = |error: String| raised("CaseError", &format!("no case: {error}"));
@@ -76,7 +76,7 @@ pub fn toml_of_json(text: &str) -> PyResult<String> {
     toml::to_string(&table).map_err(|error| bad(error.to_string()))
 }
 
-/// What each point of a case means, as JSON.
+/// Returns the derived quantities, cost and warnings of each point of a case, as JSON.
 #[pyfunction]
 pub fn check(py: Python<'_>, case: Given, threads: Option<usize>) -> PyResult<String> {
     let file = case.read(py)?;
@@ -106,11 +106,11 @@ pub fn check(py: Python<'_>, case: Given, threads: Option<usize>) -> PyResult<St
     Ok(Value::Array(outlines.collect()).to_string())
 }
 
-/// How far a run is.
+/// Progress of a run, shared between threads.
 #[derive(Default)]
 struct Seen(Mutex<Far>);
 
-/// The work of each point that has begun; collisions; and what was noted.
+/// Progress: the work of each point that has begun, the number of collisions, and notes.
 #[derive(Default)]
 struct Far {
     points: Vec<Option<Gauge>>,
@@ -152,8 +152,8 @@ impl Progress for Seen {
     }
 }
 
-/// Runs a case and writes its report. Progress is called with the share that is done, from 0 to 1, the collisions so far, and
-/// new notes. The answer: the folder, whether it is a sweep, and notes.
+/// Runs a case and writes its report. Progress is called with the share that is done, from 0 to 1,
+/// the collisions so far, and new notes. Returns the folder, whether it is a sweep, and notes.
 #[pyfunction]
 #[pyo3(signature = (case, *, out, existing, threads, force_memory, progress))]
 pub fn run(
@@ -209,13 +209,13 @@ pub fn run(
     Ok((summary.folder, summary.is_sweep))
 }
 
-/// Writes the report of a folder anew.
+/// Rebuilds the report of a folder.
 #[pyfunction]
 pub fn report(folder: PathBuf) -> PyResult<PathBuf> {
     write_report(&folder).map_err(Raise::raise)
 }
 
-/// The manifest of a finished run as JSON, and files that are not as the run wrote them.
+/// Returns the manifest of a finished run as JSON, and the files that were changed since.
 #[pyfunction]
 pub fn manifest(folder: PathBuf) -> PyResult<(String, Vec<String>)> {
     let read = Stored::read(&folder).map_err(Raise::raise)?;
@@ -226,13 +226,13 @@ pub fn manifest(folder: PathBuf) -> PyResult<(String, Vec<String>)> {
     Ok((text(&manifest), changed))
 }
 
-/// Engines by name, each with its title, in the order of tables and legends.
+/// Returns the engines by name, each with its title, in the order of tables and legends.
 #[pyfunction]
 pub fn engines() -> Vec<(&'static str, &'static str)> {
     stosszahl_results::ENGINES.to_vec()
 }
 
-/// The index of a sweep as JSON, if the folder is one.
+/// Returns the index of a sweep as JSON, if the folder is one.
 #[pyfunction]
 pub fn sweep(folder: PathBuf) -> PyResult<Option<String>> {
     let read = Sweep::read(&folder).map_err(Raise::raise)?;

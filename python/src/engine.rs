@@ -1,4 +1,4 @@
-//! Engines, and what observes them.
+//! Engines and their observers.
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -16,10 +16,10 @@ use crate::error::{Raise, raised};
 use crate::gas::Gas;
 use crate::wait::{Messages, Stop, wait};
 
-/// Collisions of a batch for which memory is taken at once.
+/// Most collisions of a batch for which memory is reserved at once.
 const MOST_RESERVED: usize = 1 << 16;
 
-/// An engine of either kind.
+/// Engine of either kind.
 enum Kind {
     Exact(EventDriven),
     Chaos(MonteCarlo),
@@ -45,11 +45,12 @@ impl DerefMut for Kind {
     }
 }
 
-/// An engine.
+/// Exact dynamics or Monte Carlo of a gas, as `stosszahl.engines` uses it from Python.
 #[pyclass(module = "stosszahl._native", frozen)]
 pub struct Engine(Mutex<Kind>);
 
-/// Hands collisions to Python in large batches, and asks for a pause when Python has failed.
+/// Observer that passes collisions to Python in large batches, and asks for a pause if Python has
+/// failed.
 struct Batches {
     size: usize,
     bytes: Vec<u8>,
@@ -80,11 +81,11 @@ impl Observer for Batches {
     }
 }
 
-/// Impact parameters, observed without Python.
+/// Observer of impact parameters that runs without Python.
 #[pyclass(module = "stosszahl._native", frozen)]
 pub struct ImpactParameters(Mutex<stosszahl_analysis::impact::ImpactParameters>);
 
-/// It as an observer; Python may look at it meanwhile.
+/// Observer that fills [`ImpactParameters`], which Python may read meanwhile.
 struct Shared<'a>(&'a ImpactParameters);
 
 impl Observer for Shared<'_> {
@@ -125,11 +126,11 @@ impl ImpactParameters {
     }
 }
 
-/// What a wall gave: name, particles, momentum, energy.
+/// Flux of a boundary: name, particles, momentum, energy.
 type Flux = (String, f64, [f64; 3], f64);
 
 impl Kind {
-    /// Advances, unless it is asked to stop.
+    /// Advances, unless asked to stop.
     fn go(&mut self, until: f64, observer: &mut dyn Observer, stop: &Stop) -> Result<(), GasError> {
         self.pause_on(&stop.soon);
         self.stop_on(&stop.now);
@@ -145,7 +146,7 @@ impl Engine {
         Self(Mutex::new(kind))
     }
 
-    /// The engine, unless it is at work in another thread or was broken off.
+    /// Locks the engine, unless it is at work in another thread or was broken off.
     fn lock(&self) -> PyResult<MutexGuard<'_, Kind>> {
         let Ok(engine) = self.0.try_lock() else {
             let text = "the engine is at work; an observer, or another thread, has to wait until advance ends";
@@ -182,14 +183,14 @@ impl Engine {
         Ok(Self::of(Kind::Exact(engine)))
     }
 
-    /// Monte Carlo of a gas without positions.
+    /// Creates Monte Carlo of a gas without positions.
     #[staticmethod]
     fn without_positions(gas: &Gas) -> PyResult<Self> {
         let engine = MonteCarlo::new(&gas.0).map_err(Raise::raise)?;
         Ok(Self::of(Kind::Chaos(engine)))
     }
 
-    /// Monte Carlo in cells.
+    /// Creates Monte Carlo in cells.
     #[staticmethod]
     #[pyo3(signature = (gas, name, *, cell_size, steps_per_crossing, largest_contact_value, stiffness, partner_radius))]
     fn in_cells(
@@ -254,7 +255,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Elastic collisions that forget the start.
+    /// Runs elastic collisions that forget the start.
     fn equilibrate(&self, py: Python<'_>, collisions_per_particle: f64) -> PyResult<()> {
         let mut guard = self.lock()?;
         let Kind::Exact(engine) = &mut *guard else {
@@ -268,7 +269,7 @@ impl Engine {
         Ok(())
     }
 
-    /// The gas as it is now.
+    /// Returns the current gas.
     fn state(&self) -> PyResult<Gas> {
         Ok(Gas(match &*self.lock()? {
             Kind::Exact(engine) => engine.state(),
@@ -296,13 +297,13 @@ impl Engine {
         Ok(self.lock()?.temperature())
     }
 
-    /// Collisions, and named counts of work.
+    /// Returns the number of collisions, and named counts of work.
     fn work(&self) -> PyResult<(u64, BTreeMap<String, f64>)> {
         let work = self.lock()?.work();
         Ok((work.collisions, work.numbers))
     }
 
-    /// What each wall gave.
+    /// Returns what each boundary gave: name, particles, momentum, energy.
     fn boundaries(&self) -> PyResult<Vec<Flux>> {
         let all = self.lock()?.boundaries();
         let each = all.into_iter();
@@ -311,7 +312,7 @@ impl Engine {
             .collect())
     }
 
-    /// Adds to all velocities.
+    /// Adds changes to all velocities.
     fn kick(&self, changes: Vec<u8>) -> PyResult<()> {
         let mut engine = self.lock()?;
         let changes: Vec<Vector3<f64>> = vectors(&changes, engine.dimension())

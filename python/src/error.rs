@@ -10,13 +10,13 @@ use stosszahl_report::ReportError;
 use stosszahl_results::ResultsError;
 use stosszahl_study::RunError;
 
-/// An error that can be raised in Python.
+/// Error that can be raised in Python.
 pub trait Raise {
-    /// The exception.
+    /// Converts the error to an exception.
     fn raise(self) -> PyErr;
 }
 
-/// The exception of a class of `stosszahl/errors.py`, which all take a message first.
+/// Creates the exception of a class of `stosszahl/errors.py`, which all take a message first.
 fn exception<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>) -> PyErr {
     let class = py
         .import("stosszahl.errors")
@@ -25,12 +25,12 @@ fn exception<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>)
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// An exception with a message.
+/// Creates an exception with a message.
 pub fn raised(class: &str, message: &str) -> PyErr {
     Python::attach(|py| exception(py, class, (message,)))
 }
 
-/// The error and its causes, each said once, as the command line has them.
+/// Formats the error and its causes, each once, as the command line does.
 fn explained(error: &dyn Error) -> String {
     let mut said = error.to_string();
     let mut cause = error.source();

@@ -11,11 +11,11 @@ use crate::arrays::{column, vectors};
 use crate::error::Raise;
 use crate::wait::{Messages, Stop, wait};
 
-/// A gas.
+/// Particles, box and contact laws of a gas, as `stosszahl.Gas` uses them from Python.
 #[pyclass(module = "stosszahl._native", frozen)]
 pub struct Gas(pub stosszahl_gas::Gas);
 
-/// A wall, as `stosszahl.Wall` has it.
+/// Wall as `stosszahl.Wall` has it.
 #[derive(FromPyObject)]
 struct GivenWall {
     restitution: f64,
@@ -25,7 +25,7 @@ struct GivenWall {
     vibration: Option<(f64, f64)>,
 }
 
-/// A description, as `stosszahl.Gas` keeps it.
+/// Description as `stosszahl.Gas` keeps it.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Description {
@@ -45,14 +45,14 @@ struct Description {
     replica: u64,
 }
 
-/// A face of the box.
+/// Face of the box.
 #[derive(FromPyObject)]
 enum GivenFace {
     Wall(GivenWall),
     Word(String),
 }
 
-/// A start of one's own, in arrays; vectors have two components for disks, three for spheres.
+/// Custom start, in arrays; vectors have two components for disks, three for spheres.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Start {
@@ -177,7 +177,7 @@ impl Gas {
         Ok(Self(gas.map_err(Raise::raise)?))
     }
 
-    /// A column of all particles.
+    /// Returns a column of all particles.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyByteArray>> {
         column(py, &self.0.particles, name)
     }
@@ -187,23 +187,23 @@ impl Gas {
         self.0.particles.all.len()
     }
 
-    /// Time, sides of the box, and which axes are periodic.
+    /// Returns the time, the sides of the box, and which axes are periodic.
     fn frame(&self) -> (f64, [f64; 3], [bool; 3]) {
         let all = &self.0.particles;
         (all.time, all.lengths, all.periodic)
     }
 
-    /// Granular temperature.
+    /// Granular temperature \[energy\].
     fn temperature(&self) -> f64 {
         self.0.temperature()
     }
 
-    /// Area or volume.
+    /// Area or volume \[length^D\].
     fn volume(&self) -> f64 {
         self.0.volume
     }
 
-    /// Haff's cooling time.
+    /// Haff's cooling time \[time\].
     fn haff_time(&self) -> Option<f64> {
         self.0.haff_time()
     }

@@ -1,4 +1,4 @@
-//! Work without Python's lock, while the calling thread looks for Ctrl-C.
+//! Work without Python's lock, while the calling thread checks for Ctrl-C.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::thread;
@@ -7,21 +7,22 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 use stosszahl_model::Interrupt;
 
-/// Time between two looks.
+/// Time between two checks.
 const LOOK: Duration = Duration::from_millis(50);
 /// Time after a first Ctrl-C from which a second one breaks the work off.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Two ways to ask for an end.
+/// Interrupts of the work: one for soon, one for now.
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
-    /// At the next good moment.
+    /// Interrupt at the next good moment, such as the end of a leg.
     pub soon: Interrupt,
-    /// Within a fraction of a second, in the middle of whatever it is.
+    /// Interrupt within a fraction of a second, in the middle of any work.
     pub now: Interrupt,
 }
 
-/// Messages of the work to Python. The work goes on while Python hears the last one, and learns how that ended with the next.
+/// Channel of messages from the work to Python. The work continues while Python handles the last
+/// message, and learns its outcome with the next.
 pub struct Messages<M> {
     send: SyncSender<M>,
     answers: Receiver<bool>,
@@ -30,7 +31,8 @@ pub struct Messages<M> {
 }
 
 impl<M> Messages<M> {
-    /// Sends a message once the one before was heard; false, and nothing is sent any more, if Python failed over that.
+    /// Sends a message once the one before was handled; false, and no more messages are sent, if
+    /// Python failed on that.
     pub fn send(&mut self, message: M) -> bool {
         self.has_failed |= self.waits && !self.answers.recv().unwrap_or(false);
         self.waits = !self.has_failed && self.send.send(message).is_ok();
@@ -38,10 +40,12 @@ impl<M> Messages<M> {
     }
 }
 
-/// Does work on another thread. What it sends is heard on this one, with Python's lock; so is, between messages, `idle`.
+/// Runs `work` on another thread. Its messages are handled by `hear` on this one, with Python's
+/// lock; between messages `idle` is called.
 ///
-/// A failure of `hear` is told to the work with its next message, so that it always learns of it at the same place. Ctrl-C, and a
-/// failure of `idle`, ask the work to stop soon; a second Ctrl-C, to stop now. The error is returned when it has ended.
+/// The work learns of a failure of `hear` with its next message, so always at the same place.
+/// Ctrl-C, and a failure of `idle`, ask the work to stop soon; a second Ctrl-C, to stop now. The
+/// error is returned when it has ended.
 ///
 /// # Errors
 /// Those of `hear`, `idle`, and `KeyboardInterrupt`; and what the work ended with is then lost.
