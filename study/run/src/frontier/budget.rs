@@ -1,17 +1,18 @@
-//! How a budget of computing time is shared out: reference, settings, and the test of what is recommended.
+//! Distribution of a budget of computing time over the reference, the settings, and the test of
+//! recommendations.
 //!
-//! The shares rest on counts of work and nominal speeds, never on a clock, so the same case and budget give the same runs
-//! on any machine. A machine slower than the nominal one by more than [`PATIENCE`] leaves out what is then too costly,
-//! and says so.
+//! The shares rest on counts of work and nominal speeds, never on a clock, so the same case and
+//! budget give the same runs on any machine. A machine slower than the nominal one by more than
+//! [`PATIENCE`] leaves out runs that are then too costly, and says so.
 
 use super::setting::Setting;
 use crate::plan::Plan;
 
 /// Share of the budget that goes to the reference.
 const REFERENCE: f64 = 0.2;
-/// Share that goes to the settings.
+/// Share of the budget that goes to the settings.
 const SETTINGS: f64 = 0.5;
-/// Share that is kept for testing what is recommended.
+/// Share of the budget that is reserved for the test of recommendations.
 pub(crate) const TESTS: f64 = 0.3;
 /// Fewest and most runs of the reference.
 const REFERENCE_RUNS: [usize; 2] = [16, 1000];
@@ -20,20 +21,20 @@ const REPETITIONS: [u64; 2] = [4, 256];
 /// CPU time over the budget at which no further run is begun.
 pub(crate) const PATIENCE: f64 = 4.0;
 
-/// How often each setting is run; none for those that are left out.
+/// Number of runs of each setting and of the reference.
 pub(crate) struct Shares {
-    /// In the order of the settings.
+    /// Repetitions in the order of the settings; `None` for settings that are left out.
     pub repetitions: Vec<Option<u64>>,
-    /// Runs of the reference.
+    /// Number of runs of the reference.
     pub reference: usize,
 }
 
-/// Repetitions of a setting that gets so much time.
+/// Number of repetitions of a setting with this much time.
 fn repetitions(share: f64, seconds: f64) -> u64 {
     ((share / seconds) as u64).clamp(REPETITIONS[0], REPETITIONS[1])
 }
 
-/// Shares out a budget of CPU time \[s\].
+/// Distributes a budget of CPU time \[s\].
 ///
 /// Each setting gets the same time, and at least four repetitions; the costliest are left out until that is possible.
 pub(crate) fn shared(plan: &Plan, settings: &[Setting], budget: f64) -> Shares {

@@ -1,4 +1,5 @@
-//! Error against cost: every measured setting with its replicas, and the settings that no cheaper one beats.
+//! Error against cost: every measured setting with its replicas, and the settings that no cheaper
+//! one surpasses.
 
 use stosszahl_analysis::accuracy::Accuracy;
 use stosszahl_results::{Estimate, Table, table};
@@ -9,17 +10,17 @@ use super::reference::Reference;
 use super::setting::Setting;
 use crate::plan::Plan;
 
-/// Replicas for which rows are derived from the repetitions of one run.
+/// Numbers of replicas for which rows are derived from the repetitions of one run.
 pub(crate) const REPLICAS: [u64; 4] = [1, 4, 16, 64];
 
-/// A setting with what its repetitions showed.
+/// Setting with the results of its repetitions.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
     /// The setting.
     pub setting: Setting,
-    /// Its choices in words.
+    /// Choices of the setting in words.
     pub label: String,
-    /// Bias and noise of each quantity; none where a run does not have it.
+    /// Bias and noise of each quantity; `None` if a run does not have it.
     pub accuracies: Vec<Option<Accuracy>>,
     /// CPU time of one run, its start included, median over the repetitions \[s\].
     pub core_seconds: f64,
@@ -34,7 +35,7 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// From the runs of a setting.
+    /// Evaluates the runs of a setting.
     pub(crate) fn new(
         setting: Setting,
         plan: &Plan,
@@ -63,8 +64,8 @@ impl Measured {
         }
     }
 
-    /// The quantity of a kind whose total error is largest with this many replicas, and its accuracy; none if one of the kind
-    /// has none.
+    /// Returns the quantity of a kind whose total error is largest with this many replicas, and its
+    /// accuracy; `None` if one of the kind has none.
     pub(crate) fn worst(
         &self,
         kind: Kind,
@@ -80,22 +81,22 @@ impl Measured {
     }
 }
 
-/// A row of `frontier.csv`.
+/// Row of `frontier.csv`.
 #[derive(Clone, Debug)]
 pub(crate) struct Row<'a> {
-    /// The setting.
+    /// Measured setting.
     pub one: &'a Measured,
     /// Name of the quantity; `largest-` for that of the kind whose error is largest.
     pub name: String,
     /// The quantity.
     pub quantity: Quantity,
-    /// Its reference.
+    /// Reference of the quantity.
     pub reference: Reference,
-    /// Replicas that a mean is taken over.
+    /// Number of replicas of which the mean is taken.
     pub replicas: u64,
     /// Bias and noise.
     pub found: Accuracy,
-    /// Whether no cheaper setting has a smaller error.
+    /// True if no cheaper setting has a smaller error.
     pub on_front: bool,
 }
 
@@ -111,8 +112,8 @@ impl Row<'_> {
     }
 }
 
-/// Which of some points of (cost, error) no other one beats in both. Of equal ones the first stays; a point with a number
-/// that is none is never on the front.
+/// Returns which of some points of (cost, error) no other one surpasses in both. Of equal points
+/// the first stays; a point with NaN is never on the front.
 pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
     let mut order: Vec<usize> = (0..points.len())
         .filter(|&index| points[index].0.is_finite() && points[index].1.is_finite())
@@ -132,7 +133,8 @@ pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
     on
 }
 
-/// All rows of one quantity, or of the worst of a kind: every setting with every number of replicas.
+/// Returns all rows of one quantity, or of the worst of a kind: every setting with every number of
+/// replicas.
 fn rows_of<'a>(
     measured: &'a [Measured],
     references: &[Reference],
@@ -166,7 +168,7 @@ fn rows_of<'a>(
     rows
 }
 
-/// The table of all rows.
+/// Returns the table of all rows.
 pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>) -> Table {
     let mut table = table! {
         "frontier", "Error against cost of every measured setting.";
@@ -229,12 +231,12 @@ pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>) -> Table {
     table
 }
 
-/// The name of the rows of the worst quantity of a kind.
+/// Returns the name of the rows of the worst quantity of a kind.
 pub(crate) fn largest(kind: Kind) -> String {
     format!("largest-{}", kind.name())
 }
 
-/// All rows: each quantity, and for kinds of several quantities the worst of them.
+/// Returns all rows: each quantity, and for kinds of several quantities the worst of them.
 pub(crate) fn rows<'a>(
     measured: &'a [Measured],
     quantities: &[Quantity],

@@ -1,5 +1,6 @@
-//! Runs of a frontier that are kept in its results folder, each as soon as it is done, so that a frontier that was stopped goes on, and
-//! one with another target or budget begins with what is there.
+//! Runs of a frontier that are kept in its results folder, each as soon as it is done. So a
+//! frontier that was stopped resumes, and one with another target or budget begins with the runs
+//! that are there.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,7 +21,7 @@ use crate::run::start_file;
 const JOURNAL_FILE: &str = "runs.journal";
 /// Name of the task of writing the tables.
 const REPORT: &str = "report";
-/// Time between two moments at which the system must have written the journal \[s\].
+/// Longest time between two syncs of the journal to disk \[s\].
 const SYNC_SECONDS: f64 = 30.0;
 /// Keys of the case that change no run of a setting.
 const KEYS: Keys<'static> = Keys {
@@ -31,7 +32,7 @@ const KEYS: Keys<'static> = Keys {
 /// Key of a run: its engine, system size and replica as bytes.
 pub(crate) type RunKey = Vec<u8>;
 
-/// Name of the task of a run.
+/// Returns the name of the task of a run.
 pub(crate) fn task_of(key: &RunKey) -> String {
     format!("run-{}", &blake3::hash(key).to_hex()[..24])
 }
@@ -44,7 +45,7 @@ pub(crate) struct KeptRuns {
     known: Mutex<KnownRuns>,
 }
 
-/// Runs that were read, and where each journal ended then.
+/// Runs that were read, and the end of each journal at that time.
 #[derive(Default)]
 struct KnownRuns {
     runs: BTreeMap<RunKey, RunRecord>,
@@ -124,12 +125,12 @@ impl KeptRuns {
         Ok(())
     }
 
-    /// This process among those that share the folder; `None` if it works alone.
+    /// Returns this process among those that share the folder; `None` if it works alone.
     pub(crate) fn worker(&self) -> Option<&FolderWorker> {
         self.folder.worker()
     }
 
-    /// The tasks of the folder as they stand.
+    /// Returns the current tasks of the folder.
     pub(crate) fn tasks(&self) -> TaskStates {
         TaskStates::read(&self.folder.claims())
     }
@@ -157,7 +158,7 @@ impl KeptRuns {
         }
     }
 
-    /// The results folder.
+    /// Returns the results folder.
     pub(crate) fn folder(&self) -> &Arc<Folder> {
         &self.folder
     }

@@ -1,7 +1,8 @@
 //! Runs of many settings on all cores: each run on one thread, with its own time, memory and counts of work.
 //!
-//! Starts of replica r are the same for all settings of a size: what differs between two settings is then less noisy than
-//! either. A run takes one thread, so that its CPU time is its cost whatever else the machine does.
+//! Starts of replica r are the same for all settings of a size: the difference of two settings is
+//! then less noisy than either. A run takes one thread, so that its CPU time is its cost whatever
+//! else the machine does.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
@@ -26,7 +27,8 @@ use crate::measure::Measure;
 use crate::plan::{EngineKind, Plan, PlanError};
 use crate::unsaved::{Unsaved, measures, resized};
 
-/// Shortest and longest time between two looks for a run that is free, where several processes share the folder.
+/// Shortest and longest time between two checks for a run that is free, where several processes
+/// share the folder.
 const LOOKS: [Duration; 2] = [Duration::from_millis(5), Duration::from_millis(500)];
 /// Most memory of the starts that are kept for other settings \[bytes\].
 const STARTS: usize = 1 << 29;
@@ -36,52 +38,52 @@ pub(super) const REFERENCE: u64 = 1 << 32;
 /// First replica of tests on fresh seeds.
 pub(super) const FRESH: u64 = 1 << 33;
 
-/// What one run gives.
+/// Result of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sample {
-    /// The quantities, in their order.
+    /// Values of the quantities, in their order.
     pub values: Vec<f64>,
-    /// Pair collisions, of simulators where those collide.
+    /// Number of pair collisions; of simulators where simulators collide.
     pub collisions: u64,
-    /// Steps of a Monte Carlo engine; 0 for exact dynamics.
+    /// Number of steps of a Monte Carlo engine; 0 for exact dynamics.
     pub steps: u64,
     /// Memory of the engine \[bytes\].
     pub bytes: usize,
     /// CPU time of the start, the engine and its measurements \[s\].
     pub core_seconds: f64,
-    /// Wall time of both \[s\].
+    /// Wall time of the start, the engine and its measurements \[s\].
     pub wall_seconds: f64,
 }
 
-/// Runs that are wanted of a setting.
+/// Requested runs of a setting.
 #[derive(Clone, Debug)]
 pub(crate) struct Task {
     /// The setting.
     pub setting: Setting,
-    /// Which replicas.
+    /// Numbers of the replicas.
     pub replicas: Range<u64>,
 }
 
-/// What became of a task: its runs in the order of the replicas, or why it was left out.
+/// Outcome of a task: its runs in the order of the replicas, or the reason why it was left out.
 pub(crate) type Outcome = Result<Vec<Sample>, String>;
 
-/// Where runs are made, and what they may cost.
+/// Environment of the runs, and limits of their cost.
 pub(crate) struct Workshop<'a> {
-    /// The measured case.
+    /// Plan of the measured case.
     pub plan: &'a Plan,
     /// Runs that are kept in the results folder.
     pub kept: &'a KeptRuns,
-    /// What makes runs in this process.
+    /// Executor of runs in this process.
     pub runner: Runner<'a>,
-    /// What connects it with others that make some too.
+    /// Transport to other processes that make runs too, if there are any.
     pub crew: Option<&'a dyn Crew>,
     /// CPU time after which no run is begun \[s\].
     pub limit: f64,
     /// CPU time so far \[s\].
     pub spent: Mutex<f64>,
-    /// Told now and then which run has ended.
+    /// Function that is called now and then with the run that has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
-    /// Groups of tasks so far.
+    /// Number of groups of tasks so far.
     pub groups: AtomicU64,
 }
 
@@ -98,8 +100,8 @@ impl Workshop<'_> {
     /// Does all tasks, cheap ones first; outcomes are in the order of the tasks.
     ///
     /// # Errors
-    /// [`FrontierError`] if a system size cannot be planned or threads cannot be started. What a run itself cannot do is
-    /// in its outcome.
+    /// [`FrontierError`] if a system size cannot be planned or threads cannot be started. Failures
+    /// of a run are in its outcome.
     pub(crate) fn run(&self, tasks: &[Task]) -> Result<Vec<Outcome>, FrontierError> {
         let mut sizes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (index, task) in tasks.iter().enumerate() {
@@ -125,7 +127,7 @@ impl Workshop<'_> {
         Ok(outcome.unwrap_or_else(|| Ok(Vec::new())))
     }
 
-    /// Tasks of one system size.
+    /// Does the tasks of one system size.
     fn group(&self, plan: &Plan, tasks: &[&Task]) -> Result<Vec<Outcome>, FrontierError> {
         let first = tasks.iter().map(|task| task.replicas.start).min();
         let end = tasks.iter().map(|task| task.replicas.end).max();
@@ -184,7 +186,8 @@ impl Workshop<'_> {
     }
 }
 
-/// A replica in words: those of the reference, and those on fresh seeds, are counted from numbers of their own.
+/// Formats a replica: those of the reference, and those on fresh seeds, are counted from numbers of
+/// their own.
 fn replica_name(replica: u64) -> String {
     match replica {
         0..REFERENCE => format!("replica {replica}"),
@@ -195,24 +198,24 @@ fn replica_name(replica: u64) -> String {
     }
 }
 
-/// What a run left, or why it failed.
+/// Result of a run, or the reason why it failed.
 type Found = Result<Sample, String>;
 
-/// The queue of jobs of a group and what is done of it.
+/// Queue of jobs of a group, and the results so far.
 struct Bench<'a> {
     workshop: &'a Workshop<'a>,
     tasks: &'a [&'a Task],
     jobs: &'a [(usize, u64)],
-    /// The replicas whose starts are kept for other settings.
+    /// Replicas whose starts are kept for other settings.
     shared: Range<u64>,
-    /// The number of the group.
+    /// Number of the group.
     group: u64,
     state: Mutex<State>,
 }
 
 struct State {
     waiting: VecDeque<usize>,
-    /// How many are being done.
+    /// Number of jobs in progress.
     held: usize,
     done: Vec<Option<Found>>,
     failure: Option<FrontierError>,
@@ -315,7 +318,7 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// What is to be done of a job.
+    /// Returns the order of a job.
     fn order(&self, job: usize) -> Vec<u8> {
         let (task, replica) = self.jobs[job];
         let setting = &self.tasks[task].setting;
@@ -329,7 +332,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Whether no run is to be begun any more.
+    /// Returns true if no further run is to be begun.
     fn is_over(&self) -> bool {
         let workshop = self.workshop;
         workshop.spent() >= workshop.limit || workshop.runner.interrupt.is_raised()
@@ -406,7 +409,7 @@ impl Work for Bench<'_> {
     }
 }
 
-/// A run for whoever is free.
+/// Order of a run, for any process or thread.
 #[derive(Serialize, Deserialize)]
 struct Order {
     job: usize,
@@ -414,11 +417,11 @@ struct Order {
     kind: EngineKind,
     disks: usize,
     replica: u64,
-    /// Whether its start is kept for other settings.
+    /// True if the start is kept for other settings.
     shares: bool,
 }
 
-/// What one run left, and what it cost.
+/// Result of one run, and its cost.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct RunRecord {
     found: Found,
@@ -426,32 +429,33 @@ pub(crate) struct RunRecord {
     spent: f64,
 }
 
-/// The key under which a run is kept: all that its values depend on beside the case.
+/// Returns the key under which a run is kept: all that its values depend on besides the case.
 fn key(setting: &Setting, replica: u64) -> RunKey {
     write(&(&setting.engine.kind, setting.disks, replica))
 }
 
-/// A start that several settings share, with the CPU and wall time it took.
+/// Start that several settings share, with the CPU and wall time it took.
 type Shared = OnceLock<Result<(Particles, [f64; 2]), String>>;
 
-/// Makes runs, on threads of its own.
+/// Executor of runs, on threads of its own.
 pub(crate) struct Runner<'a> {
     plan: &'a Plan,
     measures: Vec<&'static dyn Measure>,
     interrupt: &'a Interrupt,
     threads: usize,
-    /// Of one thread each: an engine that would share its work with other threads finds only its own.
+    /// Thread pools of one thread each: an engine that would share its work with other threads
+    /// finds only its own.
     pools: Mutex<Vec<rayon::ThreadPool>>,
     group: Mutex<Group>,
 }
 
-/// The last group of tasks.
+/// Data of the last group of tasks.
 #[derive(Default)]
 struct Group {
     number: u64,
-    /// The case of its size.
+    /// Plan of the case at the size of the group.
     plan: Option<Arc<Plan>>,
-    /// By replica.
+    /// Starts by replica.
     starts: BTreeMap<u64, Arc<Shared>>,
 }
 
@@ -475,7 +479,7 @@ impl<'a> Runner<'a> {
         })
     }
 
-    /// The case with so many disks.
+    /// Plans the case with `disks` disks.
     pub(crate) fn plan_of(&self, disks: usize) -> Result<Plan, PlanError> {
         if disks == self.plan.count() {
             return Ok(self.plan.clone());
@@ -484,7 +488,7 @@ impl<'a> Runner<'a> {
         Plan::new(&case, &self.plan.folder)
     }
 
-    /// The case of an order, and the place of its start if others share it.
+    /// Returns the plan of an order, and the place of its start if others share it.
     fn of_group(&self, order: &Order) -> Result<(Arc<Plan>, Option<Arc<Shared>>), PlanError> {
         let mut group = self.group.lock().unwrap_or_else(PoisonError::into_inner);
         if group.number != order.group {
@@ -567,7 +571,8 @@ impl Hand for Runner<'_> {
     }
 }
 
-/// Does something, adds the CPU time that it took, and says what CPU and wall time it took \[s\].
+/// Runs `work`, adds its CPU time to `spent`, and returns its result with its CPU and wall time
+/// \[s\].
 fn timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
     let (cpu, wall) = (ThreadTime::now(), Instant::now());
     let done = work();
@@ -576,7 +581,7 @@ fn timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
     (done, seconds)
 }
 
-/// Plans the same case in another process, which then makes runs of its frontier.
+/// Plans the case in a further process, which then makes runs of the frontier.
 ///
 /// # Errors
 /// [`FrontierError`] if the case is refused here, or threads cannot be started.
@@ -590,7 +595,7 @@ pub fn assist<T>(
     Ok(work(&Runner::new(&plan, threads, interrupt)?))
 }
 
-/// The median of some numbers; not a number if there are none.
+/// Median of some numbers; NaN without numbers.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

@@ -1,9 +1,10 @@
-//! Speed against error: what `stosszahl frontier` measures around a case, and what it recommends.
+//! Speed against error: measurements of `stosszahl frontier` around a case, and its
+//! recommendations.
 //!
 //! | module | owns |
 //! |---|---|
-//! | `setting` | which numerical choices are varied, and in which sequences |
-//! | `quantity` | what is measured of a run, and where theory is exact |
+//! | `setting` | numerical choices that are varied, and their sequences |
+//! | `quantity` | quantities of a run, and where theory is exact |
 //! | `budget` | how a budget is shared out, by counts of work |
 //! | `measure` | runs on all cores, each on one thread |
 //! | `kept_runs` | the results folder, and the runs that are kept in it |
@@ -42,11 +43,11 @@ use crate::plan::PlanError;
 pub use measure::assist;
 pub use quantity::Kind;
 
-/// How a frontier is measured.
+/// Options of the measurement of a frontier.
 pub struct Options<'a> {
-    /// What must be within the target; all kinds are measured.
+    /// Kinds of quantities that must be within the target; all kinds are measured.
     pub kinds: Vec<Kind>,
-    /// Largest error that a recommended setting may have.
+    /// Largest error that a recommended setting may have, as a share.
     pub target: f64,
     /// Core time for the whole sweep, planned at nominal speeds \[s\].
     pub budget: f64,
@@ -54,57 +55,59 @@ pub struct Options<'a> {
     pub folder: PathBuf,
     /// Folder of kept references.
     pub cache: PathBuf,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
-    /// Most times that a recommendation is tested on fresh seeds.
+    /// Most tests of a recommendation on fresh seeds.
     pub tests: u64,
-    /// Replaces a results folder, with the runs that are kept in it.
+    /// True to replace a results folder, with the runs that are kept in it.
     pub force: bool,
-    /// Told now and then which run has ended.
+    /// Function that is called now and then with the run that has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
-    /// Shares the results folder with other processes that measure the same frontier; one of which nothing is heard for so long is lost.
+    /// Time of silence after which a process is lost, if the results folder is shared with other
+    /// processes that measure the same frontier.
     pub join: Option<Duration>,
-    /// Raised to stop within a second; the runs that are done are kept.
+    /// Interrupt that stops the measurement within a second; the runs that are done are kept.
     pub interrupt: &'a Interrupt,
-    /// What connects this process with others that make runs too: they call [`assist`] with the same case.
+    /// Transport to other processes that make runs too: they call [`assist`] with the same case.
     pub crew: Option<&'a dyn Crew>,
 }
 
-/// What was found.
+/// Results of a frontier.
 #[derive(Clone, Debug)]
 pub struct Frontier {
     /// Title of the case.
     pub title: String,
-    /// Which engine keeps the target at the least cost.
+    /// Sentence on the engine that keeps the target at the least cost.
     pub headline: String,
-    /// What is recommended of each engine, and the time that it all took.
+    /// Recommendation for each engine, and the time that all took.
     pub conclusions: Vec<String>,
-    /// What was measured against what.
+    /// Description of the measurement and its reference.
     pub provenance: String,
     /// Settings that were not measured, each with the reason.
     pub left_out: Vec<String>,
     /// The largest error of each kind against core time, with its figure: single runs, and the front with replicas.
     pub figure: Table,
-    /// What a page lists.
+    /// Lists of the page.
     pub lists: Vec<List>,
-    /// The results folder, which no other process writes into until this is dropped: the page is to be written before.
+    /// Results folder, which no other process writes into until this is dropped: the page must be
+    /// written before.
     pub held: Arc<Folder>,
-    /// Whether this process is to write the page: one of those that share the folder.
+    /// True if this process is to write the page: one of those that share the folder.
     pub is_reporter: bool,
 }
 
-/// A table in words.
+/// Table of words.
 #[derive(Clone, Debug)]
 pub struct List {
-    /// What it shows.
+    /// Title of the list.
     pub title: String,
-    /// Its columns: the name, and whether it holds words.
+    /// Columns: the name, and whether the column holds words.
     pub columns: &'static [(&'static str, bool)],
-    /// Its rows.
+    /// Rows of the list.
     pub rows: Vec<Vec<String>>,
 }
 
-/// Why a frontier cannot be measured.
+/// Reason why a frontier cannot be measured.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrontierError {
@@ -114,9 +117,9 @@ pub enum FrontierError {
     /// The case cannot be swept.
     #[error("{found}; a frontier needs {expected}")]
     Case {
-        /// What the case has.
+        /// Property of the case.
         found: String,
-        /// What is needed.
+        /// Property required.
         expected: &'static str,
     },
     /// A system size cannot be planned.
@@ -125,7 +128,7 @@ pub enum FrontierError {
     /// Threads cannot be started.
     #[error("threads: {0}")]
     Pool(#[from] rayon::ThreadPoolBuildError),
-    /// Another process cannot do its part.
+    /// Another process failed to do its part.
     #[error("{0}")]
     Crew(String),
     /// The kept ensemble or the journal of kept runs is not usable.
@@ -134,20 +137,20 @@ pub enum FrontierError {
     /// Runs of the reference, or of a recommendation, failed.
     #[error("{what}: {reason}")]
     Runs {
-        /// What cannot be had.
+        /// Name of the result that is missing.
         what: &'static str,
-        /// Why.
+        /// Reason of the failure.
         reason: String,
     },
     /// A folder cannot be made.
     #[error("{}: {source}", path.display())]
     Folder {
-        /// Which.
+        /// Path of the folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// It was asked to stop.
+    /// The measurement was asked to stop.
     #[error("stopped; the same command goes on with the runs that are kept")]
     Interrupted,
     /// A file cannot be written.
@@ -159,7 +162,7 @@ pub enum FrontierError {
 }
 
 impl FrontierError {
-    /// Whether what was asked for is at fault, and not the system or a run.
+    /// Returns true if the input is at fault, and not the system or a run.
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Invalid(_) | Self::Case { .. } | Self::Plan(_) | Self::Kept(_) => true,

@@ -1,8 +1,4 @@
-//! Whether errors fall at the orders that theory predicts.
-//!
-//! Each sequence of settings is fitted with `limit + slope h^order`, the order being theory's, and with the order free. The
-//! runs of a sequence share their starts, so their common noise goes into the limit, and the fit of the differences is at
-//! worst too careful. Where the order of theory describes only the finer settings, the fit is to those.
+//! Test of the orders of errors that theory predicts.
 
 use stosszahl_analysis::fit::{self, Line, Point};
 use stosszahl_results::{Estimate, Table, table};
@@ -11,24 +7,25 @@ use super::front::Measured;
 use super::quantity::Quantity;
 use super::reference::Reference;
 
-/// Standard errors from which a slope is seen.
+/// Number of standard errors from which a slope counts as seen.
 const SEEN: f64 = 3.0;
-/// Standard deviations of chi-squared beyond its degrees of freedom from which an order does not hold.
+/// Standard deviations of chi-squared above its degrees of freedom from which an order does not
+/// hold.
 const BAD: f64 = 3.0;
 
-/// What a sequence shows.
+/// Verdict on a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// The order of theory describes the values, and there is an error to describe.
     Holds,
-    /// It does not describe them.
+    /// The order of theory does not describe the values.
     DoesNotHold,
     /// No error is seen within the noise.
     NotSeen,
 }
 
 impl Verdict {
-    /// In words.
+    /// Returns the verdict in words.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Holds => "holds",
@@ -38,28 +35,29 @@ impl Verdict {
     }
 }
 
-/// A row of `orders.csv`.
+/// Row of `orders.csv`.
 #[derive(Clone, Debug)]
 pub(crate) struct OrderRow {
-    /// What is refined.
+    /// Name of the refined parameter and the scheme.
     pub sequence: &'static str,
     /// The quantity.
     pub quantity: Quantity,
-    /// Settings of the fit, the finest ones.
+    /// Number of settings of the fit, the finest ones.
     pub settings: usize,
     /// Largest h among them.
     pub coarsest: f64,
     /// Order by theory.
     pub order: f64,
-    /// Order that fits best, and its range of one standard error; none where no error is seen or three settings are lacking.
+    /// Order that fits best, and its range of one standard error; `None` if no error is seen or
+    /// there are fewer than three settings.
     pub found: Option<(f64, [f64; 2])>,
-    /// The fit, over the unit of the error: its limit is that at h = 0 less the reference.
+    /// Fit of the error over its unit: its limit is that at h = 0 less the reference.
     pub line: Line,
-    /// Whether the order holds.
+    /// Verdict on the order.
     pub verdict: Verdict,
 }
 
-/// The table of all sequences.
+/// Returns the table of all sequences.
 pub(crate) fn table(rows: &[OrderRow]) -> Table {
     let mut table = table! {
         "orders", "Whether errors fall at the orders that theory predicts.";
@@ -97,7 +95,7 @@ pub(crate) fn table(rows: &[OrderRow]) -> Table {
     table
 }
 
-/// All sequences of the measured settings that can be fitted, with all quantities.
+/// Fits all sequences of the measured settings that can be fitted, with all quantities.
 pub(crate) fn orders(
     measured: &[Measured],
     quantities: &[Quantity],
@@ -177,7 +175,7 @@ fn row(
     })
 }
 
-/// Whether a fit does not describe its values.
+/// Returns true if a fit does not describe its values.
 fn is_bad(line: &Line) -> bool {
     let freedom = line.degrees_of_freedom as f64;
     line.chi_squared > freedom + BAD * (2.0 * freedom).sqrt()

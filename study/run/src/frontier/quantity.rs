@@ -1,4 +1,4 @@
-//! What is measured of a run, all at once, and what theory says of it where it is exact.
+//! Quantities of a run, measured all at once, and their theory where it is exact.
 
 use std::str::FromStr;
 
@@ -15,31 +15,35 @@ use crate::measure::Finished;
 use crate::plan::{EnginePlan, Plan};
 use crate::unsaved::{collision_rate, energies, window};
 
-/// Decades of time before the end of the run in which the energy is taken, and times in each.
+/// Decades of time before the end of the run in which the energy is taken.
 const DECADES: i32 = 2;
+/// Number of times in each decade.
 const TIMES_PER_DECADE: u64 = 3;
-/// Longest wave number `k = L/wavelength` of the structure factor at low k, and the shells up to it.
+/// Largest wave number `k = L/wavelength` of the structure factor at low k, and number of the
+/// shells up to it.
 const LOW_WAVE_NUMBERS: i64 = 4;
-/// The measures that runs make.
+/// Measures that runs make.
 pub(crate) const MEASURES: [&str; 3] = ["energy", "impact_parameters", "structure_factor"];
 
-/// A kind of quantity.
+/// Kind of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// K(t)/K(0) at seven times, the last the end of the run; relative.
+    /// Energy K(t)/K(0) at seven times, the last the end of the run; relative errors.
     Energy,
-    /// Collisions over the whole run, over Enskog's at the temperature measured; relative.
+    /// Collision rate over the whole run, over Enskog's at the temperature measured; relative
+    /// errors.
     CollisionRate,
-    /// Fourth cumulant a2 at the end; absolute.
+    /// Fourth cumulant a2 at the end; absolute errors.
     Cumulant,
-    /// Slope of P(b/d) over the whole run; absolute.
+    /// Slope of P(b/d) over the whole run; absolute errors.
     ImpactSlope,
-    /// S(k) at the end, mean over the modes of up to four waves in the box; relative.
+    /// Structure factor S(k) at the end, mean over the modes of up to four waves in the box;
+    /// relative errors.
     Structure,
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 5] = [
         Self::Energy,
         Self::CollisionRate,
@@ -48,7 +52,7 @@ impl Kind {
         Self::Structure,
     ];
 
-    /// Its name on the command line and in tables.
+    /// Returns the name on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Energy => "energy",
@@ -59,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// Its name in sentences.
+    /// Returns the name in sentences.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Energy => "energy",
@@ -70,7 +74,7 @@ impl Kind {
         }
     }
 
-    /// What errors are divided by: the reference, or one where it may vanish.
+    /// Unit by which errors are divided: the reference, or one where it may vanish.
     pub(crate) fn unit(self, reference: f64) -> f64 {
         match self {
             Self::Energy | Self::CollisionRate | Self::Structure => reference,
@@ -89,16 +93,17 @@ impl FromStr for Kind {
     }
 }
 
-/// One number of a run.
+/// Quantity of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quantity {
-    /// What it is.
+    /// Kind of the quantity.
     pub kind: Kind,
-    /// When it is taken, or up to when, in the unit of time of the case.
+    /// Time of the quantity, or end of its window, in the unit of time of the case.
     pub time: f64,
 }
 
-/// The case as it is measured: its gas and start, sampled and observed in the same way whatever it asks for itself.
+/// Returns the case as it is measured: its gas and start, sampled and observed in the same way
+/// whatever the case asks for itself.
 pub(crate) fn measured(case: &Case) -> Case {
     let mut case = case.clone();
     let until = case.run.until;
@@ -124,7 +129,7 @@ pub(crate) fn measured(case: &Case) -> Case {
     case
 }
 
-/// All quantities of a measured case.
+/// Returns all quantities of a measured case.
 pub(crate) fn quantities(plan: &Plan) -> Vec<Quantity> {
     let kind = Kind::Energy;
     let times = plan.sample_times().into_iter().skip(1);
@@ -136,7 +141,8 @@ pub(crate) fn quantities(plan: &Plan) -> Vec<Quantity> {
         .collect()
 }
 
-/// Their values in a finished run, in the same order; not a number where a run does not have one.
+/// Returns the values of all quantities in a finished run, in the order of [`quantities`]; NaN
+/// where a run does not have one.
 ///
 /// The wave numbers of S(k) are multiples of that of the box, so S(k) is that of the case only in a box of its size,
 /// `whole`.
@@ -169,11 +175,13 @@ pub(crate) fn observe(plan: &Plan, engine: &EnginePlan, run: &Finished, whole: b
     values
 }
 
-/// What theory says of a quantity, where it is exact in the limit of a large gas; none elsewhere.
+/// Returns the theoretical value of a quantity, where theory is exact in the limit of a large gas;
+/// `None` elsewhere.
 ///
-/// An elastic gas keeps its energy, is Maxwellian, collides at Enskog's rate (the contact value is right to 0.1 % up
-/// to packing 0.5; N disks of momentum zero have `sqrt(1 - 1/N)` of the rate) and has uniform impact parameters. A gas
-/// that cools in a box too small for growing waves of shear follows Haff's law with the relaxation of a2.
+/// An elastic gas conserves its energy, is Maxwellian, collides at Enskog's rate (the contact value
+/// is right to 0.1 % up to packing 0.5; N disks of momentum zero have `sqrt(1 - 1/N)` of the rate)
+/// and has uniform impact parameters. A gas that cools in a box too small for growing waves of
+/// shear follows Haff's law with the relaxation of a2.
 pub(crate) fn theory(plan: &Plan, quantity: Quantity) -> Option<Known> {
     if !plan.has_theory() || plan.case.drive.is_some() || plan.case.thermostat.is_some() {
         return None;

@@ -1,4 +1,5 @@
-//! The cheapest setting that keeps a target, for each engine, and whether it keeps it on fresh seeds.
+//! Recommendation: the cheapest setting of each engine that keeps a target, and its test on fresh
+//! seeds.
 
 use stosszahl_analysis::accuracy::Accuracy;
 
@@ -8,26 +9,26 @@ use super::measure::{FRESH, Task, Workshop};
 use super::quantity::{Kind, Quantity};
 use super::reference::Reference;
 
-/// Most replicas that are recommended.
+/// Most replicas of a recommendation.
 const MOST: u64 = 4096;
 
-/// What is known of the settings, and what is asked of them.
+/// Measured settings, and the target of the search among them.
 pub(crate) struct Search<'a> {
-    /// The settings.
+    /// Measured settings.
     pub measured: &'a [Measured],
-    /// What was measured of them.
+    /// Quantities that were measured.
     pub quantities: &'a [Quantity],
-    /// Against what.
+    /// References of the quantities.
     pub references: &'a [Reference],
-    /// Largest error.
+    /// Largest error allowed.
     pub error: f64,
-    /// Of these.
+    /// Kinds of quantities that must keep it.
     pub kinds: &'a [Kind],
-    /// Disks of the case.
+    /// Number of disks of the case.
     pub disks: usize,
 }
 
-/// The two engines.
+/// Group of engines: exact or Monte Carlo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Engines {
     /// Exact dynamics.
@@ -39,7 +40,7 @@ pub(crate) enum Engines {
 impl Engines {
     pub(crate) const ALL: [Self; 2] = [Self::EventDriven, Self::MonteCarlo];
 
-    /// In words.
+    /// Returns the name in words.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::EventDriven => "Exact dynamics",
@@ -52,25 +53,25 @@ impl Engines {
     }
 }
 
-/// A choice: which setting, and how many replicas of it.
+/// Choice of a setting and its number of replicas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Choice {
-    /// Place among the measured settings.
+    /// Index among the measured settings.
     pub index: usize,
-    /// Replicas.
+    /// Number of replicas.
     pub replicas: u64,
-    /// CPU time of all of them \[s\].
+    /// CPU time of all replicas \[s\].
     pub core_seconds: f64,
-    /// Root mean squared error that is expected, of the worst quantity.
+    /// Expected root mean squared error of the worst quantity.
     pub error: f64,
 }
 
-/// How a choice did on fresh seeds.
+/// Outcome of a choice on fresh seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tested {
-    /// Tests in which every wanted quantity was within the target.
+    /// Number of tests in which every wanted quantity was within the target.
     pub kept: u64,
-    /// Tests.
+    /// Number of tests.
     pub tests: u64,
     /// Root mean squared error of the worst quantity.
     pub error: f64,
@@ -79,8 +80,9 @@ pub(crate) struct Tested {
 }
 
 impl<'a> Search<'a> {
-    /// Bias and noise of a quantity as a choice sees them. Exact dynamics of the whole case is what an ensemble is made of, so it
-    /// has no systematic error against one: the difference of the two means is noise of both.
+    /// Returns the bias and noise of a quantity of a choice. An ensemble consists of exact dynamics
+    /// of the whole case, which has no systematic error against it: the difference of the two means
+    /// is noise of both.
     fn judged(&self, one: &Measured, index: usize) -> Option<Accuracy> {
         let found = one.accuracies[index]?;
         let same = one.setting.is_reference(self.disks) && self.references[index].is_ensemble;
@@ -91,19 +93,20 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The quantities of the kinds asked for.
+    /// Returns the indices of the quantities of the kinds asked for.
     fn wanted(&self) -> impl Iterator<Item = usize> {
         let asked = |index: &usize| self.kinds.contains(&self.quantities[*index].kind);
         (0..self.quantities.len()).filter(asked)
     }
 
-    /// The settings of an engine.
+    /// Returns the settings of a group of engines.
     fn of(&self, engines: Engines) -> impl Iterator<Item = (usize, &'a Measured)> {
         let all = self.measured.iter().enumerate();
         all.filter(move |(_, one)| engines.holds(one))
     }
 
-    /// The cheapest setting whose assured error of every wanted quantity is within the target.
+    /// Returns the cheapest setting whose assured error of every wanted quantity is within the
+    /// target.
     pub(crate) fn choose(&self, engines: Engines) -> Option<Choice> {
         let choice = |(index, one): (usize, &Measured)| {
             let runs = self
@@ -122,7 +125,8 @@ impl<'a> Search<'a> {
         choices.min_by(|a, b| a.core_seconds.total_cmp(&b.core_seconds))
     }
 
-    /// The setting whose systematic error of the worst wanted quantity is smallest, with that error and its standard error.
+    /// Returns the setting whose systematic error of the worst wanted quantity is smallest, with
+    /// that error and its standard error.
     pub(crate) fn nearest(&self, engines: Engines) -> Option<(&'a Measured, [f64; 2])> {
         let worst = |(_, one): (usize, &'a Measured)| {
             let errors = self.wanted().map(|place| {
@@ -137,8 +141,9 @@ impl<'a> Search<'a> {
         all.min_by(|a, b| a.1[0].total_cmp(&b.1[0]))
     }
 
-    /// A finer setting of a sequence of the chosen one, whose systematic error is surely beyond the target: then the chosen one
-    /// is right because errors cancel, and not because it is fine enough.
+    /// Returns a finer setting of a sequence of the chosen one, whose systematic error is surely
+    /// beyond the target: then the chosen one is right because errors cancel, and not because it is
+    /// fine enough.
     pub(crate) fn finer_that_fails(&self, choice: &Choice) -> Option<(&'a Measured, f64)> {
         let chosen = &self.measured[choice.index].setting;
         let finer = |other: &&Measured| {

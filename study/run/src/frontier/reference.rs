@@ -1,4 +1,5 @@
-//! What errors are measured against: theory where it is exact, and a large ensemble of exact dynamics elsewhere.
+//! References of errors: theory where it is exact, and a large ensemble of exact dynamics
+//! elsewhere.
 //!
 //! The ensemble has replicas of its own, which no setting runs. It is kept in a file with its provenance, so that another
 //! sweep of the same case need not make it again; a file of another case, seed or version, or one that was changed, is
@@ -18,19 +19,19 @@ use super::quantity::{Quantity, theory};
 use super::setting::Setting;
 use crate::plan::Plan;
 
-/// Runs of the ensemble between two writes of the file.
+/// Number of runs of the ensemble between two writes of the file.
 const BATCH: usize = 64;
 
-/// A value that errors are measured against.
+/// Reference value of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reference {
-    /// The value with its error.
+    /// Value with its error.
     pub known: Known,
-    /// Whether it is from an ensemble of exact dynamics, and not exact theory.
+    /// True if the value is from an ensemble of exact dynamics, and not from exact theory.
     pub is_ensemble: bool,
 }
 
-/// Where the runs of an ensemble are kept: a snapshot, which knows the case that it belongs to and whether it was changed.
+/// File of the runs of an ensemble: a snapshot, which identifies its case and detects changes.
 pub(crate) struct Cache {
     /// The file.
     pub path: PathBuf,
@@ -38,7 +39,7 @@ pub(crate) struct Cache {
 }
 
 impl Cache {
-    /// The place of the ensemble of a measured case in a folder.
+    /// Returns the file of the ensemble of a measured case in a folder.
     pub(crate) fn of(plan: &Plan, folder: &Path) -> Self {
         let mut case = plan.case.clone();
         case.engine = Engines::default();
@@ -68,7 +69,7 @@ impl Cache {
         }
     }
 
-    /// Identifies the case with its seed and the version of the program, in hexadecimal.
+    /// Returns a hash of the case with its seed and the version of the program, in hexadecimal.
     pub(crate) fn fingerprint(&self) -> String {
         blake3::Hash::from_bytes(self.fingerprint).to_hex()[..16].to_owned()
     }
@@ -84,13 +85,13 @@ impl Cache {
     }
 }
 
-/// The references of all quantities, and how many runs of exact dynamics are behind them and were made now.
+/// References of all quantities, with the number of runs of exact dynamics behind them.
 pub(crate) struct References {
-    /// In the order of the quantities.
+    /// References in the order of the quantities.
     pub values: Vec<Reference>,
-    /// Runs of the ensemble; none where theory knows everything.
+    /// Number of runs of the ensemble; 0 where theory is exact for all.
     pub runs: usize,
-    /// Those of them that were not found on disk.
+    /// Number of runs that were not found on disk, and so made now.
     pub made: usize,
 }
 

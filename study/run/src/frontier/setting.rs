@@ -1,4 +1,4 @@
-//! The settings of a sweep: what buys accuracy, varied around a case one choice at a time.
+//! The settings of a sweep: choices that affect accuracy, varied around a case one at a time.
 //!
 //! Replicas are not varied: n of them lower the noise by √n and leave the bias, so their error follows from that of one
 //! (see [`stosszahl_analysis::accuracy`]).
@@ -9,32 +9,32 @@ use stosszahl_results::engine_title;
 
 use crate::plan::{EngineKind, EnginePlan, IN_CELLS, Plan};
 
-/// One step of a sequence of settings whose error theory says to fall as a power of h.
+/// Step of a sequence of settings whose error falls by theory as a power of h.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Refinement {
-    /// What is refined, and of what.
+    /// Name of the sequence: the refined parameter, and the scheme.
     pub sequence: &'static str,
-    /// The small quantity.
+    /// Small parameter h.
     pub h: f64,
-    /// The power.
+    /// Power of h by theory.
     pub order: f64,
 }
 
 /// Numerical choices of one run.
 #[derive(Clone, Debug)]
 pub(crate) struct Setting {
-    /// The engine with its choices.
+    /// Engine with its choices.
     pub engine: EnginePlan,
-    /// Number of disks; the box is as large as the packing fraction says.
+    /// Number of disks; the box follows from the packing fraction.
     pub disks: usize,
-    /// The sequences that it belongs to.
+    /// Sequences that the setting belongs to.
     pub refinements: Vec<Refinement>,
 }
 
 /// Fewest disks of a smaller system.
 const FEWEST: usize = 64;
 
-/// An engine with its choices, in a periodic box.
+/// Creates an engine with its choices, in a periodic box.
 pub(super) fn engine(kind: EngineKind) -> EnginePlan {
     let name = match &kind {
         EngineKind::EventDriven { .. } => "ed",
@@ -62,7 +62,8 @@ fn event_driven(contact_time: f64) -> EngineKind {
 }
 
 impl Setting {
-    /// Exact dynamics as the case wants it: without the contact time of the TC model, which is an approximation.
+    /// Creates the setting of exact dynamics as the case wants it: without the contact time of the
+    /// TC model, which is an approximation.
     pub(crate) fn exact(disks: usize) -> Self {
         Self {
             engine: engine(event_driven(0.0)),
@@ -71,17 +72,17 @@ impl Setting {
         }
     }
 
-    /// Whether it is event-driven.
+    /// Returns true if the engine is event-driven.
     pub(crate) fn is_event_driven(&self) -> bool {
         matches!(self.engine.kind, EngineKind::EventDriven { .. })
     }
 
-    /// Whether it is what an ensemble of a case of this many disks is made of.
+    /// Returns true if the setting is that of an ensemble for a case of this many disks.
     pub(crate) fn is_reference(&self, disks: usize) -> bool {
         self.engine.kind == event_driven(0.0) && self.disks == disks
     }
 
-    /// The choices in words.
+    /// Describes the choices in words.
     pub(crate) fn label(&self, plan: &Plan) -> String {
         let mut parts = Vec::new();
         match &self.engine.kind {
@@ -111,18 +112,22 @@ impl Setting {
         parts.join(", ")
     }
 
-    /// Rough seconds of one run with its start, from counts of work alone: shares of a budget must not depend on a clock.
+    /// Rough time of one run with its start \[s\], from counts of work alone: shares of a budget
+    /// must not depend on a clock.
     pub(crate) fn nominal_seconds(&self, plan: &Plan) -> f64 {
-        /// Seconds for a pair collision of exact dynamics, and to place a disk.
+        /// Time of a pair collision of exact dynamics \[s\].
         const EXACT: f64 = 6e-7;
+        /// Time to place a disk \[s\].
         const PLACED: f64 = 1e-5;
-        /// Seconds for a simulator and step: flight and sorting alone, with collisions within cells, with partners from the
-        /// cell of the point of contact, with pairs that overlap.
+        /// Time per simulator and step for flight and sorting alone \[s\].
         const FLIGHT: f64 = 5e-8;
+        /// Time per simulator and step for collisions within cells \[s\].
         const WITHIN: f64 = 2.5e-8;
+        /// Time per simulator and step with partners from the cell of the point of contact \[s\].
         const ESMC: f64 = 4e-7;
+        /// Time per simulator and step with pairs that overlap \[s\].
         const OVERLAP: f64 = 2.5e-7;
-        /// Seconds for a pair collision with a partner around the point of contact.
+        /// Time of a pair collision with a partner around the point of contact \[s\].
         const AROUND: f64 = 3e-6;
         let disks = self.disks as f64;
         let collisions = 0.5 * disks * plan.expected_collisions(plan.case.run.until);
@@ -144,7 +149,7 @@ impl Setting {
     }
 }
 
-/// Choices of a scheme that are not its default.
+/// Describes the choices of a scheme that are not its default.
 fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<String> {
     let displaced = match parameters.displacement {
         Displacement::None => "not displaced",
@@ -173,7 +178,7 @@ fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<Str
     words.into_iter().flatten().collect()
 }
 
-/// How copies start by default: with the long waves of the start where those grow.
+/// Returns the default start of simulators: with the long waves of the start where those grow.
 fn copies(plan: &Plan, disks: usize) -> Copies {
     let widest = plan.lengths[0].max(plan.lengths[1]);
     let width = widest * (disks as f64 / plan.count() as f64).sqrt();
@@ -225,7 +230,7 @@ impl List<'_> {
     }
 }
 
-/// A Monte Carlo engine with the choices that sweeps begin from.
+/// Creates a Monte Carlo engine with the choices that sweeps begin from.
 fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> Parameters {
     Parameters {
         cell_size,
@@ -237,7 +242,8 @@ fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> 
     }
 }
 
-/// All settings around a case: its own engines first, then exact dynamics, then each Monte Carlo scheme.
+/// Returns all settings around a case: its own engines first, then exact dynamics, then each Monte
+/// Carlo scheme.
 pub(crate) fn around(plan: &Plan) -> Vec<Setting> {
     let mut list = List {
         plan,
@@ -257,7 +263,8 @@ pub(crate) fn around(plan: &Plan) -> Vec<Setting> {
     list.all
 }
 
-/// Smaller systems of the same density; none of a start that comes from a file, or of several species.
+/// Returns smaller systems of the same density; none for a start that comes from a file, or of
+/// several species.
 fn smaller(plan: &Plan) -> impl Iterator<Item = usize> + use<> {
     let (disks, placed) = (plan.count(), plan.file.is_none() && plan.species.len() == 1);
     [4, 16]
@@ -266,8 +273,8 @@ fn smaller(plan: &Plan) -> impl Iterator<Item = usize> + use<> {
         .filter(move |&few| placed && few >= FEWEST)
 }
 
-/// System size, and the contact time of the TC model, whose error is of first order (2 ω `t_c` of the collisions do not
-/// dissipate).
+/// Adds settings of system size, and of the contact time of the TC model, whose error is of first
+/// order (2 ω `t_c` of the collisions do not dissipate).
 fn exact(list: &mut List<'_>) {
     let plan = list.plan;
     list.add(event_driven(0.0), plan.count(), None);
@@ -284,7 +291,8 @@ fn exact(list: &mut List<'_>) {
     }
 }
 
-/// Simulators for each disk, step, partner radius, copies and size of the scheme with partners around the point of contact.
+/// Adds settings of simulators for each disk, step, partner radius, copies and size of the scheme
+/// with partners around the point of contact.
 fn contact_point(list: &mut List<'_>) {
     let plan = list.plan;
     let point = |radius, simulators, steps, disks| Parameters {
@@ -316,7 +324,7 @@ fn contact_point(list: &mut List<'_>) {
     }
 }
 
-/// Simulators, cells and steps of the schemes within cells.
+/// Adds settings of simulators, cells and steps of the schemes within cells.
 fn within_cells(list: &mut List<'_>) {
     let plan = list.plan;
     let path = kinetic::mean_free_path(plan.packing_fraction, plan.contact_value);
@@ -356,7 +364,7 @@ fn within_cells(list: &mut List<'_>) {
     list.one(dsmc(Scheme::Boltzmann, 4, Some(cell), 4.0));
 }
 
-/// The two other schemes with partners across cells.
+/// Adds settings of the two other schemes with partners across cells.
 fn across(list: &mut List<'_>) {
     let esmc = Scheme::Esmc(Neighbourhood::Cells(2));
     let simulators = [4, 16].map(|copies| {

@@ -1,4 +1,5 @@
-//! A whole frontier: reference, settings, front, orders, recommendations, and the words for them.
+//! Measurement of a whole frontier: reference, settings, front, orders, recommendations, and their
+//! texts.
 
 use std::fs;
 use std::sync::Mutex;
@@ -23,7 +24,7 @@ use crate::check::Planned;
 use crate::plan::Plan;
 use crate::words::{percent, time};
 
-/// Refuses a case whose runs have no spread, or that is many cases.
+/// Refuses a case whose runs have no spread, or that is a sweep of cases.
 pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
     let refuse = |found: String, expected| Err(FrontierError::Case { found, expected });
     let [point] = &file.points[..] else {
@@ -44,7 +45,7 @@ pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
     Ok(Plan::new(&measured_case(&plan.case), &plan.folder)?)
 }
 
-/// The folders, before any work.
+/// Opens the folders, before any work.
 fn open(plan: &Plan, options: &Options<'_>) -> Result<KeptRuns, FrontierError> {
     let kept = KeptRuns::open(plan, options)?;
     fs::create_dir_all(&options.cache).map_err(|source| FrontierError::Folder {
@@ -54,7 +55,7 @@ fn open(plan: &Plan, options: &Options<'_>) -> Result<KeptRuns, FrontierError> {
     Ok(kept)
 }
 
-/// A sweep on its way.
+/// Sweep in progress.
 struct Sweep<'a> {
     options: &'a Options<'a>,
     workshop: &'a Workshop<'a>,
@@ -121,7 +122,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// What was measured against what.
+    /// Describes the measurement and its reference.
     fn provenance(&self, cache: &Cache) -> String {
         let plan = self.workshop.plan;
         let of = format!(
@@ -148,7 +149,7 @@ impl<'a> Sweep<'a> {
         format!("{of} {against}")
     }
 
-    /// Which of the choices keeps the target at the least cost.
+    /// Describes which of the choices keeps the target at the least cost.
     fn headline(&self, choices: &[Option<Choice>]) -> String {
         let target = format!(
             "{} in {}",
@@ -176,7 +177,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Tests a choice of each engine, and says what came of it.
+    /// Tests a choice of each engine, and describes the outcome.
     fn recommendations(&self, choices: [Option<Choice>; 2]) -> Result<Vec<String>, FrontierError> {
         // Time is kept for tests of what there is to test.
         let count = choices.iter().flatten().count().max(1);
@@ -189,7 +190,7 @@ impl<'a> Sweep<'a> {
         .collect()
     }
 
-    /// Tests a choice, and says what was predicted and found.
+    /// Tests a choice, and describes the prediction and the outcome.
     fn recommendation(
         &self,
         engines: Engines,
@@ -227,7 +228,7 @@ impl<'a> Sweep<'a> {
         Ok(format!("{predicted} {found}{}", finer.unwrap_or_default()))
     }
 
-    /// The sentence on an engine that cannot meet the target.
+    /// Returns the sentence on an engine that cannot meet the target.
     fn unmet(&self, engines: Engines) -> String {
         let search = self.search();
         let least = search.nearest(engines).map(|(one, errors)| {
@@ -257,7 +258,7 @@ fn replicas(count: u64) -> String {
     format!("{count} replica{ending}")
 }
 
-/// Measures a case; the tables of all rows beside what is shown of them.
+/// Measures a case; returns the results, and the tables of all rows.
 pub(crate) fn sweep(
     file: &CaseFile,
     options: &Options<'_>,
@@ -307,7 +308,8 @@ pub(crate) fn sweep(
     Ok((found, [front::table(&rows), orders::table(&orders)]))
 }
 
-/// The largest errors against core time: single runs of each engine, and the front of all numbers of replicas.
+/// Returns the table of the largest errors against core time: single runs of each engine, and the
+/// front of all numbers of replicas.
 fn figure(rows: &[Row<'_>], target: f64) -> Table {
     const FRONT: &str = "front, with replicas";
     const ERROR_OF: &str = "error_of";
@@ -350,7 +352,7 @@ const FRONT: &[(&str, bool)] = &[
     ("statistical, one run", false),
 ];
 
-/// The front of a kind, by cost.
+/// Returns the front of a kind, by cost.
 fn front_list(rows: &[Row<'_>], kind: Kind) -> List {
     let name = largest(kind);
     let mut front: Vec<&Row<'_>> = rows
@@ -421,7 +423,7 @@ fn order_list(orders: &[OrderRow]) -> List {
     }
 }
 
-/// The words and the lists, in Markdown.
+/// Formats the sentences and the lists in Markdown.
 pub(crate) fn markdown(found: &Frontier) -> String {
     let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
     let mut text = format!("# Speed against error: {}\n\n", found.title);
