@@ -24,7 +24,8 @@ use crate::check::Planned;
 use crate::plan::Plan;
 use crate::words::{percent, time};
 
-/// Refuses a case whose runs have no spread, or that is a sweep of cases.
+/// Plans a case as it is measured. Refuses sweeps, cases other than smooth disks in a periodic box,
+/// and starts that give all replicas one state.
 pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
     let refuse = |found: String, expected| Err(FrontierError::Case { found, expected });
     let [point] = &file.points[..] else {
