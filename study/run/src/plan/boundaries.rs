@@ -1,4 +1,4 @@
-//! Walls, obstacles, streams and weights of a case, as engines have them.
+//! Walls, obstacles, streams and weights of a case, in the form of the engines.
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_case::format::{
@@ -12,16 +12,17 @@ use stosszahl_model::{Face, Rebound, Space, Wall, Walls};
 
 use super::data::{EnginePlan, Plan, PlanError, in_space};
 
-/// Engines of one replica draw different numbers for diffuse walls of exact dynamics.
+/// Branch of the random streams for diffuse walls of exact dynamics, as engines of one replica draw
+/// different numbers.
 const ED: u64 = 1;
 
-/// A list of components as a vector; the third is zero in the plane.
+/// Converts a list of components to a vector; the third is zero in the plane.
 pub(super) fn vector(list: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| list.get(axis).copied().unwrap_or(0.0))
 }
 
 impl Plan {
-    /// What stands at the faces of the box.
+    /// Returns the faces of the box.
     ///
     /// # Errors
     /// [`PlanError`] names the face.
@@ -54,7 +55,7 @@ impl Plan {
             .map_err(|error| PlanError::new("walls", error, "walls as docs describe them"))
     }
 
-    /// What stands inside the box.
+    /// Returns the obstacles inside the box.
     ///
     /// # Errors
     /// [`PlanError`] names the obstacle.
@@ -69,7 +70,7 @@ impl Plan {
         Ok(all)
     }
 
-    /// Everything at the faces and inside the box, for Monte Carlo.
+    /// Returns the faces of the box and the obstacles inside, for Monte Carlo.
     ///
     /// # Errors
     /// As [`Self::walls`], [`Self::obstacles`].
@@ -83,7 +84,8 @@ impl Plan {
         })
     }
 
-    /// The same for exact dynamics of a replica with these streams.
+    /// Returns the faces of the box and the obstacles inside, for exact dynamics of a replica with
+    /// these random streams.
     ///
     /// # Errors
     /// As [`Self::walls`], [`Self::obstacles`].
@@ -98,7 +100,7 @@ impl Plan {
         })
     }
 
-    /// The streams that flow in: one for each species and face.
+    /// Returns the inflows: one for each species and face.
     fn inflows<S: Space>(&self) -> Result<Vec<Inflow<S>>, PlanError> {
         let case = &self.case;
         let mut list = Vec::new();
@@ -132,7 +134,7 @@ impl Plan {
         Ok(list)
     }
 
-    /// First particle of a species in the order of the state.
+    /// Index of the first particle of a species in the order of the state.
     fn first_of(&self, species: usize) -> usize {
         match &self.species_numbers {
             Some(numbers) => {
@@ -143,20 +145,21 @@ impl Plan {
         }
     }
 
-    /// Whether particles of the start are kept apart, as exact dynamics needs them.
+    /// Returns true if particles of the start must not overlap, as exact dynamics requires.
     pub(crate) fn keeps_apart(&self) -> bool {
         let prepared = self.kind == Kind::Comparison && self.dimension == 2;
         prepared || self.engine("ed").is_some() || self.equilibration() > 0.0
     }
 
-    /// Whether a particle that starts anywhere in the box might overlap a wall or an obstacle of an engine.
+    /// Returns true if a particle that starts anywhere in the box might overlap a wall or an
+    /// obstacle of an engine.
     pub fn keeps_clear(&self) -> bool {
         let clear = |engine: &EnginePlan| engine.clearance == Clearance::Radius;
         self.is_bounded() && self.engines.iter().any(clear)
     }
 }
 
-/// The obstacles of a case, wherever its box ends.
+/// Returns the obstacles of a case, also those beyond its box.
 ///
 /// # Errors
 /// [`PlanError`] names the obstacle.
@@ -173,13 +176,13 @@ pub(super) fn obstacles(case: &Case) -> Result<Vec<Obstacle>, PlanError> {
     case.obstacle.iter().enumerate().map(one).collect()
 }
 
-/// Error of an obstacle by its index.
+/// Creates the error of an obstacle by its index.
 fn no_obstacle(index: usize, error: ObstacleError) -> PlanError {
     let key = format!("obstacle.{}", index + 1);
     PlanError::new(key, error, "an obstacle with a surface, inside the box")
 }
 
-/// Whether all that stands in the box has a meaning there.
+/// Checks that the walls and obstacles fit the box.
 pub(super) fn check(plan: &Plan) -> Result<(), PlanError> {
     let case = &plan.case;
     if plan.lengths[0] == 0.0 {
@@ -201,7 +204,7 @@ pub(super) fn check(plan: &Plan) -> Result<(), PlanError> {
     in_space!(plan.dimension, S => plan.walls::<S>().map(drop))
 }
 
-/// The weights of regions.
+/// Returns the weights of regions.
 pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<Weights, PlanError> {
     let Some(written) = written else {
         return Ok(Weights::uniform());
@@ -216,7 +219,7 @@ pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<Weights, P
     })
 }
 
-/// The law of a surface.
+/// Returns the law of a surface.
 fn rebound(restitution: Option<f64>, slip: Option<f64>, temperature: Option<f64>) -> Rebound {
     match temperature {
         Some(temperature) => Rebound::Diffuse { temperature },
@@ -227,7 +230,7 @@ fn rebound(restitution: Option<f64>, slip: Option<f64>, temperature: Option<f64>
     }
 }
 
-/// The one shape that is given.
+/// Returns the one shape that is given.
 fn outline(written: &Body) -> Option<Outline> {
     let points = |list: &[[f64; 2]]| -> Vec<Vector2<f64>> {
         list.iter().map(|&point| point.into()).collect()

@@ -6,25 +6,25 @@ use stosszahl_model::{Domain, Space, Walls};
 
 use super::data::{Plan, PlanError};
 
-/// Depth over the diameter up to which a particle only touches, by rounding.
+/// Largest depth over the diameter that counts as touching, by rounding.
 const TOUCHES: f64 = 1e-9;
 
-/// Faces of the box and bodies in it.
+/// Faces of the box and obstacles in it.
 #[derive(Clone, Debug)]
 pub(crate) struct Confinement<S: Space> {
-    /// The box.
+    /// Box of the gas.
     pub(crate) domain: Domain<S>,
-    /// What stands at its faces.
+    /// Faces of the box.
     pub(crate) walls: Walls<S>,
-    /// Bodies inside it.
+    /// Obstacles inside the box.
     pub(crate) obstacles: Vec<Obstacle>,
 }
 
 impl<S: Space> Confinement<S> {
-    /// Faces and bodies of a plan, in engine units.
+    /// Creates the confinement of a plan, in engine units.
     ///
     /// # Errors
-    /// [`PlanError`] names the face, the body or the box that cannot be.
+    /// [`PlanError`] names the invalid face, body or box.
     pub(crate) fn of(plan: &Plan) -> Result<Self, PlanError> {
         let walls = plan.walls::<S>()?;
         let domain = walls
@@ -37,13 +37,15 @@ impl<S: Space> Confinement<S> {
         })
     }
 
-    /// Lowest place of a wall at time 0 above the face of the box \[length\]; 0 without a wall.
+    /// Lowest displacement of a wall at time 0 above the face of the box \[length\]; 0 without a
+    /// wall.
     pub(crate) fn wall(&self, axis: usize, side: usize) -> f64 {
         let wall = self.walls.wall(axis, side);
         wall.map_or(0.0, |wall| wall.displacement(0.0))
     }
 
-    /// Greatest depth \[length\] of a particle of a radius in a body, with the index of the body.
+    /// Returns the greatest depth \[length\] of a particle of a radius in a body, with the index of
+    /// the body.
     pub(crate) fn body_at(&self, place: S::Vector, radius: f64) -> Option<(usize, f64)> {
         let steps = |axis: usize| {
             if self.domain.is_periodic(axis) {
@@ -75,7 +77,8 @@ impl<S: Space> Confinement<S> {
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Wall or body that a particle of a radius overlaps, by the key of the case, and the depth \[length\].
+    /// Returns the wall or body that a particle of a radius overlaps, by the key of the case, and
+    /// the depth \[length\].
     pub(crate) fn blocks(&self, place: S::Vector, radius: f64) -> Option<(String, f64)> {
         let deep = |depth: f64| depth > 2.0 * TOUCHES * radius;
         for (axis, names) in FACES.iter().enumerate().take(S::DIMENSION) {

@@ -1,9 +1,10 @@
-//! What a case costs: memory of the whole process, and time. Times are rough guides for the reader; memory is what the peak
-//! of the process is measured to be, within a factor of 1.3 in the cases of `tests/program/memory.rs`.
+//! Cost of a case: memory of the whole process, and time. Times are rough guides. Memory is the
+//! measured peak of the process within a factor of 1.3 in the cases of `tests/program/memory.rs`.
 //!
-//! The peak of an engine comes when probes look at all particles, when one of them works on what it saw, or when a checkpoint is
-//! written: then there are the gas, the records of its probes, and both again as bytes, which go straight into the file. Records
-//! stay until the tables are made. Large figures can take more than all of that when the report is made, after the run.
+//! The peak of an engine comes when probes sample all particles, when one of them processes its
+//! sample, or when a checkpoint is written. Then there are the gas, the records of its probes, and
+//! both again as bytes, which go straight into the file. Records stay until the tables are made.
+//! Large figures can take more than all of that when the report is made, after the run.
 
 use std::thread;
 
@@ -14,83 +15,93 @@ pub use stosszahl_model::memory::available as available_memory;
 
 use super::data::{Class, EngineKind, EnginePlan, Plan};
 
-/// Collisions and simulator steps a second that the estimate of the time assumes.
+/// Collisions per second that the estimate of the time assumes.
 const COLLISIONS_PER_SECOND: f64 = 4e5;
+/// Simulator steps per second that the estimate of the time assumes.
 const SIMULATOR_STEPS_PER_SECOND: f64 = 1.5e7;
-/// Cells that exact disks cross in a second, and crossings for each collision that are counted among its work.
+/// Cells that exact disks cross per second.
 const CROSSINGS_PER_SECOND: f64 = 5e6;
+/// Crossings per collision that are included in its cost.
 const USUAL_CROSSINGS: f64 = 5.0;
-/// Collisions of simulators with partners across cells, in a second, and trials for them.
+/// Collisions per second of simulators with partners across cells.
 const COLLISIONS_ACROSS_PER_SECOND: f64 = 1e6;
+/// Candidate pairs per second for collisions across cells.
 const TRIALS_PER_SECOND: f64 = 5e6;
-/// Trials for each collision of equal particles: within cells, and with partners across cells, where the bound of speeds is
-/// that of wider blocks.
+/// Candidate pairs per collision of equal particles: within cells, and with partners across cells,
+/// where the bound of speeds is that of wider blocks.
 const TRIALS: [f64; 2] = [2.0, 4.0];
 /// Memory of the program itself \[bytes\].
 const PROGRAM: f64 = 16e6;
 /// Tables of the tests of the start \[bytes\].
 const TABLES: f64 = 4e6;
-/// One particle as measurements see it \[bytes\].
+/// Memory of one particle as measurements see it \[bytes\].
 const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
-/// What is spent on the selection of pairs while bounds are fitted, for each particle without positions \[bytes\].
+/// Memory of the selection of pairs while bounds are fitted, for each particle without positions
+/// \[bytes\].
 const FITTING: f64 = 60.0;
 
-/// What strips of a gas of exact disks take, for each disk, and for each strip beside the first \[bytes\].
+/// Memory of strips of a gas of exact disks, per disk: once for the gas, and once for each strip
+/// \[bytes\].
 const STRIP: f64 = 64.0;
 
-/// What a cell takes \[bytes\], and in flows, where collisions are counted by cell; and its time in a step, in simulators.
+/// Memory of a cell \[bytes\].
 const CELL: f64 = 8.0;
+/// Memory of a cell in flows, where collisions are counted by cell \[bytes\].
 const COUNTED_CELL: f64 = 24.0;
+/// Time of a cell in a step, in simulators.
 const CELL_STEPS: f64 = 0.3;
 
 /// Most classes of particles whose pairs are summed.
 const MOST_KINDS: usize = 200;
-/// Particles of each species whose trajectories are kept where the case does not say.
+/// Default number of particles of each species whose trajectories are kept.
 const PATHS: i64 = 1000;
 
 /// Cost of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// Most memory of the whole process \[bytes\]: all engines and replicas that run at once.
+    /// Peak memory of the whole process \[bytes\]: all engines and replicas that run at once.
     pub bytes: f64,
     /// Computing time of the parts of a replica: guessed by the plan, unless it was measured ([`crate::pace`]).
     pub pace: Pace,
-    /// Replicas.
+    /// Number of replicas.
     pub replicas: u64,
-    /// Each engine of one replica.
+    /// Cost of each engine of one replica.
     pub engines: Vec<EngineCost>,
 }
 
 /// Cost of one engine of one replica, about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EngineCost {
-    /// Its name.
+    /// Name of the engine.
     pub name: &'static str,
-    /// Memory \[bytes\].
+    /// Memory of the engine \[bytes\].
     pub bytes: f64,
-    /// Collisions, of simulators where those collide.
+    /// Number of collisions; of simulators where simulators collide.
     pub collisions: f64,
-    /// Pairs that are tried for each collision; none in exact dynamics.
+    /// Candidate pairs per collision; `None` in exact dynamics.
     pub trials_per_collision: Option<f64>,
 }
 
-/// Bytes that a measure keeps of one engine: of the first replica, and of each other one.
+/// Memory that a measure keeps of one engine \[bytes\]: of the first replica, and of each other
+/// one.
 pub type Kept = [f64; 2];
 
-/// What the parts of a replica take on one core, beside others \[s\].
+/// Computing times of the parts of a replica on one core \[s\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pace {
-    /// The start that engines share.
+    /// Time of the start that engines share \[s\].
     pub start: f64,
-    /// Each engine: of the first replica, at which some measures look alone, and of each other one.
+    /// Time of each engine \[s\]: of the first replica, which some measures sample alone, and of
+    /// each other one.
     pub engines: Vec<[f64; 2]>,
-    /// What follows once all replicas are done: theory that tables are compared with.
+    /// Time after all replicas are done \[s\]: theory that tables are compared with.
     pub ending: f64,
 }
 
 impl Pace {
-    /// The whole run of so many replicas on so many threads \[s\]: all the work shared among the threads, or one replica after the
-    /// other where there are more threads than that needs.
+    /// Time of the whole run of `replicas` replicas on `threads` threads \[s\]: all the work shared
+    /// among the threads, or one replica after the other where there are more threads than that
+    /// needs.
     pub fn seconds(&self, replicas: u64, threads: usize) -> f64 {
         let sum = |which: usize| self.engines.iter().map(|one| one[which]).sum::<f64>();
         let longest = self.engines.iter().map(|one| one[0]).fold(0.0, f64::max);
@@ -99,7 +110,7 @@ impl Pace {
         (all / threads.max(1) as f64).max(self.start + longest) + self.ending
     }
 
-    /// Times a factor for each part.
+    /// Multiplies each part by a factor.
     pub(crate) fn scaled(&self, factors: &Self) -> Self {
         let both = self.engines.iter().zip(&factors.engines);
         Self {
@@ -109,7 +120,7 @@ impl Pace {
         }
     }
 
-    /// What it is over another.
+    /// Returns the ratio of each part to that of another; the ending is unchanged.
     pub(crate) fn over(&self, other: &Self) -> Self {
         let ratio = |a: f64, b: f64| if a > 0.0 && b > 0.0 { a / b } else { 1.0 };
         let both = self.engines.iter().zip(&other.engines);
@@ -123,18 +134,18 @@ impl Pace {
     }
 }
 
-/// What measurements take while they look at a gas.
+/// Memory of measurements while they sample a gas.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Looks {
-    /// Whether all particles are gathered for one.
+    /// True if all particles are gathered for a measurement.
     pub gathers: bool,
-    /// The most that one takes beside them \[bytes\].
+    /// Largest memory of one measurement besides the particles \[bytes\].
     pub working: f64,
-    /// What is kept of a particle in the end, and not yet while others look \[bytes\].
+    /// Memory per particle that is kept in the end, and not yet while others sample \[bytes\].
     pub last: f64,
-    /// What the list of all looks takes in each part that runs \[bytes\].
+    /// Memory of the list of all samples in each part that runs \[bytes\].
     pub schedule: f64,
-    /// What all tables take, with their figures \[bytes\].
+    /// Memory of all tables, with their figures \[bytes\].
     pub tables: f64,
 }
 
@@ -146,8 +157,9 @@ impl Cost {
 }
 
 impl Plan {
-    /// Cost on this many threads, with what is kept of each engine, in their order, what measurements take while they look, and what the
-    /// figures of the report take.
+    /// Returns the cost on this many threads. `kept` is the memory kept of each engine, in their
+    /// order, `looks` that of measurements while they sample, and `figures` that of the figures of
+    /// the report.
     pub fn cost(&self, threads: usize, kept: &[Kept], looks: &Looks, figures: f64) -> Cost {
         let replicas = self.case.replicas as usize;
         let particles = self.count() as f64;
@@ -195,7 +207,7 @@ impl Plan {
         }
     }
 
-    /// How long the parts of a replica take, by nominal speeds.
+    /// Returns the times of the parts of a replica, by nominal speeds.
     pub fn pace(&self) -> Pace {
         let engines = self.engines.iter().map(|engine| [self.seconds(engine); 2]);
         Pace {
@@ -205,7 +217,7 @@ impl Plan {
         }
     }
 
-    /// Bytes of strips of one gas of exact disks, for each disk.
+    /// Memory of the strips of one gas of exact disks, per disk \[bytes\].
     fn strips(&self, threads: usize) -> f64 {
         let parts = self.engines.len() * self.case.replicas as usize;
         let strips = stosszahl_ed::strips_for(threads / parts.max(1), self.count());
@@ -216,7 +228,7 @@ impl Plan {
         }
     }
 
-    /// Bytes of one engine of one replica of which so much is kept, on this many threads.
+    /// Memory of one engine of one replica with `kept` kept bytes, on this many threads \[bytes\].
     fn bytes(&self, engine: &EnginePlan, kept: f64, looks: &Looks, threads: usize) -> f64 {
         let count = self.count() as f64 * engine.copies() as f64;
         let vector = 8.0 * self.dimension as f64;
@@ -233,7 +245,8 @@ impl Plan {
         let (held, saved, look) = match &engine.kind {
             EngineKind::EventDriven { .. } => {
                 let engine = 104.0 + moving + 8.0 + tag + 2.0 * spin + self.strips(threads);
-                // The beginning of the leg stays beside the engine; who looks sees a copy of the gas.
+                // The beginning of the leg stays next to the engine; measurements see a copy of the
+                // gas.
                 (engine + moving, moving + 8.0, moving + 8.0 + gathered)
             }
             EngineKind::MonteCarlo(parameters) => {
@@ -271,7 +284,7 @@ impl Plan {
             .max(looks.working + tables - last)
     }
 
-    /// Bytes of whole trajectories, and of displacements, without positions.
+    /// Memory of whole trajectories, and of displacements, without positions \[bytes\].
     fn paths(&self, engine: &EnginePlan) -> f64 {
         let EngineKind::Homogeneous(_) = engine.kind else {
             return 0.0;
@@ -304,7 +317,7 @@ impl Plan {
         places + chosen * corners * corner
     }
 
-    /// Borders of cells that exact disks cross for each collision of a gas that is alike everywhere.
+    /// Cell borders that exact disks cross per collision of a uniform gas.
     pub(crate) fn crossings_per_collision(&self) -> f64 {
         let [width, height, _] = self.lengths;
         let diameters = self.species.iter().map(|one| 2.0 * one.radius);
@@ -317,13 +330,13 @@ impl Plan {
         )
     }
 
-    /// Seconds that exact dynamics takes for so many collisions of pairs on one core.
+    /// Time of exact dynamics for `pairs` pair collisions on one core \[s\].
     fn exact_seconds(&self, pairs: f64) -> f64 {
         let crossings = (self.crossings_per_collision() - USUAL_CROSSINGS).max(0.0);
         pairs * (1.0 / COLLISIONS_PER_SECOND + crossings / CROSSINGS_PER_SECOND)
     }
 
-    /// Seconds of the start of one replica on one core.
+    /// Time of the start of one replica on one core \[s\].
     fn start_seconds(&self) -> f64 {
         if self.equilibration() == 0.0 {
             return 0.0;
@@ -331,14 +344,15 @@ impl Plan {
         self.exact_seconds(0.5 * self.count() as f64 * self.equilibration())
     }
 
-    /// Collisions of one engine of one replica, about.
+    /// Number of collisions of one engine of one replica, about.
     pub fn collisions(&self, engine: &EnginePlan) -> f64 {
         let copies = engine.copies() as f64;
         0.5 * copies * self.count() as f64 * self.expected_collisions(self.case.run.until)
     }
 
-    /// Pairs that are tried for each collision, about: all are tried as if they were of the largest diameter and had the speed
-    /// of the lightest, so it is the bound over the mean of `sigma^(D-1) v`.
+    /// Candidate pairs per collision, about: all are proposed as if they were of the largest
+    /// diameter and had the speed of the lightest, so it is the bound over the mean of `sigma^(D-1)
+    /// v`.
     pub fn trials_per_collision(&self, engine: &EnginePlan) -> Option<f64> {
         let trials = match &engine.kind {
             EngineKind::EventDriven { .. } => return None,
@@ -378,7 +392,7 @@ impl Plan {
         Some((trials * bound * weight / sum).max(trials))
     }
 
-    /// Seconds of one engine of one replica on one core.
+    /// Time of one engine of one replica on one core \[s\].
     pub fn seconds(&self, engine: &EnginePlan) -> f64 {
         let particles = self.count() as f64;
         let pairs = 0.5 * particles * self.expected_collisions(self.case.run.until);
@@ -409,13 +423,13 @@ impl Plan {
         }
     }
 
-    /// Cells of a Monte Carlo engine.
+    /// Number of cells of a Monte Carlo engine.
     fn cells(&self, parameters: &stosszahl_dsmc::Parameters) -> f64 {
         let cell: f64 = self.cell(parameters)[..self.dimension].iter().product();
         self.box_volume() / cell
     }
 
-    /// Time steps of a Monte Carlo engine up to the end of the run, about.
+    /// Number of time steps of a Monte Carlo engine up to the end of the run, about.
     pub fn expected_steps(&self, parameters: &stosszahl_dsmc::Parameters) -> f64 {
         // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
         let mut step = self.scheme_path(parameters) / 1.25;
@@ -438,12 +452,12 @@ impl Plan {
     }
 }
 
-/// Some of all, evenly, as sums over all pairs are taken.
+/// Returns evenly spaced elements of a list, as sums over all pairs take them.
 fn sampled<T>(all: &[T]) -> impl Iterator<Item = &T> {
     all.iter().step_by(all.len().div_ceil(MOST_KINDS).max(1))
 }
 
-/// Threads that the system offers.
+/// Number of threads that the system offers.
 pub fn available_threads() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }

@@ -1,4 +1,4 @@
-//! The plan itself: what engines, measurements and theory read.
+//! The plan itself: input of engines, measurements and theory.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -17,52 +17,55 @@ use stosszahl_model::{Failure, GrainSizes, Grains, Grouping, Law, MessageUnits};
 
 use crate::theory::homogeneous::Curves;
 
-/// A case with all that follows from it.
+/// Case with all quantities that follow from it.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The case, with the values of the point of a sweep and of the command line.
+    /// Case, with the values of the point of a sweep and of the command line.
     pub case: Case,
-    /// What it is about.
+    /// Kind of the case.
     pub kind: Kind,
-    /// 2 or 3.
+    /// Dimension: 2 or 3.
     pub dimension: usize,
-    /// The species in the order of their particles; one in a gas of equal particles. Particles that each have their own
-    /// size are one species in a box, and groups of like size without one.
+    /// Species in the order of their particles; one in a gas of equal particles. Particles that
+    /// each have their own size are one species in a box, and groups of like size without one.
     pub species: Vec<SpeciesPlan>,
-    /// Number of the species of each particle, where they do not follow each other in the order of the species.
+    /// Number of the species of each particle, if particles are not in the order of the species.
     pub species_numbers: Option<Arc<[u32]>>,
-    /// Number of kinds of particle in all species together, where each particle is a kind of its own.
+    /// Number of kinds of particle in all species together, if each particle is a kind of its own.
     pub kinds_in_groups: Option<usize>,
-    /// What theory is solved for: the species, or several classes of like size for each, one species after the other.
+    /// Classes of particles for theory: the species, or several classes of like size for each, one
+    /// species after the other.
     pub classes: Vec<Class>,
-    /// Theory of a gas without positions, once it is asked for.
+    /// Theory of a gas without positions, computed on first use.
     pub theory: OnceLock<Result<Curves, TheoryError>>,
     /// Cached value of [`Plan::steady_state`].
     pub(super) steady_state: OnceLock<Option<Moment>>,
-    /// What [`Plan::partial_temperatures`] gives.
+    /// Cached value of [`Plan::partial_temperatures`].
     pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
     /// Temperatures of a homogeneous rough gas at the times of the series, at Enskog's rate and at that of a dilute gas.
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
-    /// What particles are, for the engines.
+    /// Particles, contact laws and field, for the engines.
     pub grains: Grains,
     /// Restitution of pairs.
     pub law: Law,
     /// Coefficient of restitution: the constant one, or that at the mean approach speed of the start.
     pub restitution: f64,
-    /// Sides of the box; zero without one and beyond the dimension.
+    /// Sides of the box \[length\]; zero without one and beyond the dimension.
     pub lengths: [f64; 3],
-    /// Volume of the gas, with or without a box: where centres of particles can be beside obstacles \[length^D\]. Number
-    /// densities are of that.
+    /// Volume of the gas, with or without a box: where centres of particles can be next to
+    /// obstacles \[length^D\]. Number densities refer to it.
     pub volume: f64,
     /// Units of length, mass and energy.
     pub scale: Scale,
-    /// The unit of time of the case [engine time]. Engine time over this is the time that case files and tables know.
+    /// Unit of time of the case \[engine time\]. Engine time over this is the time of case files
+    /// and tables.
     pub time: f64,
-    /// What that unit is.
+    /// Name of that unit of time.
     pub time_unit: TimeUnit,
-    /// The engines, in the order in which they are run and compared.
+    /// Engines, in the order in which they are run and compared.
     pub engines: Vec<EnginePlan>,
-    /// Covered share of the volume that is not under obstacles; tracers cover nothing.
+    /// Packing fraction: covered share of the volume that is not under obstacles; tracers cover
+    /// nothing.
     pub packing_fraction: f64,
     /// Contact value of Enskog's theory at that packing.
     pub contact_value: f64,
@@ -70,35 +73,35 @@ pub struct Plan {
     pub haff_time: f64,
     /// Mean free time of the start [engine time].
     pub mean_free_time: f64,
-    /// Temperature of the start; 1 in a periodic box.
+    /// Temperature of the start \[energy\]; 1 in a periodic box.
     pub temperature: f64,
-    /// Distribution of the velocities of the start, where they are drawn.
+    /// Distribution of the velocities of the start, if they are drawn.
     pub velocities: VelocityDistribution,
-    /// The start file, where there is one: positions in the box and velocities in engine units, in a periodic box without drift. Velocities
-    /// without positions are in the order of species.
+    /// Start file, if there is one: positions in the box and velocities in engine units, in a
+    /// periodic box without drift. Velocities without positions are in the order of species.
     pub file: Option<StartFile>,
     /// Folder of the case file, for the start file.
     pub folder: PathBuf,
-    /// What a reader should know: limits that bind, resolutions that are coarse.
+    /// Warnings for the reader: limits that bind, resolutions that are coarse.
     pub warnings: Vec<String>,
-    /// What the program chose, and why.
+    /// Choices of the program, with their reasons.
     pub choices: Vec<String>,
 }
 
-/// One species.
+/// Particles of one species in the units of the engines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeciesPlan {
     /// Name for tables: as written, or its number from 1.
     pub name: String,
     /// Number of particles.
     pub count: usize,
-    /// Radius; the mean where particles differ.
+    /// Radius \[length\]; the mean where particles differ.
     pub radius: f64,
     /// Mass; the mean where particles differ.
     pub mass: f64,
-    /// Temperature at the start.
+    /// Temperature at the start \[energy\].
     pub temperature: f64,
-    /// Whether it is in the tracer limit.
+    /// True if the species is in the tracer limit.
     pub tracer: bool,
 }
 
@@ -109,39 +112,39 @@ pub struct Class {
     pub count: usize,
     /// Mass of a particle; the mean where they differ.
     pub mass: f64,
-    /// Diameter of a particle; the mean where they differ.
+    /// Diameter of a particle \[length\]; the mean where they differ.
     pub diameter: f64,
-    /// Temperature at the start.
+    /// Temperature at the start \[energy\].
     pub temperature: f64,
-    /// Particles per volume; 0 for tracers.
+    /// Number density \[1/length^D\]; 0 for tracers.
     pub density: f64,
 }
 
-/// One engine unit in the units of the case.
+/// Engine units in the units of the case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// Length.
+    /// Engine unit of length in units of the case.
     pub length: f64,
-    /// Mass.
+    /// Engine unit of mass in units of the case.
     pub mass: f64,
-    /// Energy.
+    /// Engine unit of energy in units of the case.
     pub energy: f64,
 }
 
 impl Scale {
-    /// Engine units are those of the case.
+    /// Scale of engines that use the units of the case.
     pub const CASE: Self = Self {
         length: 1.0,
         mass: 1.0,
         energy: 1.0,
     };
 
-    /// The engine unit of speed in units of the case.
+    /// Engine unit of speed in units of the case.
     pub fn speed(self) -> f64 {
         (self.energy / self.mass).sqrt()
     }
 
-    /// The engine unit of time in units of the case.
+    /// Engine unit of time in units of the case.
     pub fn time(self) -> f64 {
         self.length / self.speed()
     }
@@ -150,24 +153,24 @@ impl Scale {
 /// One engine of a case.
 #[derive(Clone, Debug)]
 pub struct EnginePlan {
-    /// Its name everywhere: `ed`, `dsmc-contact-point`, `dsmc-homogeneous` and so on.
+    /// Name of the engine: `ed`, `dsmc-contact-point`, `dsmc-homogeneous` and so on.
     pub name: &'static str,
-    /// What it is.
+    /// Kind of the engine, with its parameters.
     pub kind: EngineKind,
-    /// Where walls and obstacles act on a particle.
+    /// Part of a particle that touches walls and obstacles: its centre or its surface.
     pub clearance: Clearance,
     /// Weights of simulators by region.
     pub weights: Weights,
 }
 
-/// What an engine is.
+/// Kind of an engine, with its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EngineKind {
     /// Exact event-driven dynamics.
     EventDriven {
-        /// Contact time of the TC model; 0 is off.
+        /// Contact time of the TC model \[engine time\]; 0 is off.
         contact_time: f64,
-        /// Most collisions.
+        /// Most collisions of the run.
         collision_limit: Option<u64>,
         /// Most collisions of a particle in a unit of time, on average over all \[1/engine time\].
         collision_rate_limit: Option<f64>,
@@ -179,7 +182,7 @@ pub enum EngineKind {
 }
 
 impl EnginePlan {
-    /// The numerical choices of Monte Carlo in cells.
+    /// Returns the numerical choices of Monte Carlo in cells.
     pub fn parameters(&self) -> Option<&stosszahl_dsmc::Parameters> {
         match &self.kind {
             EngineKind::MonteCarlo(parameters) => Some(parameters),
@@ -187,7 +190,7 @@ impl EnginePlan {
         }
     }
 
-    /// Simulators for each particle; 1 in exact dynamics.
+    /// Number of simulators per particle; 1 in exact dynamics.
     pub fn copies(&self) -> usize {
         self.parameters()
             .map_or(1, |parameters| parameters.simulators_per_disk as usize)
@@ -200,22 +203,22 @@ impl Plan {
         self.species.iter().map(|species| species.count).sum()
     }
 
-    /// Engine time of a time of the case.
+    /// Converts a time of the case to engine time \[engine time\].
     pub fn engine_time(&self, time: f64) -> f64 {
         time * self.time
     }
 
-    /// One unit of time of the case in units of its lengths, masses and energies.
+    /// Unit of time of the case in units of its lengths, masses and energies.
     pub fn time_in_case(&self) -> f64 {
         self.time * self.scale.time()
     }
 
-    /// Haff's cooling time of the start \[engine time\]; none of a gas that does not cool.
+    /// Haff's cooling time of the start \[engine time\]; `None` for a gas that does not cool.
     pub fn cooling_time(&self) -> Option<f64> {
         Some(self.haff_time).filter(|time| time.is_finite())
     }
 
-    /// Units in which errors of engines are told.
+    /// Returns the units of the numbers in errors of engines.
     pub fn message_units(&self) -> MessageUnits {
         MessageUnits {
             length: self.scale.length,
@@ -245,12 +248,13 @@ impl Plan {
         }
     }
 
-    /// Whether the gas is in a uniform shear flow.
+    /// Returns true if the gas is in a uniform shear flow.
     pub fn is_sheared(&self) -> bool {
         self.grains.shear_rate.is_some()
     }
 
-    /// Number of the species of a particle by its index; simulators are numbered on, set after set of the gas.
+    /// Returns the species of a particle by its index; simulators are numbered on, set after set of
+    /// the gas.
     pub fn species_of(&self, index: usize) -> usize {
         let mut place = index % self.count().max(1);
         if let Some(numbers) = &self.species_numbers {
@@ -265,29 +269,29 @@ impl Plan {
         0
     }
 
-    /// Whether the box is periodic along its first two axes.
+    /// Returns true for each of the first two axes along which the box is periodic.
     pub fn periodic(&self) -> [bool; 2] {
         [0, 1].map(|axis| self.is_periodic_along(axis))
     }
 
-    /// Whether the box is periodic along an axis.
+    /// Returns true if the box is periodic along an axis.
     pub fn is_periodic_along(&self, axis: usize) -> bool {
         *self.case.walls.at(axis, 0) == Face::default()
     }
 
-    /// Which species of the plan a particle of an engine belongs to.
+    /// Returns the map from the species numbers of an engine to the species of the plan.
     pub fn grouping(&self) -> Grouping {
         Grouping::new(self.species.len(), self.kinds_in_groups)
     }
 
-    /// The species of all kinds of an engine.
+    /// Returns the species of all kinds of an engine.
     pub fn groups(&self) -> Vec<u32> {
         let kinds = self.kinds_in_groups.unwrap_or(self.species.len());
         let group = |kind| self.grouping().group(kind as u32) as u32;
         (0..kinds).map(group).collect()
     }
 
-    /// Temperature at the start of each kind of an engine.
+    /// Returns the temperature at the start of each kind of an engine \[energy\].
     pub fn kind_temperatures(&self) -> Vec<f64> {
         let groups = self.groups().into_iter();
         groups
@@ -295,7 +299,7 @@ impl Plan {
             .collect()
     }
 
-    /// Radius and mass of each particle.
+    /// Returns radius and mass of each particle.
     pub fn radii_and_masses(&self) -> Vec<(f64, f64)> {
         match &self.grains.sizes {
             GrainSizes::Equal(one) => vec![(one.radius, one.mass); self.count()],
@@ -306,50 +310,50 @@ impl Plan {
         }
     }
 
-    /// Whether all contacts of particles keep their energy.
+    /// Returns true if all contacts of particles conserve their energy.
     pub fn is_elastic(&self) -> bool {
         let rough = self.grains.rough;
         self.law.is_elastic()
             && rough.is_none_or(|rough| rough.tangential_restitution().abs() == 1.0)
     }
 
-    /// Gravity along the axes that end at walls or openings: where a gas has a height.
+    /// Gravity along the axes that end at walls or openings, where a gas has a height.
     pub fn gravity(&self) -> Vector3<f64> {
         let all = self.grains.gravity.unwrap_or_default();
         let ends = |axis: usize| *self.case.walls.at(axis, 0) != Face::default();
         Vector3::from_fn(|axis, _| if ends(axis) { all[axis] } else { 0.0 })
     }
 
-    /// Whether particles spin.
+    /// Returns true if particles spin.
     pub fn is_rough(&self) -> bool {
         self.grains.rough.is_some()
     }
 
-    /// Whether walls, openings or obstacles stand in the box.
+    /// Returns true if there are walls, openings or obstacles in the box.
     pub fn is_bounded(&self) -> bool {
         self.grains.is_bounded
     }
 
-    /// The engine of a name, with its position.
+    /// Returns the engine of a name, with its index.
     pub fn engine(&self, name: &str) -> Option<(usize, &EnginePlan)> {
         let mut engines = self.engines.iter().enumerate();
         engines.find(|(_, engine)| engine.name == name)
     }
 }
 
-/// A quantity that follows from a case.
+/// Quantity that follows from a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity {
-    /// Its name.
+    /// Name of the quantity.
     pub name: String,
-    /// Its value, in the units of the case.
+    /// Value in the units of the case.
     pub value: f64,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: Cow<'static, str>,
 }
 
 impl Quantity {
-    /// A quantity.
+    /// Creates a quantity.
     pub fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
         Self {
             name: name.into(),
@@ -359,20 +363,20 @@ impl Quantity {
     }
 }
 
-/// A case that has no meaning as a whole.
+/// Error of a case that is invalid as a whole.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{key}: {}allowed: {allowed}", if found.is_empty() { String::new() } else { format!("{found}; ") })]
 pub struct PlanError {
-    /// The dotted key that is to blame.
+    /// Dotted key to blame.
     pub key: String,
-    /// What was found; empty where the value that is written says it all.
+    /// Value found; empty where the value as written says it all.
     pub found: String,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: String,
 }
 
 impl PlanError {
-    /// The error.
+    /// Creates the error.
     pub fn new(key: impl Into<String>, found: impl Display, allowed: impl Into<String>) -> Self {
         let found = found.to_string();
         let found = found.parse().map_or(found, stosszahl_model::brief);
@@ -394,7 +398,7 @@ impl PlanError {
     /// Refuses a key unless a condition holds.
     ///
     /// # Errors
-    /// The error, if it does not.
+    /// [`PlanError`] if it does not.
     pub fn unless(
         good: bool,
         key: impl Into<String>,
@@ -406,7 +410,8 @@ impl PlanError {
     }
 }
 
-/// An expression in the space of a dimension: `in_space!(dimension, S => S::ball(radius))`.
+/// Evaluates an expression in the space of a dimension: `in_space!(dimension, S =>
+/// S::ball(radius))`.
 macro_rules! in_space {
     ($dimension:expr, $space:ident => $value:expr) => {
         if $dimension == 2 {

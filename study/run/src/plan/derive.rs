@@ -1,4 +1,4 @@
-//! From a case to its plan.
+//! Derivation of a plan from its case.
 
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -26,9 +26,10 @@ use super::theory::{dilute_path, rates};
 use crate::words::short;
 
 impl Plan {
-    /// Derives what follows from a case; `folder` holds the case file.
+    /// Derives the plan of a case; `folder` holds the case file.
     ///
-    /// The case is one that [`CaseFile`](stosszahl_case::CaseFile) has read: what it checks of keys and their relations is not checked again.
+    /// The case is one that [`CaseFile`](stosszahl_case::CaseFile) has read: its checks of keys and
+    /// their relations are not repeated.
     ///
     /// # Errors
     /// [`PlanError`] names the key that is to blame.
@@ -36,8 +37,8 @@ impl Plan {
         Self::within(case, folder, available_memory())
     }
 
-    /// The same, where this much memory is free for what a plan holds of each particle \[bytes\]; without a number, whatever
-    /// it takes.
+    /// Derives the plan of a case where `free` bytes of memory are free for the data of each
+    /// particle \[bytes\]; without a limit for `None`.
     ///
     /// # Errors
     /// As [`Plan::new`].
@@ -156,7 +157,7 @@ impl Plan {
         Err(PlanError::new("gravity.acceleration", found, allowed))
     }
 
-    /// Haff's time, the mean free time, and the unit of time.
+    /// Finds Haff's time, the mean free time, and the unit of time.
     fn find_times(&mut self) -> Result<(), PlanError> {
         let mixed =
             self.classes.len() > 1 || self.dimension == 3 || matches!(self.law, Law::Pairs(_));
@@ -234,7 +235,7 @@ impl Plan {
         PlanError::unless(asked <= 0.0 || possible, key, asked, allowed)
     }
 
-    /// The largest packing fraction of the particles: that of equal ones, or all of the room where sizes differ.
+    /// Largest packing fraction of the particles: that of equal ones, or 1 where sizes differ.
     pub fn closest_packing(&self) -> f64 {
         match (self.classes.len(), self.dimension) {
             (1, 2) => kinetic::CLOSE_PACKING,
@@ -274,27 +275,28 @@ impl Plan {
     }
 }
 
-/// What the three kinds of start have in common.
+/// Gas of any of the three kinds of start.
 pub(super) struct Gas {
     pub(super) species: Vec<SpeciesPlan>,
     pub(super) classes: Vec<Class>,
     pub(super) sizes: GrainSizes,
-    /// Number of the species of each particle, where they do not follow each other in blocks.
+    /// Number of the species of each particle, if species are not in blocks.
     pub(super) numbers: Option<Arc<[u32]>>,
     pub(super) mean_mass: f64,
-    /// Temperature of the start in the units of the case.
+    /// Temperature of the start, in the units of the case \[energy\].
     pub(super) temperature: f64,
     pub(super) lengths: [f64; 3],
     pub(super) volume: f64,
     pub(super) packing: f64,
     pub(super) scale: Scale,
     pub(super) file: Option<StartFile>,
-    /// What is changed in what the case gives.
+    /// Changes of the values of the case, in sentences.
     pub(super) choices: Vec<String>,
 }
 
 impl Gas {
-    /// The gas with velocities of a start file, in the order of species, and what is changed in them.
+    /// Returns the gas with velocities of a start file, in the order of species, and the changes of
+    /// them.
     fn with_velocities(self, file: StartFile, changes: Vec<String>) -> Self {
         Self {
             file: Some(start_file::scaled(file, self.scale)),
@@ -304,7 +306,7 @@ impl Gas {
     }
 }
 
-/// Velocity distribution of the start; the Maxwellian where a file has the velocities.
+/// Returns the velocity distribution of the start; the Maxwellian where a file has the velocities.
 fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
     let Velocities::Drawn(drawn) = case.start.velocities else {
         return Ok(VelocityDistribution::MAXWELLIAN);
@@ -318,7 +320,8 @@ fn contact_value(packing: f64) -> f64 {
     kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING))
 }
 
-/// The case with the number of disks that follows from the box in critical lengths, if that is how it is given.
+/// Returns the case with the number of disks that follows from a box in critical lengths, if that
+/// is how it is given.
 fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let domain = case.domain.as_ref();
     let given = domain.and_then(|one| Some((one.critical_lengths?, one.packing_fraction?)));
@@ -340,7 +343,7 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     Ok(Cow::Owned(case))
 }
 
-/// Temperature of the start in the units of the case; 1 where a start file says it.
+/// Temperature of the start in the units of the case \[energy\]; 1 where a start file has it.
 fn temperature(case: &Case) -> Result<f64, PlanError> {
     if case.start.velocities == Velocities::FILE {
         return Ok(1.0);
@@ -355,7 +358,7 @@ fn temperature(case: &Case) -> Result<f64, PlanError> {
     Ok(temperature)
 }
 
-/// The constant of `gas.restitution`, for estimates of gases with a law for each pair.
+/// Returns the constant of `gas.restitution`, for estimates of gases with a law for each pair.
 fn general(case: &Case) -> f64 {
     match case.gas.restitution {
         Restitution::Constant(coefficient) => coefficient,
@@ -375,7 +378,7 @@ fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
         .map_err(|error| PlanError::new("gas.tangential_restitution", error.found, error.allowed))
 }
 
-/// A gas without positions.
+/// Creates a gas without positions.
 fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
     let allowed = "a volume above 0 in a gas without [box]";
     let volume = case.gas.simulated_volume();
@@ -413,7 +416,7 @@ fn listed(particles: Particles) -> Result<Species, PlanError> {
         .map_err(|error| PlanError::of_message("species", &error.to_string()))
 }
 
-/// A gas in a box, placed by the program.
+/// Creates a gas in a box, placed by the program.
 fn boxed(
     case: &Case,
     kind: Kind,
@@ -489,7 +492,8 @@ fn boxed(
     })
 }
 
-/// Refuses what cannot be placed, before anything is written. An engine unit of length is `unit` of the case.
+/// Refuses gases that cannot be placed, before anything is written. An engine unit of length is
+/// `unit` of the case.
 fn check_placement(
     case: &Case,
     kind: Kind,
@@ -548,10 +552,11 @@ fn check_placement(
     }
 }
 
-/// Radius, mass and species of each particle, while they are listed and then shared \[bytes\].
+/// Memory of radius, mass and species of each particle, while they are listed and then shared
+/// \[bytes\].
 const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
 
-/// Radius, mass and species of each particle, where the list fits into the memory that is free.
+/// Lists radius, mass and species of each particle, if the list fits into the free memory.
 fn each(particles: &Particles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::Invalid| {
         let found = format!("{} {}", error.quantity, stosszahl_model::brief(error.found));
@@ -578,7 +583,8 @@ fn each(particles: &Particles, free: Option<f64>) -> Result<Polydisperse, PlanEr
         .map_err(refused)
 }
 
-/// Sides of the box in engine units, and the packing fraction if that is what the case gives.
+/// Returns the sides of the box in engine units, and the packing fraction if that is what the case
+/// gives.
 fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>), PlanError> {
     let dimension = case.gas.dimension as usize;
     let written = case.domain.as_ref();
@@ -623,7 +629,7 @@ mod tests {
     use super::*;
     use crate::check::format;
 
-    /// Whoever looks at a case lists its particles: 2e9 of them took 48 GiB.
+    /// A plan lists the particles of its case: 2e9 of them took 48 GiB.
     #[test]
     fn more_particles_than_memory_can_list_are_refused() {
         let written = |name| {
@@ -644,13 +650,14 @@ mod tests {
         assert!(refused.allowed.contains("memory"), "{}", refused.allowed);
     }
 
-    /// A plan of the text of a case, and what refuses it.
+    /// Plans the text of a case.
     fn planned(text: &str) -> Result<Plan, PlanError> {
         let file = format().from_text(Path::new("case.toml"), text, &[]);
         Plan::new(&file.expect("a case").points[0].case, Path::new(""))
     }
 
-    /// Constants of a material make the law that they make by hand, for each pair of species, at speeds in units of the engine.
+    /// Constants of a material make the law that they make by hand, for each pair of species, at
+    /// speeds in units of the engine.
     #[test]
     fn a_material_has_a_law_for_each_pair() {
         let law =
@@ -691,7 +698,7 @@ mod tests {
         );
     }
 
-    /// The same of a plan, unless it may take whatever memory it takes.
+    /// A plan refuses a list of particles beyond the free memory, unless it may take more.
     #[test]
     fn lists_may_take_more_memory_than_is_free_if_that_is_asked_for() {
         let text = "format = 2\ntitle = \"two sizes\"\n[gas]\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n[engine.ed]\n\

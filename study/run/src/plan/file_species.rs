@@ -10,13 +10,13 @@ use stosszahl_model::{GrainSizes, Kind as Like, Monodisperse, Polydisperse, Spac
 
 use super::data::{Class, PlanError, Scale, SpeciesPlan, in_space};
 
-/// Most species that sizes make; particles of more sizes are species by their type alone.
+/// Most species that sizes make; with more sizes, species are types alone.
 const MOST_SPECIES: usize = 100;
 /// Most types that a file may name.
 const MOST_TYPES: usize = 1000;
 /// Most classes of like size for theory, of all species together.
 const MOST_CLASSES: usize = 96;
-/// Temperature of a species over that of the gas, below which theory takes it for this.
+/// Least temperature of a species over that of the gas in theory; colder species are set to it.
 const COLDEST: f64 = 1e-9;
 
 /// Particles of a start file by species, in the order of the file.
@@ -32,7 +32,7 @@ pub(super) struct FileSpecies {
 }
 
 impl FileSpecies {
-    /// Particles of a file; where it does not say their sizes, the case does.
+    /// Reads the species of a file; where it lacks sizes, those of the case are taken.
     ///
     /// Particles of one type, radius and mass are a species, up to [`MOST_SPECIES`] of at least two particles on average;
     /// otherwise those of one type are.
@@ -103,8 +103,8 @@ impl FileSpecies {
         })
     }
 
-    /// Species as blocks of like particles, and the places of their particles in the file, species after species; none where the
-    /// particles of a species differ.
+    /// Returns species as blocks of like particles, and the indices of their particles in the file,
+    /// species after species; `None` where the particles of a species differ.
     pub(super) fn blocks(&self) -> Option<(Vec<Like>, Vec<usize>)> {
         let mut order: Vec<usize> = (0..self.numbers.len()).collect();
         order.sort_by_key(|&index| self.numbers[index]);
@@ -125,14 +125,14 @@ impl FileSpecies {
         Some((kinds, order))
     }
 
-    /// Sizes and masses in other units.
+    /// Converts sizes and masses to other units.
     pub(super) fn scaled(mut self, scale: Scale) -> Self {
         self.radii.iter_mut().for_each(|one| *one /= scale.length);
         self.masses.iter_mut().for_each(|one| *one /= scale.mass);
         self
     }
 
-    /// Area or volume of all particles.
+    /// Area or volume of all particles \[length^D\].
     pub(super) fn covered(&self, dimension: usize) -> f64 {
         let balls = self.radii.iter();
         balls
@@ -140,18 +140,18 @@ impl FileSpecies {
             .sum()
     }
 
-    /// Whether all particles are alike.
+    /// Returns true if all particles are alike.
     fn are_equal(&self) -> bool {
         let alike = |values: &[f64]| values.iter().all(|&value| value == values[0]);
         self.names.len() == 1 && alike(&self.radii) && alike(&self.masses)
     }
 
-    /// Number of the species of each particle; none where all are of one.
+    /// Returns the species of each particle; `None` where all are of one.
     pub(super) fn numbers(&self) -> Option<Arc<[u32]>> {
         (self.names.len() > 1).then(|| self.numbers.clone().into())
     }
 
-    /// Radii and masses, as engines have them.
+    /// Returns radii and masses in the form of the engines.
     ///
     /// # Errors
     /// [`PlanError`] if numbers are beyond what engines can work with.
@@ -199,7 +199,8 @@ impl FileSpecies {
             .map_err(failed)
     }
 
-    /// Temperatures of the species about the mean velocity of the gas, from the velocities of the file.
+    /// Computes temperatures of the species about the mean velocity of the gas, from the velocities
+    /// of the file.
     pub(super) fn temperatures(&self, file: &StartFile, dimension: usize, all: f64) -> Vec<f64> {
         let velocities = file.velocities.as_deref().unwrap_or_default();
         let total: f64 = self.masses.iter().sum();
@@ -217,8 +218,8 @@ impl FileSpecies {
         sums.into_iter().map(temperature).collect()
     }
 
-    /// Species with these temperatures, and classes of like size for theory: the species, or several for each where sizes
-    /// within one differ.
+    /// Returns species with these temperatures, and classes of like size for theory: the species,
+    /// or several for each where sizes within one differ.
     pub(super) fn groups(
         &self,
         temperatures: &[f64],
@@ -274,7 +275,8 @@ impl FileSpecies {
     }
 }
 
-/// Numbers of types in their order, that of numbers or that in which they first stand, and their names.
+/// Numbers the types, in the order of their numbers or of their first particles; returns the number
+/// of each particle and the names.
 fn numbered(types: Option<&[String]>, count: usize) -> (Vec<u32>, Vec<String>) {
     let Some(types) = types else {
         return (vec![0; count], vec!["1".to_owned()]);

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use super::data::{Plan, Quantity};
 
 impl Plan {
-    /// Reynolds, Mach and Knudsen number of a flow of one species that has a mean velocity; none without a width.
+    /// Computes Reynolds, Mach and Knudsen number of a flow of one species that has a mean
+    /// velocity; none without a width.
     ///
     /// With the speed u of the first inflow, or else of the start, the mean free path l of the dilute gas, the diameter h of a
     /// disc in the stream or else the width between walls, and c = (2T/m)^(1/2):
@@ -49,7 +50,8 @@ impl Plan {
         ]
     }
 
-    /// The diameter of the first disc, or else the smallest distance between walls that face each other.
+    /// Diameter of the first disc, or else the smallest distance between walls that face each other
+    /// \[length\].
     fn width(&self) -> Option<f64> {
         let is_wall = |axis: usize, side: usize| self.case.walls.at(axis, side).is_wall();
         let between = (0..self.dimension).filter(|&axis| is_wall(axis, 0) && is_wall(axis, 1));

@@ -13,11 +13,11 @@ use super::region::Region;
 /// Most steps in which diameters are fitted to a free path.
 const STEPS: usize = 200;
 
-/// Volume of a box in which centres of particles of a mean radius can be \[length^D\], where they keep from obstacles what
-/// the engines of the case ask for: with no obstacles, the volume of the box.
+/// Volume of a box in which centres of particles of a mean radius can be \[length^D\], where they
+/// keep the clearance of the engines from obstacles. With no obstacles it is the volume of the box.
 ///
 /// # Errors
-/// [`PlanError`] names the obstacle that is none.
+/// [`PlanError`] names the invalid obstacle.
 pub(super) fn free_volume(
     case: &Case,
     lengths: &[f64; 3],
@@ -30,10 +30,10 @@ pub(super) fn free_volume(
     uncovered_volume(case, lengths, clearance)
 }
 
-/// Volume of a box at least so far from obstacles \[length^D\].
+/// Volume of a box at least `clearance` away from obstacles \[length^D\].
 ///
 /// # Errors
-/// [`PlanError`] names the obstacle that is none.
+/// [`PlanError`] names the invalid obstacle.
 pub(super) fn uncovered_volume(
     case: &Case,
     lengths: &[f64; 3],
@@ -54,10 +54,10 @@ pub(super) fn uncovered_volume(
     Ok(free)
 }
 
-/// Area that obstacles cover \[length^2\], wherever the box ends.
+/// Area that obstacles cover \[length^2\], also beyond the box.
 ///
 /// # Errors
-/// [`PlanError`] names the obstacle that is none.
+/// [`PlanError`] names the invalid obstacle.
 pub(super) fn covered_area(case: &Case) -> Result<f64, PlanError> {
     let obstacles = boundaries::obstacles(case)?;
     let corner = (obstacles.iter()).fold([0.0; 2], |corner: [f64; 2], obstacle| {
@@ -68,8 +68,9 @@ pub(super) fn covered_area(case: &Case) -> Result<f64, PlanError> {
     Ok(corner[0] * corner[1] - area.between([0.0; 2], corner))
 }
 
-/// The factor of all radii with which a length that depends on them is the wanted one; `found` is that length, which falls
-/// with the power `1 / exponent` of the factor where nothing stands in the box.
+/// Finds the factor of all radii with which a length that depends on them is the wanted one;
+/// `found` is that length, which falls with the power `1 / exponent` of the factor where nothing
+/// stands in the box.
 ///
 /// # Errors
 /// As `found`.
@@ -89,13 +90,13 @@ pub(super) fn factor_of_radii(
     Ok(factor)
 }
 
-/// Whether the box is periodic along its first two axes.
+/// Returns true for each of the first two axes along which the box is periodic.
 fn periodic(case: &Case) -> [bool; 2] {
     [0, 1].map(|axis| *case.walls.at(axis, 0) == Face::default())
 }
 
 impl Plan {
-    /// Volume of the box \[length^D\], with what obstacles take of it; that of the gas where it has no box.
+    /// Volume of the box, including that of obstacles \[length^D\]; that of the gas without a box.
     pub fn box_volume(&self) -> f64 {
         match self.lengths[0] {
             0.0 => self.volume,

@@ -1,10 +1,10 @@
-//! What follows from a case: everything that engines, measurements and theory need, worked out once.
+//! Plan of a case: all quantities that engines, measurements and theory need, derived once.
 //!
 //! Engines compute in units of their own ([`Scale`]): in a periodic box the mean diameter, the mean mass and the temperature of
 //! the start are one; elsewhere they are the units of the case. All numbers here are in engine units unless they say
 //! otherwise; tables and reports are in the units of the case, times in its unit of time.
 //!
-//! | module | what it works out |
+//! | module | content |
 //! |---|---|
 //! | `data` | the plan itself |
 //! | `derive` | units, box: [`Plan::new`] |
@@ -16,10 +16,10 @@
 //! | `boundaries` | walls, obstacles, streams |
 //! | `free_volume` | volume that obstacles leave to the gas |
 //! | `engines` | the numerical choices of each engine |
-//! | `times` | when a run looks |
+//! | `times` | sample times |
 //! | `theory` | rates, Haff's law, steady states |
 //! | `notable` | warnings and derived quantities |
-//! | `plausible` | warnings of numbers that have no sense together, what the estimate of the time does not know |
+//! | `plausible` | implausible numbers, limits of the estimate of the time |
 //! | `si` | names of units |
 //! | `flow_numbers` | Reynolds, Mach and Knudsen number |
 //! | `cost` | memory and time |

@@ -1,5 +1,6 @@
-//! Numbers of a case that have no sense together, though each is allowed: units that were mistaken, forces that nothing balances, contact
-//! times that switch collisions off. And what the estimate of the time does not know.
+//! Checks of numbers that make no sense together, though each is allowed: mistaken units, forces
+//! that nothing balances, contact times that switch collisions off. Also the limits of the estimate
+//! of the time.
 
 use std::f64::consts::PI;
 
@@ -9,20 +10,24 @@ use crate::words::{percent, short};
 
 use super::data::{EngineKind, Plan};
 
-/// Share of elastic contacts at the start from which a contact time is named.
+/// Share of elastic contacts at the start from which a contact time is reported.
 const MANY_ELASTIC: f64 = 0.1;
-/// Fastest speed of grains and of molecules that is plausible \[m/s\], and the diameter that tells them apart \[m\].
+/// Fastest plausible speed of granular particles \[m/s\].
 const FAST_GRAINS: f64 = 100.0;
+/// Fastest plausible speed of molecules \[m/s\].
 const FAST_MOLECULES: f64 = 1e4;
+/// Diameter from which particles count as granular \[m\].
 const GRAIN: f64 = 1e-7;
-/// Plausible densities of a particle, from an aerogel to more than any element \[kg/m^3\].
+/// Plausible mass densities of a particle, from an aerogel to more than any element \[kg/m^3\].
 const DENSITIES: std::ops::RangeInclusive<f64> = 10.0..=5e4;
-/// Ratio of diameters from which exact dynamics is slower than the estimate, by the grids of its smallest disks.
+/// Ratio of diameters from which exact dynamics is slower than the estimate, by the grids of its
+/// smallest disks.
 const UNLIKE: f64 = 2.0;
-/// Thermal speeds at which a wall or the fall through the box drives the gas away from its start.
+/// Speed, in thermal speeds, at which a wall or the fall through the box drives the gas away from
+/// its start.
 const DRIVEN: f64 = 2.0;
 
-/// What makes a wall, an obstacle or a stream hot or fast.
+/// Source of heat or motion: a wall, an obstacle or a stream.
 struct Source {
     key: String,
     temperature: Option<f64>,
@@ -30,7 +35,7 @@ struct Source {
 }
 
 impl Plan {
-    /// What is allowed but hardly meant, a sentence each.
+    /// Lists settings that are allowed but probably mistaken, a sentence each.
     pub(super) fn implausible(&self) -> Vec<String> {
         let mut list = Vec::new();
         list.extend(self.elastic_by_contact_time());
@@ -41,7 +46,8 @@ impl Plan {
         list
     }
 
-    /// A contact time in which a particle collides again anyway makes contacts elastic.
+    /// Warns of a contact time in which a particle collides again anyway, so that contacts are
+    /// elastic.
     fn elastic_by_contact_time(&self) -> Option<String> {
         let contact_time = self.engines.iter().find_map(|engine| match engine.kind {
             EngineKind::EventDriven { contact_time, .. } => Some(contact_time),
@@ -62,7 +68,8 @@ impl Plan {
         })
     }
 
-    /// Gravity along an axis around which the box is periodic, where nothing takes the momentum up.
+    /// Warns of gravity along an axis around which the box is periodic, where nothing takes the
+    /// momentum up.
     fn falls_for_ever(&self) -> Option<String> {
         let pull = self.grains.gravity?;
         let takes_up = |wall: &Face| match wall {
@@ -89,7 +96,8 @@ impl Plan {
         })
     }
 
-    /// Kelvin in place of joules, grams or millimetres in place of kilograms and metres.
+    /// Warns of mistaken SI units: kelvin in place of joules, grams or millimetres in place of
+    /// kilograms and metres.
     fn implausible_in_si(&self) -> Vec<String> {
         let mut list = Vec::new();
         let scale = self.scale;
@@ -169,7 +177,8 @@ impl Plan {
         list
     }
 
-    /// Walls, obstacles and streams that heat or move the gas, in engine units. Only flows have some, and theirs are those of the case.
+    /// Lists walls, obstacles and streams that heat or move the gas, in engine units. Only flows
+    /// have some, and theirs are those of the case.
     fn sources(&self) -> Vec<Source> {
         let length = |vector: &[f64]| vector.iter().map(|one| one * one).sum::<f64>().sqrt();
         let faces = stosszahl_case::format::FACES.iter().flatten();
@@ -216,7 +225,8 @@ impl Plan {
         sources.fold(start.max(heated), f64::max).max(self.fall())
     }
 
-    /// Speed of a fall through the box, or until the end of the run where nothing ends it \[engine speed\].
+    /// Speed of a fall through the box, or until the end of the run without a floor \[engine
+    /// speed\].
     fn fall(&self) -> f64 {
         let pull = self.grains.gravity.unwrap_or_default();
         let speed = |axis: usize| {
@@ -230,8 +240,8 @@ impl Plan {
         (0..self.dimension).map(speed).fold(0.0, f64::max)
     }
 
-    /// Largest rate at which a particle collides that the case lets expect, about: that of the start, or a diameter at the fastest speed
-    /// \[1/engine time\].
+    /// Largest collision rate of a particle that the case lets expect, about: that of the start, or
+    /// a diameter at the fastest speed \[1/engine time\].
     pub(super) fn natural_rate(&self) -> f64 {
         let diameters = self.species.iter().map(|one| 2.0 * one.radius);
         let smallest = diameters
@@ -240,7 +250,7 @@ impl Plan {
         (self.fastest_speed() / smallest).max(1.0 / self.mean_free_time)
     }
 
-    /// What the estimate of the time does not know of this case, a sentence each.
+    /// Lists properties of this case that the estimate of the time ignores, a sentence each.
     pub fn unknown_to_the_estimate(&self) -> Vec<String> {
         let mut list = Vec::new();
         if self.lengths[0] == 0.0 {
@@ -289,7 +299,7 @@ impl Plan {
         list
     }
 
-    /// Least and largest diameter of all particles.
+    /// Least and largest diameter of all particles \[length\].
     fn radii_of_kinds(&self) -> (f64, f64) {
         let mut range = (f64::INFINITY, 0.0_f64);
         let mut add = |radius: f64| range = (range.0.min(2.0 * radius), range.1.max(2.0 * radius));

@@ -13,7 +13,8 @@ impl Plan {
         self.unit(unit, second)
     }
 
-    /// Unit of a quantity that follows from the case. Its times are in seconds whatever `run.time_unit` is.
+    /// Unit of a quantity that follows from the case. Its times are in seconds for any
+    /// `run.time_unit`.
     pub(super) fn derived_unit(&self, unit: &str) -> Cow<'static, str> {
         if unit == "unit of time" {
             return self.table_unit(unit);
@@ -21,7 +22,8 @@ impl Plan {
         self.unit(unit, Some("s"))
     }
 
-    /// The unit in SI where the case is; `second` replaces the word for time, if anything does.
+    /// Returns the SI unit if the case is in SI; `second` replaces the word for time, if it is
+    /// given.
     fn unit(&self, unit: &str, second: Option<&'static str>) -> Cow<'static, str> {
         if self.case.units != Units::Si {
             return unit.to_owned().into();
@@ -56,7 +58,8 @@ mod tests {
     use super::*;
     use crate::check;
 
-    /// All units that tables and quantities have, in SI and with times in seconds or in units of Haff's time.
+    /// All units of tables and quantities have names in SI, with times in seconds or in units of
+    /// Haff's time.
     #[test]
     fn units_have_names_in_si() {
         let plan = |units: &str, time: &str| {

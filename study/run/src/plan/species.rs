@@ -11,25 +11,25 @@ use stosszahl_model::{
 use super::data::{Class, PlanError, SpeciesPlan};
 use super::derive::Gas;
 
-/// Classes of like size in a group, if there are as many particles: theory of one size for each of 12 groups of a wide
-/// distribution is off by 3 %.
+/// Number of classes of like size in a group, if there are as many particles: theory of one size
+/// for each of 12 groups of a wide distribution is off by 3 %.
 const CLASSES: usize = 8;
 
 /// Particles by size, in the units of the case.
 #[derive(Default)]
 pub(super) struct Particles {
-    /// Sizes, one after the other.
+    /// Blocks of like particles, one after the other.
     pub(super) kinds: Vec<Like>,
-    /// Temperature of each of them.
+    /// Temperature of each block.
     temperatures: Vec<f64>,
-    /// Names; empty where numbers do.
+    /// Names of the species; `None` where its number is the name.
     names: Vec<Option<String>>,
     tracer: Option<usize>,
-    /// Number of groups, where each kind is one particle.
+    /// Number of groups, if each block is one particle.
     groups: Option<usize>,
 }
 
-/// The particles of a case without a start file.
+/// Returns the particles of a case without a start file.
 pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
     let found = if !case.species.is_empty() {
         listed(case, temperature)?
@@ -88,7 +88,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
     Ok(found)
 }
 
-/// The species of `[[species]]`.
+/// Returns the species of `[[species]]`.
 fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
     let mut found = Particles::default();
     for (index, (one, count)) in case.species.iter().zip(counts(case)?).enumerate() {
@@ -110,8 +110,8 @@ fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
     Ok(found)
 }
 
-/// Numbers of particles. Shares are made whole so that together they are all; what rounding leaves over or lacks is taken from
-/// the largest share.
+/// Returns the numbers of particles. Shares are made whole so that together they are all; the
+/// remainder of rounding is added to the largest share, or taken from it.
 fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
     let shared = case.species.iter().all(|one| one.share.is_some());
     if shared {
@@ -144,12 +144,12 @@ fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
     Ok(case.species.iter().map(one).collect())
 }
 
-/// `k^(1/D)`.
+/// Returns `k^(1/D)`.
 fn root(k: f64, dimension: u64) -> f64 {
     if dimension == 2 { k.sqrt() } else { k.cbrt() }
 }
 
-/// One diameter of a continuous distribution.
+/// Draws one diameter of a continuous distribution.
 fn diameter(continuous: &Continuous, stream: &mut impl Rng) -> f64 {
     let Continuous {
         distribution,
@@ -174,7 +174,7 @@ fn diameter(continuous: &Continuous, stream: &mut impl Rng) -> f64 {
 }
 
 impl Particles {
-    /// Species of like particles with their temperatures and names.
+    /// Creates species of like particles with their temperatures and names.
     pub(super) fn of_species(kinds: Vec<Like>, temperatures: Vec<f64>, names: Vec<String>) -> Self {
         Self {
             kinds,
@@ -184,7 +184,7 @@ impl Particles {
         }
     }
 
-    /// Species and classes of a gas of this volume.
+    /// Returns species and classes of a gas of this volume.
     pub(super) fn groups(&self, volume: f64) -> (Vec<SpeciesPlan>, Vec<Class>) {
         let count = self.kinds.len();
         let in_parts = |parts: usize| {
@@ -254,7 +254,7 @@ impl Particles {
         self
     }
 
-    /// Mean over the particles.
+    /// Mean of a value over the particles.
     pub(super) fn mean(&self, value: impl Fn(&Like) -> f64) -> f64 {
         if let [one] = &self.kinds[..] {
             return value(one);
@@ -270,7 +270,8 @@ impl Particles {
         self.kinds.iter().map(|kind| kind.count).sum()
     }
 
-    /// Covered area or volume, `ball` of the number and radius of like particles; tracers cover nothing.
+    /// Covered area or volume, with `ball` of the number and radius of like particles; tracers
+    /// cover nothing.
     pub(super) fn covered(&self, ball: impl Fn(f64, f64) -> f64) -> f64 {
         let kinds = self.kinds.iter().enumerate();
         kinds
@@ -283,7 +284,8 @@ impl Particles {
 /// Most species that have a law for each pair.
 const MOST_IN_PAIRS: usize = 4096;
 
-/// The normal law of a case; `thermal` is the unit of speed that viscoelastic strengths are in.
+/// Returns the normal law of a case; `thermal` is the unit of speed that viscoelastic strengths are
+/// in.
 pub(super) fn law(case: &Case, gas: &Gas, thermal: f64) -> Result<Law, PlanError> {
     let species = gas.species.len();
     let one = |key: &str, written: Restitution, pair| one_law(key, written, gas, pair, thermal);
@@ -320,12 +322,13 @@ pub(super) fn law(case: &Case, gas: &Gas, thermal: f64) -> Result<Law, PlanError
         .map_err(|error| PlanError::new("pair", error.found, error.allowed))
 }
 
-/// Whether a law follows from the constants of a material, so that unlike pairs have unlike laws.
+/// Returns true if a law follows from the constants of a material, so that unlike pairs have unlike
+/// laws.
 fn is_material(written: Restitution) -> bool {
     matches!(written, Restitution::Viscoelastic(law) if law.material().is_some())
 }
 
-/// The law of a key between two species.
+/// Returns the law of a key between two species.
 fn one_law(
     key: &str,
     written: Restitution,

@@ -1,4 +1,4 @@
-//! A gas from a start file: its box, its particles, and what is changed in them.
+//! Gas from a start file: its box, its particles, and the changes of them.
 
 use std::path::Path;
 
@@ -19,26 +19,26 @@ use super::species::Particles;
 
 /// Largest overlap of a start that counts as rounding, over the mean diameter.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
-/// Temperature of a start file over the mean squared speed, below which it is rounding.
+/// Least temperature of a start file over the mean squared speed; below it is rounding.
 const LEAST_WARMTH: f64 = 1e-24;
-/// Drift over the thermal speed, below which it is rounding.
+/// Least drift over the thermal speed; below it is rounding.
 const LEAST_DRIFT: f64 = 1e-12;
 /// Relative difference of two sides of a box that counts as rounding.
 const SIDE_TOLERANCE: f64 = 1e-9;
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// An error in the file or in what goes with it.
+/// Creates an error about the file or data that go with it.
 fn content(found: String, allowed: impl Into<String>) -> PlanError {
     PlanError::new("start.file", found, allowed)
 }
 
-/// A start file as written, with its name and what the plan changes in it.
+/// Start file as written, with its name and the changes by the plan.
 struct Source<'a> {
     case: &'a Case,
     name: &'a str,
     file: StartFile,
-    /// Changes, for the reader.
+    /// Changes, as sentences for the reader.
     changes: Vec<String>,
 }
 
@@ -61,7 +61,7 @@ fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
     Ok(source)
 }
 
-/// A gas that is placed by a start file.
+/// Creates a gas that is placed by a start file.
 pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, PlanError> {
     let mut source = source(case, folder)?;
     let dimension = case.gas.dimension as usize;
@@ -109,13 +109,13 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
 
 /// Velocities of a start file for particles that are placed otherwise.
 pub(super) struct Dealt {
-    /// The particles by species.
+    /// Particles by species.
     pub(super) particles: Particles,
     /// Velocities and spins in the order of species, in the units of the case.
     pub(super) file: StartFile,
-    /// Temperature, in the units of the case.
+    /// Temperature, in the units of the case \[energy\].
     pub(super) temperature: f64,
-    /// Changes, for the reader.
+    /// Changes, as sentences for the reader.
     pub(super) changes: Vec<String>,
 }
 
@@ -159,7 +159,7 @@ pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     })
 }
 
-/// Mean; of equal numbers what each is, whatever a sum rounds to.
+/// Mean of numbers; exact for equal numbers.
 fn mean(values: &[f64]) -> f64 {
     match values {
         [first, rest @ ..] if rest.iter().all(|one| one == first) => *first,
@@ -167,7 +167,7 @@ fn mean(values: &[f64]) -> f64 {
     }
 }
 
-/// The vectors of a start file in engine units; sizes are kept elsewhere.
+/// Converts the vectors of a start file to engine units; sizes are kept elsewhere.
 pub(super) fn scaled(file: StartFile, scale: Scale) -> StartFile {
     let over = |list: Option<Vec<Vector3<f64>>>, unit: f64| {
         list.map(|all| all.into_iter().map(|one| one / unit).collect())
@@ -239,7 +239,8 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// Sides of the box, if it is one of the case: periodic where the case has no faces.
+    /// Returns the sides of the box, if it is one of the case: periodic where the case has no
+    /// faces.
     fn lengths(&mut self) -> Result<[f64; 3], PlanError> {
         let dimension = self.case.gas.dimension as usize;
         let found = self.file.lengths.unwrap_or_default();
@@ -286,7 +287,7 @@ impl Source<'_> {
         Ok(lengths)
     }
 
-    /// Moves particles into a box along its periodic axes; refuses those beyond its other ends.
+    /// Moves particles into a box along its periodic axes; refuses particles beyond its other ends.
     fn wrap(&mut self, lengths: [f64; 3]) -> Result<(), PlanError> {
         let dimension = self.case.gas.dimension as usize;
         let periodic = |axis: usize| *self.case.walls.at(axis, 0) == Face::default();
@@ -323,8 +324,8 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// Temperature of the start, in the units of the case. In a periodic box without gravity and spin the drift is taken out of the
-    /// velocities.
+    /// Temperature of the start, in the units of the case \[energy\]. In a periodic box without
+    /// gravity and spin the drift is subtracted from the velocities.
     fn warmth(&mut self, masses: &[f64], temperature: f64) -> Result<f64, PlanError> {
         if self.case.start.velocities != Velocities::FILE {
             return Ok(temperature);
@@ -367,7 +368,7 @@ impl Source<'_> {
         Ok(found)
     }
 
-    /// Tells that particles start without spin where neither file nor case gives one.
+    /// Notes that particles start without spin where neither file nor case gives one.
     fn tell_spins(&mut self) {
         let start = &self.case.start;
         let spins = self.case.gas.tangential_restitution.is_some();
@@ -380,7 +381,7 @@ impl Source<'_> {
         }
     }
 
-    /// Tells that units of the engine round what the file says.
+    /// Notes that units of the engine round the values of the file.
     fn tell_units(&mut self, scale: Scale) {
         if scale.length != 1.0 || scale.mass != 1.0 || scale.energy != 1.0 {
             self.changes.push(format!(

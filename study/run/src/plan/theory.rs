@@ -1,4 +1,4 @@
-//! What kinetic theory expects of a case.
+//! Kinetic theory of a case.
 
 use stosszahl_analysis::theory::{Component, Contact, Mixture, Moment, TheoryError, delta_model};
 use stosszahl_case::Kind;
@@ -7,8 +7,8 @@ use stosszahl_model::{Drive, Law, Restitution as _, Space as _, Volume, kinetic}
 
 use super::data::{Class, Plan, PlanError, in_space};
 
-/// Haff's time of the start, twice the energy over the rate of its loss, and the mean free time; infinite where nothing is
-/// lost or nothing collides. `weight` is the share of a class.
+/// Returns Haff's time of the start, twice the energy over the rate of its loss, and the mean free
+/// time; infinite where nothing is lost or nothing collides. `weight` is the share of a class.
 pub(super) fn rates(
     classes: &[Class],
     mixture: &Mixture<Law>,
@@ -28,13 +28,14 @@ pub(super) fn rates(
     [over(2.0 * energy, loss), over(particles, hits)]
 }
 
-/// Cross section of particles whose radii add up to a distance \[length^(D-1)\].
+/// Cross-section of particles whose radii add up to a distance \[length^(D-1)\].
 fn cross_section(dimension: usize, distance: f64) -> f64 {
     in_space!(dimension, S => S::cross_section(distance))
 }
 
-/// Mean over the particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)`, the mean free path of a dilute mixture at one temperature
-/// (Kawasaki 1985, A.1; Bird 1976), by count, radius and mass of like particles.
+/// Mean over the particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)` \[length\], the mean free path
+/// of a dilute mixture at one temperature (Kawasaki 1985, A.1; Bird 1976), by count, radius and
+/// mass of like particles.
 pub(super) fn dilute_path(sizes: &[(f64, f64, f64)], volume: f64, dimension: usize) -> f64 {
     let total: f64 = sizes.iter().map(|one| one.0).sum();
     let path = |&(number, own, own_mass): &(f64, f64, f64)| {
@@ -47,7 +48,8 @@ pub(super) fn dilute_path(sizes: &[(f64, f64, f64)], volume: f64, dimension: usi
 }
 
 impl Plan {
-    /// How density raises collision rates in theory: as the case says without a box, by Enskog's theory in one.
+    /// Returns the effect of density on collision rates in theory: that of the case without a box,
+    /// Enskog's theory in one.
     pub fn contact(&self) -> Contact {
         match (self.kind, self.case.gas.contact_values) {
             (Kind::Homogeneous, ContactValues::Dilute) => Contact::Dilute,
@@ -55,7 +57,7 @@ impl Plan {
         }
     }
 
-    /// The kinetic equations of the classes.
+    /// Returns the kinetic equations of the classes.
     ///
     /// # Errors
     /// [`TheoryError`] if the gas has none.
@@ -69,13 +71,13 @@ impl Plan {
         Mixture::new(self.dimension, components.collect(), law, self.contact())
     }
 
-    /// Temperatures of the classes at the start.
+    /// Returns the temperatures of the classes at the start \[energy\].
     pub fn temperatures(&self) -> Vec<f64> {
         self.classes.iter().map(|class| class.temperature).collect()
     }
 
-    /// Whether the theory of one species of smooth particles with a constant restitution applies, in a gas that is alike
-    /// everywhere.
+    /// Returns true if the theory of one species of smooth particles with a constant restitution
+    /// applies, in a uniform gas.
     pub fn has_theory(&self) -> bool {
         let sizes = !matches!(self.grains.sizes, stosszahl_model::GrainSizes::Each(_));
         // A gas that begins in a part of the box is alike everywhere only once it has mixed.
@@ -125,14 +127,14 @@ impl Plan {
             }
     }
 
-    /// The mean free path of the dilute mixture at one temperature.
+    /// Mean free path of the dilute mixture at one temperature \[engine length\].
     pub fn dilute_mean_free_path(&self) -> f64 {
         let sizes = self.classes.iter();
         let sizes = sizes.map(|class| (class.count as f64, 0.5 * class.diameter, class.mass));
         dilute_path(&sizes.collect::<Vec<_>>(), self.volume, self.dimension)
     }
 
-    /// Collisions per particle and time in the uniform dilute box.
+    /// Collision rate of a particle in the uniform dilute box \[1/engine time\].
     pub fn dilute_collision_rate(&self) -> f64 {
         let total: f64 = self.classes.iter().map(|class| class.count as f64).sum();
         let mean_speed = match self.dimension {
@@ -151,7 +153,7 @@ impl Plan {
         rates.sum()
     }
 
-    /// A time of the case over Haff's time; none in a gas that does not cool.
+    /// Time of the case over Haff's time; `None` in a gas that does not cool.
     pub fn time_over_haff(&self, time: f64) -> Option<f64> {
         let haff = self.haff_time.is_finite() && self.haff_time > 0.0;
         haff.then(|| match self.time_unit {
@@ -160,21 +162,22 @@ impl Plan {
         })
     }
 
-    /// Energy over that of the start at a time of the case, by Haff's law with its Sonine factor; none where it does not
-    /// apply, as for a gas that is driven or scaled.
+    /// Energy over that of the start at a time of the case, by Haff's law with its Sonine factor;
+    /// `None` where it does not apply, as for a gas that is driven or scaled.
     pub fn haff_ratio(&self, time: f64) -> Option<f64> {
         let free = self.case.drive.is_none() && self.case.thermostat.is_none();
         (free && self.has_theory()).then(|| self.haff_law(time))
     }
 
-    /// Haff's law with its Sonine factor.
+    /// Energy ratio by Haff's law with its Sonine factor.
     fn haff_law(&self, time: f64) -> f64 {
         self.time_over_haff(time)
             .map_or(1.0, |time| kinetic::haff_law(time, self.fourth_cumulant()))
     }
 
-    /// What has passed up to a time of the case of a quantity that grows from 0 with the time of a gas that cools freely: where a thermostat
-    /// scales velocities, a gas of the temperature of the start sets out anew after each interval.
+    /// Growth, up to a time of the case, of a quantity that grows from 0 with the time of a freely
+    /// cooling gas. If a thermostat scales velocities, a gas of the temperature of the start begins
+    /// again after each interval.
     pub(crate) fn passed(&self, time: f64, free: impl Fn(f64) -> f64) -> f64 {
         let Some(thermostat) = self.case.thermostat else {
             return free(time);
@@ -184,8 +187,9 @@ impl Plan {
         intervals * free(thermostat.interval) + free(rest)
     }
 
-    /// Logarithm by which the thermal speed has fallen up to a time of the case by Haff's law, had nobody scaled it, with its Sonine factor
-    /// or without; none where the gas does not cool by that law.
+    /// Logarithm by which the thermal speed has fallen up to a time of the case by Haff's law,
+    /// without any scaling, with its Sonine factor or without; `None` where the gas does not cool
+    /// by that law.
     pub fn cooling_logarithm(&self, time: f64, with_cumulant: bool) -> Option<f64> {
         let cools = self.has_theory() && self.case.drive.is_none() && self.restitution < 1.0;
         cools.then(|| {
@@ -216,7 +220,7 @@ impl Plan {
         })
     }
 
-    /// The share of a run that is done at a time of the case, by the collisions that theory expects.
+    /// Share of a run that is done at a time of the case, by the collisions that theory expects.
     pub fn share(&self, time: f64) -> f64 {
         let all = self.expected_collisions(self.case.run.until);
         if all > 0.0 && all.is_finite() {
@@ -226,8 +230,9 @@ impl Plan {
         }
     }
 
-    /// Temperatures of the species over that of the start at the sample times, by Enskog's equations in as many Sonine
-    /// orders as are quick, solved once; none where they do not apply.
+    /// Returns the temperatures of the species over that of the start at the sample times, by
+    /// Enskog's equations in as many Sonine orders as are quick, solved once; `None` where they do
+    /// not apply.
     pub fn partial_temperatures(&self) -> Option<&[Vec<f64>]> {
         let solved = self.partial_temperatures.get_or_init(|| {
             let constant = !matches!(self.law, Law::Viscoelastic(_));
@@ -247,7 +252,7 @@ impl Plan {
         solved.as_deref()
     }
 
-    /// The drive in engine units.
+    /// Returns the drive in engine units.
     ///
     /// # Errors
     /// [`PlanError`] if its numbers leave the range of floating-point numbers.
@@ -261,7 +266,7 @@ impl Plan {
             .map_err(|error| PlanError::new("drive", error.found, error.allowed))
     }
 
-    /// Checks what keeps the gas in motion.
+    /// Checks the drive and the thermostat.
     pub(super) fn check_drive(&self) -> Result<(), PlanError> {
         self.drive()?;
         let homogeneous = self.kind == Kind::Homogeneous;
@@ -274,7 +279,7 @@ impl Plan {
         PlanError::unless(good, "sticking", "particles that stick", allowed)
     }
 
-    /// Heating in temperatures of the start for each Haff time.
+    /// Heating per Haff time, in temperatures of the start.
     fn heating_per_haff(&self) -> Option<f64> {
         let drive = self.case.drive?;
         match self.time_unit {
@@ -284,8 +289,8 @@ impl Plan {
         }
     }
 
-    /// Temperature of the steady state over that of the start, by Enskog's theory with its Sonine correction; none for a
-    /// gas that has no such state or no such theory.
+    /// Temperature of the steady state over that of the start, by Enskog's theory with its Sonine
+    /// correction; `None` for a gas that has no such state or no such theory.
     pub fn steady_temperature(&self) -> Option<f64> {
         if self.heats_itself() {
             return self.steady_state().map(|moment| moment.temperatures[0]);
@@ -294,13 +299,14 @@ impl Plan {
         Some(kinetic::heated_temperature(heating, self.fourth_cumulant()))
     }
 
-    /// Whether contacts heat, so that a gas without walls or bath reaches a steady state.
+    /// Returns true if contacts heat, so that a gas without walls or bath reaches a steady state.
     pub fn heats_itself(&self) -> bool {
         self.law.max_added_speed() > 0.0
     }
 
-    /// Moments of the steady state, its temperature over that of the start, of a uniform gas that its contacts heat, by Enskog's equations in as many
-    /// Sonine orders as are quick, solved once; none where they do not apply.
+    /// Returns the moments of the steady state of a uniform gas that its contacts heat, by Enskog's
+    /// equations in as many Sonine orders as are quick, solved once. Its temperature is over that
+    /// of the start. `None` where they do not apply.
     pub fn steady_state(&self) -> Option<&Moment> {
         let solved = self.steady_state.get_or_init(|| {
             let uniform =
@@ -325,7 +331,8 @@ impl Plan {
         solved.as_ref()
     }
 
-    /// The same, roughly, for particles of several sizes and viscoelastic ones too.
+    /// Rough temperature of the steady state over that of the start, for particles of several sizes
+    /// and viscoelastic ones too.
     pub fn steady_guess(&self) -> Option<f64> {
         Some(kinetic::heated_temperature(self.heating_per_haff()?, 0.0))
     }
@@ -340,7 +347,8 @@ impl Plan {
         })
     }
 
-    /// Collisions per particle up to a time in the steady state; without one, while the gas heats up.
+    /// Number of collisions per particle up to a time in the steady state; without one, while the
+    /// gas heats up.
     fn driven_collisions(&self, heating: f64, time: f64) -> f64 {
         let path = match self.steady_guess() {
             Some(temperature) => temperature.sqrt() * time,

@@ -1,4 +1,4 @@
-//! When a run looks, and whether that has a meaning.
+//! Sample times of a run, and their checks.
 
 use stosszahl_case::Kind;
 
@@ -6,18 +6,21 @@ use super::data::{Plan, PlanError};
 
 /// Most samples of a run.
 const MOST_SAMPLES: f64 = 1e6;
-/// Samples in each factor of ten, and in a flow.
+/// Default number of samples in each factor of ten.
 const PER_DECADE: u64 = 12;
+/// Default number of samples in a flow.
 const SAMPLES_OF_FLOW: u64 = 400;
 
-/// Blocks of time that averages and their errors come from, where the case says nothing and the number of samples allows it;
-/// fewest and most of them.
+/// Default number of blocks of time, from which averages and their errors come, if the number of
+/// samples allows it.
 const BLOCKS: u64 = 40;
+/// Fewest blocks of time by default.
 const FEWEST_BLOCKS: u64 = 10;
+/// Most blocks of time by default.
 const MOST_BLOCKS: u64 = 160;
 
-/// Number of blocks with equal numbers of samples that is nearest to 40, as a factor; none if there is none from 10 to 160.
-/// Fewer than 10 samples are a block each.
+/// Number of blocks with equal numbers of samples that is nearest to 40, as a factor; `None` if
+/// there is none from 10 to 160. Fewer than 10 samples are a block each.
 fn blocks_of(samples: u64) -> Option<u64> {
     let fewest = FEWEST_BLOCKS.min(samples).max(1);
     let fits = |blocks: &u64| samples.is_multiple_of(*blocks);
@@ -27,8 +30,8 @@ fn blocks_of(samples: u64) -> Option<u64> {
         .min_by(|&a, &b| off(a).total_cmp(&off(b)))
 }
 
-/// A grid in equal factors from the first time on, and last the end exactly; a point that all but coincides with the end is
-/// left out.
+/// Returns a grid in equal factors from the first time on, and last the end exactly; a point that
+/// almost coincides with the end is left out.
 pub fn logarithmic(first: f64, until: f64, per_decade: u64) -> impl Iterator<Item = f64> {
     (0..)
         .map(move |i| first * 10_f64.powf(f64::from(i) / per_decade as f64))
@@ -37,7 +40,7 @@ pub fn logarithmic(first: f64, until: f64, per_decade: u64) -> impl Iterator<Ite
 }
 
 impl Plan {
-    /// Number of samples at equal intervals, where they are.
+    /// Number of samples at equal intervals; `None` where they are not equal.
     pub fn equal_samples(&self) -> Option<u64> {
         let run = &self.case.run;
         let flow = self.kind == Kind::Flow
@@ -46,19 +49,19 @@ impl Plan {
         run.samples.or(flow.then_some(SAMPLES_OF_FLOW))
     }
 
-    /// First sample after the start, with samples in equal factors of time.
+    /// Time of the first sample after the start, with samples in equal factors of time.
     pub fn first_sample(&self) -> f64 {
         let run = &self.case.run;
         run.first_sample.unwrap_or(run.until / 1000.0)
     }
 
-    /// Samples in each factor of ten of time.
+    /// Number of samples in each factor of ten of time.
     pub fn samples_per_decade(&self) -> u64 {
         self.case.run.samples_per_decade.unwrap_or(PER_DECADE)
     }
 
-    /// Times of the samples, in the unit of time of the case: 0, then at equal intervals or in equal factors, and last the end
-    /// of the run exactly.
+    /// Returns the times of the samples, in the unit of time of the case: 0, then at equal
+    /// intervals or in equal factors, and last the end of the run exactly.
     pub fn sample_times(&self) -> Vec<f64> {
         let until = self.case.run.until;
         if let Some(samples) = self.equal_samples() {
@@ -70,12 +73,12 @@ impl Plan {
         std::iter::once(0.0).chain(grid).collect()
     }
 
-    /// Blocks of time of measures of flows, where neither the case nor their own table says how many.
+    /// Default number of blocks of time of measures of flows.
     pub fn default_blocks(&self) -> u64 {
         self.equal_samples().and_then(blocks_of).unwrap_or(BLOCKS)
     }
 
-    /// Chooses the number of blocks of time, and says so where it is not 40.
+    /// Chooses the number of blocks of time, and notes it where it is not 40.
     pub(super) fn choose_blocks(&mut self) -> Result<(), PlanError> {
         let measures = &self.case.measure;
         let is_written = |name: &str| {
@@ -125,7 +128,7 @@ impl Plan {
 mod tests {
     use super::*;
 
-    /// By all divisors of a number of samples, in the plain way.
+    /// Blocks are those found by all divisors of a number of samples, in the plain way.
     #[test]
     fn blocks_divide_the_samples() {
         for samples in 1..=2000_u64 {
