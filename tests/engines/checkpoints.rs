@@ -1,4 +1,5 @@
-//! Damaged checkpoints of exact dynamics: found out, or read and then taken or refused by the engine, never a panic.
+//! Damaged checkpoints of exact dynamics are detected, or read and then taken or refused by the
+//! engine, never with a panic.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +15,7 @@ use crate::support::{Disks, disks, gas};
 
 const RUN: snapshot::Fingerprint = [3; 32];
 
-/// Files of two checkpoints, with and without contact times.
+/// Returns the files of two checkpoints, with and without contact times.
 fn checkpoints(folder: &Path) -> Vec<Vec<u8>> {
     [Dissipation::Scene, Dissipation::ContactTime(1e-3)]
         .into_iter()
@@ -31,10 +32,10 @@ fn checkpoints(folder: &Path) -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// Bytes before the payload: mark, format, length, fingerprint, hash.
+/// Size of the header before the payload \[bytes\]: mark, format, length, fingerprint, hash.
 const HEADER: usize = 84;
 
-/// Whatever happens to a checkpoint on its way, it is found out: never is other content read than was written.
+/// Damage to a checkpoint is always detected: no content is read other than was written.
 #[test]
 fn damaged_checkpoints() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -58,8 +59,8 @@ fn damaged_checkpoints() {
     });
 }
 
-/// Payloads that are wrong under the right hash, as another version might write them: read or refused, and what is read is
-/// taken by the engine or refused.
+/// Payloads that are wrong under the right hash, as another version might write them, are read or
+/// refused; those that are read are taken by the engine or refused.
 #[test]
 fn wrong_checkpoints() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -9,7 +9,7 @@ use stosszahl_model::{Body, Domain, State, kinetic};
 
 use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds, mean_and_error};
 
-/// Equal disks as one species.
+/// Creates equal disks as one species.
 fn equal(restitution: f64, count: usize) -> Kinds {
     kinds(restitution, [(0.5, 1.0, count)])
 }
@@ -22,7 +22,7 @@ fn tracked(state: State<Disks>) -> Checkpoint<Disks> {
     }
 }
 
-/// Positions of disks that were never wrapped.
+/// Returns positions of disks that were never wrapped.
 fn unwrapped(gas: &Checkpoint<Disks>) -> Vec<Vector2<f64>> {
     let lengths = gas.state.domain.lengths();
     let winding = |w: &[i32; 2]| vector![f64::from(w[0]), f64::from(w[1])].component_mul(&lengths);
@@ -73,8 +73,9 @@ fn free_flight_is_velocity_times_time() {
     assert_eq!((gas.windings[0], unwrapped(&gas)[0][1]), ([0, 6], 24.0));
 }
 
-/// In a gas, against displacements that are added up over times so short that no disk moves by half a box; in boxes of
-/// many cells, of three, of two and of one. 1e-10: 40 sums, each of positions that round to 1e-14, and their windings.
+/// Image flags add up to the displacements that are summed over times so short that no disk moves
+/// by half a box. Boxes have many cells, three, two and one. 1e-10: 40 sums, each of positions that
+/// round to 1e-14, and their image flags.
 #[test]
 fn windings_add_up_to_the_displacements() {
     for (count, packing) in [(400, 0.25), (6, 0.3), (4, 0.5), (2, 0.35)] {
@@ -110,7 +111,7 @@ fn windings_add_up_to_the_displacements() {
         assert_eq!(gas.state.bodies, plain.state.bodies);
         assert_eq!(gas.tally, plain.tally);
         assert!(plain.windings.is_empty());
-        // Somebody has been around a small box, if perhaps back again.
+        // Some disk has been around a small box, if perhaps back again.
         assert!(wound || count == 400);
     }
 }
@@ -138,8 +139,8 @@ fn parameters(cell: f64, simulators_per_disk: u32, displacement: Displacement) -
     }
 }
 
-/// All simulators start from one point, so where each is says where it has gone, but for the sides of the box. 1e-9:
-/// 2000 steps that round a position of 30 or a displacement of 300 each.
+/// Displacements of simulators end at their positions, up to sides of the box, as all start from
+/// one point. 1e-9: 2000 steps that round a position of 30 or a displacement of 300 each.
 #[test]
 fn displacements_of_simulators_end_at_their_positions() {
     let mut start = gas(Arrangement::Disordered, 300, 0.3, 3);
@@ -173,13 +174,16 @@ fn displacements_of_simulators_end_at_their_positions() {
     }
 }
 
-/// Elastic gas at packing 0.1, after 15.8 mean free times, over first Sonine order.
+/// Simulators of an elastic gas at packing 0.1 diffuse as Enskog's theory says, after 15.8 mean
+/// free times, over first Sonine order.
 ///
-/// The velocity correlation in Sonine polynomials decays by a matrix of collision integrals with the elements 1, -1/4,
-/// -1/32, 43/16, ... (by quadrature over 1.5e8 collisions), which gives D in the first three orders as 1, 43/42, 1.0265 (known:
-/// 1.027, Gass, J. Chem. Phys. 54, 1898 (1971)), and 1.0243 for the displacement at this time. Allowed: 0.5 % for the length
-/// of the step (1/64), the slow decay of correlations through flow (1/32 of that of ED below, 0.15 %) and repeated partners
-/// (1 in 60), and 3.77 standard errors (t with 23 degrees of freedom, false alarm 1e-3), which may be at most 1.2 %.
+/// The velocity correlation in Sonine polynomials decays by a matrix of collision integrals with
+/// the elements 1, -1/4, -1/32, 43/16, ... (by quadrature over 1.5e8 collisions), which gives D in
+/// the first three orders as 1, 43/42, 1.0265 (known: 1.027, Gass, J. Chem. Phys. 54, 1898 (1971)),
+/// and 1.0243 for the displacement at this time. Allowed are 0.5 % for the length of the step
+/// (1/64), the slow decay of correlations through flow (1/32 of that of ED below, 0.15 %) and
+/// repeated partners (1 in 60). To these come 3.77 standard errors (t with 23 degrees of freedom,
+/// false alarm 1e-3), which may be at most 1.2 %.
 #[test]
 fn simulators_diffuse_as_enskog_says() {
     let (packing, chi) = (0.1, kinetic::contact_value(0.1));
@@ -215,12 +219,14 @@ fn simulators_diffuse_as_enskog_says() {
 
 /// Event-driven disks, elastic, packing 0.1: ballistic and decaying as Enskog says, and later a little faster.
 ///
-/// After half a mean free time, first Sonine order is within 0.3 % of the theory itself, for it has the right initial
-/// decay; packing correlations beyond Enskog's are of the order of the 0.5 % allowed in all. After 20 mean free times, the
-/// theory itself is 1.025. In two dimensions, flow carries disks along and adds the share (1/(8 pi n (D + nu))) ln(t/t1)/D from
-/// about t1 = 1 to 5 mean free times on (Alder & Wainwright, Phys. Rev. A 1, 18 (1970)): with n = 0.127, D = 1.88 and nu = 2.4, 4 % a
-/// factor e, so 5 % to 12 % at most by 20, and less in the mean over time that the displacement is. Allowed is from none of
-/// it to 12 %, and 4.07 standard errors (t with fifteen degrees of freedom, false alarm 1e-3), which may be at most 5 %.
+/// After half a mean free time, first Sonine order is within 0.3 % of the theory itself, for it has
+/// the right initial decay; packing correlations beyond Enskog's are of the order of the 0.5 %
+/// allowed in all. After 20 mean free times, the theory itself is 1.025. In two dimensions, flow
+/// carries disks along and adds the share (1/(8 pi n (D + nu))) ln(t/t1)/D from about t1 = 1 to 5
+/// mean free times on (Alder & Wainwright, Phys. Rev. A 1, 18 (1970)): with n = 0.127, D = 1.88 and
+/// nu = 2.4, this is 4 % a factor e. So it is 5 % to 12 % at most by 20, and less in the
+/// displacement, which is a mean over time. Allowed is from none of it to 12 %, and 4.07 standard
+/// errors (t with fifteen degrees of freedom, false alarm 1e-3), which may be at most 5 %.
 #[test]
 fn disks_diffuse_as_enskog_says() {
     let (packing, chi) = (0.1, kinetic::contact_value(0.1));
@@ -264,10 +270,12 @@ fn disks_diffuse_as_enskog_says() {
     assert!(4.07 * error < 0.05, "the error bar {error} is too wide");
 }
 
-/// A gas that cools, r = 0.9, to t/t0 = 2, Monte Carlo at packing 0.05. First Sonine order leaves out what D changes by
-/// the second (2.7 % in the elastic gas, at long times, of either sign with a2 = -0.027) and the start, which is Maxwellian:
-/// 3.5 % allowed, and 3.77 standard errors (t with 23 degrees of freedom, false alarm 1e-3), at most 1.2 %. Without the cooling of the correlation (beta = (1 + r)/(1 - r)
-/// in place of 2/(1 - r)) it would be off by 5 %; with D of the start's temperature, by a factor of 2.
+/// A cooling gas, r = 0.9, spreads as the logarithm of time to t/t0 = 2, in Monte Carlo at packing
+/// 0.05. First Sonine order leaves out the change of D by the second (2.7 % in the elastic gas, at
+/// long times, of either sign with a2 = -0.027) and the Maxwellian start. So 3.5 % are allowed, and
+/// 3.77 standard errors (t with 23 degrees of freedom, false alarm 1e-3), at most 1.2 %. Without
+/// the cooling of the correlation (beta = (1 + r)/(1 - r) in place of 2/(1 - r)) it would be off by
+/// 5 %; with D of the start's temperature, by a factor of 2.
 #[test]
 fn cooling_gas_spreads_as_the_logarithm_of_time() {
     let (packing, r) = (0.05, 0.9);

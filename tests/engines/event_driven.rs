@@ -1,4 +1,4 @@
-//! The event-driven engine: against its oracles, and against what must be conserved.
+//! The event-driven engine, against its oracles and the conservation laws.
 
 use nalgebra::{Vector2, Vector3};
 use rand::RngExt;
@@ -12,7 +12,7 @@ use stosszahl_model::{Collision, Domain, Observer, Polydisperse, Scene, State};
 
 use crate::support::{Disks, Mixture, disks, gas};
 
-/// Keeps the times and lines of all collisions.
+/// Observer that keeps the times and lines of all collisions.
 #[derive(Default)]
 struct Journal(Vec<(f64, Vector3<f64>, Vector3<f64>)>);
 
@@ -39,7 +39,7 @@ fn run<Q: Calendar>(
     (journal, engine.state())
 }
 
-/// Same arithmetic, other queue: bitwise the same collisions in the same order.
+/// The bucket calendar gives bitwise the same collisions in the same order as the sorted queue.
 #[test]
 fn bucket_calendar_gives_the_bits_of_the_sorted_queue() {
     for (packing, restitution) in [(0.02, 1.0), (0.25, 0.8), (0.5, 0.6), (0.68, 1.0)] {
@@ -53,10 +53,11 @@ fn bucket_calendar_gives_the_bits_of_the_sorted_queue() {
     }
 }
 
-/// Cells, local clocks and calendar against all pairs with all disks moved at every event. The two
-/// round differently, and each collision of a disk multiplies differences by about twice its free path
-/// over the diameter plus one: by e^2 in dense gases, by 60 at packing 0.01. Five collisions a disk (one
-/// where it is dilute) leave 1e-13 times e^10 or 60^3, so 1e-8 on times of order ten.
+/// Cells, local clocks and calendar find the collisions of all pairs with all disks moved at every
+/// event. The two round differently, and each collision of a disk multiplies differences by about
+/// twice its free path over the diameter plus one: by e^2 in dense gases, by 60 at packing 0.01.
+/// Five collisions a disk (one where it is dilute) leave 1e-13 times e^10 or 60^3, so 1e-8 on times
+/// of order ten.
 #[test]
 fn engine_finds_the_collisions_of_all_pairs() {
     for (count, packing, restitution, each) in [
@@ -181,7 +182,7 @@ fn contacts_without_rebound_happen_once() {
     assert!(central > 1000, "{central} of 2000 met");
 }
 
-/// Smooth elastic disks of these radii and masses.
+/// Creates smooth elastic disks of these radii and masses.
 fn unequal(sizes: Vec<(f64, f64)>) -> Mixture {
     let unit = disks(1.0);
     Scene {
@@ -193,8 +194,9 @@ fn unequal(sizes: Vec<(f64, f64)>) -> Mixture {
     }
 }
 
-/// In a long leg the engine starts afresh by itself: to the bits, that is a cut by the one who runs it. Contact times,
-/// windings and a clock far from zero go along.
+/// In a long leg the engine makes a fresh start by itself: to the bits, such a start is a
+/// checkpoint made by the caller. Contact times, image flags and a clock far from zero are
+/// included.
 #[test]
 fn starting_afresh_is_a_cut() {
     let (count, collisions) = (50, 130_000);
@@ -289,8 +291,8 @@ fn thin_gases_are_exact() {
     }
 }
 
-/// Diameters from 1 to 30 with a density like their -2.5th power: several grids. The collisions of all pairs, no
-/// overlap after many, and no more candidates than disks that are near.
+/// Diameters from 1 to 30 with a density like their -2.5th power: several grids. They have the
+/// collisions of all pairs, no overlap after many, and no more candidates than disks that are near.
 #[test]
 fn very_unequal_disks_follow_all_pairs() {
     let count = 400_usize;
@@ -428,7 +430,7 @@ fn inelastic_collapse_is_an_error_and_the_contact_time_prevents_it() {
     }
 }
 
-/// Nothing moves: the asked time is reached without an event.
+/// A gas at rest reaches the requested time without an event.
 #[test]
 fn gas_at_rest_reaches_the_time() {
     let mut start = gas(Arrangement::Square, 16, 0.4, 1);

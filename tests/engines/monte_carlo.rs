@@ -1,4 +1,4 @@
-//! The Monte Carlo engine against kinetic theory and against what must be conserved.
+//! The Monte Carlo engine, against kinetic theory and the conservation laws.
 
 use stosszahl_dsmc::{
     Boundaries, Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, simulate,
@@ -22,7 +22,7 @@ const PARAMETERS: Parameters = Parameters {
     largest_contact_value: 10.0,
 };
 
-/// Counts collisions in bins of |b|/d and sums what theory knows.
+/// Observer that counts collisions in bins of |b|/d and sums the quantities that theory knows.
 #[derive(Default)]
 struct Sums {
     bins: [f64; 10],
@@ -154,7 +154,7 @@ fn elastic_gas_conserves_energy_and_momentum() {
     }
 }
 
-/// Equal disks that carry their index, so that each can be followed through a sort.
+/// Creates equal disks that carry their index, so that each can be tracked through a sort.
 fn followed(count: usize) -> Kinds {
     kinds(1.0, vec![(0.5, 1.0, 1); count])
 }

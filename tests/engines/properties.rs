@@ -19,7 +19,7 @@ use stosszahl::model::{
 use crate::draws::drawn;
 use crate::support::Mixture;
 
-/// What a random gas is made from.
+/// Numbers from which a random gas is made.
 #[derive(Clone, Debug)]
 struct Recipe {
     disks: usize,
@@ -52,13 +52,14 @@ fn recipes() -> impl Strategy<Value = Recipe> {
         )
 }
 
-/// Runs a property on a number of gases, always the same ones.
+/// Tests a property on a number of gases, always the same ones.
 fn check(gases: u32, property: impl Fn(Recipe) -> Result<(), TestCaseError>) {
     drawn(gases, 1, &recipes(), property);
 }
 
-/// A gas without overlap: disks grow together from random points while overlapping ones push each other away, to the
-/// largest size at which none overlap, and the box is scaled so that the mean diameter is one.
+/// Creates a gas without overlap: disks grow together from random points while overlapping ones
+/// push each other away, to the largest size at which none overlap, and the box is scaled so that
+/// the mean diameter is one.
 fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
     let mut stream = Stream::seed_from_u64(recipe.seed);
     let count = recipe.disks;
@@ -135,10 +136,10 @@ fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
     ))
 }
 
-/// Normal over whole relative speed below which rounding decides a contact, see [`Laws`].
+/// Largest normal over whole relative speed at which rounding decides a contact, see [`Laws`].
 const GRAZING: f64 = 1e-6;
 
-/// What every collision must obey.
+/// Observer that checks the laws of every collision.
 #[derive(Default)]
 struct Laws {
     lost: f64,
@@ -179,7 +180,7 @@ fn engine(
         .map_err(|error| TestCaseError::fail(error.to_string()))
 }
 
-/// Collisions of a run, or of a gas in which nothing happens for long.
+/// Runs a number of collisions, or ends if there are none for long; returns the collisions.
 fn run(
     engine: &mut Engine<Mixture>,
     collisions: u64,
@@ -359,8 +360,8 @@ fn furthest(a: &State<Mixture>, b: &State<Mixture>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Whether two disks approach by no more than the rounding of their velocities, as after a contact with restitution 0:
-/// the engine lets those rest on each other, all pairs does not.
+/// Returns true if two disks approach by no more than the rounding of their velocities, as after a
+/// contact with restitution 0: the engine lets those rest on each other, all pairs does not.
 fn rests(state: &State<Mixture>, pair: [usize; 2]) -> bool {
     let [one, other] = pair.map(|who| state.bodies[who]);
     let line = state

@@ -1,4 +1,4 @@
-//! What tests of both engines need.
+//! Support for the tests of both engines.
 
 use nalgebra::vector;
 use stosszahl::model::initial::{self, Arrangement};
@@ -8,8 +8,8 @@ use stosszahl::model::{
     Scene, Smooth, Species, State,
 };
 
-/// Smooth equal disks of diameter and mass one. As all scenes here, of the types that programs have: an engine takes seconds to
-/// compile, and those are there.
+/// Smooth equal disks of diameter and mass one. All scenes here have the types that programs use:
+/// an engine takes seconds to compile, and those are there.
 pub type Disks = Scene<Plane, Smooth, Law, Monodisperse, Free>;
 
 /// Smooth disks of any sizes, for exact dynamics.
@@ -18,7 +18,7 @@ pub type Mixture = Scene<Plane, Smooth, Law, Polydisperse, Free>;
 /// Smooth disks of several species, for Monte Carlo.
 pub type Kinds = Scene<Plane, Smooth, Law, Species, Gravity<Plane>>;
 
-/// The scene of unit disks with the given restitution.
+/// Creates the scene of unit disks with the given restitution.
 pub fn disks(restitution: f64) -> Disks {
     Scene {
         space: Plane,
@@ -32,7 +32,7 @@ pub fn disks(restitution: f64) -> Disks {
     }
 }
 
-/// The scene of species, by radius, mass and count.
+/// Creates the scene of species, by radius, mass and count.
 pub fn kinds(restitution: f64, all: impl IntoIterator<Item = (f64, f64, usize)>) -> Kinds {
     let kind = |(radius, mass, count)| Kind {
         radius,
@@ -48,7 +48,7 @@ pub fn kinds(restitution: f64, all: impl IntoIterator<Item = (f64, f64, usize)>)
     }
 }
 
-/// The same gas, of disks that may differ.
+/// Converts a gas to one of disks that may differ.
 pub fn as_kinds(gas: &State<Disks>) -> State<Kinds> {
     let bodies = gas.bodies.iter();
     State {
@@ -60,7 +60,7 @@ pub fn as_kinds(gas: &State<Disks>) -> State<Kinds> {
     }
 }
 
-/// A Maxwellian gas of unit disks at temperature one in a square box.
+/// Creates a Maxwellian gas of unit disks at temperature one in a square box.
 pub fn gas(
     arrangement: Arrangement,
     count: usize,

@@ -1,4 +1,5 @@
-//! The book: every page is in its summary, every link leads somewhere, and pages that are made are those that the program makes.
+//! The book: every page is in its summary, every link leads somewhere, and generated pages are
+//! those that the program makes.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,7 +11,7 @@ fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
 }
 
-/// All pages of a folder and of those below it.
+/// Returns all pages of a folder and of those below it.
 fn pages(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder").flatten() {
@@ -25,7 +26,7 @@ fn pages(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// Targets of the links and pictures of a page, outside of code.
+/// Returns the targets of the links and pictures of a page, outside of code.
 fn links(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     let mut fenced = false;
@@ -48,7 +49,7 @@ fn links(text: &str) -> Vec<String> {
     found
 }
 
-/// The name that a heading has in links.
+/// Returns the name that a heading has in links.
 fn anchor(heading: &str) -> String {
     let words = heading.trim_start_matches('#').trim().to_lowercase();
     let kept = words
@@ -107,7 +108,7 @@ fn no_page_links_to_what_is_not_in_the_book() {
     }
 }
 
-/// What is said about where things are added stays true when files move.
+/// Files that pages for developers name are there, also when files move.
 #[test]
 fn files_that_pages_for_developers_name_are_there() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

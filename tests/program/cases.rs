@@ -51,7 +51,8 @@ fn every_case_is_valid_and_asks_a_question() {
     }
 }
 
-/// What a finished run leaves: tables with their checksums, verdicts, and a page that stands alone.
+/// Checks the results of a finished run: tables with their checksums, verdicts, and a page that
+/// stands alone.
 fn assert_finished(folder: &Path) {
     let stored = stored(folder);
     let name = folder.display();
@@ -93,7 +94,7 @@ fn assert_finished(folder: &Path) {
     assert!(!folder.join("checkpoints").exists(), "{name}");
 }
 
-/// Runs a case by the program; its folder, and those of the points of a sweep.
+/// Runs a case by the program, and checks its folder, or those of the points of a sweep.
 fn assert_runs(desk: &Desk, text: &str, out: &str, set: &[&str]) {
     desk.write("case.toml", text);
     let set: Vec<&str> = set.iter().flat_map(|one| [" --set ", *one]).collect();
@@ -206,7 +207,7 @@ fn dense_240_has_a_hundred_thousand_collisions_a_point() {
     }
 }
 
-/// Numbers and sizes that follow from rules.
+/// Numbers and sizes of species follow from rules.
 #[test]
 fn species_follow_from_rules() {
     let gas = "format = 2\ntitle = \"t\"\n[gas]\ndimension = 3\nvolume = 2e4\nrestitution = 0.8\n[run]\nuntil = 5\n";

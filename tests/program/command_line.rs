@@ -29,7 +29,7 @@ until = 2
 times = [2]
 ";
 
-/// A start of 225 disks of two sizes on a grid.
+/// Returns a start of 225 disks of two sizes on a grid.
 fn start_file() -> String {
     let mut start = "# box: 30 30\nx,y,radius,mass\n".to_owned();
     for i in 0..225 {
@@ -120,7 +120,8 @@ fn results_are_neither_overwritten_nor_mistaken() {
         "run case.toml --resume --out nowhere",
         &["nothing to resume"],
     );
-    // Nor is what somebody put beside the results lost, by whatever name, nor the case itself.
+    // Files that a user put next to the results are not lost either, of any name, nor is the case
+    // itself.
     let own = [
         "notes.txt",
         "species.csv",
@@ -142,7 +143,8 @@ fn results_are_neither_overwritten_nor_mistaken() {
     assert_eq!(manifest(&desk.path("results/case")).seed, 6);
 }
 
-/// Other windows show the same fields otherwise: no finished run passes over that.
+/// A finished run is not changed unnoticed by other windows, which show the same fields
+/// differently.
 #[test]
 fn windows_of_a_finished_run_are_not_changed_unnoticed() {
     let desk = Desk::new(WALLS);
@@ -176,7 +178,8 @@ fn threads_do_not_change_a_byte() {
     }
 }
 
-/// Cases that are wrong in one way each: the text that is replaced, by what, and what is said of it.
+/// Cases that are wrong in one way each: the text that is replaced, its replacement, and the words
+/// of the message.
 #[rustfmt::skip]
 const BAD: &[(&str, &str, &str, &[&str])] = &[
     (COOLING, "format = 2", "format = 3", &["format = 3", "format 2"]),
@@ -237,7 +240,7 @@ fn bad_cases_leave_nothing_behind() {
     }
 }
 
-/// Of a folder that has lost its tables there is no report: they are named.
+/// A report without tables is refused: the lost tables are named.
 #[test]
 fn a_report_without_tables_is_refused() {
     let desk = Desk::new(COOLING);
@@ -257,7 +260,7 @@ fn a_report_without_tables_is_refused() {
     assert!(said.err.contains("missing"), "{}", said.err);
 }
 
-/// Nothing waits for a pipe that stands where a file of results should.
+/// A pipe in the place of a file of results is refused at once.
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_no_file_of_results() {
@@ -285,7 +288,7 @@ fn options_take_whole_numbers_with_exponents() {
     assert_eq!(energy("plain"), energy("short"));
 }
 
-/// A file of format 1 is no case any more; what its keys have become is said.
+/// A case of format 1 is refused, with an explanation of its keys.
 #[test]
 fn a_case_of_format_1_is_explained() {
     let desk = Desk::new(
@@ -298,7 +301,7 @@ fn a_case_of_format_1_is_explained() {
     );
 }
 
-/// Start files that are damaged, or do not fit the case.
+/// Start files that are damaged, or do not fit the case, are named.
 #[test]
 fn bad_start_files_are_named() {
     for (start, fragments) in [
@@ -392,7 +395,7 @@ fn parallel_flight_is_no_endless_preparation() {
     assert!(said.out.contains("equilibr"), "{}", said.out);
 }
 
-/// A run that was stopped, and a start file that was changed since.
+/// A changed start file makes another run, which a stopped run does not resume.
 #[test]
 fn a_changed_start_file_is_another_run() {
     let desk = Desk::new(FROM_FILE);
@@ -511,7 +514,8 @@ fn a_folder_that_cannot_be_written_is_named() {
     }
 }
 
-/// Bundled cases are listed with their questions, printed, and run by name; each has a question, and an own file goes first.
+/// Bundled cases are listed with their questions, printed, and run by name; each has a question,
+/// and a file of the same name takes precedence.
 #[test]
 fn bundled_cases_are_known_by_name() {
     let desk = Desk::new(COOLING);
@@ -596,7 +600,7 @@ fn two_processes_do_not_share_a_folder() {
     desk.done("run case.toml --out out --force --until 1");
 }
 
-/// What a user interrupts is kept, and goes on to the same bytes.
+/// An interrupted run is kept, and resumes to the same bytes.
 #[cfg(unix)]
 #[test]
 fn an_interrupt_is_heard_and_the_run_goes_on() {

@@ -1,8 +1,10 @@
-//! Several processes and one results folder: one writes, the other is told; results are never mixed, also when a folder is moved or
-//! removed while it is written. And checkpoints that are damaged or swapped: the same bytes, or refused by name.
+//! Several processes and one results folder: one writes, the other is refused; results are never
+//! mixed, also when a folder is moved or removed while it is written. Checkpoints that are damaged
+//! or swapped give the same bytes, or are refused by name.
 //!
-//! Each pair of processes is checked by what is true whoever is faster: a process that ends with 0 has left the bytes of a run that was
-//! alone, one that was told says why, and the folder has no file of the other.
+//! Checks of each pair of processes hold for any order of events. A process that ends with 0 has
+//! left the bytes of a run that was alone. A refused process says why, and the folder has no file
+//! of the other.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -47,18 +49,18 @@ times = [0, 6]
 times = [6]
 "#;
 
-/// What becomes of a folder in which two processes work.
+/// Case of two processes that work in one folder.
 #[derive(Clone, Copy, Debug)]
 enum Pair {
     /// Two runs of different seeds begin at once.
     AtOnce,
-    /// The same, and each may replace what is there.
+    /// Two runs of different seeds begin at once, and each may replace existing results.
     BothReplace,
     /// The folder of the first is moved, and the second begins under its name.
     Moved,
     /// The folder of the first is removed, and the second begins under its name.
     Removed,
-    /// The list of files, which is the lock, is removed; the second goes on with the same run.
+    /// The list of files, which is the lock, is removed; the second resumes the same run.
     ListRemoved,
     /// Two frontiers of one case begin at once.
     Frontiers,
@@ -79,7 +81,7 @@ const PAIRS: [Pair; 8] = [
     Pair::FrontierKilled,
 ];
 
-/// What the process says that is not allowed to write.
+/// Messages of the process that is not allowed to write.
 const TOLD: [&str; 6] = [
     "another process is writing here",
     "exists; use --resume",
@@ -103,7 +105,8 @@ fn run_line(seed: u64, out: &str) -> String {
     format!("run case.toml --threads 1 --quiet --seed {seed} --out {out}")
 }
 
-/// Ends of two processes; one that failed was told why.
+/// Waits for two processes; returns which of them succeeded, and checks that a failed one was told
+/// why.
 fn ends(children: [Child; 2]) -> [bool; 2] {
     children.map(|child| {
         let Output { status, stderr, .. } = child.wait_with_output().expect("an end");
@@ -115,7 +118,8 @@ fn ends(children: [Child; 2]) -> [bool; 2] {
     })
 }
 
-/// All files below a folder, by their names in it, but for hidden ones that a kill left half-written.
+/// Returns all files below a folder, by their names in it, except hidden ones that a kill left
+/// half-written.
 pub(crate) fn all_files(folder: &Path) -> BTreeSet<PathBuf> {
     let mut all = BTreeSet::new();
     let mut folders = vec![folder.to_owned()];
@@ -132,13 +136,13 @@ pub(crate) fn all_files(folder: &Path) -> BTreeSet<PathBuf> {
     all
 }
 
-/// Results that no other process had a part in.
+/// Results of undisturbed runs.
 struct Alone<'a> {
     desk: &'a Desk,
 }
 
 impl Alone<'_> {
-    /// The folder of a run of a seed, made when it is first asked for.
+    /// Returns the folder of a run of a seed, made when it is first asked for.
     fn of(&self, seed: u64) -> PathBuf {
         let name = format!("alone-{seed}");
         if !self.desk.path(&name).exists() {
@@ -147,7 +151,7 @@ impl Alone<'_> {
         self.desk.path(&name)
     }
 
-    /// The folder has the run of this seed, all of it and nothing else.
+    /// Checks that the folder has the run of this seed, all of it and nothing else.
     fn require(&self, folder: &Path, seed: u64) {
         assert_same(&self.of(seed), folder);
         assert_eq!(all_files(&self.of(seed)), all_files(folder));
@@ -157,7 +161,7 @@ impl Alone<'_> {
     }
 }
 
-/// Waits until a process has written something into a folder, or has ended.
+/// Waits until a process has written a file into a folder, or has ended.
 fn wait_for(child: &mut Child, path: &Path) {
     while !path.exists() && child.try_wait().expect("a child").is_none() {
         thread::sleep(Duration::from_millis(1));
@@ -169,7 +173,7 @@ fn remove(folder: &Path) {
     while fs::remove_dir_all(folder).is_err() && folder.exists() {}
 }
 
-/// Two processes and one folder; whether the one that was asked to wait or to stop was told.
+/// Runs two processes in one folder; returns true if the one that must wait or stop was told.
 fn try_pair(desk: &Desk, pair: Pair, stream: &mut Stream) -> bool {
     let (alone, out, aside) = (Alone { desk }, desk.path("out"), desk.path("aside"));
     remove(&out);
@@ -265,7 +269,7 @@ fn try_pair(desk: &Desk, pair: Pair, stream: &mut Stream) -> bool {
     }
 }
 
-/// The columns of a table of a frontier that do not depend on the time that runs took.
+/// Returns the columns of a table of a frontier that do not depend on the time that runs took.
 pub(crate) fn untimed(folder: &Path) -> Vec<Vec<String>> {
     let mut reader = csv::Reader::from_path(folder.join("frontier.csv")).expect("a table");
     let names = reader.headers().expect("names").clone();
@@ -308,7 +312,7 @@ fn two_processes_never_mix_their_results() {
     assert!(told > PAIRS.len() / 2, "{told}");
 }
 
-/// `cargo test --release --test program folders -- --ignored`.
+/// Long form, run by `cargo test --release --test program folders -- --ignored`.
 #[test]
 #[ignore = "takes some ten minutes: cargo long-tests"]
 fn two_hundred_pairs_never_mix_their_results() {
@@ -392,17 +396,18 @@ fn a_report_names_tables_that_were_changed() {
     );
 }
 
-/// Folders of runs that were stopped, of which files are damaged and swapped.
+/// Folders of stopped runs, of which files are damaged and swapped.
 struct Stopped {
     file: CaseFile,
     folder: tempfile::TempDir,
-    /// The folders of one case, stopped after other numbers of legs, so that each replica is on its way in one of them.
+    /// Folders of one case, stopped after different numbers of legs, so that each replica is in
+    /// progress in one of them.
     partial: Vec<PathBuf>,
-    /// The files of checkpoints in these, and in folders of another seed.
+    /// Files of checkpoints in these, and in folders of another seed.
     kept: Vec<PathBuf>,
 }
 
-/// A copy of a folder.
+/// Copies a folder.
 fn copy(from: &Path, to: &Path) {
     for file in all_files(from) {
         let path = to.join(&file);
@@ -411,7 +416,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The files of checkpoints of a results folder.
+/// Returns the files of checkpoints of a results folder.
 fn checkpoints(folder: &Path) -> Vec<PathBuf> {
     let is_inside = |path: &PathBuf| {
         let parent = path.parent().and_then(Path::file_name);
@@ -422,7 +427,7 @@ fn checkpoints(folder: &Path) -> Vec<PathBuf> {
 }
 
 impl Stopped {
-    /// Two points of a sweep, run at a stretch, and stopped after some legs.
+    /// Runs two points of a sweep, without a stop, and stopped after some legs.
     fn new() -> Self {
         let text = format!("{CASE}[[sweep]]\n\"gas.restitution\" = [0.8, 0.9]\n");
         let set = [
@@ -459,7 +464,7 @@ impl Stopped {
         }
     }
 
-    /// Goes on in a folder, and compares what comes out; or what is said.
+    /// Resumes in a folder, and compares the results; returns the message of a refusal.
     fn go_on(&self, out: &Path) -> Result<(), String> {
         let stop = Interrupt::default();
         let options = Options {
@@ -482,7 +487,7 @@ impl Stopped {
         Ok(())
     }
 
-    /// Damages or swaps files of a stopped run and goes on with it; whether it was refused.
+    /// Damages or swaps files of a stopped run and resumes it; returns true if it was refused.
     fn try_damage(&self, stream: &mut Stream) -> bool {
         let out = self.folder.path().join("out");
         remove(&out);
@@ -555,7 +560,7 @@ fn damaged_and_swapped_checkpoints_are_refused_by_name() {
     assert!((6..24).contains(&refused), "{refused}");
 }
 
-/// `cargo test --release --test program folders -- --ignored`.
+/// Long form, run by `cargo test --release --test program folders -- --ignored`.
 #[test]
 #[ignore = "takes some minutes: cargo long-tests"]
 fn two_hundred_damages_of_checkpoints_are_refused_by_name() {
@@ -612,7 +617,8 @@ fn a_checkpoint_of_another_replica_is_named() {
     assert!(tried > 3, "{tried}");
 }
 
-/// A table belongs to one measure: what `check` accepts is run to its end, also with measures that the case does not make by itself.
+/// A table that two measures would write is refused before the run. A case that `check` accepts is
+/// run to its end, also with measures that the case does not make by itself.
 #[test]
 fn what_two_measures_would_write_is_refused_before_the_run() {
     let desk = Desk::new(crate::support::program::MIXTURE);

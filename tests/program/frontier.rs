@@ -20,7 +20,7 @@ until = 1
 cell_size = 2.0
 ";
 
-/// A case file in a folder.
+/// Writes a case file into a folder.
 fn case(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("small.toml");
     fs::write(&path, text).expect("written");
@@ -38,7 +38,7 @@ fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 
-/// A table without the columns that timings decide.
+/// Returns a table without the columns that timings decide.
 fn untimed(path: &Path) -> Vec<Vec<String>> {
     let mut reader = csv::Reader::from_path(path).expect("a table");
     let names = reader.headers().expect("names").clone();
@@ -199,8 +199,8 @@ fn runs_carry_an_error_budget() {
     assert!(page.contains("error_budget.csv"));
 }
 
-/// A pilot chooses simulators and steps, the same for any number of threads, and says why; a target that is none is refused,
-/// and so is a gas without theory.
+/// A pilot chooses simulators and steps, the same for any number of threads, and says why; an
+/// invalid target is refused, and so is a gas without theory.
 #[test]
 fn accuracy_is_chosen_by_a_pilot() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,5 +1,5 @@
-//! Damaged files: whatever stands in a case or a start file, reading it ends in a value that makes sense or in an error that
-//! names the file, never in a panic. Damaged checkpoints are in `engines/checkpoints.rs`.
+//! Damaged files: reading any case or start file ends in a value that makes sense or in an error
+//! that names the file, never in a panic. Damaged checkpoints are in `engines/checkpoints.rs`.
 
 use std::fs;
 use std::ops::Range;
@@ -70,7 +70,7 @@ fn damaged_start_files() {
     }
 }
 
-/// Reads a case as the program does, and derives what follows from its first points, which stand for all.
+/// Reads a case as the program does, and plans its first points, which stand for all.
 fn look(path: &Path, text: &str, set: &[String]) -> Result<(), TestCaseError> {
     let planned = format().from_text(path, text, set).and_then(|mut file| {
         file.points.truncate(2);
@@ -103,7 +103,8 @@ fn look(path: &Path, text: &str, set: &[String]) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// No number has more digits than the longest whole one, and none is infinite with an error.
+/// Returns true if no number has more digits than the longest whole one, and none is infinite with
+/// an error.
 fn is_readable(text: &str) -> bool {
     let digits = text.split(|letter: char| !letter.is_ascii_digit());
     digits.map(str::len).max().unwrap_or(0) <= 20 && !text.contains('±')
@@ -128,7 +129,7 @@ fn damaged_cases() {
     });
 }
 
-/// Overrides are typed by people.
+/// Damaged overrides, as people mistype them, are read or refused.
 #[test]
 fn damaged_overrides() {
     let valid: Vec<Vec<u8>> = [
@@ -154,7 +155,7 @@ const ODD: &str = "0 -0.0 1 -1 2 3 0.5 1.5 1e5 nan inf -inf 1e308 1e-308 5e-324 
     9223372036854775807 -9223372036854775808 true \"\" \"x\" \"../../x\" \"a\\u0000b\" [] [1] [0,0] [1e-9,2,3] [[0,1]] {} \
     1979-05-27";
 
-/// All keys of a part of the schema, dotted; of lists, the first element.
+/// Lists all keys of a part of the schema, dotted; of lists, the first element.
 fn keys(schema: &Value, key: &str, found: &mut Vec<String>) {
     let inside = |name: &str| match key {
         "" => name.to_owned(),
@@ -175,7 +176,8 @@ fn keys(schema: &Value, key: &str, found: &mut Vec<String>) {
     }
 }
 
-/// Each key of the format at each odd value, every `stride`-th of the small cases: a case, or an error that names the place.
+/// Sets each key of the format to each odd value, in every `stride`-th of the small cases: the
+/// result is a case, or an error that names the place.
 #[allow(clippy::print_stdout, reason = "a long test tells where it is")]
 fn odd_values(stride: usize, chosen: impl Fn(usize) -> Range<usize>) {
     let mut all = Vec::new();
@@ -187,7 +189,7 @@ fn odd_values(stride: usize, chosen: impl Fn(usize) -> Range<usize>) {
     let rows = chosen(all.len());
     let mut looks = 0;
     for (row, key) in all.iter().enumerate().skip(rows.start).take(rows.len()) {
-        // Whoever kills this shall know where it was.
+        // The key is printed, so that the place is known if the test is killed.
         println!("{key}");
         for (column, value) in ODD.split_whitespace().enumerate() {
             let set = format!("{key}={value}");
@@ -209,7 +211,7 @@ fn every_key_takes_odd_values_or_refuses_them() {
     odd_values(SMALL.len(), |count| 0..count);
 }
 
-/// `cargo test --test program fuzz -- --ignored`.
+/// Long form, run by `cargo test --test program fuzz -- --ignored`.
 #[test]
 #[ignore = "takes some minutes: cargo long-tests"]
 fn every_key_of_every_small_case_takes_odd_values() {

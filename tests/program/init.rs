@@ -1,4 +1,4 @@
-//! `stosszahl init`: what it writes can be checked and run, and what cannot be is not written.
+//! `stosszahl init`: its cases can be checked and run, and invalid ones are not written.
 
 use crate::support::program::Desk;
 

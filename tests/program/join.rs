@@ -38,7 +38,7 @@ fn require_end(child: Child) {
     assert!(status.success(), "{}", String::from_utf8_lossy(&stderr));
 }
 
-/// The folder of a run by one process.
+/// Returns the folder of a run by one process.
 fn alone(desk: &Desk) -> std::path::PathBuf {
     if !desk.path("alone").exists() {
         desk.done("run case.toml --threads 1 --quiet --out alone");
@@ -46,7 +46,7 @@ fn alone(desk: &Desk) -> std::path::PathBuf {
     desk.path("alone")
 }
 
-/// The folder has the tables of one process, the same files, and nothing that is left of several.
+/// Checks that the folder has the tables of one process, the same files, and no remains of several.
 fn require_same(desk: &Desk) {
     let (alone, out) = (alone(desk), desk.path("out"));
     assert_eq!(all_files(&alone), all_files(&out));
@@ -87,7 +87,8 @@ fn several_processes_do_what_one_does() {
     }
 }
 
-/// Kills one process or some or all at a random moment, again and again, and goes on; the number of kills.
+/// Kills one process or some or all at a random moment, again and again, and resumes; returns the
+/// number of kills.
 fn kill_and_go_on(desk: &Desk, seed: u64) -> usize {
     let mut stream = Stream::seed_from_u64(seed);
     let count = [1, 2, 4][stream.random_range(0..3)];
@@ -133,7 +134,7 @@ fn processes_that_are_killed_are_gone_on_with() {
     println!("{kills} kills");
 }
 
-/// `cargo test --release --test program join -- --ignored`.
+/// Long form, run by `cargo test --release --test program join -- --ignored`.
 #[test]
 #[ignore = "takes some minutes: cargo long-tests"]
 fn processes_are_killed_at_fifty_moments() {
@@ -149,7 +150,7 @@ fn processes_are_killed_at_fifty_moments() {
     assert!(kills > seeds.len() / 2, "{kills}");
 }
 
-/// Counts the parts of replicas that a process begins to work on.
+/// Progress that records the parts of replicas that a process begins to work on.
 #[derive(Default)]
 struct Begun(std::sync::Mutex<Vec<(usize, usize)>>);
 
@@ -162,7 +163,7 @@ impl Progress for Begun {
     }
 }
 
-/// No replica is done by two processes while both are alive.
+/// No replica is executed by two processes while both are alive.
 #[test]
 fn each_replica_is_done_once() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -197,7 +198,8 @@ fn each_replica_is_done_once() {
     assert!(count > 10, "{count}");
 }
 
-/// A run that does not share its folder and one that does keep each other out; another case is refused.
+/// A run that does not share its folder and one that does exclude each other; another case is
+/// refused.
 #[test]
 fn one_that_works_alone_and_one_that_joins_do_not_meet() {
     let desk = Desk::new(&case());
@@ -225,7 +227,7 @@ fn one_that_works_alone_and_one_that_joins_do_not_meet() {
     desk.refused("run case.toml --lost-after 5", &["--join"]);
 }
 
-/// Replicas whose gas cannot go on are done once too, and left out of all tables.
+/// Replicas whose gas cannot be advanced are executed once too, and left out of all tables.
 #[test]
 fn replicas_that_cannot_go_on_are_kept() {
     let desk = Desk::new(&case());

@@ -8,17 +8,19 @@ use crate::support::program::{
 use stosszahl::analysis::theory::{Component, Contact, Mixture};
 use stosszahl::model::Constant;
 
-/// The temperature of both engines against Enskog's theory, in the second half of the run.
+/// Both engines settle at the temperature of Enskog's theory, in the second half of the run.
 ///
-/// Of the theory, three things are approximate: the contact value (0.1 %); N in place of N - 1 and the mean of T^(3/2)
-/// in place of its power (together below 2/N = 0.5 %); and the flow that the noise stirs up, as it conserves momentum
-/// only in the whole box (van Noije, Ernst, Trizac & Pagonabarraga, Phys. Rev. E 59, 4326 (1999)). A transverse mode
-/// of wave number k holds the share 1/(nu k^2 t0) more than T/2 at T = T(0), with the viscosity nu = 1/(2 sqrt(pi) n) = 4.4:
-/// 0.41 for the longest, and 4 in the sum over all modes, of 800 degrees of freedom: 0.5 % (ED; in DSMC less, by
-/// the simulators per disk). 1.1 % is allowed for all three. To it comes Student's t with seven degrees of freedom
-/// at a false alarm of 1e-3, 5.41, times the measured standard error; with more than 3 % in all, a heating that is
-/// wrong by 5 % would pass, so that fails too. A quarter of the run is 30 times the relaxation time 1/(3 sqrt(T)), so the
-/// means of two quarters are independent but for 1/30, and 2 % more in the error of both.
+/// The theory is approximate in three respects. The contact value is right to 0.1 %. N is in place
+/// of N - 1 and the mean of T^(3/2) in place of its power (together below 2/N = 0.5 %). The noise
+/// stirs up a flow, as it conserves momentum only in the whole box (van Noije, Ernst, Trizac &
+/// Pagonabarraga, Phys. Rev. E 59, 4326 (1999)). A transverse mode of wave number k holds the share
+/// 1/(nu k^2 t0) more than T/2 at T = T(0), with the viscosity nu = 1/(2 sqrt(pi) n) = 4.4: 0.41
+/// for the longest, and 4 in the sum over all modes, of 800 degrees of freedom. That is 0.5 % (ED;
+/// in DSMC less, by the simulators per disk). Allowed for all three is 1.1 %. To it comes Student's
+/// t with seven degrees of freedom at a false alarm of 1e-3, 5.41, times the measured standard
+/// error; with more than 3 % in all, a heating that is wrong by 5 % would pass, so that fails too.
+/// A quarter of the run is 30 times the relaxation time 1/(3 sqrt(T)), so the means of two quarters
+/// are independent but for 1/30, and 2 % more in the error of both.
 #[test]
 fn both_engines_settle_at_the_temperature_of_theory() {
     let desk = Desk::new(&fs::read_to_string(bundled("driven")).expect("a case"));
@@ -102,7 +104,8 @@ fn tables_of_species_add_up() {
     assert!(pairs > 300.0, "{pairs}");
 }
 
-/// The columns of theory against the equations solved here, and a measured value against them.
+/// The columns of theory are those of the equations solved here, and a measured value agrees with
+/// them.
 #[test]
 fn theory_of_a_mixture_is_that_of_the_library() {
     // Without the tracers, which theory takes for a limit.
@@ -266,7 +269,7 @@ fn clusters_keep_mass_and_energy_in_their_tables() {
     );
 }
 
-/// Mass that flows in stays, leaves, or is split and merged; it is said what each boundary takes.
+/// Mass that flows in stays, leaves, or is split and merged; each boundary's share is reported.
 #[test]
 fn a_channel_balances() {
     let desk = Desk::new(CHANNEL);

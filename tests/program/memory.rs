@@ -1,15 +1,15 @@
-//! What `check` says of memory is what the process takes.
+//! The memory that `check` states is what the process takes.
 
 use std::fs;
 
 use crate::support::program::{Desk, overridden};
 use stosszahl::study;
 
-/// By what factor the estimate may differ from what is measured, either way.
+/// Factor by which the estimate may differ from the measured memory, either way.
 const FACTOR: f64 = 1.3;
 const MIB: f64 = 1_048_576.0;
 
-/// Disks that are written after every leg.
+/// Case of exact disks that are written after every leg.
 const EXACT: &str = "[gas]\nnumber = 150000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
                      [run]\nuntil = 0.001\nsamples = 4\ncheckpoint_seconds = 0.001\n[engine.ed]\n";
 const CONTACT_POINT: &str = "[gas]\nnumber = 50000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[start]\nequilibration = 0\n\
@@ -19,8 +19,8 @@ const FLOW: &str = "[gas]\nnumber = 60000\nrestitution = 0.9\n[box]\nsize = [700
                     top = { temperature = 1 }\n[run]\nuntil = 0.02\nsamples = 20\ncheckpoint_seconds = 0.001\n\
                     [engine.dsmc-boltzmann]\n[measure.fields]\ncells = [150, 150]\nblocks = 10\n";
 
-/// Peaks of some 100 MiB, of which the program itself is little; checkpoints are written after every leg. The name, replicas and threads
-/// that it is run with, and the case.
+/// Cases with peaks of some 100 MiB, of which the program itself is little; checkpoints are written
+/// after every leg. Each has its name, the replicas and threads that it is run with, and its text.
 const LARGE: [(&str, &[[usize; 2]], &str); 12] = [
     ("exact dynamics", &[[1, 1], [3, 1], [6, 3]], EXACT),
     (
@@ -87,7 +87,8 @@ const LARGE: [(&str, &[[usize; 2]], &str); 12] = [
     ),
 ];
 
-/// The largest resident memory of the program while it runs a case \[bytes\], as the system counts it.
+/// Returns the largest resident memory of the program while it runs a case \[bytes\], as the system
+/// counts it.
 fn peak(desk: &Desk, line: &str) -> f64 {
     let mut child = desk.command(line);
     let child = child
@@ -146,7 +147,8 @@ fn the_estimate_is_what_the_process_takes() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// More than the machine has is refused before anything is made of it, by run and with a word on how to run it all the same.
+/// Cases larger than the memory of the machine are refused before anything is allocated, by run
+/// with advice how to run them all the same.
 #[test]
 fn what_does_not_fit_is_refused() {
     let text = "format = 2\ntitle = \"too large\"\nreplicas = 2\n[gas]\ndimension = 3\nnumber = 2000000000\nvolume = 1e11\n\

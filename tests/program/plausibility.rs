@@ -1,8 +1,9 @@
-//! Nonsense is named or refused, by `check` as by `run`, and a run that would never end does.
+//! Implausible cases are named or refused, by `check` as by `run`, and a run that would never end
+//! does.
 
 use crate::support::program::{CASES, Desk};
 
-/// Disks in a box with what stands at its faces and forces, and how an engine runs them.
+/// Returns a case of disks in a box with faces and forces, and an engine.
 fn flow(gas: &str, more: &str) -> String {
     format!(
         "format = 2\ntitle = \"a flow\"\nreplicas = 2\n[gas]\nnumber = 100\nrestitution = 0.9\n{gas}[box]\nsize = [40, 20]\n\
@@ -10,7 +11,7 @@ fn flow(gas: &str, more: &str) -> String {
     )
 }
 
-/// What `check --guess` says of a case, line by line after a word.
+/// Returns the lines of `check --guess` that begin with a word, without it.
 fn lines(text: &str, word: &str) -> Vec<String> {
     let said = Desk::new(text).done("check case.toml --guess").out;
     let lines = said
@@ -19,7 +20,7 @@ fn lines(text: &str, word: &str) -> Vec<String> {
     lines.map(str::to_owned).collect()
 }
 
-/// Whether a warning of a case has all of these words.
+/// Returns true if a warning of a case has all of these words.
 fn warns(text: &str, words: &[&str]) -> bool {
     let warnings = lines(text, "warning:");
     warnings
@@ -92,7 +93,7 @@ fn kelvin_grams_and_millimetres_in_si_are_named() {
     assert!(warns(&shaken, &["walls.bottom moves at 2000 m/s"]));
 }
 
-/// What engines refuse is refused before they are made, in the same words by all, with exit code 2.
+/// A guess refuses cases that engines refuse, in the same words, with exit code 2.
 #[test]
 fn a_guess_refuses_what_a_run_refuses() {
     let narrow = "format = 2\ntitle = \"a channel\"\n[gas]\nnumber = 20\nrestitution = 0.9\n[box]\nsize = [40, 2.5]\n[walls]\n\
@@ -149,7 +150,7 @@ fn a_guess_says_what_it_does_not_know() {
     assert!(unknown(&hot)[0].contains("100 times as hot"));
 }
 
-/// Bundled cases are meant as they are.
+/// Bundled cases have no warnings of implausible settings.
 #[test]
 fn bundled_cases_are_plausible() {
     for case in ["luding-1998", "vibrated-box"] {

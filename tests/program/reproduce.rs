@@ -77,7 +77,7 @@ values = [[0, 1]]
 within = 1e-9
 "#;
 
-/// The verdicts of `claims.csv`, by claim and relation.
+/// Returns the verdicts of `claims.csv`, by claim and relation.
 fn verdicts(desk: &Desk, file: &str) -> Vec<[String; 3]> {
     let mut reader = csv::Reader::from_path(desk.path(file)).expect("a table");
     let names = reader.headers().expect("names").clone();
@@ -164,7 +164,7 @@ fn a_tiny_paper_is_made_again() {
     );
 }
 
-/// What is wrong with a paper is refused before anything is run, with file, line and key.
+/// Errors of a paper are found before anything is run, with file, line and key.
 #[test]
 fn errors_of_a_paper_name_its_lines() {
     let desk = Desk::new(COOLING);
@@ -254,7 +254,7 @@ fn errors_of_a_paper_name_its_lines() {
     );
 }
 
-/// The folder of the papers that come with the program.
+/// Returns the files of the papers that come with the program.
 fn papers() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/papers");
     let entries = fs::read_dir(folder).expect("the papers");

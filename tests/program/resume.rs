@@ -20,7 +20,7 @@ use stosszahl::model::random::Stream;
 use stosszahl::results::Existing;
 use stosszahl::study::{self, Options, Progress};
 
-/// Asks a run to stop when some legs are done.
+/// Progress that asks a run to stop when some legs are done.
 struct Legs {
     left: AtomicI64,
     stop: Interrupt,
@@ -48,7 +48,8 @@ impl Progress for Legs {
     }
 }
 
-/// Runs a case until a number of legs are done; whether it ended before, and the legs that it did.
+/// Runs a case until a number of legs are done; returns whether it ended before, and the legs that
+/// it did.
 pub(crate) fn run(
     file: &CaseFile,
     out: &Path,
@@ -76,7 +77,8 @@ pub(crate) fn run(
     (ended, legs - progress.left.load(Ordering::Relaxed))
 }
 
-/// Runs a case at a stretch, and in chains of pieces that are cut with some seeds; the number of stops in all.
+/// Runs a case without a stop, and in chains of pieces that are cut with some seeds; returns the
+/// number of stops in all.
 fn assert_resumes(name: &str, file: &CaseFile, seeds: std::ops::Range<u64>) -> usize {
     let folder = tempfile::tempdir().expect("a folder");
     let whole = folder.path().join("whole");
@@ -106,7 +108,7 @@ fn assert_resumes(name: &str, file: &CaseFile, seeds: std::ops::Range<u64>) -> u
     stops
 }
 
-/// Two results folders, and those of the points of a sweep.
+/// Compares two results folders, and those of the points of a sweep.
 fn compare(whole: &Path, pieces: &Path) {
     let inside = |folder: &Path| -> Vec<PathBuf> {
         let entries = fs::read_dir(folder)
@@ -126,7 +128,7 @@ fn compare(whole: &Path, pieces: &Path) {
     }
 }
 
-/// A bundled case in its small form, of which two points stand for a sweep.
+/// Reads a bundled case in its small form, of which two points stand for a sweep.
 fn small(name: &str, set: &str) -> CaseFile {
     let text = fs::read_to_string(bundled(name)).expect("a case");
     let set: Vec<&str> = set.split(' ').chain(["replicas=2"]).collect();
@@ -174,7 +176,7 @@ fn every_engine_resumes_to_the_same_bytes() {
     }
 }
 
-/// A stop before the first leg, and many that follow each other at once.
+/// Stops before the first leg, and many in a row, lose nothing.
 #[test]
 fn stops_without_a_leg_between_lose_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -196,7 +198,7 @@ fn stops_without_a_leg_between_lose_nothing() {
     assert_same(&whole, &pieces);
 }
 
-/// A snapshot that is lost between stop and resume is not passed over: it is named, or made again.
+/// A snapshot that is lost between stop and resume is noticed: it is named, or made again.
 #[test]
 fn a_lost_snapshot_is_not_passed_over() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -213,7 +215,7 @@ fn a_lost_snapshot_is_not_passed_over() {
     assert_same(&whole, &pieces);
 }
 
-/// Nor is one that is lost, or changed, after the end.
+/// A snapshot that is lost, or changed, after the end is noticed, too.
 #[test]
 fn a_finished_run_without_its_snapshot_is_not_finished() {
     let desk = Desk::new(COOLING);

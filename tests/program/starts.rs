@@ -1,4 +1,4 @@
-//! Starts that the user gives: start files and regions, in every box, and what is said of them.
+//! Starts that the user gives: start files and regions, in every box, and the messages about them.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use crate::support::program::{Columns, Desk, format, overridden, plan};
 const FROM_FILE: &str = "format = 2\ntitle = \"a start of my own\"\nreplicas = 1\n[gas]\nrestitution = 0.9\n[start]\nplacement = \"file\"\n\
      file = \"start.csv\"\nvelocities = \"file\"\n[run]\ntime_unit = \"case\"\nuntil = 5\n[engine.ed]\n";
 
-/// Positions and velocities of a snapshot of extended XYZ, without the index.
+/// Returns positions and velocities of a snapshot of extended XYZ, without the index.
 fn rows(text: &str) -> Vec<Vec<f64>> {
     let rows = text.lines().skip(2);
     let numbers = |row: &str| {
@@ -79,7 +79,8 @@ fn a_start_file_with_velocities_is_the_start() {
     }
 }
 
-/// Disks of two sizes on a grid with velocities of a Maxwellian, every seventh large; `extra` is a further column.
+/// Returns a start file of disks of two sizes on a grid with velocities of a Maxwellian, every
+/// seventh large; `extra` is a further column.
 fn two_sizes(extra: &str, value: impl Fn(bool) -> String) -> String {
     let mut text = format!("# box: 60 60\nx,y,vx,vy,radius,mass{extra}\n");
     for index in 0_u32..100 {
@@ -94,9 +95,10 @@ fn two_sizes(extra: &str, value: impl Fn(bool) -> String) -> String {
     text
 }
 
-/// Sizes and types of a file are species: theory and tables are those of the same gas by `[[species]]`. The mean free time of a
-/// mixture is an exact sum, but the temperatures of the species of a file are those of its velocities: with velocities drawn
-/// they are one, and the two plans agree to rounding of sums of 100 numbers.
+/// Sizes and types of a file are species: theory and tables are those of the same gas by
+/// `[[species]]`. The mean free time of a mixture is an exact sum, but the temperatures of the
+/// species of a file are those of its velocities. With random velocities they are one, and the two
+/// plans agree to rounding of sums of 100 numbers.
 #[test]
 fn species_of_a_file_are_species() {
     let drawn = FROM_FILE.replace("velocities = \"file\"\n", "");
@@ -151,7 +153,8 @@ fn species_of_a_file_are_species() {
     }));
 }
 
-/// Continuous sizes are one species, of which theory knows classes of like size; the free time of one mean disk would be off.
+/// Continuous sizes are one species, with classes of like size for theory; the free time of one
+/// mean disk would be off.
 #[test]
 fn continuous_sizes_of_a_file_are_classes() {
     let mut text = "# box: 90 90\nx,y,radius\n".to_owned();
@@ -174,7 +177,7 @@ fn continuous_sizes_of_a_file_are_classes() {
     assert_eq!(counts, 225);
 }
 
-/// Boxes and particles of another kind, with the reason.
+/// Boxes and particles of another kind are refused, with the reason.
 #[test]
 fn open_boxes_and_spheres_are_no_periodic_disks() {
     let xyz = |pbc: &str, z: f64, vz: f64| {
@@ -227,7 +230,8 @@ fn open_boxes_and_spheres_are_no_periodic_disks() {
     assert_eq!(heights.iter().filter(|z| **z == 8.0).count(), 1);
 }
 
-/// A start file in a box with walls, gravity and a body: read, and refused where particles overlap what stands there.
+/// Start files are read in a box with walls, gravity and a body, and refused where particles
+/// overlap these.
 #[test]
 fn start_files_are_read_between_walls_and_bodies() {
     let walled = format!(

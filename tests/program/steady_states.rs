@@ -33,13 +33,15 @@ fn delta_model_settles_at_the_temperature_of_theory() {
     }
 }
 
-/// Pressure of elastic disks: exact dynamics and contact points find Enskog's pressure with the contact value of the equation of
-/// state, and point particles that of the ideal gas; the diagonal is isotropic and the rest zero.
+/// Pressure of elastic disks: exact dynamics and contact points find Enskog's pressure with the
+/// contact value of the equation of state, and point particles that of the ideal gas. The diagonal
+/// is isotropic and the other elements are zero.
 ///
-/// The contact value is right to 0.1 % of the pressure at packing 0.25, that of a periodic box of 400 disks to 1/N = 0.25 %;
-/// contact points with four simulators lose some 0.5 % of their collisions. 1 % is allowed for that, and Student's t with seven
-/// degrees of freedom at a false alarm of 1e-3, 5.41, times the measured standard error; with more than 5 % in all a missing
-/// half of the collisional part would still fail, so that is the bound of the error bar.
+/// The contact value is right to 0.1 % of the pressure at packing 0.25, that of a periodic box of
+/// 400 disks to 1/N = 0.25 %. Contact points with four simulators lose some 0.5 % of their
+/// collisions. Allowed for that are 1 %, and Student's t with seven degrees of freedom at a false
+/// alarm of 1e-3, 5.41, times the measured standard error. With more than 5 % in all a missing half
+/// of the collisional part would still fail, so that is the bound of the error bar.
 #[test]
 fn pressure_of_elastic_disks_is_that_of_the_equation_of_state() {
     let desk = Desk::new(

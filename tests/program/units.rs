@@ -1,8 +1,10 @@
-//! Numbers for users are in the units of the case: in messages, in snapshots and in what `check` says.
+//! Numbers for users are in the units of the case: in messages, in snapshots and in the output of
+//! `check`.
 
 use crate::support::program::Desk;
 
-/// Disks that lose nearly all in each collision, in SI and in units of their own.
+/// Returns a case of disks that lose nearly all energy in each collision, in SI or in reduced
+/// units.
 fn collapsing(si: bool) -> String {
     let (head, gas, run) = if si {
         let gas = "diameter = 0.001\nmass = 1e-6\ntemperature = 1e-9\n";
@@ -20,7 +22,7 @@ fn collapsing(si: bool) -> String {
     )
 }
 
-/// Numbers after a word of a text.
+/// Returns the numbers after a word of a text.
 fn numbers_after(text: &str, word: &str) -> Vec<f64> {
     let rest = text.split_once(word).map_or("", |(_, rest)| rest);
     rest.split(|c: char| !(c.is_ascii_digit() || ".e-".contains(c)))
@@ -28,13 +30,14 @@ fn numbers_after(text: &str, word: &str) -> Vec<f64> {
         .collect()
 }
 
-/// The header of a snapshot.
+/// Returns the header of a snapshot.
 fn header(text: &str) -> &str {
     text.lines().nth(1).expect("a header")
 }
 
-/// The collapse of one and the same gas is told in seconds and metres of a box 0.0324 m wide, or in cooling times and diameters. Its
-/// cooling time is 1.6836 times that of a flight over a mean diameter at thermal speed.
+/// The collapse of one gas is reported in seconds and metres of a box 0.0324 m wide, or in cooling
+/// times and diameters. Its cooling time is 1.6836 times that of a flight over a mean diameter at
+/// thermal speed.
 #[test]
 fn a_collapse_is_told_in_the_units_of_the_case() {
     let [si, reduced] = [true, false].map(|si| {
@@ -73,7 +76,8 @@ fn a_collapse_is_told_in_the_units_of_the_case() {
     assert!((over_t0 - reduced.0).abs() < 1e-6, "{over_t0}");
 }
 
-/// 10 units of time are 0.6113 times Haff's time of 16.358931, whatever the unit of the case is; of an elastic gas there is none.
+/// 10 units of time are 0.6113 times Haff's time of 16.358931, for any unit of the case; snapshots
+/// of an elastic gas have none.
 #[test]
 fn times_of_snapshots_are_over_haffs_time() {
     let case = |restitution: f64, run: &str| {

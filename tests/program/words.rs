@@ -1,12 +1,12 @@
-//! Words of the command line: refusals that name the rule, what is told of settings from outside, help, and places that cannot be
-//! written to.
+//! Messages of the command line: refusals that name the rule, notes on settings from outside, help,
+//! and places that cannot be written to.
 
 use std::fs;
 use std::process::Stdio;
 
 use crate::support::program::{COOLING, Desk, WALLS};
 
-/// COOLING with a sweep over something.
+/// Creates the case COOLING with a sweep.
 fn swept(block: &str) -> Desk {
     Desk::new(&format!("{COOLING}[[sweep]]\n{block}\n"))
 }

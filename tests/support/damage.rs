@@ -1,5 +1,5 @@
-//! Damages valid files: cuts them, splices them with each other, peppers them with bytes and with words that readers trip over.
-//! What fails is shrunk to the fewest changes.
+//! Damages valid files: cuts them, splices them with each other, fills in bytes and words that are
+//! hard to read. A failure is shrunk to the fewest changes.
 
 use std::path::Path;
 
@@ -8,14 +8,14 @@ use proptest::test_runner::TestCaseError;
 
 use super::draws::drawn;
 
-/// One change to the bytes of a file; places are shares of its length.
+/// Change to the bytes of a file; places are shares of its length.
 #[derive(Clone, Debug)]
 enum Damage {
     Set(f64, u8),
     Flip(f64, u8),
     Insert(f64, Vec<u8>),
     Word(f64, usize),
-    /// A word in place of the number at or after a place.
+    /// Word in place of the number at or after a place.
     Number(f64, usize),
     Remove(f64, usize),
     Cut(f64),
@@ -23,7 +23,7 @@ enum Damage {
     Splice(f64, usize, f64),
 }
 
-/// What readers trip over.
+/// Words that are hard to read.
 #[rustfmt::skip]
 const WORDS: &[&str] = &[
     "nan", "-inf", "1e999", "-0", "0", "-1", "1e-320", "1e308", "1e100", "18446744073709551615", "18446744073709551616",
@@ -96,7 +96,7 @@ fn apply(valid: &[Vec<u8>], which: usize, damages: &[Damage]) -> Vec<u8> {
     bytes
 }
 
-/// Damages valid files a number of times and looks at each.
+/// Damages valid files a number of times and tests each.
 pub fn fuzz(times: u32, valid: &[Vec<u8>], look: impl Fn(&[u8]) -> Result<(), TestCaseError>) {
     drawn(
         times,
@@ -106,7 +106,7 @@ pub fn fuzz(times: u32, valid: &[Vec<u8>], look: impl Fn(&[u8]) -> Result<(), Te
     );
 }
 
-/// An error names the file, says something, and is no flood.
+/// Checks that an error names the file, has a text, and is not too long.
 pub fn clear(message: &str, path: &Path) -> Result<(), TestCaseError> {
     let name = path
         .file_name()

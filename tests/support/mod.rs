@@ -1,4 +1,4 @@
-//! What several tests need.
+//! Support for several test programs.
 
 pub mod damage;
 pub mod draws;

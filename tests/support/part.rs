@@ -3,10 +3,12 @@
 use std::env;
 use std::ops::Range;
 
-/// Names the part of each long test that is run, as `2/5`: the second of five. Without it all is run.
+/// Name of the variable that selects the part of each long test, as `2/5`: the second of five.
+/// Without it all parts are run.
 const VARIABLE: &str = "STOSSZAHL_PART";
 
-/// Which of so many things this part has: parts are of equal length, but for one, and together have each thing once.
+/// Returns the indices below `count` of this part: parts are of equal length, up to one, and
+/// together have each index once.
 pub fn part_of(count: usize) -> Range<usize> {
     match env::var(VARIABLE) {
         Ok(text) => part(&text, count).unwrap_or_else(|| {

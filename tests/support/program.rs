@@ -1,4 +1,4 @@
-//! The program as a user runs it, in a folder of its own, and what it leaves there.
+//! The program as a user runs it, in a folder of its own, and its results.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -40,7 +40,7 @@ times = [0, 10]
 times = [10]
 "#;
 
-/// Disks of two sizes that are heated by kicks, by all that holds for mixtures.
+/// Disks of two sizes that are heated by kicks, with all measures that mixtures allow.
 pub const DRIVEN_MIXTURE: &str = r#"# Do a few disks of two sizes share their energy?
 format = 2
 title = "a small driven mixture"
@@ -72,7 +72,7 @@ bins = 5
 [measure.displacement]
 "#;
 
-/// A mixture without positions, with tracers and with all that can be measured on it.
+/// Mixture without positions, with tracers and with all measures that it allows.
 pub const MIXTURE: &str = r#"# Does a small mixture cool?
 format = 2
 title = "a small mixture"
@@ -266,7 +266,7 @@ lag = 2
 points = 4
 "#;
 
-/// One small case of each sort, with its name.
+/// One small case of each kind, with its name.
 pub const SMALL: [(&str, &str); 8] = [
     ("cooling", COOLING),
     ("driven-mixture", DRIVEN_MIXTURE),
@@ -278,7 +278,7 @@ pub const SMALL: [(&str, &str); 8] = [
     ("fluctuations", FLUCTUATIONS),
 ];
 
-/// What makes each bundled case run in moments: settings with spaces between.
+/// Settings that make each bundled case run in moments, with spaces between.
 #[rustfmt::skip]
 pub const SHRUNKEN: &[(&str, &str)] = &[
     ("aggregation", "gas.volume=1e5 run.until=100 measure.clusters.times=[10,100]"),
@@ -336,12 +336,12 @@ const FLOW: &str = "gas.number=400 run.until=3 run.samples=20 measure.fields.blo
 const TWO: &str =
     "species.1.number=200 species.2.number=200 run.until=3 run.samples=20 measure.fields.blocks=10";
 
-/// The file of a bundled case.
+/// Returns the path of a bundled case.
 pub fn bundled(name: &str) -> PathBuf {
     Path::new(CASES).join(format!("{name}.toml"))
 }
 
-/// Names of all bundled cases.
+/// Returns the names of all bundled cases.
 pub fn bundled_names() -> Vec<String> {
     let entries = fs::read_dir(CASES).expect("the folder of cases");
     let name = |path: PathBuf| {
@@ -355,12 +355,12 @@ pub fn bundled_names() -> Vec<String> {
     names
 }
 
-/// A folder with the case `case.toml`, in which the program is run.
+/// Folder with the case `case.toml`, in which the program is run.
 pub struct Desk(TempDir);
 
-/// What the program said.
+/// Output of the program.
 pub struct Said {
-    /// Its exit code.
+    /// Exit code; `None` after a signal.
     pub code: Option<i32>,
     /// Standard output.
     pub out: String,
@@ -369,14 +369,14 @@ pub struct Said {
 }
 
 impl Desk {
-    /// A folder with a case.
+    /// Creates a folder with a case.
     pub fn new(case: &str) -> Self {
         let desk = Self(tempfile::tempdir().expect("a folder"));
         desk.write("case.toml", case);
         desk
     }
 
-    /// A path in it.
+    /// Returns a path in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
@@ -386,13 +386,13 @@ impl Desk {
         fs::write(self.path(name), bytes).expect("a file is written");
     }
 
-    /// The text of a file.
+    /// Reads the text of a file.
     pub fn text(&self, name: &str) -> String {
         let path = self.path(name);
         fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
     }
 
-    /// The program, yet to be started, with arguments that have no spaces.
+    /// Returns the command of the program, with arguments that have no spaces.
     pub fn command(&self, line: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_stosszahl"));
         command
@@ -422,7 +422,8 @@ impl Desk {
         said
     }
 
-    /// Runs the program, which must refuse its input with these words, say nothing else and leave no results.
+    /// Runs the program, which must refuse its input with these words, print nothing else and leave
+    /// no results.
     pub fn refused(&self, line: &str, words: &[&str]) {
         let said = self.say(line);
         assert_eq!(said.code, Some(2), "{line}: {}", said.err);
@@ -437,7 +438,7 @@ impl Desk {
     }
 }
 
-/// Names and bytes of all tables and snapshots of a results folder.
+/// Returns names and bytes of all tables and snapshots of a results folder.
 pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for folder in [folder.to_owned(), folder.join("snapshots")] {
@@ -455,7 +456,7 @@ pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Two results folders hold the same tables and snapshots, byte for byte.
+/// Checks that two results folders hold the same tables and snapshots, byte for byte.
 pub fn assert_same(a: &Path, b: &Path) {
     let (first, second) = (files(a), files(b));
     assert!(!first.is_empty(), "{}", a.display());
@@ -467,7 +468,8 @@ pub fn assert_same(a: &Path, b: &Path) {
     }
 }
 
-/// A finished run as it is stored: checksums hold, tables are those of the manifest.
+/// Reads a finished run as it is stored, and checks that checksums hold and tables are those of the
+/// manifest.
 pub fn stored(folder: &Path) -> Stored {
     let stored = Stored::read(folder).unwrap_or_else(|error| panic!("{error}"));
     let stored = stored.unwrap_or_else(|| panic!("no results in {}", folder.display()));
@@ -475,12 +477,12 @@ pub fn stored(folder: &Path) -> Stored {
     stored
 }
 
-/// The manifest of a finished run.
+/// Reads the manifest of a finished run.
 pub fn manifest(folder: &Path) -> Manifest {
     stored(folder).manifest
 }
 
-/// A table by its columns.
+/// Table by its columns.
 pub struct Columns(BTreeMap<String, Vec<String>>);
 
 impl Columns {
@@ -500,13 +502,13 @@ impl Columns {
         Self(columns)
     }
 
-    /// The cells of a column.
+    /// Returns the cells of a column.
     pub fn texts(&self, column: &str) -> &[String] {
         let found = self.0.get(column);
         found.unwrap_or_else(|| panic!("no column {column} in {:?}", self.0.keys()))
     }
 
-    /// The numbers of a column; NaN where a cell is empty.
+    /// Returns the numbers of a column; NaN where a cell is empty.
     pub fn numbers(&self, column: &str) -> Vec<f64> {
         let number = |cell: &String| match cell.as_str() {
             "" => f64::NAN,
@@ -516,20 +518,20 @@ impl Columns {
     }
 }
 
-/// The format of cases with all measures, made once.
+/// Returns the format of cases with all measures, made once.
 pub fn format() -> &'static Format {
     static FORMAT: OnceLock<Format> = OnceLock::new();
     FORMAT.get_or_init(study::format)
 }
 
-/// Reads a case through the library, with what is set from outside.
+/// Reads a case through the library, with settings from outside.
 pub fn overridden(path: &Path, text: &str, set: &[&str]) -> CaseFile {
     let set: Vec<String> = set.iter().map(|&one| one.to_owned()).collect();
     let file = format().from_text(path, text, &set);
     file.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The plan of the first point of a case.
+/// Plans the first point of a case.
 pub fn plan(text: &str, set: &[&str]) -> Plan {
     let file = overridden(Path::new("case.toml"), text, set);
     let plan = Plan::new(&file.points[0].case, Path::new(""));
