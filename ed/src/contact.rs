@@ -109,9 +109,9 @@ impl Candidates {
         })
     }
 
-    /// Adds a candidate as [`Self::add`], for separations of any length: the discriminant `(r.g)^2
-    /// - g^2 (r^2 - d^2)` is `g^2 d^2 - (r x g)^2`, in which nothing of the order of r^2 cancels.
-    /// It is slower, and has other digits.
+    /// Adds a candidate as [`Self::add`], for separations of any length. The discriminant
+    /// `(r.g)^2 - g^2 (r^2 - d^2)` is `g^2 d^2 - (r x g)^2`, in which nothing of the order of r^2
+    /// cancels. It is slower, and has other digits.
     #[inline(always)]
     pub(crate) fn add_far(
         &mut self,

@@ -128,9 +128,9 @@ impl Adds for Moments {
 pub enum Budget {
     /// No limit: the call ends when the time is reached.
     Unlimited,
-    /// One segment: some seconds of work, counted in collisions or time steps. A segment is a
-    /// function of the checkpoint before it, so that a run that was stopped between two segments
-    /// resumes to the same bytes.
+    /// One leg: some seconds of work, counted in collisions or time steps. A leg is a function of
+    /// the checkpoint before it, so that a run that was stopped between two legs resumes to the
+    /// same bytes.
     Leg,
     /// Number of pair collisions; Monte Carlo in cells stops at the end of the time step in which
     /// it is reached.

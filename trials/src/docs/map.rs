@@ -74,7 +74,7 @@ fn mean(a: Measured, b: Measured) -> Measured {
 ///
 /// Density does not fluctuate in a box of N disks, which lowers the pairs at contact by half the
 /// variance of the density times the second derivative of `n^2 chi`: `S(0)/(2 N) (phi^2
-/// chi)''/chi`. (Salacuse, Denton & Egelstaff, *Physical Review E* **53**, 2382 (1996),
+/// chi)''/chi` (Salacuse, Denton & Egelstaff, *Physical Review E* **53**, 2382 (1996),
 /// doi:10.1103/PhysRevE.53.2382). Velocities of N disks of fixed energy and momentum are a point on
 /// a sphere of `2 (N - 1)` dimensions, so that `<g>` is larger by `sqrt(N) Gamma(N - 1)/Gamma(N -
 /// 1/2)` and the squared speed of colliding pairs by `N/(N - 1/2)`.

@@ -1,4 +1,9 @@
 //! Test of the orders of errors that theory predicts.
+//!
+//! Each sequence of settings is fitted with `limit + slope h^order`, the order being theory's, and
+//! with the order free. The runs of a sequence share their starts, so their common noise goes into
+//! the limit, and the errors of the fitted differences are at worst too large. Where the order of
+//! theory describes only the finer settings, the fit is to those.
 
 use stosszahl_analysis::fit::{self, Line, Point};
 use stosszahl_results::{Estimate, Table, table};
