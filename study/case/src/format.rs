@@ -23,7 +23,7 @@ pub use gas::*;
 pub struct Case {
     /// Version of the case format. This program reads version 2.
     pub format: u64,
-    /// What the case shows, in one line.
+    /// Subject of the case, in one line.
     #[schemars(length(min = 1))]
     pub title: String,
     /// Units of lengths, masses and energies.
@@ -55,7 +55,7 @@ pub struct Case {
     /// The box. Without it the gas has no positions: it is homogeneous by construction.
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
     pub domain: Option<Box>,
-    /// What stands at the faces of the box.
+    /// Faces of the box.
     #[serde(default, skip_serializing_if = "Faces::is_periodic")]
     pub walls: Faces,
     /// Bodies inside the box, in the plane.
@@ -84,7 +84,7 @@ pub struct Case {
     pub engine: Engines,
     /// How long to run and when to sample.
     pub run: Run,
-    /// What is measured besides the energy: a table for each measurement, by its name.
+    /// Measurements besides the energy: a table for each, by its name.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub measure: BTreeMap<String, toml::Table>,
@@ -255,13 +255,13 @@ impl Default for Start {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Placement {
-    /// At random, without overlap.
+    /// Random places, without overlap.
     Disordered,
-    /// On a square lattice.
+    /// Sites of a square lattice.
     Square,
-    /// On a hexagonal lattice.
+    /// Sites of a hexagonal lattice.
     Hexagonal,
-    /// As in `start.file`.
+    /// Places of `start.file`.
     File,
 }
 
@@ -288,7 +288,8 @@ impl Velocities {
 pub enum VelocityWord {
     /// Drawn from a Maxwell distribution.
     Maxwellian,
-    /// As in `start.file`. With another placement than "file" each replica deals them to its particles anew, within species.
+    /// Velocities of `start.file`. With another placement than "file" each replica deals them to
+    /// its particles anew, within species.
     File,
 }
 
@@ -333,7 +334,7 @@ fn thirty() -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeUnit {
-    /// That of the lengths, masses and energies of the case.
+    /// Unit of time that follows from the units of length, mass and energy of the case.
     Case,
     /// Haff's cooling time of the start; of an elastic gas, the mean free time.
     Haff,

@@ -4,11 +4,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-/// The box.
+/// Box of the gas, with its sides or its packing fraction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Box {
-    /// Its sides: two for disks, three for spheres. This or `packing_fraction`; neither where a start file has a box.
+    /// Sides of the box: two for disks, three for spheres. This or `packing_fraction`; neither
+    /// where a start file has a box.
     #[schemars(extend("minItems" = 2, "maxItems" = 3, "items" = json!({"type": "number", "exclusiveMinimum": 0.0})))]
     pub size: Option<Vec<f64>>,
     /// Share of its area or volume, without what is under obstacles, that particles cover; up to 0.9069 for disks.
@@ -27,7 +28,8 @@ pub struct Box {
     pub aspect_ratio: f64,
 }
 
-/// What stands at the six faces: a word, or a table that describes a wall. Faces without one are periodic.
+/// Faces of the box, six in all: each a word, or a table that describes a wall. Faces without one
+/// are periodic.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Faces {
@@ -72,7 +74,7 @@ impl Faces {
     }
 }
 
-/// One face.
+/// Face of the box: a word, or a wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Face {
@@ -95,15 +97,15 @@ impl Default for Face {
     }
 }
 
-/// A face in a word.
+/// Word for a face of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaceWord {
-    /// What leaves here enters on the opposite side.
+    /// Particles that leave here enter on the opposite side.
     Periodic,
     /// A wall that reverses the normal velocity and nothing else.
     Specular,
-    /// What leaves is gone. Monte Carlo only.
+    /// Particles that leave are gone. Monte Carlo only.
     Open,
 }
 
@@ -114,7 +116,8 @@ pub struct Wall {
     /// Normal restitution.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
-    /// What is left of the tangential velocity of the contact: 1 is no friction, -1 is perfectly rough. Default 1.
+    /// Share of the tangential velocity of the contact that is left: 1 is no friction, -1 is
+    /// perfectly rough. Default 1.
     #[schemars(range(min = -1.0, max = 1.0))]
     pub slip: Option<f64>,
     /// Temperature of a diffuse wall.
@@ -131,7 +134,7 @@ pub struct Wall {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Vibration {
-    /// How far it goes.
+    /// Farthest displacement of the wall into the gas.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub amplitude: f64,
     /// Time of one way there and back.
@@ -154,7 +157,7 @@ pub struct Obstacle {
     /// Normal restitution of its surface. Default 1, unless it has a temperature.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
-    /// What is left of the tangential velocity of the contact. Default 1.
+    /// Share of the tangential velocity of the contact that is left. Default 1.
     #[schemars(range(min = -1.0, max = 1.0))]
     pub slip: Option<f64>,
     /// Temperature of a diffuse surface.
@@ -162,13 +165,13 @@ pub struct Obstacle {
     pub temperature: Option<f64>,
 }
 
-/// A disc.
+/// Disc inside the box.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Disc {
-    /// Its centre.
+    /// Centre of the disc.
     pub centre: [f64; 2],
-    /// Its radius.
+    /// Radius of the disc.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius: f64,
 }
@@ -198,7 +201,7 @@ pub struct Inflow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gravity {
-    /// Its components.
+    /// Components of the acceleration.
     #[schemars(extend("minItems" = 2, "maxItems" = 3))]
     pub acceleration: Vec<f64>,
 }

@@ -93,13 +93,13 @@ pub struct MonteCarlo {
     pub weights: Option<Weights>,
 }
 
-/// A displacement.
+/// Displacement of the partners of a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Displacement {
-    /// By one diameter, or not.
+    /// Displacement by one diameter, or none.
     Switch(bool),
-    /// By the inelastic length.
+    /// Displacement by the inelastic length.
     Word(Inelastic),
 }
 
@@ -143,9 +143,9 @@ pub enum Copies {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallsActOn {
-    /// On its centre.
+    /// Walls act on the centre of a particle.
     Centre,
-    /// At its radius.
+    /// Walls act at the radius of a particle.
     Radius,
 }
 
@@ -168,9 +168,9 @@ pub struct Weights {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Along {
-    /// The first.
+    /// First axis of the plane.
     X,
-    /// The second.
+    /// Second axis of the plane.
     Y,
 }
 

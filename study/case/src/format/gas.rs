@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-/// The gas.
+/// Gas: its dimension, its particles, and their contacts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gas {
@@ -123,14 +123,14 @@ impl Viscoelastic {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactValues {
-    /// Not at all: the Boltzmann equation.
+    /// No effect of density: the Boltzmann equation.
     #[default]
     Dilute,
-    /// By the contact values of mixtures: the Enskog equation.
+    /// Contact values of mixtures: the Enskog equation.
     Dense,
 }
 
-/// One species.
+/// One species of particles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Species {
@@ -184,9 +184,9 @@ pub struct PowerLaw {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rounding {
-    /// Down.
+    /// Numbers rounded down.
     Down,
-    /// To the nearest.
+    /// Numbers rounded to the nearest.
     #[default]
     Nearest,
 }
@@ -289,10 +289,10 @@ impl Sticking {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EnergyPart {
-    /// All of it, `mu g^2/2`.
+    /// All of the relative motion, `mu g^2/2`.
     #[default]
     Full,
-    /// That of the motion along the line of centres, `mu (g . e)^2/2`.
+    /// Motion along the line of centres, `mu (g . e)^2/2`.
     Normal,
 }
 
@@ -300,9 +300,9 @@ pub enum EnergyPart {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FirstTest {
-    /// Sticking.
+    /// Sticking first.
     #[default]
     Stick,
-    /// Breaking.
+    /// Breaking first.
     Break,
 }
