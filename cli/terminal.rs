@@ -11,7 +11,7 @@ use crate::model::Interrupt;
 
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
 pub(crate) const STOPPED: u8 = 130;
-/// How long a command that was asked to stop may take for that, unless it is saving.
+/// Longest time that a command that was asked to stop may take, unless it is saving.
 const GRACE: Duration = Duration::from_millis(750);
 
 /// Writes a line to standard output.

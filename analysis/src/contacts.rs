@@ -143,8 +143,8 @@ struct Local {
     places: Vec<Place>,
 }
 
-/// One cell: number of particles, temperature (0 if unknown), and number of squares that it is
-/// from.
+/// Cell: number of particles, temperature (0 if unknown), and number of squares behind the
+/// temperature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Place {
     count: usize,

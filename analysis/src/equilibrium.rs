@@ -1,4 +1,4 @@
-//! Has an elastic gas forgotten the arrangement it was started from?
+//! Tests whether an elastic gas has forgotten the arrangement of its start.
 //!
 //! Three tests, each with its false-alarm probability: impact parameters are uniform; no Bragg peak of the
 //! lattice is left; density fluctuations of long wavelength are those of the fluid. The last matters most: they

@@ -108,7 +108,7 @@ struct Disk {
     velocity: Vector2<f64>,
     /// Displacement since the beginning of the current lag, up to the time `since` \[length\].
     moved: Vector2<f64>,
-    /// Time of the last collision or end of a bin.
+    /// Time of the last collision of the disk, or of the beginning of the lag.
     since: f64,
     /// Displacement in the first bin of the current lag \[length\].
     first: Vector2<f64>,

@@ -184,8 +184,8 @@ pub fn student_t_test(values: &[f64], hypothesis: f64) -> Option<TTest> {
     })
 }
 
-/// The z ≥ 0 at which a normal variable has the given two-sided p value, p = erfc(z / √2), at most
-/// [`LARGEST_NORMAL_Z`].
+/// Returns the z ≥ 0 at which a normal variable has the given two-sided p value, p = erfc(z / √2),
+/// at most [`LARGEST_NORMAL_Z`].
 fn normal_z(p_value: f64) -> f64 {
     if p_value > 0.0 {
         (std::f64::consts::SQRT_2 * erfc_inv(p_value)).clamp(0.0, LARGEST_NORMAL_Z)
@@ -336,8 +336,8 @@ mod tests {
     /// Null samples from which a false-alarm rate is measured.
     const SAMPLES: usize = 4000;
 
-    /// A false-alarm rate measured on [`SAMPLES`] samples must lie within z = 4 binomial standard errors of the
-    /// nominal one, which fails by chance once in 16 000 seeds.
+    /// Checks that a false-alarm rate measured on [`SAMPLES`] samples lies within z = 4 binomial
+    /// standard errors of the nominal one, which fails by chance once in 16 000 seeds.
     fn assert_rate(alarms: usize, nominal: f64) {
         let rate = alarms as f64 / SAMPLES as f64;
         let standard_error = (nominal * (1.0 - nominal) / SAMPLES as f64).sqrt();

@@ -47,7 +47,7 @@ impl Default for KineticStress {
 }
 
 impl KineticStress {
-    /// The tensor `Σ w m (v - u)(v - u)` \[energy\]; zero without particles.
+    /// Returns the tensor `Σ w m (v - u)(v - u)` \[energy\]; zero without particles.
     fn tensor(&self) -> Matrix3<f64> {
         let sums = self.totals.values();
         let [mass, x, y, z, xx, yy, zz, xy, xz, yz] = sums[..] else {

@@ -205,7 +205,7 @@ mod tests {
         all
     }
 
-    /// The exact sum as an integer of 2^-1074, in the obvious way: bit by bit.
+    /// Returns the exact sum as an integer of 2^-1074, in the obvious way: bit by bit.
     fn bits(numbers: &[f64]) -> Vec<i64> {
         let mut bits = vec![0; 2200];
         for &number in numbers {
@@ -221,7 +221,7 @@ mod tests {
         bits
     }
 
-    /// The number nearest to a sum of bits: exact arithmetic of the parts of a number against it.
+    /// Returns true if a number is the nearest to a sum, by exact arithmetic of the bits.
     fn is_nearest(found: f64, numbers: &[f64]) -> bool {
         let sign_of = |numbers: &[f64]| -> i64 {
             let mut bits = bits(numbers);

@@ -6,7 +6,7 @@ use crate::images::Shear;
 use crate::invalid::Invalid;
 use crate::space::Space;
 
-/// How a particle moves while it touches nothing.
+/// Motion of particles between contacts.
 ///
 /// A uniform field cancels in the relative motion of a pair, so the prediction of a collision does
 /// not depend on it; only [`Field::drift`] does.
@@ -115,7 +115,8 @@ impl<S: Space> Field<S> for Sheared {
         S::Vector::default()
     }
 
-    /// Neither the velocity in the frame of the box nor that along the gradient changes; the flow at the particle does.
+    /// Advances a particle. Neither the velocity in the frame of the box nor that along the
+    /// gradient changes; the flow at the particle does.
     #[inline]
     fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
         let mut fixed = *velocity;

@@ -35,9 +35,9 @@ fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
     let _ = (slice, index);
 }
 
-/// An empty vector with room for `capacity` elements, on large pages where the system grants them:
-/// disks that collide are in no helpful order, and each touch of another small page costs a walk of
-/// the page table.
+/// Returns an empty vector with room for `capacity` elements, on large pages where the system
+/// grants them: disks that collide are in no helpful order, and each touch of another small page
+/// costs a walk of the page table.
 pub fn reserved<T>(capacity: usize) -> Vec<T> {
     let vector = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]

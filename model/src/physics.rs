@@ -21,13 +21,13 @@ pub trait Physics: Clone + Debug + Send + Sync + 'static {
     /// Flight between collisions.
     type Field: Field<Self::Space>;
 
-    /// The tangential contact law.
+    /// Returns the tangential contact law.
     fn surface(&self) -> &Self::Surface;
-    /// The normal contact law.
+    /// Returns the normal contact law.
     fn restitution(&self) -> &Self::Restitution;
-    /// Radii and masses.
+    /// Returns the radii and masses.
     fn sizes(&self) -> &Self::Sizes;
-    /// Flight between collisions.
+    /// Returns the field of flight between collisions.
     fn field(&self) -> &Self::Field;
     /// Returns this physics for particles of other sizes.
     #[must_use]

@@ -68,7 +68,7 @@ pub fn unit<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
 }
 
 impl Streams {
-    /// The streams of a replica of a run.
+    /// Creates the streams of a replica of a run.
     pub fn new(seed: u64, replica: u64) -> Self {
         Self {
             root: absorb(absorb(0, seed), replica),
@@ -83,7 +83,7 @@ impl Streams {
         }
     }
 
-    /// The stream at an address.
+    /// Returns the stream at an address.
     #[inline]
     pub fn at(&self, purpose: Purpose, address: [u64; 2]) -> Stream {
         let key = absorb(
@@ -112,7 +112,7 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// The stream at the second half of the address.
+    /// Returns the stream at the second half of the address.
     #[inline]
     pub fn at(&self, second: u64) -> ShortStream {
         let place = second.wrapping_mul(0x9e37_79b9_7f4a_7c15);

@@ -25,8 +25,8 @@ pub const DIFFUSION_ORDERS: f64 = 1.027;
 /// The dimension of all formulas here.
 const D: f64 = 2.0;
 
-/// The rate at which the homogeneous gas cools, `zeta* = ((D + 2)/(4 D)) chi (1 - r^2)(1 + 3 a2/16)`, over that at which
-/// dilute elastic disks lose shear stress, `n T/eta_0`.
+/// Cooling rate of the homogeneous gas, `zeta* = ((D + 2)/(4 D)) chi (1 - r^2)(1 + 3 a2/16)`, over
+/// that at which dilute elastic disks lose shear stress, `n T/eta_0`.
 fn reduced_cooling(contact_value: f64, restitution: f64) -> f64 {
     let a2 = kinetic::fourth_cumulant(2, restitution);
     (D + 2.0) / (4.0 * D)

@@ -1,4 +1,5 @@
-//! Both engines. One program for all tests, so that each instance of an engine is compiled once.
+//! Tests of both engines. One program for all tests, so that each instance of an engine is compiled
+//! once.
 
 mod checkpoints;
 #[path = "../support/damage.rs"]

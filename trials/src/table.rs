@@ -17,7 +17,7 @@ pub enum Verdict {
     Fail,
     /// Claimed, but the error bar is too wide to tell.
     Unresolved,
-    /// Not claimed.
+    /// Measured, but not claimed.
     Measured,
 }
 

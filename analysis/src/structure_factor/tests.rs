@@ -55,7 +55,8 @@ fn random_disks(stream: &mut Xoshiro256PlusPlus, count: usize, length: f64) -> V
     disks
 }
 
-/// A structure factor written down from its definition: plain deposit, plain Fourier sum, modes of the full plane.
+/// Computes a structure factor from its definition: plain deposit, plain Fourier sum, modes of the
+/// full plane.
 fn plain(
     positions: &[Vector2<f64>],
     lengths: [f64; 2],

@@ -18,7 +18,7 @@ fn half() -> Constant {
     Constant::new(0.5).expect("a coefficient")
 }
 
-/// The ternary mixture and the two binary ones with material of one density.
+/// Returns the ternary mixture or a binary one, with material of one density.
 fn solid(densities: &[f64]) -> Vec<Component> {
     [1.0, 100.0, 500.0]
         .into_iter()

@@ -55,8 +55,8 @@ fn chi_squared_limit(degrees: f64) -> f64 {
     degrees * (1.0 - a + 4.753 * a.sqrt()).powi(3)
 }
 
-/// Which pair is next, and when, against the exact rates `k g` of all pairs: from a selection that has been in use
-/// for a few collisions, so that some of its places are stale and some bounds raised.
+/// The next pair and its time follow the exact rates `k g` of all pairs, from a selection that has
+/// been in use for a few collisions, so that some of its places are stale and some bounds raised.
 fn pairs_follow_their_rates<S: Space, Pick: Selection<Of<S, Constant, Polydisperse>>>(
     space: S,
     used: u64,

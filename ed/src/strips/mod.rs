@@ -167,9 +167,9 @@ enum Outcome {
     Kept(f64),
     /// Wrong events came through a halo.
     Wrong,
-    /// There were more collisions than wanted.
+    /// More collisions happened than were wanted.
     TooMany,
-    /// There was an event that an engine alone has to process.
+    /// An event happened that an engine alone has to process.
     Unusual,
 }
 

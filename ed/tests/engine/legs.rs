@@ -57,8 +57,9 @@ impl Case {
     }
 }
 
-/// Some hundred disks, of which a leg has more collisions than these tests; as many in a closed box that heats them; and forty in so
-/// thin a gas that the engine starts afresh since own times are long.
+/// Returns three cases: some hundred disks, of which a leg has more collisions than these tests; as
+/// many in a closed box that heats them; and forty in so thin a gas that the engine starts afresh
+/// since own times are long.
 fn cases() -> [Case; 3] {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
     let heated = walled([None, Some([Wall::specular(), diffuse])]);

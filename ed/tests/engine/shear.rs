@@ -110,9 +110,10 @@ fn gas<P: Physics<Space = Plane>>(
     state
 }
 
-/// The engine against all pairs: the same collisions at the same times, and the same gas after them. Rounding differs, and each
-/// collision of a disk multiplies differences, by twice its free path over its diameter: some five for each leave 1e-8, fewer in a dilute gas. Images slide farther than the box, so that
-/// rows of cells step and disks cross its edges.
+/// Compares the engine with all pairs: the collisions must be the same at the same times, and so
+/// must the gas after them. Rounding differs, and each collision of a disk multiplies differences,
+/// by twice its free path over its diameter: some five for each leave 1e-8, fewer in a dilute gas.
+/// Images slide farther than the box, so that rows of cells step and disks cross its edges.
 fn follow_plain<P: Physics<Space = Plane>>(
     name: &str,
     scene: &P,

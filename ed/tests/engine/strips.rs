@@ -1,4 +1,4 @@
-//! One gas on many threads: the bytes of one engine, whatever the gas and however it is cut.
+//! One gas on many threads has the bytes of one engine, for any gas and any strips.
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
@@ -15,7 +15,8 @@ use stosszahl_model::{
 
 use crate::support::{bounces, disks, down, grains, obstacle, rough, vibrates, walled};
 
-/// A gas of this many unit disks, at least, on a jittered lattice, without those that overlap obstacles; as wide as it is high over `aspect`.
+/// Creates a gas of this many unit disks, at least, on a jittered lattice, without those that
+/// overlap obstacles; as wide as it is high over `aspect`.
 fn lattice<P: Physics<Space = Plane>>(
     scene: &P,
     boundaries: &Boundaries,

@@ -21,7 +21,7 @@ impl Constant {
         Invalid::unless(allowed, "coefficient of restitution", coefficient, "0 to 1").map(Self)
     }
 
-    /// The coefficient.
+    /// Coefficient of restitution, in \[0, 1\].
     pub fn coefficient(self) -> f64 {
         self.0
     }

@@ -51,7 +51,7 @@ impl From<f64> for Separation {
 
 /// Normal restitution as a function of the normal approach speed.
 pub trait Restitution: Clone + Debug + Send + Sync + 'static {
-    /// The coefficient of restitution, in [0, 1], at a normal approach speed `approach` >= 0
+    /// Coefficient of restitution, in [0, 1], at a normal approach speed `approach` >= 0
     /// \[length/time\]. A law that adds speed gives the quotient of the speeds after and before.
     fn normal(&self, approach: f64) -> f64;
 

@@ -48,7 +48,7 @@ impl Viscoelastic {
         Invalid::unless_positive("viscoelastic strength", strength).map(Self)
     }
 
-    /// The strength \[speed^(-1/10)\].
+    /// Strength \[speed^(-1/10)\].
     pub fn strength(self) -> f64 {
         self.0
     }

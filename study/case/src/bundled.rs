@@ -53,7 +53,7 @@ impl Bundle {
         nearest(name, cases.iter().map(|one| one.name))
     }
 
-    /// The text of a case file, or of the bundled case of that name where there is no file.
+    /// Returns the text of a case file, or of the bundled case of that name where there is no file.
     ///
     /// # Errors
     /// [`CaseError::NoCase`] if there is neither; or the file cannot be read.

@@ -52,7 +52,7 @@ pub enum CaseError {
         /// The first bad byte.
         byte: u8,
     },
-    /// Something that is written is not allowed.
+    /// A key or value is not allowed.
     #[error("{0}")]
     Refused(Box<Refusal>),
 }
@@ -101,7 +101,7 @@ impl CaseError {
     }
 }
 
-/// Something written that is not allowed, and where it was written.
+/// Key or value that is not allowed, and its place.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Refusal {
@@ -240,7 +240,7 @@ impl Display for Refusal {
     }
 }
 
-/// Something wrong with a case, before it is known where the key was written.
+/// Fault of a case, before the place of its key is known.
 #[derive(Debug)]
 pub(crate) struct Problem {
     pub(crate) key: Vec<String>,
@@ -257,7 +257,7 @@ impl Problem {
         }
     }
 
-    /// A value that is not allowed.
+    /// Creates the problem of a value that is not allowed.
     pub(crate) fn bad(key: &[String], value: &toml::Value, allowed: impl Into<String>) -> Self {
         let fault = Fault::BadValue {
             value: brief(value),
@@ -267,7 +267,7 @@ impl Problem {
         Self::new(key, fault)
     }
 
-    /// A key that has to be there.
+    /// Creates the problem of a missing key.
     pub(crate) fn missing(key: &[String], allowed: impl Into<String>) -> Self {
         let fault = Fault::MissingKey {
             found: None,
@@ -277,7 +277,7 @@ impl Problem {
     }
 }
 
-/// A number in few digits.
+/// Formats a number in few digits.
 pub(crate) fn brief_number(value: f64) -> String {
     if value.abs() < 1e6 {
         format!("{value:.4}")
@@ -286,7 +286,7 @@ pub(crate) fn brief_number(value: f64) -> String {
     }
 }
 
-/// A value as TOML on one line, cut if it is long.
+/// Formats a value as TOML on one line, cut if it is long.
 pub(crate) fn brief(value: &toml::Value) -> String {
     const WIDTH: usize = 60;
     let text = match value {
@@ -355,7 +355,8 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("volume_fraction", "packing_fraction"),
 ];
 
-/// The choice closest to a word, if any is close: another name of the same thing, or two letters away at most, or a word that it begins.
+/// Returns the choice closest to a word, if any is close: another name of the same thing, or two
+/// letters away at most, or a word that it begins.
 pub fn nearest<'a>(word: &str, choices: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A word from a file may be of any length, and nothing this long is close.
     if word.len() > 64 {

@@ -377,13 +377,13 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// The target as a number; none if it is not a share.
+    /// Returns the target as a number; `None` if it is not a share.
     pub fn share(&self) -> Option<f64> {
         share(&self.target)
     }
 }
 
-/// A share such as `1%` or `0.01`, above 0 and below 1.
+/// Parses a share such as `1%` or `0.01`, above 0 and below 1.
 ///
 /// ```
 /// use stosszahl_case::format::share;

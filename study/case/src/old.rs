@@ -138,7 +138,7 @@ pub(crate) fn changes(table: &Table) -> Vec<String> {
     changes
 }
 
-/// All dotted keys, without the numbers of blocks; what a sweep names is among them.
+/// Collects all dotted keys, without the numbers of blocks; keys that a sweep names are among them.
 fn gather(table: &Table, path: &str, keys: &mut BTreeSet<String>) {
     for (key, value) in table {
         let inside = |value: &Value| value.as_table().cloned();

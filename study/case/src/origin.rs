@@ -9,25 +9,25 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::{CaseError, Fault, Problem, Refusal};
 
-/// Where a key that is in no table stands in a file, after its name.
+/// Place of a key that is in no table of a file, to follow its name.
 pub(crate) const OUTSIDE: &str = " before the first [table]";
 
 /// The keys from the root; elements of lists are counted from 1.
 pub(crate) type Key = Vec<String>;
 
-/// A key with one step more.
+/// Returns a key with one step more.
 pub(crate) fn below(key: &[String], step: impl Into<String>) -> Key {
     let mut longer = key.to_vec();
     longer.push(step.into());
     longer
 }
 
-/// The keys of a dotted key of bare keys.
+/// Splits a dotted key of bare keys.
 pub(crate) fn split(dotted: &str) -> Key {
     dotted.split('.').map(str::to_owned).collect()
 }
 
-/// A key as it is written.
+/// Formats a key as it is written.
 pub(crate) fn dotted(key: &[String]) -> String {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let part = |step: &String| {
@@ -40,7 +40,7 @@ pub(crate) fn dotted(key: &[String]) -> String {
     key.iter().map(part).collect::<Vec<_>>().join(".")
 }
 
-/// The value of a key.
+/// Returns the value of a key.
 pub(crate) fn value_at<'a>(table: &'a toml::Table, key: &[String]) -> Option<&'a toml::Value> {
     let (first, rest) = key.split_first()?;
     rest.iter().try_fold(table.get(first)?, |value, step| {
@@ -68,7 +68,7 @@ enum Replaced {
     Sweep(Range<usize>, Range<usize>),
 }
 
-/// Where every key of a case was written.
+/// Places at which all keys of a case were written.
 #[derive(Clone, Debug)]
 pub(crate) struct Origins {
     path: PathBuf,
@@ -157,7 +157,8 @@ impl Origins {
         }
     }
 
-    /// The span of a key, or of the nearest table around it, and how many steps of the key were found.
+    /// Returns the span of a key, or of the nearest table around it, and the number of steps of the
+    /// key that were found.
     fn find(&self, key: &[String], is_key: bool) -> (Option<Range<usize>>, usize) {
         for depth in (1..=key.len()).rev() {
             if let Some(spans) = self.spans.get(&key[..depth]) {

@@ -74,7 +74,7 @@ pub struct PaperRun {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PaperFigure {
-    /// Its number in the paper, such as "3b" or "Table I".
+    /// Number of the figure in the paper, such as "3b" or "Table I".
     #[schemars(length(min = 1))]
     pub name: String,
     /// Title of the figure.
@@ -93,7 +93,7 @@ pub struct PaperFigure {
     pub claim: Vec<Claim>,
 }
 
-/// Where a number stands in the tables of a run.
+/// Place of a number in the tables of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
@@ -127,7 +127,7 @@ pub struct Claim {
     pub point: BTreeMap<String, Value>,
     /// The table that holds the number.
     pub table: Option<String>,
-    /// Its column.
+    /// Column of the number.
     pub column: Option<String>,
     /// Values of key columns that choose its row: words, numbers, or [from, to], of whose rows the mean is taken.
     #[serde(default, rename = "where")]
@@ -164,7 +164,7 @@ pub struct Claim {
     pub within: Option<f64>,
     /// Value that the paper should give.
     pub corrected: Option<f64>,
-    /// Why the paper is wrong, with the source of the correction.
+    /// Reason why the paper is wrong, with the source of the correction.
     pub correction: Option<String>,
     /// True if quick runs can test the claim.
     #[serde(default = "yes")]
@@ -219,8 +219,8 @@ impl PaperFile {
         Ok(file)
     }
 
-    /// The error that refuses the value of a dotted key such as `figure.1.claim.2.table`, or its absence. Elements of lists are
-    /// counted from 1.
+    /// Returns the error that refuses the value of a dotted key such as `figure.1.claim.2.table`,
+    /// or its absence. Elements of lists are counted from 1.
     pub fn refuse(&self, key: &str, allowed: impl Into<String>) -> CaseError {
         self.origins.refuse(refusal(&self.table, key, allowed))
     }

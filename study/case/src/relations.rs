@@ -207,7 +207,7 @@ impl Relations<'_> {
         )
     }
 
-    /// A fourth cumulant is one that some distribution has.
+    /// Checks that some distribution has the fourth cumulant.
     fn cumulant(&self) -> Checked {
         let Velocities::Drawn(drawn) = self.case.start.velocities else {
             return Ok(());
@@ -220,7 +220,8 @@ impl Relations<'_> {
         self.ensure(drawn.a2 >= least, "start.velocities.a2", allowed)
     }
 
-    /// Whether all replicas of exact dynamics would be one: from one state, with nothing random on the way.
+    /// Returns true if all replicas of exact dynamics would be equal: from one state, with nothing
+    /// random on the way.
     fn repeats_itself(&self) -> bool {
         let case = self.case;
         let one_state =
@@ -234,7 +235,8 @@ impl Relations<'_> {
         one_state && case.engine.ed.is_some() && !random
     }
 
-    /// A region has corners in order, and a gas that is placed at random and not equilibrated.
+    /// Checks that a region has corners in order, and a gas that is placed at random and not
+    /// equilibrated.
     fn region(&self) -> Checked {
         let (start, case) = (&self.case.start, self.case);
         let Some([low, high]) = &start.region else {

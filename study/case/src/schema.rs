@@ -25,7 +25,8 @@ pub struct Format {
 }
 
 impl Format {
-    /// The format with measurements: the name of each, and the schema of its options (see [`schema_of`]).
+    /// Creates the format with measurements: the name of each, and the schema of its options (see
+    /// [`schema_of`]).
     pub fn new(measures: &[(&str, Schema)]) -> Self {
         let mut json = schema_of::<Case>().to_value();
         json["title"] = Json::from("stosszahl case");
@@ -44,20 +45,20 @@ impl Format {
         Self { json }
     }
 
-    /// The format in which the options of measurements are not looked at.
+    /// Returns the format that ignores the options of measurements.
     pub fn plain() -> &'static Self {
         static PLAIN: OnceLock<Format> = OnceLock::new();
         PLAIN.get_or_init(|| Self::new(&[]))
     }
 
-    /// The format of another kind of file, by the schema of its type.
+    /// Creates the format of another kind of file, by the schema of its type.
     pub(crate) fn of(schema: Schema) -> Self {
         Self {
             json: schema.to_value(),
         }
     }
 
-    /// The JSON Schema.
+    /// Returns the JSON Schema.
     pub fn json(&self) -> &Json {
         &self.json
     }
@@ -78,7 +79,7 @@ impl Format {
         self.within(&self.json["properties"][key], value, &[key.to_owned()])
     }
 
-    /// The type that the schema gives to a key.
+    /// Returns the type that the schema gives to a key.
     pub(crate) fn type_of(&self, key: &[String]) -> Option<&str> {
         let mut schema = &self.json;
         for step in key {
@@ -207,7 +208,7 @@ impl Format {
         Ok(())
     }
 
-    /// The full name of a key that belongs into another table, the least deep one.
+    /// Returns the full name of a key that belongs into another table, the least deep one.
     fn elsewhere(&self, name: &str) -> Option<String> {
         let found = shallowest(&self.json, name)?;
         Some(match &found[..] {
@@ -217,14 +218,14 @@ impl Format {
     }
 }
 
-/// The keys that lead to the least deep key of a name.
+/// Returns the keys that lead to the least deep key of a name.
 fn shallowest(schema: &Json, name: &str) -> Option<Key> {
     /// Keys of a case that stand in tables of tables, as those of engines and measurements, are as deep as this.
     const DEPTH: usize = 3;
     (1..=DEPTH).find_map(|depth| path_to(schema, name, depth))
 }
 
-/// The keys that lead to a key of a name through as many tables and lists of tables.
+/// Returns a path of `depth` keys to a key of a name, through tables and lists of tables.
 fn path_to(schema: &Json, name: &str, depth: usize) -> Option<Key> {
     let tables = [&schema["properties"], &schema["items"]["properties"]];
     let mut inside = tables.into_iter().filter_map(Json::as_object);
@@ -240,12 +241,12 @@ fn path_to(schema: &Json, name: &str, depth: usize) -> Option<Key> {
     })
 }
 
-/// The JSON Schema of case files, without measurements.
+/// Returns the JSON Schema of case files, without measurements.
 pub fn schema() -> Json {
     Format::plain().json().clone()
 }
 
-/// The schema of a type, without references and without null, which TOML cannot write.
+/// Returns the schema of a type, without references and without null, which TOML cannot write.
 pub fn schema_of<T: JsonSchema>() -> Schema {
     let settings = SchemaSettings::draft2020_12().with(|all| all.inline_subschemas = true);
     let mut json = settings
@@ -291,7 +292,7 @@ fn alternatives(schema: &Json) -> Vec<&Json> {
     }
 }
 
-/// Whether a value has the type that a schema asks for.
+/// Returns true if a value has the type that a schema asks for.
 fn has_type(schema: &Json, value: &Value) -> bool {
     /// Whole numbers up to here are exact.
     const EXACT: f64 = 9_007_199_254_740_992.0;
@@ -320,7 +321,7 @@ fn all_words(schema: &Json) -> Vec<&str> {
     alternatives(schema).into_iter().flat_map(words).collect()
 }
 
-/// Whether a number lies in the range of a schema.
+/// Returns true if a number lies in the range of a schema.
 fn in_range(schema: &Json, number: f64) -> bool {
     let limit = |key: &str| schema[key].as_f64();
     limit("minimum").is_none_or(|least| number >= least)
@@ -389,7 +390,7 @@ fn list(schema: &Json) -> String {
     }
 }
 
-/// A limit in few digits.
+/// Formats a limit in few digits.
 fn brief(limit: f64) -> String {
     if limit != 0.0 && limit.abs() < 1e-4 {
         format!("{limit:e}")
@@ -398,7 +399,7 @@ fn brief(limit: f64) -> String {
     }
 }
 
-/// The range of a number.
+/// Formats the range of a number.
 fn range(schema: &Json) -> String {
     let limit = |key: &str| {
         let number = schema.get(key)?;

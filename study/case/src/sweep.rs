@@ -22,7 +22,7 @@ pub(crate) struct Chosen {
     pub(crate) key: Key,
     /// The value.
     pub(crate) value: Value,
-    /// Where in the sweep it was written.
+    /// Place in the sweep at which the value was written.
     pub(crate) source: Key,
 }
 

@@ -38,7 +38,7 @@ pub enum ReproduceError {
     /// The paper or one of its cases is refused.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// There is no such figure.
+    /// The paper has no such figure.
     #[error("--figure {found}: the figures of this paper are {}", allowed.join(", "))]
     NoFigure {
         /// Name requested.

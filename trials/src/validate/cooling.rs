@@ -62,7 +62,7 @@ fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), T
     over_seeds(0..replicas, |seed| subject.follow(&gas, seed))
 }
 
-/// The mean temperature at one of the times.
+/// Mean temperature at one of the times.
 fn temperature(courses: &[Course], time: usize) -> Result<Estimate, Trouble> {
     mean(courses.iter().map(|course| course.temperatures[time]))
 }

@@ -1,4 +1,4 @@
-//! Which engines go with which gas, and which keys an engine has.
+//! Checks of engines: which gases they fit, and which keys they have.
 
 use super::{Checked, Relations};
 use crate::format::{FACES, Face, FaceWord, Kind, MonteCarlo, Neighbourhood, Weights};

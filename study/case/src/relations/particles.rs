@@ -7,7 +7,7 @@ use crate::error::brief_number;
 use crate::format::{Distribution, Kind, Placement, Restitution, Rounding, Units, Velocities};
 
 impl Relations<'_> {
-    /// The number of particles is given in one way.
+    /// Checks that the number of particles is given in one way.
     pub(super) fn particles(&self) -> Checked {
         let case = self.case;
         let shares = case.species.iter().any(|one| one.share.is_some());
@@ -111,7 +111,7 @@ impl Relations<'_> {
         species.collect()
     }
 
-    /// A viscoelastic law has its strength, or all constants of a material.
+    /// Checks that a viscoelastic law has its strength, or all constants of a material.
     pub(super) fn laws(&self) -> Checked {
         let pairs = self.case.pair.iter().enumerate();
         let of_pairs = pairs

@@ -67,7 +67,7 @@ impl Relations<'_> {
         Ok(())
     }
 
-    /// A uniform shear flow, and what does not go with it.
+    /// Checks a uniform shear flow, and keys that do not go with it.
     fn shear(&self) -> Checked {
         let case = self.case;
         let Some(rate) = case.domain.as_ref().and_then(|domain| domain.shear_rate) else {

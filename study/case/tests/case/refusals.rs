@@ -949,7 +949,7 @@ fn overrides_reach_elements() {
     }
 }
 
-/// A comparison with more lines.
+/// Reads a comparison with more lines.
 fn comparison_with(block: &str) -> Result<CaseFile, CaseError> {
     read(&format!("{COMPARISON}{block}"), &[])
 }
@@ -1136,7 +1136,7 @@ fn measures_are_checked_by_their_schemas() {
     );
 }
 
-/// All dotted keys of a schema, with 1 for the elements of lists.
+/// Collects all dotted keys of a schema, with 1 for the elements of lists.
 fn keys(schema: &serde_json::Value, path: &str, all: &mut Vec<String>) {
     if !path.is_empty() {
         all.push(path.to_owned());

@@ -97,7 +97,7 @@ impl Workshop<'_> {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner) += seconds;
     }
 
-    /// Does all tasks, cheap ones first; outcomes are in the order of the tasks.
+    /// Executes all tasks, cheap ones first; outcomes are in the order of the tasks.
     ///
     /// # Errors
     /// [`FrontierError`] if a system size cannot be planned or threads cannot be started. Failures
@@ -118,7 +118,7 @@ impl Workshop<'_> {
         Ok(outcomes)
     }
 
-    /// Does one task.
+    /// Executes one task.
     ///
     /// # Errors
     /// As [`Self::run`].
@@ -127,7 +127,7 @@ impl Workshop<'_> {
         Ok(outcome.unwrap_or_else(|| Ok(Vec::new())))
     }
 
-    /// Does the tasks of one system size.
+    /// Executes the tasks of one system size.
     fn group(&self, plan: &Plan, tasks: &[&Task]) -> Result<Vec<Outcome>, FrontierError> {
         let first = tasks.iter().map(|task| task.replicas.start).min();
         let end = tasks.iter().map(|task| task.replicas.end).max();
@@ -226,7 +226,7 @@ impl Bench<'_> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does jobs until none is left or the budget is spent.
+    /// Executes jobs until none is left or the budget is spent.
     fn work(self) -> Result<Vec<Option<Found>>, FrontierError> {
         let runner = &self.workshop.runner;
         let here = |order: &[u8]| self.take(order, &runner.work(order));
@@ -257,7 +257,8 @@ impl Bench<'_> {
         failure.map_or(Ok(done), Err)
     }
 
-    /// Does jobs that this process can claim, until all are done by some process or the budget is spent.
+    /// Executes jobs that this process can claim, until all are done by some process or the budget
+    /// is spent.
     fn work_shared(&self, worker: &FolderWorker, here: &(dyn Fn(&[u8]) + Sync)) {
         let mut pause = LOOKS[0];
         while !self.is_finished() && !self.is_over() {

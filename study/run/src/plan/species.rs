@@ -22,7 +22,7 @@ pub(super) struct Particles {
     pub(super) kinds: Vec<Like>,
     /// Temperature of each block.
     temperatures: Vec<f64>,
-    /// Names of the species; `None` where its number is the name.
+    /// Names of the species; absent where its number is the name.
     names: Vec<Option<String>>,
     tracer: Option<usize>,
     /// Number of groups, if each block is one particle.
