@@ -81,7 +81,8 @@ impl CommandError {
         self.exit_code() == STOPPED
     }
 
-    /// Returns the exit code: 2 for refused input, [`STOPPED`] for an interrupt, 1 for a failed run.
+    /// Returns the exit code: 2 for refused input, [`STOPPED`] for an interrupt, 1 for a failed
+    /// run.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Run(error) if error.is_interruption() => STOPPED,

@@ -1,17 +1,19 @@
 //! Accuracy of a method: bias and noise, the error of several runs, and how many runs meet a
 //! target.
 //!
-//! A setting of a method is repeated with independent seeds. The mean of its values less a reference is its systematic
-//! error b, which more runs do not lower; their spread s is the statistical error of one run, which n runs lower to
-//! s/√n. The total error of the mean of n runs is the root of the mean squared deviation from the truth,
+//! A setting of a method is repeated with independent seeds. The mean of its values less a
+//! reference is its systematic error b, which more runs do not lower; their spread s is the
+//! statistical error of one run, which n runs lower to s/√n. The total error of the mean of n runs
+//! is the root of the mean squared deviation from the truth,
 //!
 //! ```text
 //! e(n)² = b² + s²/n
 //! ```
 //!
-//! so runs of n replicas need not be made to know their error. Both parts are known only as well as the repetitions and
-//! the reference allow, and every range says so: Student's for b (with the error of the reference in it) and the
-//! chi-squared distribution's for s, each of 95 %. Values are taken as normal.
+//! so runs of n replicas need not be made to know their error. Both parts are known only as well as
+//! the repetitions and the reference allow, and every range says so: Student's for b (with the
+//! error of the reference in it) and the chi-squared distribution's for s, each of 95 %. Values are
+//! taken as normal.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
@@ -224,8 +226,8 @@ mod tests {
         assert!(held[2] as f64 > 1900.0 - allowed, "{held:?}");
     }
 
-    /// New means of the recommended number of runs miss the target in at most 1 % of 2000 trials, and five standard errors
-    /// of that count (20 + 22).
+    /// New means of the recommended number of runs miss the target in at most 1 % of 2000 trials,
+    /// and five standard errors of that count (20 + 22).
     #[test]
     fn assured_errors_are_kept() {
         let (bias, noise, target) = (0.004, 0.02, 0.01);
@@ -251,7 +253,8 @@ mod tests {
         assert!(missed <= 42, "{missed} of {tried}");
     }
 
-    /// A bias beyond the target cannot be averaged away, and noise that is not known well enough is not trusted.
+    /// A bias beyond the target cannot be averaged away, and noise that is not known well enough is
+    /// not trusted.
     #[test]
     fn some_targets_cannot_be_met() {
         let exact = Known {

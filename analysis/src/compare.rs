@@ -43,8 +43,8 @@ pub struct Quotient {
     pub z: Option<f64>,
     /// Two-sided p value of the hypothesis log(a/b) = 0.
     pub p_value: Option<f64>,
-    /// Half the width of the confidence interval of log(a/b) that a single test at `false_alarm` has; `None` for a single
-    /// replica.
+    /// Half the width of the confidence interval of log(a/b) that a single test at `false_alarm`
+    /// has; `None` for a single replica.
     pub half_width: Option<f64>,
     /// Outcome of the test at this time, with all times taken together.
     pub verdict: Verdict,
@@ -168,7 +168,8 @@ mod tests {
         assert_eq!(one[0].z, None);
         let wide = quotients(&[vec![(2.0, 1.0), (0.4, 1.0), (1.7, 1.0)]], 0.01);
         assert_eq!(wide[0].verdict, Verdict::Undecided);
-        // 1.15 ± 0.05 over four replicas is no agreement: t = 5.84 standard errors could be a third.
+        // 1.15 ± 0.05 over four replicas is no agreement: t = 5.84 standard errors could be a
+        // third.
         let four = quotients(
             &[vec![(1.27, 1.0), (1.05, 1.0), (1.2, 1.0), (1.08, 1.0)]],
             0.01,

@@ -1,19 +1,22 @@
 //! Contact statistics against molecular chaos at the local temperature: measurements of the
 //! breakdown of molecular chaos.
 //!
-//! Under molecular chaos partners are drawn from the velocities of the place, independently, and met with a chance in proportion to
-//! their normal relative speed g. With local Maxwellian velocities its square is then exponential,
-//! `P(g) = (μ g/T) exp(-μ g²/(2 T))`, in any dimension and whatever the flow is on larger scales, so
+//! Under molecular chaos partners are drawn from the velocities of the place, independently, and
+//! met with a chance in proportion to their normal relative speed g. With local Maxwellian
+//! velocities its square is then exponential, `P(g) = (μ g/T) exp(-μ g²/(2 T))`, in any dimension
+//! and whatever the flow is on larger scales, so
 //!
 //! ```text
 //! <g^p> = (2 T/μ)^(p/2) Γ(1 + p/2)        before contact, and r^p times that after it
 //! ```
 //!
-//! with the reduced mass μ and the coefficient of restitution r ([`moment_of_chaos`]). T is the granular temperature about the
-//! local flow: of the some [`LOCAL`] disks of a cell, about a velocity that is linear in the place. It is taken at looks at the gas,
-//! follows the temperature of the whole gas between two looks, and its powers are freed of the bias that few disks give them.
-//! The *total* temperature would take flow for heat. Velocities are not quite Maxwellian in a cooling gas: with the fourth cumulant
-//! a2 moments of order p change by about `a2 p (p - 2)/16` of themselves, below .5 % at the restitutions of gases.
+//! with the reduced mass μ and the coefficient of restitution r ([`moment_of_chaos`]). T is the
+//! granular temperature about the local flow: of the some [`LOCAL`] disks of a cell, about a
+//! velocity that is linear in the place. It is taken at looks at the gas, follows the temperature
+//! of the whole gas between two looks, and its powers are freed of the bias that few disks give
+//! them. The *total* temperature would take flow for heat. Velocities are not quite Maxwellian in a
+//! cooling gas: with the fourth cumulant a2 moments of order p change by about `a2 p (p - 2)/16` of
+//! themselves, below .5 % at the restitutions of gases.
 //!
 //! *Shuffled pairs* tell short-range correlations from shear. Of pairs that approach each other
 //! within a tenth of a diameter of contact, weighted by their normal speed, the slope of P(b/d) is
@@ -44,7 +47,8 @@ pub const DISTANCES: usize = 8;
 /// Orders p of the moments of the normal speed.
 pub const ORDERS: [i32; 4] = [-1, 1, 2, 3];
 
-/// Moment `<g^p>` of the normal relative speed of colliding pairs under molecular chaos, `(2 T/μ)^(p/2) Γ(1 + p/2)`.
+/// Moment `<g^p>` of the normal relative speed of colliding pairs under molecular chaos,
+/// `(2 T/μ)^(p/2) Γ(1 + p/2)`.
 ///
 /// ```
 /// use stosszahl_analysis::contacts::moment_of_chaos;
@@ -243,7 +247,8 @@ impl Local {
         }
         let fitted = dimension + 1;
         for place in &mut local.places {
-            // The fit takes D + 1 numbers for each component; three times as many particles leave a spread to speak of.
+            // The fit takes D + 1 numbers for each component; three times as many particles leave a
+            // spread to speak of.
             let known = place.count >= 3 * fitted;
             place.freedom = (dimension * place.count.saturating_sub(fitted)) as f64;
             place.temperature = if known {
@@ -479,10 +484,12 @@ mod tests {
         }
     }
 
-    /// Collisions that are drawn from the velocities of the gas itself with a chance in proportion to their normal speed: what chaos is.
-    /// A strong shear flow changes nothing, since the temperature is that about it. Moments are found from 60 000 collisions; spreads
-    /// of g^p over its mean are 0.5 to 1.5 (of 1/g without bound, though its logarithm grows slowly; 3 for it), so four standard
-    /// errors are 2.5 %, to which the shear within a cell, 4 % of the flow, adds less.
+    /// Collisions that are drawn from the velocities of the gas itself with a chance in proportion
+    /// to their normal speed: what chaos is. A strong shear flow changes nothing, since the
+    /// temperature is that about it. Moments are found from 60 000 collisions; spreads of g^p over
+    /// its mean are 0.5 to 1.5 (of 1/g without bound, though its logarithm grows slowly; 3 for it),
+    /// so four standard errors are 2.5 %, to which the shear within a cell, 4 % of the flow, adds
+    /// less.
     #[test]
     fn chaos_by_direct_sampling_is_one() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(7);
@@ -518,12 +525,14 @@ mod tests {
             let ratio = found / chaos;
             assert!((ratio - 1.0).abs() < 0.04, "order {order}: {ratio}");
         }
-        // Slopes are known to 12 sqrt(1/12/n) = 0.02 of half the collisions; both contain the shear flow of none.
+        // Slopes are known to 12 sqrt(1/12/n) = 0.02 of half the collisions; both contain the shear
+        // flow of none.
         for (sum, count) in sums.impacts.iter().zip(sums.pairs) {
             let slope = 12.0 * (sum / count - 0.5);
             assert!(slope.abs() < 4.0 * (12.0 / count).sqrt(), "{slope}");
         }
-        // Of 24 in a cell, 45 pairs have one of two partners; all are met alike, so one in 45 is the pair that met last.
+        // Of 24 in a cell, 45 pairs have one of two partners; all are met alike, so one in 45 is
+        // the pair that met last.
         assert_eq!(sums.named, 60_000.0);
         let again = sums.again / sums.named;
         assert!((0.01..0.03).contains(&again), "{again}");
@@ -542,16 +551,19 @@ mod tests {
             let across = sums.velocities[0].map(|one| one.products[1] / one.squares[1]);
             (slope(0), slope(1), across, sums.heat[0] / sums.heat[1])
         };
-        // Points have 20 000^2/10^4/2 pi (1.1^2 - 1) = 13 000 pairs near contact, half of which approach: errors are 0.04.
+        // Points have 20 000^2/10^4/2 pi (1.1^2 - 1) = 13 000 pairs near contact, half of which
+        // approach: errors are 0.04.
         let (real, shuffled, across, heat) = slopes(&gas);
-        // A flow of amplitude 6 has the mean square 18, half of which is one of two components: 9 beside the temperature of 4.
+        // A flow of amplitude 6 has the mean square 18, half of which is one of two components: 9
+        // beside the temperature of 4.
         assert!((heat - 4.0 / 13.0).abs() < 0.02, "{heat}");
         assert!(
             real.abs() < 0.17 && shuffled.abs() < 0.17,
             "{real} {shuffled}"
         );
-        // Temperature 4 and a flow of mean square 18 along x, half of which is across the line: 9/(9 + 4), to which the shear over a
-        // line adds less than the errors of 0.02. Points know nothing of each other, so that shuffling changes nothing.
+        // Temperature 4 and a flow of mean square 18 along x, half of which is across the line:
+        // 9/(9 + 4), to which the shear over a line adds less than the errors of 0.02. Points know
+        // nothing of each other, so that shuffling changes nothing.
         for across in across {
             assert!(
                 (across - 9.0 / 13.0).abs() < 0.1,

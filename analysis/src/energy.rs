@@ -69,8 +69,8 @@ pub struct Virial {
 }
 
 impl Virial {
-    /// Compressibility factor Z = p/(nT) = 1 + sum(|impulse| d)/(D N T t) of an elastic gas of `count` particles
-    /// over the time `duration`.
+    /// Compressibility factor Z = p/(nT) = 1 + sum(|impulse| d)/(D N T t) of an elastic gas of
+    /// `count` particles over the time `duration`.
     pub fn compressibility_factor<P: Physics>(
         &self,
         count: usize,

@@ -1,8 +1,8 @@
 //! Tests whether an elastic gas has forgotten the arrangement of its start.
 //!
-//! Three tests, each with its false-alarm probability: impact parameters are uniform; no Bragg peak of the
-//! lattice is left; density fluctuations of long wavelength are those of the fluid. The last matters most: they
-//! relax slowest, and a lattice has none.
+//! Three tests, each with its false-alarm probability: impact parameters are uniform; no Bragg peak
+//! of the lattice is left; density fluctuations of long wavelength are those of the fluid. The last
+//! matters most: they relax slowest, and a lattice has none.
 
 use std::f64::consts::TAU;
 
@@ -69,8 +69,8 @@ pub fn impact_uniform(bins: &[u64]) -> Outcome {
 /// Tests Bragg peaks of the lattice `reciprocal` against wave vectors of about the same length in
 /// other directions.
 ///
-/// In a fluid S at a wave vector is exponentially distributed around the mean of its ring, so the ratio of the
-/// two means follows the F distribution with (2 m, 2 M) degrees of freedom.
+/// In a fluid S at a wave vector is exponentially distributed around the mean of its ring, so the
+/// ratio of the two means follows the F distribution with (2 m, 2 M) degrees of freedom.
 pub fn lattice_forgotten(
     positions: &[Vector2<f64>],
     lengths: [f64; 2],
@@ -135,8 +135,8 @@ fn ring_around(lengths: [f64; 2], reciprocal: &[[i32; 2]]) -> Vec<[i32; 2]> {
     ring
 }
 
-/// Longest wave number, times the diameter, at which S(k) is still S(0) for this purpose: hard-disk structure
-/// changes it by less than a tenth.
+/// Longest wave number, times the diameter, at which S(k) is still S(0) for this purpose: hard-disk
+/// structure changes it by less than a tenth.
 const LONG_WAVE: f64 = 0.6;
 /// Number of waves along a side of a square box up to which they count as the longest.
 const LONGEST_WAVES: f64 = 24.0;

@@ -1,16 +1,19 @@
-//! Fields of a flow on a grid: density, velocity, temperatures, pressure and collision rate, with standard errors.
+//! Fields of a flow on a grid: density, velocity, temperatures, pressure and collision rate, with
+//! standard errors.
 //!
-//! Particles are summed into cells at sample times, and collisions as they happen. The run is cut into **blocks** of equal
-//! time, and everything is kept for each block, so that a window of time can be chosen afterwards: from when the flow
-//! is steady ([`crate::steady`]), or a moment of its development. A field is a quotient of sums over the window. Its
-//! standard error is that of blocks that are longer than the flow remembers, and at least that of the replicas
+//! Particles are summed into cells at sample times, and collisions as they happen. The run is cut
+//! into **blocks** of equal time, and everything is kept for each block, so that a window of time
+//! can be chosen afterwards: from when the flow is steady ([`crate::steady`]), or a moment of its
+//! development. A field is a quotient of sums over the window. Its standard error is that of blocks
+//! that are longer than the flow remembers, and at least that of the replicas
 //! ([`crate::time_average`]).
 //!
-//! Densities and pressures are of the part of a cell in which centres of particles can be, which obstacles make
-//! smaller. Wholly covered cells have zeros.
+//! Densities and pressures are of the part of a cell in which centres of particles can be, which
+//! obstacles make smaller. Wholly covered cells have zeros.
 //!
-//! The velocity that is subtracted in a temperature is that of the cell over the whole window: that of one sample would
-//! hide a part 1/n of the thermal motion, n being the number of particles in the cell.
+//! The velocity that is subtracted in a temperature is that of the cell over the whole window: that
+//! of one sample would hide a part 1/n of the thermal motion, n being the number of particles in
+//! the cell.
 
 use std::ops::Range;
 
@@ -267,8 +270,8 @@ pub struct Measured {
 pub struct FieldAverages {
     /// Fields by place, in the order of places.
     pub places: Vec<Measured>,
-    /// Independent parts of the runs behind the errors of each field, in the order of [`Values::list`]; see
-    /// [`TimeErrors::parts`].
+    /// Independent parts of the runs behind the errors of each field, in the order of
+    /// [`Values::list`]; see [`TimeErrors::parts`].
     pub parts: [usize; 8],
 }
 
@@ -412,7 +415,8 @@ impl Averages<'_> {
         let lists: Vec<[f64; 8]> = values.iter().map(Values::list).collect();
         let found = TimeErrors::new(self.size(), &lists, |place, replica, blocks| {
             let part = self.part(replica, blocks, species, &groups[place])?;
-            // What a block alone has of the velocity is noise of the velocity, not of the temperature.
+            // What a block alone has of the velocity is noise of the velocity, not of the
+            // temperature.
             let mut list = part.values(totals[place].drift(), self.freedom, all).list();
             // Without a particle only the density is known.
             if list[0] <= 0.0 {

@@ -1,7 +1,8 @@
-//! Weighted least squares for a handful of measured values: lines, limits, and orders of convergence.
+//! Weighted least squares for a handful of measured values: lines, limits, and orders of
+//! convergence.
 //!
-//! Each value comes with its own standard error, taken as known: the errors of what is fitted follow from them, and
-//! `chi_squared` shows whether the model can be true.
+//! Each value comes with its own standard error, taken as known: the errors of what is fitted
+//! follow from them, and `chi_squared` shows whether the model can be true.
 
 use serde::{Deserialize, Serialize};
 
@@ -127,7 +128,8 @@ pub struct Order {
 /// Smallest and largest order searched.
 const ORDERS: [f64; 2] = [0.1, 6.0];
 
-/// Fits `limit + a h^order` with all three free, by a scan of the order with [`richardson`] at each.
+/// Fits `limit + a h^order` with all three free, by a scan of the order with [`richardson`] at
+/// each.
 ///
 /// # Errors
 /// [`Error::FitImpossible`] with fewer than three usable values.
@@ -183,8 +185,9 @@ mod tests {
         assert!(found.chi_squared < 1e-25 && found.degrees_of_freedom == 0);
     }
 
-    /// Synthetic values with known errors: limits scatter by what the fit says, and chi-squared has its mean. The bounds
-    /// are 4.4 standard errors (false alarm 1e-5) of 2000 trials: the mean to 0.1 of the error, the variance to 14 %.
+    /// Synthetic values with known errors: limits scatter by what the fit says, and chi-squared has
+    /// its mean. The bounds are 4.4 standard errors (false alarm 1e-5) of 2000 trials: the mean to
+    /// 0.1 of the error, the variance to 14 %.
     #[test]
     fn limits_scatter_as_they_say() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(4);

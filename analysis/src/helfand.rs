@@ -1,4 +1,5 @@
-//! Transport coefficients of an elastic gas of equal disks in equilibrium, by the moments of Einstein and Helfand.
+//! Transport coefficients of an elastic gas of equal disks in equilibrium, by the moments of
+//! Einstein and Helfand.
 //!
 //! A flux J(t) whose integral over a lag is G has the coefficient
 //!
@@ -9,22 +10,22 @@
 //! heat conductivity  lambda = lim <(ΔG_q)²>/(2 V T² t)
 //! ```
 //!
-//! with the fluxes of stress and energy (E. Helfand, *Physical Review* **119**, 1 (1960), doi:10.1103/PhysRev.119.1; for hard
-//! particles B. J. Alder, D. M. Gass & T. E. Wainwright, *Journal of Chemical Physics* **53**, 3813 (1970),
-//! doi:10.1063/1.1673845)
+//! with the fluxes of stress and energy (E. Helfand, *Physical Review* **119**, 1 (1960),
+//! doi:10.1103/PhysRev.119.1; for hard particles B. J. Alder, D. M. Gass & T. E. Wainwright,
+//! *Journal of Chemical Physics* **53**, 3813 (1970), doi:10.1063/1.1673845)
 //!
 //! ```text
 //! J_ab = Σ_i m v_a v_b + Σ_collisions Δp_a r_b δ(t - t_c),   J_q = Σ_i (m v²/2) v + Σ_collisions ΔE r δ(t - t_c)
 //! ```
 //!
-//! where the first partner gains the momentum Δp and the energy ΔE, and r points to it from the second. The first term, the
-//! **kinetic** one, is constant between collisions and changes with the velocities of the two partners; the second one is
-//! **collisional**. Both are kept apart, so that a coefficient splits into a kinetic part, a collisional one, and twice their
-//! correlation.
+//! where the first partner gains the momentum Δp and the energy ΔE, and r points to it from the
+//! second. The first term, the **kinetic** one, is constant between collisions and changes with the
+//! velocities of the two partners; the second one is **collisional**. Both are kept apart, so that
+//! a coefficient splits into a kinetic part, a collisional one, and twice their correlation.
 //!
-//! Disks move relative to their mean velocity, so no enthalpy flows. T is the temperature of N disks of fixed momentum, the energy
-//! over N - 1. The mean of `G_p`, the pressure, is that of the whole run, which takes t over the time of the run off its
-//! variance; that is put back.
+//! Disks move relative to their mean velocity, so no enthalpy flows. T is the temperature of N
+//! disks of fixed momentum, the energy over N - 1. The mean of `G_p`, the pressure, is that of the
+//! whole run, which takes t over the time of the run off its variance; that is put back.
 //!
 //! # Design
 //!
@@ -33,8 +34,9 @@
 //! the other. What is kept are velocities and displacements of the disks and the sums: no state of
 //! the engine is asked for between start and end.
 //!
-//! Beside the moments stand the correlations of Green and Kubo ([`Helfand::correlations`]). The collisional flux is a sum of pulses, of
-//! which integrals have a meaning and values have none, so fluxes and velocities are means over whole bins.
+//! Beside the moments stand the correlations of Green and Kubo ([`Helfand::correlations`]). The
+//! collisional flux is a sum of pulses, of which integrals have a meaning and values have none, so
+//! fluxes and velocities are means over whole bins.
 
 use std::collections::VecDeque;
 
@@ -71,8 +73,9 @@ struct Sums {
     steps: f64,
 }
 
-/// Correlations of fluxes at one lag, in the units of [`Moments`] without a lag, over a time: their integral over the lag is the
-/// coefficient. The first, at no lag, are of bins with themselves and count half.
+/// Correlations of fluxes at one lag, in the units of [`Moments`] without a lag, over a time: their
+/// integral over the lag is the coefficient. The first, at no lag, are of bins with themselves and
+/// count half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correlations {
     /// Lag \[time\].
@@ -87,7 +90,8 @@ pub struct Correlations {
     pub heat: f64,
 }
 
-/// Moments at one lag, scaled so that their slope in the lag is the coefficient: [`Helfand::moments`] has the units.
+/// Moments at one lag, scaled so that their slope in the lag is the coefficient:
+/// [`Helfand::moments`] has the units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
     /// Lag \[time\].
@@ -332,7 +336,8 @@ impl Helfand {
         let mean_square = mean * mean - slope / run * self.bin * self.bin;
         let reached = self.sums.iter().enumerate();
         let reached = reached.filter(|(_, sums)| sums.pairs > 0.0 && sums.disks > 0.0);
-        // Viscosities are 1/(V T) of the integral over time, in sqrt(m T)/d; lags come in d sqrt(m/T).
+        // Viscosities are 1/(V T) of the integral over time, in sqrt(m T)/d; lags come in d
+        // sqrt(m/T).
         let stress = 1.0 / (self.area * (self.temperature * self.bin).powi(2));
         let energy = stress * self.mass / self.temperature;
         let one = |(number, sums): (usize, &Sums)| {

@@ -26,16 +26,18 @@
 //! | [`theory`] | what does kinetic theory say of a mixture? | adaptive Runge-Kutta | O(species²) a step |
 //! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
 //!
-//! Positions are a slice of planar vectors, the periodic box is its two side lengths. Positions may lie
-//! anywhere: every measurement takes them modulo the box.
+//! Positions are a slice of planar vectors, the periodic box is its two side lengths. Positions may
+//! lie anywhere: every measurement takes them modulo the box.
 //!
-//! Errors are one enum for the crate, [`Error`], whose fields say what was found, where, and what is allowed.
-//! Measurements never draw random numbers and sum in a fixed order, so the same input gives the same bytes. Those of a whole gas
-//! are sums that several processes can make together ([`stosszahl_model::sum`]).
+//! Errors are one enum for the crate, [`Error`], whose fields say what was found, where, and what
+//! is allowed. Measurements never draw random numbers and sum in a fixed order, so the same input
+//! gives the same bytes. Those of a whole gas are sums that several processes can make together
+//! ([`stosszahl_model::sum`]).
 //!
 //! Every fast path has its slow, obvious counterpart. For the structure factor that is public, as
-//! [`structure_factor::direct_sum`], because it is also the better choice for a handful of wave vectors: it has
-//! neither window nor aliasing. The all-pairs count that checks the cell lists is in the tests.
+//! [`structure_factor::direct_sum`], because it is also the better choice for a handful of wave
+//! vectors: it has neither window nor aliasing. The all-pairs count that checks the cell lists is
+//! in the tests.
 
 pub mod accuracy;
 pub mod compare;

@@ -1,5 +1,5 @@
-//! Density and velocity fluctuations of single Fourier modes: exact sums, for the noise of a gas and the growth or
-//! decay of its shear waves.
+//! Density and velocity fluctuations of single Fourier modes: exact sums, for the noise of a gas
+//! and the growth or decay of its shear waves.
 //!
 //! For N points with velocities `v_j` and the wave vector k of the periodic box, the amplitudes are
 //!
@@ -7,17 +7,18 @@
 //! rho(k) = Σ_j exp(-i k · r_j),   p(k) = Σ_j v_j exp(-i k · r_j)
 //! ```
 //!
-//! and p is split along k (longitudinal: sound) and across it (transverse: shear). Divided by N and the temperature over
-//! mass T, the squared amplitudes are 1 on average in thermal equilibrium, at every k, whatever the density does:
-//! velocities are independent of places. That holds to 1/N; [`equilibrium_energy`] has the rest.
+//! and p is split along k (longitudinal: sound) and across it (transverse: shear). Divided by N and
+//! the temperature over mass T, the squared amplitudes are 1 on average in thermal equilibrium, at
+//! every k, whatever the density does: velocities are independent of places. That holds to 1/N;
+//! [`equilibrium_energy`] has the rest.
 //!
 //! # Design
 //!
-//! Each point's phases along the two axes are raised to the powers that the modes ask for by repeated multiplication, so
-//! a mode costs one complex product and three sums a point, and no sine. The powers round by some 1e-16 each, a few
-//! 1e-15 at the tenth. A density lattice and a fast Fourier transform, as in
-//! [`structure_factor`](crate::structure_factor), lost: it would have a window and aliasing to correct, and a few hundred
-//! modes are all that a test of noise wants.
+//! Each point's phases along the two axes are raised to the powers that the modes ask for by
+//! repeated multiplication, so a mode costs one complex product and three sums a point, and no
+//! sine. The powers round by some 1e-16 each, a few 1e-15 at the tenth. A density lattice and a
+//! fast Fourier transform, as in [`structure_factor`](crate::structure_factor), lost: it would have
+//! a window and aliasing to correct, and a few hundred modes are all that a test of noise wants.
 
 use std::f64::consts::TAU;
 
@@ -46,7 +47,8 @@ pub struct Amplitude {
     pub density: [f64; 2],
     /// Velocity along k, Σ (v · k/|k|) exp(-i k · r) \[length/time\].
     pub longitudinal: [f64; 2],
-    /// Velocity across k, Σ (v · t) exp(-i k · r), t being k/|k| turned by a quarter to the left \[length/time\].
+    /// Velocity across k, Σ (v · t) exp(-i k · r), t being k/|k| turned by a quarter to the left
+    /// \[length/time\].
     pub transverse: [f64; 2],
 }
 
@@ -108,7 +110,8 @@ impl Modes {
     /// pair of indices n.
     ///
     /// # Errors
-    /// [`Error::LengthInvalid`]; [`Error::ModeInvalid`] for n = 0 and for indices beyond ten thousand.
+    /// [`Error::LengthInvalid`]; [`Error::ModeInvalid`] for n = 0 and for indices beyond ten
+    /// thousand.
     pub fn new(lengths: [f64; 2], indices: Vec<[i32; 2]>) -> Result<Self, Error> {
         check_lengths(lengths)?;
         let mut reach = [0; 2];
@@ -335,8 +338,8 @@ impl Adds for Amplitudes {
     }
 }
 
-/// Powers 0, 1, 2, ... of the phases exp(-2πi x/L) of a block of points along an axis: real and imaginary parts apart,
-/// so that sums over points use all lanes of the machine.
+/// Powers 0, 1, 2, ... of the phases exp(-2πi x/L) of a block of points along an axis: real and
+/// imaginary parts apart, so that sums over points use all lanes of the machine.
 struct Powers {
     real: Vec<[f64; BLOCK]>,
     imaginary: Vec<[f64; BLOCK]>,

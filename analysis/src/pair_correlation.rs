@@ -1,19 +1,22 @@
 //! The pair correlation function: the number of neighbours at a distance, relative to independent
 //! points.
 //!
-//! g(r) is the number of pairs found at distance r over the number expected of as many independent points:
+//! g(r) is the number of pairs found at distance r over the number expected of as many independent
+//! points:
 //!
 //! ```text
 //! g(r) = pairs(r .. r + Δr) / [½ N (N - 1) A(r .. r + Δr) / (L_x L_y)]
 //! ```
 //!
-//! with A the area of the annulus; in space, the volume of the shell. A point is no neighbour of itself, so each has N - 1 possible partners and not
-//! N: with this normalisation independent points have g = 1 on average at every finite N. Hard disks have g = 0
-//! below one diameter d, and at contact the value that multiplies their collision frequency (D. Enskog, 1922;
-//! M. P. Allen & D. J. Tildesley, *Computer Simulation of Liquids*, section 2.6).
+//! with A the area of the annulus; in space, the volume of the shell. A point is no neighbour of
+//! itself, so each has N - 1 possible partners and not N: with this normalisation independent
+//! points have g = 1 on average at every finite N. Hard disks have g = 0 below one diameter d, and
+//! at contact the value that multiplies their collision frequency (D. Enskog, 1922; M. P. Allen &
+//! D. J. Tildesley, *Computer Simulation of Liquids*, section 2.6).
 //!
-//! Distances are those of the nearest periodic image, so the range is refused beyond half the shortest side of
-//! the box: there a second image of the same point would be missing from the count.
+//! Distances are those of the nearest periodic image, so the range is refused beyond half the
+//! shortest side of the box: there a second image of the same point would be missing from the
+//! count.
 
 mod by_cells;
 
@@ -30,7 +33,8 @@ use crate::error::{Seen, check_lengths, check_positions};
 /// One bin of distances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bin {
-    /// Mean distance in the bin, weighted by area, in diameters: ⅔ (b³ - a³) / (b² - a²) for a bin from a to b.
+    /// Mean distance in the bin, weighted by area, in diameters: ⅔ (b³ - a³) / (b² - a²) for a bin
+    /// from a to b.
     pub r_over_d: f64,
     /// Pairs found over pairs expected of independent points.
     pub g: f64,
@@ -47,13 +51,14 @@ pub struct PairCorrelation {
 
 /// Measures g(r) of points in a periodic box in the plane.
 ///
-/// `lengths`, `diameter` and `range` are lengths in the unit of the positions, which are taken modulo the box.
-/// The diameter is only the unit of the distances reported. The range ends the last of the `bins`.
+/// `lengths`, `diameter` and `range` are lengths in the unit of the positions, which are taken
+/// modulo the box. The diameter is only the unit of the distances reported. The range ends the last
+/// of the `bins`.
 ///
 /// # Errors
-/// [`Error::LengthInvalid`], [`Error::Invalid`], [`Error::HistogramInvalid`]; [`Error::RangeInvalid`] when
-/// the range is not positive or above half the shortest side; [`Error::PointsTooFew`] below two points;
-/// [`Error::PositionInvalid`]; [`Error::Interrupted`].
+/// [`Error::LengthInvalid`], [`Error::Invalid`], [`Error::HistogramInvalid`];
+/// [`Error::RangeInvalid`] when the range is not positive or above half the shortest side;
+/// [`Error::PointsTooFew`] below two points; [`Error::PositionInvalid`]; [`Error::Interrupted`].
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -354,7 +359,8 @@ mod tests {
         correlation.bins.iter().map(|bin| bin.pairs).collect()
     }
 
-    /// Coordinates in units of the side: anywhere, in a tight cluster, on cell edges, on and beyond the box edge.
+    /// Coordinates in units of the side: anywhere, in a tight cluster, on cell edges, on and beyond
+    /// the box edge.
     fn coordinate() -> impl Strategy<Value = f64> {
         prop_oneof![
             0.0_f64..1.0,
@@ -391,7 +397,8 @@ mod tests {
 
     #[test]
     fn cells_match_all_pairs_on_many_points() {
-        // Half the points at random, half in clusters, with enough cells that most are not neighbours.
+        // Half the points at random, half in clusters, with enough cells that most are not
+        // neighbours.
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(32);
         let positions: Vec<_> = (0..3000_u32)
             .map(|i| {
@@ -409,8 +416,9 @@ mod tests {
         }
     }
 
-    /// In space cells and all pairs count the same, and independent points have g near 1: of 2000 points, 20 bins, the
-    /// outer ones hold thousands of pairs, of which four errors of counting are allowed.
+    /// In space cells and all pairs count the same, and independent points have g near 1: of 2000
+    /// points, 20 bins, the outer ones hold thousands of pairs, of which four errors of counting
+    /// are allowed.
     #[test]
     fn cells_match_all_pairs_in_space() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(34);
@@ -470,7 +478,8 @@ mod tests {
         pairs
     }
 
-    /// The neighbours of some points, half of all in a cluster, against all pairs of each of them, exactly.
+    /// The neighbours of some points, half of all in a cluster, against all pairs of each of them,
+    /// exactly.
     #[test]
     fn centres_meet_all_their_neighbours() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(35);
@@ -530,7 +539,8 @@ mod tests {
 
     #[test]
     fn square_lattice_has_known_neighbours() {
-        // Neighbours at 1 (4), sqrt 2 (4), 2 (4), sqrt 5 (8) and sqrt 8 (4): half of each per point.
+        // Neighbours at 1 (4), sqrt 2 (4), 2 (4), sqrt 5 (8) and sqrt 8 (4): half of each per
+        // point.
         let positions: Vec<_> = (0..100)
             .map(|i| Vector2::new(f64::from(i % 10), f64::from(i / 10)))
             .collect();
@@ -558,9 +568,9 @@ mod tests {
         assert!((wide.bins[0].r_over_d - 1.0 / 6.0).abs() < 1e-15);
     }
 
-    /// Independent points have g = 1 with the pairs normalised by N - 1. Forty bins at z = 4 raise a false alarm
-    /// for one seed in 400. With N in place of N - 1, ten points would be off by 0.1, which errors below 0.025
-    /// show at z = 4; many points must agree to 0.02.
+    /// Independent points have g = 1 with the pairs normalised by N - 1. Forty bins at z = 4 raise
+    /// a false alarm for one seed in 400. With N in place of N - 1, ten points would be off by 0.1,
+    /// which errors below 0.025 show at z = 4; many points must agree to 0.02.
     #[test]
     fn independent_points_have_no_correlation() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(33);

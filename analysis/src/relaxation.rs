@@ -1,5 +1,5 @@
-//! Growth and decay of amplitudes over replicas: viscosity from a shear wave, the exponents of an instability, diffusion
-//! from displacements.
+//! Growth and decay of amplitudes over replicas: viscosity from a shear wave, the exponents of an
+//! instability, diffusion from displacements.
 //!
 //! An amplitude that obeys `da/dx = -rate a + noise` with noise that is independent of the past has
 //! `<a(x + h) a(x)> = exp(-rate h) <a(x)²>`. Its propagator over one step is the slope of the
@@ -14,8 +14,8 @@
 //! any function of it in which the rate is constant: the thermal path in a gas whose temperature
 //! changes, `ln(1 + t/t_0)` in a cooling one, with a over the thermal speed.
 //!
-//! The standard error is that of the jackknife over replicas (B. Efron & C. Stein, *Annals of Statistics* **9**, 586
-//! (1981), doi:10.1214/aos/1176345462), as the estimate is a ratio.
+//! The standard error is that of the jackknife over replicas (B. Efron & C. Stein, *Annals of
+//! Statistics* **9**, 586 (1981), doi:10.1214/aos/1176345462), as the estimate is a ratio.
 
 use crate::Error;
 use crate::replicas::{add_terms, of_sums};
@@ -43,7 +43,8 @@ pub fn jackknife<const N: usize>(
         add_terms(&mut total, &terms);
         total
     })?;
-    // The mean of the pseudo-values is the value without its bias of order 1/R; their standard error is the jackknife's.
+    // The mean of the pseudo-values is the value without its bias of order 1/R; their standard
+    // error is the jackknife's.
     let pseudo = Estimate::over_replicas(&of_sums(sums, &value));
     Some(Estimate {
         value: value(total),
@@ -55,8 +56,8 @@ pub fn jackknife<const N: usize>(
 /// Estimates the rate at which amplitudes decay, per unit of x (negative if they grow), from series
 /// of values that are `spacing` apart.
 ///
-/// `replicas` holds for each replica its series: one for each amplitude, real and imaginary parts apart. A rate of zero
-/// mean noise would be infinite; it is then not a number.
+/// `replicas` holds for each replica its series: one for each amplitude, real and imaginary parts
+/// apart. A rate of zero mean noise would be infinite; it is then not a number.
 ///
 /// # Errors
 /// [`Error::FitImpossible`] without two values in any series, or a spacing that is not positive.
@@ -99,10 +100,12 @@ pub fn decay_rate(replicas: &[Vec<Vec<f64>>], spacing: f64) -> Result<Estimate, 
     })
 }
 
-/// Self-diffusion coefficient `(<R²(t_2)> - <R²(t_1)>)/(2 D (t_2 - t_1))` in the plane (D = 2), over replicas; each gives the mean squared
-/// displacement \[length²\] at both times. None without replicas.
+/// Self-diffusion coefficient `(<R²(t_2)> - <R²(t_1)>)/(2 D (t_2 - t_1))` in the plane (D = 2),
+/// over replicas; each gives the mean squared displacement \[length²\] at both times. None without
+/// replicas.
 ///
-/// Both times must be long after the velocities of the start are forgotten: the displacement then grows by a line.
+/// Both times must be long after the velocities of the start are forgotten: the displacement then
+/// grows by a line.
 pub fn diffusion(squares: &[[f64; 2]], times: [f64; 2]) -> Option<Estimate> {
     let slopes: Vec<f64> = squares
         .iter()
@@ -111,11 +114,12 @@ pub fn diffusion(squares: &[[f64; 2]], times: [f64; 2]) -> Option<Estimate> {
     Estimate::over_replicas(&slopes)
 }
 
-/// Fourth cumulant a2 of particles in the plane, `<v⁴>/(2 <v²>²) - 1`, without the bias of a finite number of them whose
-/// momentum is zero: `(1 + a2) N/(N - 1) - 1`.
+/// Fourth cumulant a2 of particles in the plane, `<v⁴>/(2 <v²>²) - 1`, without the bias of a finite
+/// number of them whose momentum is zero: `(1 + a2) N/(N - 1) - 1`.
 ///
-/// N velocities of fixed energy and momentum lie on a sphere of n = 2 (N - 1) dimensions, where `<v⁴>/(2 <v²>²)` of a
-/// Maxwellian is n/(n + 2) = (N - 1)/N. Both `<v⁴>` and `<v²>` are means over the N particles.
+/// N velocities of fixed energy and momentum lie on a sphere of n = 2 (N - 1) dimensions, where
+/// `<v⁴>/(2 <v²>²)` of a Maxwellian is n/(n + 2) = (N - 1)/N. Both `<v⁴>` and `<v²>` are means over
+/// the N particles.
 ///
 /// ```
 /// // A sphere of two dimensions: two particles of opposite velocity, whose speed is always the same.
@@ -198,8 +202,8 @@ mod tests {
         assert!(diffusion(&[], [1.0, 2.0]).is_none());
     }
 
-    /// Maxwellian samples with their mean taken out: 40 000 of 12 particles; 4.4 standard errors, small enough to see a
-    /// tenth of the correction 1/N.
+    /// Maxwellian samples with their mean taken out: 40 000 of 12 particles; 4.4 standard errors,
+    /// small enough to see a tenth of the correction 1/N.
     #[test]
     fn few_maxwellian_particles_have_no_cumulant() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(5);

@@ -6,24 +6,28 @@
 //! at once by Hotelling's ([`hotelling_test`]). Both are exact for normal values, whatever the
 //! spread within a replica is.
 //!
-//! Chi-squared of pooled counts over the measured over-dispersion lost: it takes all shapes to be equally over-dispersed. Where
-//! one of them dominates, as in clusters, its F test at 1 % with four replicas and 18 shapes rings in up to 23 % of all gases.
+//! Chi-squared of pooled counts over the measured over-dispersion lost: it takes all shapes to be
+//! equally over-dispersed. Where one of them dominates, as in clusters, its F test at 1 % with four
+//! replicas and 18 shapes rings in up to 23 % of all gases.
 //!
-//! Values that are no sums, such as ratios of means, enter as pseudo-values of the jackknife ([`pseudo_values`]).
+//! Values that are no sums, such as ratios of means, enter as pseudo-values of the jackknife
+//! ([`pseudo_values`]).
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 use crate::statistics::Estimate;
 
-/// Pseudo-values of the jackknife, `R θ - (R - 1) θ₍₋ᵢ₎`: one number for each replica, of which mean and standard error are those of
-/// a function θ of the sum of their terms. `add` adds a term to a sum, and `of` is θ.
+/// Pseudo-values of the jackknife, `R θ - (R - 1) θ₍₋ᵢ₎`: one number for each replica, of which
+/// mean and standard error are those of a function θ of the sum of their terms. `add` adds a term
+/// to a sum, and `of` is θ.
 ///
-/// The mean is free of the bias of order 1/R that a ratio of means has, which a mean of ratios has in full: J. W. Tukey,
-/// *Annals of Mathematical Statistics* **29**, 614 (1958). One replica has the value of the function itself.
+/// The mean is free of the bias of order 1/R that a ratio of means has, which a mean of ratios has
+/// in full: J. W. Tukey, *Annals of Mathematical Statistics* **29**, 614 (1958). One replica has
+/// the value of the function itself.
 ///
-/// Sums without one replica are put together from those of the replicas before and after it, so that thousands of replicas take
-/// thousands of additions, not millions.
+/// Sums without one replica are put together from those of the replicas before and after it, so
+/// that thousands of replicas take thousands of additions, not millions.
 ///
 /// ```
 /// use stosszahl_analysis::replicas::pseudo_values;
@@ -277,9 +281,10 @@ pub fn replicas_needed(effect: f64, level: f64, found: f64) -> usize {
     high
 }
 
-/// Means of the first `orders` polynomials of the number of the bin, orthonormal where the bins have the chances `chances`. All are
-/// zero if counts follow the chances; of n independent events each has the variance 1/n. The first is the trend, the second the
-/// curvature and so on: Legendre's for equal chances (J. Neyman, *Skandinavisk Aktuarietidskrift* **20**, 149 (1937)).
+/// Means of the first `orders` polynomials of the number of the bin, orthonormal where the bins
+/// have the chances `chances`. All are zero if counts follow the chances; of n independent events
+/// each has the variance 1/n. The first is the trend, the second the curvature and so on:
+/// Legendre's for equal chances (J. Neyman, *Skandinavisk Aktuarietidskrift* **20**, 149 (1937)).
 pub fn shape(counts: &[u64], chances: &[f64], orders: usize) -> Vec<f64> {
     let bins = chances.len();
     let total = counts.iter().sum::<u64>().max(1) as f64;
@@ -289,7 +294,8 @@ pub fn shape(counts: &[u64], chances: &[f64], orders: usize) -> Vec<f64> {
     };
     let mut found: Vec<Vec<f64>> = vec![vec![1.0; bins]];
     for _ in 0..orders.min(bins.saturating_sub(1)) {
-        // The next power is the last polynomial times the place, which keeps rounding away from high orders.
+        // The next power is the last polynomial times the place, which keeps rounding away from
+        // high orders.
         let last = &found[found.len() - 1];
         let place = |bin: usize| (2 * bin + 1) as f64 / bins as f64 - 1.0;
         let mut next: Vec<f64> = (0..bins).map(|bin| last[bin] * place(bin)).collect();
@@ -323,7 +329,8 @@ mod tests {
     use rand_distr::StandardNormal;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Against sums that leave one out in the plain way; rounding is that of sums of a hundred terms, a hundredfold in pseudo-values.
+    /// Against sums that leave one out in the plain way; rounding is that of sums of a hundred
+    /// terms, a hundredfold in pseudo-values.
     #[test]
     fn pseudo_values_are_those_of_plain_sums() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(12);
@@ -352,7 +359,8 @@ mod tests {
         }
     }
 
-    /// Against counting one by one; where hardly anything is needed, and where far more than is counted to.
+    /// Against counting one by one; where hardly anything is needed, and where far more than is
+    /// counted to.
     #[test]
     fn the_fewest_replicas_are_those_of_a_plain_count() {
         for (effect, level, found) in [
@@ -420,8 +428,8 @@ mod tests {
         assert_eq!(power(3.0, 1, 0.01), 0.0);
     }
 
-    /// A ratio of means does not know the bias of a mean of ratios: of a = 1 and b uniform in 0.5 to 1.5 the latter is
-    /// ln 3 = 1.099, the former 1 within four standard errors.
+    /// A ratio of means does not know the bias of a mean of ratios: of a = 1 and b uniform in 0.5
+    /// to 1.5 the latter is ln 3 = 1.099, the former 1 within four standard errors.
     #[test]
     fn ratios_are_of_means() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(5);
@@ -434,7 +442,8 @@ mod tests {
             (found.value - 1.0).abs() < 4.0 * error && error < 0.02,
             "{found:?}"
         );
-        // Spread of b is 1/sqrt(12): the error is that over sqrt(400), known to 1/sqrt(2 * 400) of itself, four times.
+        // Spread of b is 1/sqrt(12): the error is that over sqrt(400), known to 1/sqrt(2 * 400) of
+        // itself, four times.
         assert!((error * 20.0 * 12.0_f64.sqrt() - 1.0).abs() < 0.15);
     }
 

@@ -1,8 +1,9 @@
-//! Spectra of the hydrodynamic fields of disks in a periodic box: density, flow across and along the wave vector, and
-//! temperature, averaged over shells of wave vectors.
+//! Spectra of the hydrodynamic fields of disks in a periodic box: density, flow across and along
+//! the wave vector, and temperature, averaged over shells of wave vectors.
 //!
-//! For N points with masses `m_j` and velocities `v_j` relative to the mean flow, with the mean mass m and the temperature
-//! `T = Σ m_j v_j²/(2 N)` of the moment, the amplitudes at the wave vector k are
+//! For N points with masses `m_j` and velocities `v_j` relative to the mean flow, with the mean
+//! mass m and the temperature `T = Σ m_j v_j²/(2 N)` of the moment, the amplitudes at the wave
+//! vector k are
 //!
 //! ```text
 //! density       rho(k)   = Σ_j exp(-i k · r_j)
@@ -16,11 +17,12 @@
 //! S_nn = <|rho|²>/N,   S_perp = <|p_perp|²>/(N m T),   S_par = <|p_par|²>/(N m T),   S_TT = <|theta|²>/(N T²)
 //! ```
 //!
-//! (T. P. C. van Noije, M. H. Ernst, R. Brito & J. A. G. Orza, *Physical Review Letters* **79**, 411 (1997),
-//! doi:10.1103/PhysRevLett.79.411). The last three are 1 in thermal equilibrium at every k, but for 1/N, whatever the density
-//! does: velocities are then independent of places, and the energy of a disk has the variance T². That holds for any number of
-//! points for each disk: a point of w disks has the noise of a point. The flow of the disks then has w times these spectra, and
-//! `w S_nn` is the structure factor of the disks.
+//! (T. P. C. van Noije, M. H. Ernst, R. Brito & J. A. G. Orza, *Physical Review Letters* **79**,
+//! 411 (1997), doi:10.1103/PhysRevLett.79.411). The last three are 1 in thermal equilibrium at
+//! every k, but for 1/N, whatever the density does: velocities are then independent of places, and
+//! the energy of a disk has the variance T². That holds for any number of points for each disk: a
+//! point of w disks has the noise of a point. The flow of the disks then has w times these spectra,
+//! and `w S_nn` is the structure factor of the disks.
 
 use nalgebra::{Vector2, vector};
 use serde::{Deserialize, Serialize};
@@ -80,8 +82,8 @@ impl Shells {
     /// without modes are left out.
     ///
     /// # Errors
-    /// [`Error::LengthInvalid`]; [`Error::WaveNumberInvalid`] for the shell 0 and without shells; [`Error::ModeInvalid`] for
-    /// shells beyond ten thousand.
+    /// [`Error::LengthInvalid`]; [`Error::WaveNumberInvalid`] for the shell 0 and without shells;
+    /// [`Error::ModeInvalid`] for shells beyond ten thousand.
     pub fn new(lengths: [f64; 2], numbers: &[usize], most: usize) -> Result<Self, Error> {
         crate::error::check_lengths(lengths)?;
         let mut numbers = numbers.to_vec();

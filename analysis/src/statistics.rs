@@ -1,13 +1,14 @@
 //! Estimates with standard errors, and tests of hypotheses with p values.
 //!
-//! Replicas of a run differ only in their seed, so their results are independent and identically distributed:
-//! the mean over replicas and its standard error need no model of correlations in time. With few replicas the
-//! error itself is uncertain, and [`student_t_test`] accounts for that exactly when the replicas' results are
-//! normal, which averages over many disks are to good approximation. Block averages within one run were
-//! rejected: the blocks must be long against a correlation time that a cooling gas keeps changing.
+//! Replicas of a run differ only in their seed, so their results are independent and identically
+//! distributed: the mean over replicas and its standard error need no model of correlations in
+//! time. With few replicas the error itself is uncertain, and [`student_t_test`] accounts for that
+//! exactly when the replicas' results are normal, which averages over many disks are to good
+//! approximation. Block averages within one run were rejected: the blocks must be long against a
+//! correlation time that a cooling gas keeps changing.
 //!
-//! All p values are two-sided or upper tails, computed from survival functions and never as one minus a
-//! distribution function, so that a p value of 10⁻²⁰⁰ is just that and not 0.
+//! All p values are two-sided or upper tails, computed from survival functions and never as one
+//! minus a distribution function, so that a p value of 10⁻²⁰⁰ is just that and not 0.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
@@ -17,25 +18,28 @@ use crate::Error;
 
 /// Largest magnitude of a normal-equivalent z (standard deviations).
 ///
-/// The smallest positive double, 4.9 · 10⁻³²⁴, is the two-sided p value of z = 38.47; a p value that underflows
-/// to 0 is reported with this z.
+/// The smallest positive double, 4.9 · 10⁻³²⁴, is the two-sided p value of z = 38.47; a p value
+/// that underflows to 0 is reported with this z.
 pub const LARGEST_NORMAL_Z: f64 = 38.5;
 
 /// Smallest expected count in a bin of a chi-squared test.
 ///
-/// The rule of W. G. Cochran, *Biometrics* **10**, 417 (1954), doi:10.2307/3001616, in its strict form.
+/// The rule of W. G. Cochran, *Biometrics* **10**, 417 (1954), doi:10.2307/3001616, in its strict
+/// form.
 pub const SMALLEST_EXPECTED_COUNT: f64 = 5.0;
 
 /// Largest relative difference between the totals of observed and expected counts.
 ///
-/// A relative difference delta of totals near N adds N delta² to the statistic: below 10⁻³ for 10⁹ counts.
+/// A relative difference delta of totals near N adds N delta² to the statistic: below 10⁻³ for 10⁹
+/// counts.
 const TOTALS_TOLERANCE: f64 = 1e-6;
 
 /// Mean and variance of a stream of numbers, one number at a time.
 ///
-/// The update of B. P. Welford, *Technometrics* **4**, 419 (1962), doi:10.1080/00401706.1962.10490022. Unlike
-/// the difference of mean square and squared mean, it does not cancel when the variance is small against the
-/// mean, and equal numbers give a variance of exactly 0.
+/// The update of B. P. Welford, *Technometrics* **4**, 419 (1962),
+/// doi:10.1080/00401706.1962.10490022. Unlike the difference of mean square and squared mean, it
+/// does not cancel when the variance is small against the mean, and equal numbers give a variance
+/// of exactly 0.
 ///
 /// ```
 /// use stosszahl_analysis::statistics::Moments;
@@ -97,15 +101,16 @@ impl FromIterator<f64> for Moments {
 pub struct Estimate {
     /// Mean over the replicas (unit of the measurement).
     pub value: f64,
-    /// Standard error of the mean, s / √R (unit of the measurement); one replica has no error of its own.
+    /// Standard error of the mean, s / √R (unit of the measurement); one replica has no error of
+    /// its own.
     pub standard_error: Option<f64>,
     /// Number of independent replicas R.
     pub replicas: usize,
 }
 
 impl Estimate {
-    /// Mean over independent replicas, with the standard error s / √R of the mean, where
-    /// s² = Σ (x - mean)² / (R - 1). No replicas give no estimate; a value that is not finite makes the
+    /// Mean over independent replicas, with the standard error s / √R of the mean, where s² = Σ
+    /// (x - mean)² / (R - 1). No replicas give no estimate; a value that is not finite makes the
     /// estimate not finite.
     ///
     /// ```
@@ -129,24 +134,24 @@ impl Estimate {
 /// Outcome of [`student_t_test`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TTest {
-    /// t = (mean - hypothesis) / (s / √n); infinite when the values agree with each other but not with the
-    /// hypothesis.
+    /// t = (mean - hypothesis) / (s / √n); infinite when the values agree with each other but not
+    /// with the hypothesis.
     pub statistic: f64,
     /// Degrees of freedom, n - 1.
     pub degrees_of_freedom: usize,
     /// Probability of a statistic at least this far from 0, on either side, under the hypothesis.
     pub p_value: f64,
-    /// Signed number of standard deviations of a normal variable with the same two-sided p value, at most
-    /// [`LARGEST_NORMAL_Z`] in magnitude. Positive when the mean lies above the hypothesis.
+    /// Signed number of standard deviations of a normal variable with the same two-sided p value,
+    /// at most [`LARGEST_NORMAL_Z`] in magnitude. Positive when the mean lies above the hypothesis.
     pub normal_z: f64,
 }
 
 /// Tests whether independent normal values can have the mean `hypothesis`: the two-sided one-sample
 /// test of Student, *Biometrika* **6**, 1 (1908), doi:10.2307/2331554.
 ///
-/// For a paired comparison, pass the differences and the hypothesis 0; for a ratio, the logarithms of the
-/// ratios. None for fewer than two values, or when a number is not finite. Equal values have no variance to
-/// measure against: they either are the hypothesis (p = 1) or exclude it (p = 0).
+/// For a paired comparison, pass the differences and the hypothesis 0; for a ratio, the logarithms
+/// of the ratios. None for fewer than two values, or when a number is not finite. Equal values have
+/// no variance to measure against: they either are the hypothesis (p = 1) or exclude it (p = 0).
 ///
 /// ```
 /// use stosszahl_analysis::statistics::student_t_test;
@@ -208,17 +213,18 @@ pub struct ChiSquaredTest {
 /// Tests whether counts in bins can come from a distribution that expects given counts: K. Pearson,
 /// *Philosophical Magazine* **50**, 157 (1900), doi:10.1080/14786440009463897.
 ///
-/// `fitted` is the number of parameters of the distribution that were fitted to the same counts. The counts
-/// must be of independent events; the statistic then follows the chi-squared distribution with
-/// bins - 1 - fitted degrees of freedom.
+/// `fitted` is the number of parameters of the distribution that were fitted to the same counts.
+/// The counts must be of independent events; the statistic then follows the chi-squared
+/// distribution with bins - 1 - fitted degrees of freedom.
 ///
-/// Bins that expect too little are refused, not merged: the result of a merge depends on which bins are taken
-/// together, and which are neighbours depends on the quantity.
+/// Bins that expect too little are refused, not merged: the result of a merge depends on which bins
+/// are taken together, and which are neighbours depends on the quantity.
 ///
 /// # Errors
-/// [`Error::BinsDiffer`], [`Error::BinsTooFew`], [`Error::ObservedInvalid`]; [`Error::ExpectedTooSmall`] below
-/// [`SMALLEST_EXPECTED_COUNT`]; [`Error::TotalsDiffer`] when the totals differ by more than a millionth, since
-/// the number of degrees of freedom counts on their agreement.
+/// [`Error::BinsDiffer`], [`Error::BinsTooFew`], [`Error::ObservedInvalid`];
+/// [`Error::ExpectedTooSmall`] below [`SMALLEST_EXPECTED_COUNT`]; [`Error::TotalsDiffer`] when the
+/// totals differ by more than a millionth, since the number of degrees of freedom counts on their
+/// agreement.
 ///
 /// ```
 /// use stosszahl_analysis::statistics::chi_squared_test;
@@ -294,10 +300,10 @@ pub fn uniform_test(counts: &[u64]) -> Result<ChiSquaredTest, Error> {
 /// Returns which of many hypotheses to reject, so that the probability of rejecting any true one is
 /// at most `false_alarm`: S. Holm, *Scandinavian Journal of Statistics* **6**, 65 (1979).
 ///
-/// The p values are taken from the smallest up; the one with i smaller ones before it is rejected while
-/// p ≤ `false_alarm` / (n - i), and the first that is not ends the search. The tests need not be independent,
-/// and no hypothesis is treated worse than by Bonferroni's p ≤ `false_alarm` / n. A p value that is not a
-/// number counts as a test and is never rejected.
+/// The p values are taken from the smallest up; the one with i smaller ones before it is rejected
+/// while p ≤ `false_alarm` / (n - i), and the first that is not ends the search. The tests need not
+/// be independent, and no hypothesis is treated worse than by Bonferroni's p ≤ `false_alarm` / n. A
+/// p value that is not a number counts as a test and is never rejected.
 ///
 /// ```
 /// use stosszahl_analysis::statistics::holm;
@@ -371,7 +377,8 @@ mod tests {
 
     #[test]
     fn variance_survives_a_large_mean() {
-        // 10^9 + {4, 7, 13, 16}: variance 30. Each deviation is exact to 2^-24 = 6e-8 of an ulp at 10^9.
+        // 10^9 + {4, 7, 13, 16}: variance 30. Each deviation is exact to 2^-24 = 6e-8 of an ulp at
+        // 10^9.
         let moments: Moments = [4.0, 7.0, 13.0, 16.0].iter().map(|x| 1e9 + x).collect();
         assert_close(moments.variance().unwrap(), 30.0, 1e-6);
         assert_eq!(moments.mean(), Some(1e9 + 10.0));
@@ -393,11 +400,13 @@ mod tests {
                 assert_eq!(test.p_value, 0.0, "the two values round to the same number");
             }
         }
-        // Two degrees of freedom: p = 1 - |t| / sqrt(2 + t^2), from Student's closed form; here t = 2 sqrt 3.
+        // Two degrees of freedom: p = 1 - |t| / sqrt(2 + t^2), from Student's closed form; here t =
+        // 2 sqrt 3.
         let test = student_t_test(&[1.0, 2.0, 3.0], 0.0).unwrap();
         assert_close(test.statistic, 12.0_f64.sqrt(), 1e-14);
         assert_close(test.p_value, 1.0 - (12.0_f64 / 14.0).sqrt(), 1e-12);
-        // Tables: p = 0.05 at t = 2.262 with 9 degrees of freedom; three decimals there are 1e-3 in p.
+        // Tables: p = 0.05 at t = 2.262 with 9 degrees of freedom; three decimals there are 1e-3 in
+        // p.
         let student = StudentsT::new(0.0, 1.0, 9.0).unwrap();
         assert_close(2.0 * student.sf(2.262), 0.05, 1e-3);
     }
@@ -422,8 +431,9 @@ mod tests {
 
     #[test]
     fn tiny_p_values_are_not_lost() {
-        // 200 values of mean 1 and spread 10^-3: t = 14 142 with 199 degrees of freedom. The tail is
-        // p ~ 0.8 nu^((nu-1)/2) t^-nu, some 10^-598, which underflows; a spread of 0.1 gives some 10^-201.
+        // 200 values of mean 1 and spread 10^-3: t = 14 142 with 199 degrees of freedom. The tail
+        // is p ~ 0.8 nu^((nu-1)/2) t^-nu, some 10^-598, which underflows; a spread of 0.1 gives
+        // some 10^-201.
         let far: Vec<f64> = (0..200)
             .map(|i| 1.0 + if i % 2 == 0 { 1e-3 } else { -1e-3 })
             .collect();
@@ -431,15 +441,17 @@ mod tests {
         assert_eq!((test.p_value, test.normal_z), (0.0, LARGEST_NORMAL_Z));
         let near: Vec<f64> = far.iter().map(|x| 1.0 + (x - 1.0) * 100.0).collect();
         let test = student_t_test(&near, 0.0).unwrap();
-        // Quoted from the incomplete beta function and the inverse of erfc at 40 digits. The values are right to
-        // 2^-52, the statistic to 200 times that, and p to 199 times the statistic: 10^-11.
+        // Quoted from the incomplete beta function and the inverse of erfc at 40 digits. The values
+        // are right to 2^-52, the statistic to 200 times that, and p to 199 times the statistic:
+        // 10^-11.
         assert_close(test.p_value, 2.109_260_991_759_596e-201, 1e-10);
         assert_close(test.normal_z, 30.279_891_121_140_086, 1e-12);
     }
 
     #[test]
     fn normal_z_matches_published_quantiles() {
-        // Two-sided p values of 1 to 7 standard deviations, and of 1.96; the published digits are the tolerance.
+        // Two-sided p values of 1 to 7 standard deviations, and of 1.96; the published digits are
+        // the tolerance.
         for (z, p) in [
             (1.0, 0.317_310_507_863),
             (2.0, 0.045_500_263_896),
@@ -457,7 +469,8 @@ mod tests {
 
     #[test]
     fn chi_squared_matches_closed_forms() {
-        // Two degrees of freedom: p = exp(-chi^2 / 2). Counts 60, 30, 30 against 40 each: chi^2 = 15.
+        // Two degrees of freedom: p = exp(-chi^2 / 2). Counts 60, 30, 30 against 40 each:
+        // chi^2 = 15.
         let test = chi_squared_test(&[60.0, 30.0, 30.0], &[40.0; 3], 0).unwrap();
         assert_eq!((test.statistic, test.degrees_of_freedom), (15.0, 2));
         assert_close(test.p_value, (-7.5_f64).exp(), 1e-12);
@@ -530,7 +543,8 @@ mod tests {
     fn holm_steps_down() {
         // Holm's procedure rejects a second p value that Bonferroni's 0.05 / 3 would not.
         assert_eq!(holm(&[0.02, 0.01, 0.6], 0.05), [true, true, false]);
-        // A first p value that stays ends the search, however the rest compare with their own bounds.
+        // A first p value that stays ends the search, however the rest compare with their own
+        // bounds.
         assert_eq!(holm(&[0.02, 0.02, 0.02], 0.05), [false; 3]);
         assert_eq!(holm(&[f64::NAN, 0.01], 0.05), [false, true]);
         assert_eq!(holm(&[-f64::NAN, 0.03], 0.05), [false, false]);
@@ -561,7 +575,8 @@ mod tests {
 
     #[test]
     fn chi_squared_false_alarms_are_nominal() {
-        // 2000 counts over 20 bins; the steps of the discrete statistic move the rates by less than 1e-3.
+        // 2000 counts over 20 bins; the steps of the discrete statistic move the rates by less than
+        // 1e-3.
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(12);
         let nominal = [0.3, 0.05, 0.01];
         let mut alarms = [0; 3];
@@ -582,8 +597,8 @@ mod tests {
 
     #[test]
     fn holm_false_alarms_are_nominal() {
-        // Ten true hypotheses with independent p values: the smallest decides, so that the rate of any false
-        // alarm is exactly 1 - (1 - 0.05/10)^10 = 0.0489.
+        // Ten true hypotheses with independent p values: the smallest decides, so that the rate of
+        // any false alarm is exactly 1 - (1 - 0.05/10)^10 = 0.0489.
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(13);
         let alarms = (0..SAMPLES)
             .filter(|_| {
@@ -597,8 +612,9 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(14), failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Welford's update agrees with the two-pass formula. Rounding: n additions of terms no larger than
-        /// the largest squared deviation, each with relative error below 2^-52, times the n of the sum.
+        /// Welford's update agrees with the two-pass formula. Rounding: n additions of terms no
+        /// larger than the largest squared deviation, each with relative error below 2^-52, times
+        /// the n of the sum.
         #[test]
         fn moments_match_two_passes(values in prop::collection::vec(-1e3_f64..1e3, 2..60)) {
             let moments: Moments = values.iter().copied().collect();

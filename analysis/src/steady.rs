@@ -9,8 +9,8 @@
 /// steady. Then it is too short, or best without all values that may be left out, so that the rest
 /// may still drift.
 ///
-/// Values are averaged in groups of five, as in the MSER-5 variant (White, Cobb & Spratt 2000), which keeps a few equal
-/// values from looking steady.
+/// Values are averaged in groups of five, as in the MSER-5 variant (White, Cobb & Spratt 2000),
+/// which keeps a few equal values from looking steady.
 pub fn beginning(series: &[f64]) -> Option<usize> {
     const GROUP: usize = 5;
     let means: Vec<f64> = series

@@ -1,14 +1,14 @@
-//! Pressure tensor of a gas: the momentum that particles carry, and the momentum that collisions carry over
-//! the distance of their partners.
+//! Pressure tensor of a gas: the momentum that particles carry, and the momentum that collisions
+//! carry over the distance of their partners.
 //!
 //! ```text
 //! V P_ab = < Σ_i m (v_a - u_a)(v_b - u_b) > + (1/t) Σ_collisions r_a Δp_b
 //! ```
 //!
-//! with the mean velocity u, the vector r between the partners and the momentum Δp that the first one gains
-//! (J. H. Irving & J. G. Kirkwood, *Journal of Chemical Physics* **18**, 817 (1950), doi:10.1063/1.1747782). The first
-//! term is the **kinetic** part, the second the **collisional** one, which point particles do not have. Its trace over
-//! D n T is the equation of state.
+//! with the mean velocity u, the vector r between the partners and the momentum Δp that the first
+//! one gains (J. H. Irving & J. G. Kirkwood, *Journal of Chemical Physics* **18**, 817 (1950),
+//! doi:10.1063/1.1747782). The first term is the **kinetic** part, the second the **collisional**
+//! one, which point particles do not have. Its trace over D n T is the equation of state.
 //!
 //! The kinetic sum is measured when the gas is sampled. Between two samples it follows the
 //! collisions. Each changes it by `mu (g' g' - g g)` with the relative velocities g before and g'
@@ -98,7 +98,8 @@ impl Adds for KineticStress {
 pub struct StressIntegrals {
     /// Kinetic part \[energy x time\].
     pub kinetic: Matrix3<f64>,
-    /// Collisional part: sum over collisions of `r_a Δp_b`, in row a and column b \[energy x time\].
+    /// Collisional part: sum over collisions of `r_a Δp_b`, in row a and column b \[energy x
+    /// time\].
     pub collisional: Matrix3<f64>,
     /// Kinetic energy lost to the normal part of contacts, less what they added \[energy\].
     pub energy_lost: f64,
@@ -194,8 +195,8 @@ impl StressRecorder {
         self.kinetic = kinetic;
     }
 
-    /// Scales the kinetic sum at time `now`, where velocities were changed by a factor or by random kicks that keep
-    /// their directions on average.
+    /// Scales the kinetic sum at time `now`, where velocities were changed by a factor or by random
+    /// kicks that keep their directions on average.
     pub fn scale(&mut self, now: f64, factor: f64) {
         self.advance(now);
         self.kinetic *= factor;
@@ -274,8 +275,8 @@ mod tests {
         velocities.into_iter().zip(masses).map(particle).collect()
     }
 
-    /// The tensor of three particles, added in one group or in three, against the definition. Bound: some ten roundings of
-    /// numbers of order ten.
+    /// The tensor of three particles, added in one group or in three, against the definition.
+    /// Bound: some ten roundings of numbers of order ten.
     #[test]
     fn kinetic_part_is_about_the_mean_velocity() {
         let all = particles();
@@ -305,8 +306,8 @@ mod tests {
         }
     }
 
-    /// Flight and a collision in a shear flow, against the particles themselves. The integral of a square in time is that of Simpson's rule.
-    /// Bound: some ten roundings of numbers of order ten.
+    /// Flight and a collision in a shear flow, against the particles themselves. The integral of a
+    /// square in time is that of Simpson's rule. Bound: some ten roundings of numbers of order ten.
     #[test]
     fn kinetic_part_follows_a_shear_flow() {
         let rate = 0.75;
@@ -348,8 +349,9 @@ mod tests {
         assert!((found - expected).norm() < 1e-13, "{found} {expected}");
     }
 
-    /// Two blocks around a collision by hand: the kinetic sum changes at the collision, its integral is exact, and the
-    /// transfer is in the block of the collision. Bound: some ten roundings.
+    /// Two blocks around a collision by hand: the kinetic sum changes at the collision, its
+    /// integral is exact, and the transfer is in the block of the collision. Bound: some ten
+    /// roundings.
     #[test]
     fn integrals_of_one_collision_by_hand() {
         let mut recorder = StressRecorder::new([1.0, 3.0], 2, 0.0, Matrix3::identity());

@@ -6,28 +6,29 @@
 //! S(k) = (w / N) |Σ_j exp(-i k · r_j)|²,   k = 2π (n_x / L_x, n_y / L_y)
 //! ```
 //!
-//! on the reciprocal lattice of the periodic box, n ≠ 0. Independent points have S = w on average at every k;
-//! hard disks in equilibrium have S below 1 at long wavelengths, tending to their compressibility; a gas that
-//! clusters has S above 1 there. (M. P. Allen & D. J. Tildesley, *Computer Simulation of
-//! Liquids*, section 2.6.)
+//! on the reciprocal lattice of the periodic box, n ≠ 0. Independent points have S = w on average
+//! at every k; hard disks in equilibrium have S below 1 at long wavelengths, tending to their
+//! compressibility; a gas that clusters has S above 1 there. (M. P. Allen & D. J. Tildesley,
+//! *Computer Simulation of Liquids*, section 2.6.)
 //!
-//! The **wave number** of a mode is |k| `L_x` / 2π: in a square box |n| = L / λ, the number of wavelengths λ
-//! that fit into the box. Modes are averaged over **shells**, the wave numbers that round to the same integer.
+//! The **wave number** of a mode is |k| `L_x` / 2π: in a square box |n| = L / λ, the number of
+//! wavelengths λ that fit into the box. Modes are averaged over **shells**, the wave numbers that
+//! round to the same integer.
 //!
 //! # Two ways
 //!
-//! [`direct_sum`] adds up the phases: exact, N operations per mode. [`StructureFactorPlan`] assigns the points to
-//! a density lattice of M × M sites and transforms that: O(N + M² log M) for all modes together, but the
-//! lattice shows. Take the direct sum for single modes, [`bragg_peaks`] for the memory of a crystal, and the
-//! plan for a spectrum.
+//! [`direct_sum`] adds up the phases: exact, N operations per mode. [`StructureFactorPlan`] assigns
+//! the points to a density lattice of M × M sites and transforms that: O(N + M² log M) for all
+//! modes together, but the lattice shows. Take the direct sum for single modes, [`bragg_peaks`] for
+//! the memory of a crystal, and the plan for a spectrum.
 //!
 //! # What the lattice does, and what the correction undoes
 //!
-//! Moving a point to lattice sites multiplies each amplitude by a window and adds to it the amplitudes that
-//! look the same on the lattice, those at k + G with G a multiple of 2πM / L along each axis (R. W. Hockney &
-//! J. W. Eastwood, *Computer Simulation Using Particles*, chapter 5; Y. P. Jing, *Astrophysical Journal*
-//! **620**, 559 (2005), doi:10.1086/427087). With s(x) = sin(πx) / (πx) and points at no special places of the
-//! lattice, the average over configurations is
+//! Moving a point to lattice sites multiplies each amplitude by a window and adds to it the
+//! amplitudes that look the same on the lattice, those at k + G with G a multiple of 2πM / L along
+//! each axis (R. W. Hockney & J. W. Eastwood, *Computer Simulation Using Particles*, chapter 5; Y.
+//! P. Jing, *Astrophysical Journal* **620**, 559 (2005), doi:10.1086/427087). With s(x) = sin(πx) /
+//! (πx) and points at no special places of the lattice, the average over configurations is
 //!
 //! ```text
 //! S_raw(k) = Σ_G W²(k + G) [S(k + G) - w] + w C(k),   C(k) = Σ_G W²(k + G)
@@ -38,9 +39,9 @@
 //! | [`Assignment::NearestGridPoint`] | s²(n / M) | 1 |
 //! | [`Assignment::CloudInCell`] | s⁴(n / M) | 1 - ⅔ sin²(πn / M) |
 //!
-//! The second term is shot noise. It has no correlations, so it is aliased in full, and dividing it by W² would
-//! invent structure: independent points would show S = w C / W². The correction therefore divides only what is
-//! left without it,
+//! The second term is shot noise. It has no correlations, so it is aliased in full, and dividing it
+//! by W² would invent structure: independent points would show S = w C / W². The correction
+//! therefore divides only what is left without it,
 //!
 //! ```text
 //! S(k) = w + [S_raw(k) - w C(k)] / W²(k)
@@ -52,10 +53,11 @@
 //! Σ_{G ≠ 0} W²(k + G) [S(k + G) - w] / W²(k)
 //! ```
 //!
-//! structure on the scale of the lattice spacing h folded into the spectrum. The largest term near an axis has
-//! weight (n / (M - n))² for the nearest grid point and (n / (M - n))⁴ for the cloud in cell. Differences from
-//! the direct sum, measured on 40 configurations of 1304 disks placed at random without overlap, packing
-//! fraction 0.25 and h = d, with one standard error, and the sum over G:
+//! structure on the scale of the lattice spacing h folded into the spectrum. The largest term near
+//! an axis has weight (n / (M - n))² for the nearest grid point and (n / (M - n))⁴ for the cloud in
+//! cell. Differences from the direct sum, measured on 40 configurations of 1304 disks placed at
+//! random without overlap, packing fraction 0.25 and h = d, with one standard error, and the sum
+//! over G:
 //!
 //! | n / M | S | nearest, uncorrected | nearest, corrected | `Σ_G` | cloud, uncorrected | cloud, corrected | `Σ_G` |
 //! |---|---|---|---|---|---|---|---|
@@ -64,11 +66,12 @@
 //! | 24/64 | 0.489 | +0.194 | -0.001 ± 0.019 | +0.007 | -0.267 | +0.002 ± 0.007 | +0.001 |
 //! | 31/64 | 0.685 | +0.145 | -0.074 ± 0.029 | -0.089 | -0.475 | -0.064 ± 0.015 | -0.079 |
 //!
-//! A finer lattice (a smaller `diameter` in [`Options`]) pushes this to shorter wavelengths at the price of
-//! memory and time. Two limits of every correction. It holds for averages: a single mode of one configuration
-//! also carries the interference of k with k + G, of mean zero and of the relative size of the root of that
-//! weight, and a corrected single mode may even be slightly negative. And it assumes that points fall at random
-//! on the lattice: for a crystal commensurate with it, switch the correction off or take [`bragg_peaks`].
+//! A finer lattice (a smaller `diameter` in [`Options`]) pushes this to shorter wavelengths at the
+//! price of memory and time. Two limits of every correction. It holds for averages: a single mode
+//! of one configuration also carries the interference of k with k + G, of mean zero and of the
+//! relative size of the root of that weight, and a corrected single mode may even be slightly
+//! negative. And it assumes that points fall at random on the lattice: for a crystal commensurate
+//! with it, switch the correction off or take [`bragg_peaks`].
 //!
 //! # Design
 //!
@@ -173,7 +176,8 @@ pub(crate) fn half_plane(lengths: [f64; 2], largest: usize) -> impl Iterator<Ite
     })
 }
 
-/// Largest reciprocal index along each axis among the modes whose wave number rounds to at most `largest`.
+/// Largest reciprocal index along each axis among the modes whose wave number rounds to at most
+/// `largest`.
 fn largest_indices(lengths: [f64; 2], largest: usize) -> [usize; 2] {
     [
         largest,
@@ -341,7 +345,8 @@ impl StructureFactorPlan {
         lattice + size_of::<PlannedMode>() as f64 * modes
     }
 
-    /// Measures the shells of one configuration; `weight` is the number w of physical disks per point.
+    /// Measures the shells of one configuration; `weight` is the number w of physical disks per
+    /// point.
     ///
     /// Positions are taken modulo the box. The average over shells weighs all modes equally.
     ///
@@ -405,8 +410,8 @@ impl StructureFactorPlan {
         let mut rows: Vec<Complex<f64>> = rows.collect();
         self.along_y
             .process_with_scratch(&mut rows, &mut self.scratch);
-        // Row r is Z = A + i B with A and B the transforms of two real rows, so that A(-n) is the conjugate of
-        // A(n): A = (Z(n) + Z*(-n)) / 2 and B = (Z(n) - Z*(-n)) / 2i.
+        // Row r is Z = A + i B with A and B the transforms of two real rows, so that A(-n) is the
+        // conjugate of A(n): A = (Z(n) + Z*(-n)) / 2 and B = (Z(n) - Z*(-n)) / 2i.
         let wanted = columns.len() / m_x;
         for first_row in (0..m_x / 2).step_by(BLOCK) {
             for first_column in (0..wanted).step_by(BLOCK) {
@@ -468,8 +473,8 @@ impl Lattice {
             }
             fraction * self.sites[axis] as f64
         });
-        // The sites are powers of two, and rounding may give site M for a position just below the edge: the
-        // mask takes it round to site 0.
+        // The sites are powers of two, and rounding may give site M for a position just below the
+        // edge: the mask takes it round to site 0.
         match self.assignment {
             Assignment::NearestGridPoint => {
                 add(
@@ -566,8 +571,8 @@ fn response(assignment: Assignment, index: [i32; 2], sites: [usize; 2]) -> (f64,
 /// S(k) = |Σ_j exp(-i k · r_j)|² / N
 /// ```
 ///
-/// Exact but for rounding, some 10⁻¹⁶ N in the amplitude; not a number without points or when a position is
-/// not finite. For points that stand for w disks each, multiply by w.
+/// Exact but for rounding, some 10⁻¹⁶ N in the amplitude; not a number without points or when a
+/// position is not finite. For points that stand for w disks each, multiply by w.
 ///
 /// ```
 /// use nalgebra::Vector2;

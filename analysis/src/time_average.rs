@@ -1,10 +1,10 @@
 //! Standard errors of averages over time and over replicas, from blocks of growing length.
 //!
-//! Values at neighbouring times are correlated, so short blocks of time give errors that are too small. Blocks are
-//! joined two by two until the error no longer grows: they are then longer than the correlation time (H. Flyvbjerg &
-//! H. G. Petersen, *Journal of Chemical Physics* **91**, 461 (1989), doi:10.1063/1.457480). The last step joins all
-//! blocks of each replica, which is the spread over replicas. A gas that remembers its start longer than it runs has no
-//! other error.
+//! Values at neighbouring times are correlated, so short blocks of time give errors that are too
+//! small. Blocks are joined two by two until the error no longer grows: they are then longer than
+//! the correlation time (H. Flyvbjerg & H. G. Petersen, *Journal of Chemical Physics* **91**, 461
+//! (1989), doi:10.1063/1.457480). The last step joins all blocks of each replica, which is the
+//! spread over replicas. A gas that remembers its start longer than it runs has no other error.
 
 use std::ops::Range;
 
@@ -26,8 +26,9 @@ const DOUBT: f64 = 0.3;
 pub struct TimeErrors<const N: usize> {
     /// Standard errors by place; NaN where fewer than two parts have a value.
     pub standard_errors: Vec<[f64; N]>,
-    /// Independent parts of the runs that the errors of a quantity come from: blocks that are longer than the
-    /// correlation time, or replicas where none are. Intervals are Student's with one degree of freedom less.
+    /// Independent parts of the runs that the errors of a quantity come from: blocks that are
+    /// longer than the correlation time, or replicas where none are. Intervals are Student's with
+    /// one degree of freedom less.
     pub parts: [usize; N],
 }
 
@@ -36,8 +37,8 @@ impl<const N: usize> TimeErrors<N> {
     /// time. `averages` are those over all of it by place. `part` returns the values at a place in
     /// some blocks of a replica: `None`, or NaN for a quantity, where nothing is known.
     ///
-    /// The error at a place is the largest of those over at least 16 blocks, over the blocks that are long enough for
-    /// the quantity at all places together, and over replicas.
+    /// The error at a place is the largest of those over at least 16 blocks, over the blocks that
+    /// are long enough for the quantity at all places together, and over replicas.
     ///
     /// ```
     /// use stosszahl_analysis::time_average::TimeErrors;
@@ -216,9 +217,10 @@ mod tests {
         }
     }
 
-    /// Intervals of 95 % hold the true mean, zero, in some 95 % of 2000 runs, three binomial errors of .005 less: for noise,
-    /// for noise that remembers some blocks, and for replicas that never forget their start. One replica of ten
-    /// correlation times knows its error worse. Errors are at most a third too wide.
+    /// Intervals of 95 % hold the true mean, zero, in some 95 % of 2000 runs, three binomial errors
+    /// of .005 less: for noise, for noise that remembers some blocks, and for replicas that never
+    /// forget their start. One replica of ten correlation times knows its error worse. Errors are
+    /// at most a third too wide.
     #[test]
     fn intervals_hold_the_truth() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(3);

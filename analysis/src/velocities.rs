@@ -1,24 +1,26 @@
-//! The distribution of velocities over the thermal speed: histograms that reach into the tails, and their cumulants.
+//! The distribution of velocities over the thermal speed: histograms that reach into the tails, and
+//! their cumulants.
 //!
 //! Velocities are taken relative to the mean flow u and over the thermal speed of their particle,
-//! `c = (v - u) sqrt(m/(2 T))` with `T = <m (v - u)²>/D` of the moment, so that a Maxwellian is `exp(-c²)/pi^(D/2)` in D dimensions.
-//! Near to it a distribution is (T. P. C. van Noije & M. H. Ernst, *Granular Matter* **1**, 57 (1998),
-//! doi:10.1007/s100350050009)
+//! `c = (v - u) sqrt(m/(2 T))` with `T = <m (v - u)²>/D` of the moment, so that a Maxwellian is
+//! `exp(-c²)/pi^(D/2)` in D dimensions. Near to it a distribution is (T. P. C. van Noije & M. H.
+//! Ernst, *Granular Matter* **1**, 57 (1998), doi:10.1007/s100350050009)
 //!
 //! ```text
 //! f(c) = pi^(-D/2) exp(-c²) [1 + a2 (c⁴/2 - (D + 2) c²/2 + D (D + 2)/8) + ...]
 //! ```
 //!
-//! and the same with D = 1 for one component, since Sonine's polynomials keep their form when the other components are summed
-//! over. The cumulants are
+//! and the same with D = 1 for one component, since Sonine's polynomials keep their form when the
+//! other components are summed over. The cumulants are
 //!
 //! ```text
 //! a2 = 4 <c⁴>/(D (D + 2)) - 1,   a3 = 1 + 3 a2 - 8 <c⁶>/(D (D + 2) (D + 4))
 //! ```
 //!
-//! N velocities over their own temperature lie on a sphere of n = D (N - 1) dimensions, on which a Maxwellian has `<c⁴>` and `<c⁶>`
-//! smaller by n/(n + 2) and n²/((n + 2)(n + 4)): these factors are divided out. N is `(Σ w)²/Σ w²` for particles of weights w. Where
-//! masses differ, the mean flow takes the share m/M of the motion of a particle, M being the mass of all: the factors
+//! N velocities over their own temperature lie on a sphere of n = D (N - 1) dimensions, on which a
+//! Maxwellian has `<c⁴>` and `<c⁶>` smaller by n/(n + 2) and n²/((n + 2)(n + 4)): these factors are
+//! divided out. N is `(Σ w)²/Σ w²` for particles of weights w. Where masses differ, the mean flow
+//! takes the share m/M of the motion of a particle, M being the mass of all: the factors
 //! `<(1 - m/M)²>/<1 - m/M>²` and `<(1 - m/M)³>/<1 - m/M>³` are divided out too.
 
 use std::f64::consts::PI;
@@ -83,7 +85,8 @@ impl Bins {
         [bin, bin + 1].map(|edge| self.low() + edge as f64 * self.width())
     }
 
-    /// Mean density in a bin of a Maxwellian with the Sonine correction of a fourth cumulant, by Simpson's rule in 16 steps.
+    /// Mean density in a bin of a Maxwellian with the Sonine correction of a fourth cumulant, by
+    /// Simpson's rule in 16 steps.
     ///
     /// ```
     /// use stosszahl_analysis::velocities::{Bins, Quantity};
@@ -280,8 +283,9 @@ mod tests {
         (0..count).map(one).collect()
     }
 
-    /// Moments of the densities: one, D/2 (1/2 of a component), and the fourth with 1 + a2. Bins are narrow; the mean of c^k over a bin
-    /// differs from that at its middle by second differences, some 1e-3.
+    /// Moments of the densities: one, D/2 (1/2 of a component), and the fourth with 1 + a2. Bins
+    /// are narrow; the mean of c^k over a bin differs from that at its middle by second
+    /// differences, some 1e-3.
     #[test]
     fn densities_have_their_moments() {
         for (quantity, dimension, d) in [
@@ -309,8 +313,9 @@ mod tests {
         }
     }
 
-    /// A few particles of two masses in a wind, many times: both cumulants are zero without the bias of few. Within z = 4.4 standard
-    /// errors (false alarm 1e-5 each); without the factors the first is off by 2/n, ten of them.
+    /// A few particles of two masses in a wind, many times: both cumulants are zero without the
+    /// bias of few. Within z = 4.4 standard errors (false alarm 1e-5 each); without the factors the
+    /// first is off by 2/n, ten of them.
     #[test]
     fn cumulants_of_a_maxwellian_are_zero() {
         for dimension in [2, 3] {
@@ -335,8 +340,8 @@ mod tests {
         9.0 * dimension as f64
     }
 
-    /// Bin by bin: counts of a Maxwellian against its density, the largest of 64 deviations within z = 5.2 (false alarm 1e-5 in all);
-    /// the tail is empty where less than one is expected.
+    /// Bin by bin: counts of a Maxwellian against its density, the largest of 64 deviations within
+    /// z = 5.2 (false alarm 1e-5 in all); the tail is empty where less than one is expected.
     #[test]
     fn histograms_of_a_maxwellian_are_its_density() {
         let count = 40_000;

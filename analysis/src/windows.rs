@@ -1,8 +1,9 @@
-//! Collisions in windows of time: impact parameters, and the two factors of the dissipation identity.
+//! Collisions in windows of time: impact parameters, and the two factors of the dissipation
+//! identity.
 //!
 //! In a gas of equal disks with constant restitution the cooling rate is
-//! `zeta = (1 - r^2) m/(4 T) . (omega/2) . 2 <(g.k)^2>/D`, an identity. Divided by its molecular-chaos value it is
-//! the product of
+//! `zeta = (1 - r^2) m/(4 T) . (omega/2) . 2 <(g.k)^2>/D`, an identity. Divided by its
+//! molecular-chaos value it is the product of
 //!
 //! * the collision rate over Enskog's, omega/`omega_E`,
 //! * the squared relative speed of colliding pairs over chaos, `<g^2>/(6 T/m)`,
@@ -90,8 +91,8 @@ impl Window {
         self.root_temperature += other.root_temperature;
     }
 
-    /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2) of u = (b/d)^(D-1): s = 12 (`<u>` - 1/2). Positive where
-    /// grazing collisions are in excess.
+    /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2) of u = (b/d)^(D-1): s = 12 (`<u>` -
+    /// 1/2). Positive where grazing collisions are in excess.
     pub fn slope(&self) -> Option<f64> {
         (self.collisions > 0).then(|| 12.0 * (self.uniform()[0] / self.collisions as f64 - 0.5))
     }

@@ -1,12 +1,12 @@
-//! Seconds of a step of one gas in several processes, and what they are spent on: nothing but steps, with no start, look or
-//! checkpoint.
+//! Seconds of a step of one gas in several processes, and what they are spent on: nothing but
+//! steps, with no start, look or checkpoint.
 //!
 //!     cargo build --release -p stosszahl-mpi --features mpi --example steps
 //!     RAYON_NUM_THREADS=2 mpirun -n 1 target/release/examples/steps dilute 1000000 50 7
 //!     RAYON_NUM_THREADS=1 mpirun -n 2 target/release/examples/steps dilute 1000000 50 7
 //!
-//! Arguments: the gas (`dilute`, `contact`, `channel`; `disks` and `spheres`: the work of `stosszahl-trials bench dsmc`), simulators,
-//! steps between two looks at the clock, and looks.
+//! Arguments: the gas (`dilute`, `contact`, `channel`; `disks` and `spheres`: the work of
+//! `stosszahl-trials bench dsmc`), simulators, steps between two looks at the clock, and looks.
 
 #![allow(clippy::print_stdout, reason = "a program that says what it measured")]
 

@@ -1,7 +1,8 @@
 //! The command `stosszahl-mpi`: a case on many machines, over MPI.
 //!
-//! Rank 0 reads the case, holds the results folder and hands out replicas and points of sweeps, or runs of a frontier (`root`); all
-//! ranks do them (`other`). Tables are the bytes of `stosszahl run`.
+//! Rank 0 reads the case, holds the results folder and hands out replicas and points of sweeps, or
+//! runs of a frontier (`root`); all ranks do them (`other`). Tables are the bytes of
+//! `stosszahl run`.
 //!
 //! | module | owns |
 //! |---|---|
@@ -108,7 +109,8 @@ fn main() -> ExitCode {
         together: false,
     });
     if !end.together {
-        // Closing MPI would wait for those that are lost. The root goes first: to `mpirun` it is the one that counts.
+        // Closing MPI would wait for those that are lost. The root goes first: to `mpirun` it is
+        // the one that counts.
         if me != ROOT {
             thread::sleep(AFTER_ROOT);
         }

@@ -71,9 +71,9 @@ pub trait Agenda {
 
 /// A priority queue of events.
 ///
-/// Nothing is ever removed but by [`Calendar::pop`]: an entry is stale when its disk's next event is at
-/// another time. A calendar may drop stale entries, or announce them; the caller can recognise them. It may not
-/// announce an entry twice unless it was pushed twice.
+/// Nothing is ever removed but by [`Calendar::pop`]: an entry is stale when its disk's next event
+/// is at another time. A calendar may drop stale entries, or announce them; the caller can
+/// recognise them. It may not announce an entry twice unless it was pushed twice.
 pub trait Calendar: Sized + Send + Sync {
     /// Creates a calendar that holds the events of all disks, none of which is earlier than `now`.
     fn new(agenda: &impl Agenda, now: f64) -> Self;
@@ -150,15 +150,16 @@ impl Calendar for Sorted {
 
 /// A ring of time buckets.
 ///
-/// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that names
-/// disks but no times, so that filing an event waits for nothing: the line is only written to. When it becomes the
-/// current one, the time of each of its disks is looked up, which also shows the stale ones, and those of this bucket
-/// are lined up. An event of the current bucket joins them, one beyond the ring goes to the far list, which is
-/// looked through four times a turn, and one that finds its bucket full to a heap. As the disks of the next buckets
-/// are known, they are prefetched before their turn.
+/// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that
+/// names disks but no times, so that filing an event waits for nothing: the line is only written
+/// to. When it becomes the current one, the time of each of its disks is looked up, which also
+/// shows the stale ones, and those of this bucket are lined up. An event of the current bucket
+/// joins them, one beyond the ring goes to the far list, which is looked through four times a turn,
+/// and one that finds its bucket full to a heap. As the disks of the next buckets are known, they
+/// are prefetched before their turn.
 ///
-/// Nothing is allocated in steady state. The width is chosen anew when the mean load of a bucket leaves
-/// its bounds: a cooling gas slows down by orders of magnitude.
+/// Nothing is allocated in steady state. The width is chosen anew when the mean load of a bucket
+/// leaves its bounds: a cooling gas slows down by orders of magnitude.
 pub struct Buckets {
     inverse_width: f64,
     /// Time of the next event of each disk; infinite if it has none.
@@ -375,7 +376,8 @@ impl Buckets {
         }
         self.current = self.current.saturating_add(1);
         if self.current.is_multiple_of(self.quarter()) {
-            // Of fewer buckets, as there are after a jump or a rebuild, the mean load is not known well.
+            // Of fewer buckets, as there are after a jump or a rebuild, the mean load is not known
+            // well.
             let passed = self.current - self.since;
             if passed >= self.quarter() / 2 {
                 let load = self.popped as f64 / passed as f64;
@@ -652,7 +654,8 @@ mod tests {
         assert_eq!(found, expected);
     }
 
-    /// The end of a bucket separates the same times from later ones as their numbers do, rounded and saturated ones too.
+    /// The end of a bucket separates the same times from later ones as their numbers do, rounded
+    /// and saturated ones too.
     #[test]
     fn a_bucket_ends_where_the_next_begins() {
         let mut calendar = Buckets::new(&Times(vec![1.0]), 0.0);

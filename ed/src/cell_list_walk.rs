@@ -25,8 +25,8 @@ impl<const RING: usize> CellListWalk<RING> {
         }
     }
 
-    /// Opens the list that begins with a disk, if there is one and it is wanted. The number of its cell is
-    /// passed on with its disks.
+    /// Opens the list that begins with a disk, if there is one and it is wanted. The number of its
+    /// cell is passed on with its disks.
     #[inline(always)]
     pub(crate) fn open(&mut self, first: u32, cell: usize, wanted: bool) {
         self.disks[self.end % RING] = first;

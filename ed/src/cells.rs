@@ -16,8 +16,8 @@ pub(crate) fn line_of(disk: u32) -> usize {
 /// Coordinates of a cell.
 pub(crate) type Cell = [u16; 2];
 
-/// Cells of a tile along one side, as a power of two: cells and disks that are near each other in the plane
-/// are near in memory.
+/// Cells of a tile along one side, as a power of two: cells and disks that are near each other in
+/// the plane are near in memory.
 const TILE: u32 = 3;
 
 /// Mean number of disks in a cell of a dilute gas: with more, too many candidates are tested; with
@@ -43,7 +43,8 @@ const ENTERED: f64 = 4.0 / std::f64::consts::PI;
 /// Estimates the number of cell borders crossed per collision of a uniform gas with this mean free
 /// path \[length\]. Around obstacles cells are narrower.
 ///
-/// A gas in which more than 1e7 of them come between two collisions is given up ([`crate::EngineError::NoCollisions`]).
+/// A gas in which more than 1e7 of them come between two collisions is given up
+/// ([`crate::EngineError::NoCollisions`]).
 pub fn crossings_per_collision(
     lengths: [f64; 2],
     disks: usize,

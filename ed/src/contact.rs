@@ -15,8 +15,8 @@ use nalgebra::Vector2;
 /// assert_eq!(t, Some(1.0));
 /// ```
 ///
-/// `limit`: contacts at or after it are of no interest; most candidates are refused by it before the
-/// square root, as t >= c/(-2b).
+/// `limit`: contacts at or after it are of no interest; most candidates are refused by it before
+/// the square root, as t >= c/(-2b).
 #[inline(always)]
 pub fn time_to_contact(
     separation: Vector2<f64>,
@@ -292,7 +292,8 @@ mod tests {
                 let found = candidates.earliest(f64::INFINITY, |_, _| false);
                 assert_eq!(found.is_some(), touches, "{impact}");
                 if let Some((time, _)) = found {
-                    // Places are rounded to 1e6 times 2e-16, some times over; a grazing contact moves by the root of that.
+                    // Places are rounded to 1e6 times 2e-16, some times over; a grazing contact
+                    // moves by the root of that.
                     let off = (separation + relative * time).norm() - 1.0;
                     assert!(off.abs() < 2e-9, "{off:e}");
                 }

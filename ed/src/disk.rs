@@ -129,8 +129,8 @@ impl<F: Field<Plane>> Disks<F> {
         velocity
     }
 
-    /// Work of the flow on a disk of mass one, by the stress of its flight from its clock to a time: the integral of `-a c_x c_y` over
-    /// time, with its velocity c relative to the flow.
+    /// Work of the flow on a disk of mass one, by the stress of its flight from its clock to a
+    /// time: the integral of `-a c_x c_y` over time, with its velocity c relative to the flow.
     #[inline(always)]
     pub(crate) fn work_of_flight(&self, who: u32, time: f64) -> f64 {
         let disk = &self.all[who as usize];
@@ -237,8 +237,8 @@ impl<F: Field<Plane>> Disks<F> {
         }
     }
 
-    /// Opens the lists of the nine cells around one: columns and rows are numbered 0 before, 1 same, 2 after, and cells
-    /// by four times the row and the column.
+    /// Opens the lists of the nine cells around one: columns and rows are numbered 0 before, 1
+    /// same, 2 after, and cells by four times the row and the column.
     #[inline(always)]
     pub(crate) fn open(&self, home: Cell, time: f64) -> CellListWalk {
         let mut lists = CellListWalk::new();
@@ -410,8 +410,8 @@ impl<F: Field<Plane>> Disks<F> {
         (best, predictions)
     }
 
-    /// Calls `visit` with each disk of the hierarchy near another at a time and the separation of the first from it;
-    /// with the smallest disks near a smallest one only on request.
+    /// Calls `visit` with each disk of the hierarchy near another at a time and the separation of
+    /// the first from it; with the smallest disks near a smallest one only on request.
     fn around_levels(
         &self,
         who: u32,

@@ -49,8 +49,8 @@ enum Order {
 /// Event-driven dynamics of disks in a box: periodic, or between walls and around obstacles.
 ///
 /// An engine lives for one leg of a run: [`Engine::checkpoint`] and a new engine start the next one
-/// with a fresh epoch and the disks sorted in memory. As the leg is a function of the checkpoint alone,
-/// a run continues from it to the same bytes. In a long leg the engine does the same now and
+/// with a fresh epoch and the disks sorted in memory. As the leg is a function of the checkpoint
+/// alone, a run continues from it to the same bytes. In a long leg the engine does the same now and
 /// then. The times at which an engine stops on its way have no influence on where it goes.
 pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) scene: P,
@@ -74,8 +74,8 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     /// event.
     pub(crate) knows_events: bool,
     pub(crate) candidates: Candidates,
-    /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and squares of
-    /// speeds neither overflow nor underflow.
+    /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and
+    /// squares of speeds neither overflow nor underflow.
     pub(crate) speed: f64,
     /// Absolute time at which the engine's own time is zero.
     pub(crate) epoch: f64,
@@ -115,7 +115,8 @@ where
     /// Starts in a periodic box from a state, or resumes from a checkpoint.
     ///
     /// # Errors
-    /// [`EngineError`] if the state has numbers that no engine can work with, or disks of a start overlap.
+    /// [`EngineError`] if the state has numbers that no engine can work with, or disks of a start
+    /// overlap.
     pub fn new(
         scene: P,
         dissipation: Dissipation,
@@ -127,7 +128,8 @@ where
     /// Starts between walls and around obstacles.
     ///
     /// # Errors
-    /// As [`Engine::new`]; and if the boundaries do not fit the box, or a disk overlaps one of them.
+    /// As [`Engine::new`]; and if the boundaries do not fit the box, or a disk overlaps one of
+    /// them.
     pub fn between(
         scene: P,
         dissipation: Dissipation,
@@ -637,8 +639,9 @@ mod tests {
 
     use super::*;
 
-    /// A fresh start is a new engine from the checkpoint, though it does not take the disks in the order of the state: unequal rough disks between
-    /// walls, with image flags and times of last contact.
+    /// A fresh start is a new engine from the checkpoint, though it does not take the disks in the
+    /// order of the state: unequal rough disks between walls, with image flags and times of last
+    /// contact.
     #[test]
     fn a_fresh_start_is_a_new_engine() {
         const SIDE: u32 = 60;

@@ -181,7 +181,8 @@ pub enum EngineError {
         /// Cell boundaries crossed since the last collision, and work that took as long.
         crossings: u64,
     },
-    /// Infinitely many contacts with a wall or an obstacle in a finite time, or a disk that comes to rest on it.
+    /// Infinitely many contacts with a wall or an obstacle in a finite time, or a disk that comes
+    /// to rest on it.
     #[error(
         "inelastic collapse at time {time}: {collisions} contacts without progress of time among {}, the last of disk {disk} with {what} \
          near ({}, {}); a contact time above zero (TC model) lets such a gas go on",

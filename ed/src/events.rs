@@ -1,4 +1,5 @@
-//! The loop over events, compiled twice: for any processor and for those with vector instructions of three operands.
+//! The loop over events, compiled twice: for any processor and for those with vector instructions
+//! of three operands.
 
 use stosszahl_model::{Field, Observer, Physics, Plane, Recorder, Sizes};
 
@@ -48,8 +49,8 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Advances to the absolute time `until`, or until `most_collisions` have happened in this call.
-    /// True if the time was reached.
+    /// Advances to the absolute time `until`, or until `most_collisions` have happened in this
+    /// call. True if the time was reached.
     ///
     /// # Errors
     /// [`EngineError::InelasticCollapse`]; the engine then stands at the moment of collapse.
@@ -89,7 +90,8 @@ where
         Ok(false)
     }
 
-    /// Advances to a time, or until there were `last` collisions in all. True if the time was reached.
+    /// Advances to a time, or until there were `last` collisions in all. True if the time was
+    /// reached.
     fn advance_segment(
         &mut self,
         leaps: &mut impl Leap<P, Q>,

@@ -7,12 +7,14 @@
 //! the ring of their cells that its edge can reach from within its own cell of the finest grid.
 //! These are far fewer than all that lie under the nine cells of its own size.
 //!
-//! No contact is missed. Two disks are known to each other when one of them looks while their cells of the finest
-//! grid are within reach. Reach begins only when one of them crosses, and the disk that crosses looks: the
-//! larger one into its ring, the smaller one into the nine coarse cells, which cover that ring.
+//! No contact is missed. Two disks are known to each other when one of them looks while their cells
+//! of the finest grid are within reach. Reach begins only when one of them crosses, and the disk
+//! that crosses looks: the larger one into its ring, the smaller one into the nine coarse cells,
+//! which cover that ring.
 //!
-//! Hierarchical grids for unequal particles: Ogarko & Luding, Comput. Phys. Commun. 183, 931 (2012),
-//! doi:10.1016/j.cpc.2011.12.019; the rings and the exactness under crossings are this engine's.
+//! Hierarchical grids for unequal particles: Ogarko & Luding, Comput. Phys. Commun. 183, 931
+//! (2012), doi:10.1016/j.cpc.2011.12.019; the rings and the exactness under crossings are this
+//! engine's.
 
 use std::ops::Range;
 
@@ -145,8 +147,8 @@ impl GridHierarchy {
         }
     }
 
-    /// Calls `visit` with the cells below a level whose disks one with the given radius can touch from within its cell
-    /// of the finest grid.
+    /// Calls `visit` with the cells below a level whose disks one with the given radius can touch
+    /// from within its cell of the finest grid.
     pub(crate) fn ring(
         &self,
         finest: &Cells,

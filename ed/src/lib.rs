@@ -1,19 +1,21 @@
-//! Exact event-driven dynamics of inelastic hard disks: smooth or rough, in a periodic box or between walls, around
-//! obstacles and under gravity.
+//! Exact event-driven dynamics of inelastic hard disks: smooth or rough, in a periodic box or
+//! between walls, around obstacles and under gravity.
 //!
-//! Between collisions disks fly on straight lines or on parabolas, which a uniform field makes alike for all, so the next
-//! collision of a pair is the root of a quadratic and no time step exists. The engine follows Lubachevsky, J. Comput. Phys. 94, 255 (1991),
+//! Between collisions disks fly on straight lines or on parabolas, which a uniform field makes
+//! alike for all, so the next collision of a pair is the root of a quadratic and no time step
+//! exists. The engine follows Lubachevsky, J. Comput. Phys. 94, 255 (1991),
 //! doi:10.1016/0021-9991(91)90222-7, in its main lines:
 //!
 //! * each disk has a clock of its own and is moved only when something happens to it;
-//! * the box is divided into cells at least one diameter wide; a disk looks for partners in the nine
-//!   cells around it, and when it crosses into a cell, only in the three that are new to it;
+//! * the box is divided into cells at least one diameter wide; a disk looks for partners in the
+//!   nine cells around it, and when it crosses into a cell, only in the three that are new to it;
 //! * each disk has exactly one event in the calendar, the earliest of its predicted contacts and
 //!   its next crossing. A contact is known to at least one of its partners, or will be: one that
 //!   comes after the next contact of the other disk is left to that disk, which predicts anew then.
 //!   When the partner has meanwhile collided with another, the disk predicts again at that moment;
-//! * the calendar ([`Buckets`]) is a ring of time buckets that name disks, one cache line each. Old events
-//!   are not removed but recognised when they come up: their disk's next event is at another time.
+//! * the calendar ([`Buckets`]) is a ring of time buckets that name disks, one cache line each. Old
+//!   events are not removed but recognised when they come up: their disk's next event is at another
+//!   time.
 //!
 //! Positions are kept relative to the corner of the disk's cell and times relative to an epoch. So
 //! precision depends neither on the size of the box nor on the age of the gas, and neighbours
@@ -76,6 +78,7 @@ pub use simulate::{resume, simulate, strips_for};
 pub use strips::{StripSettings, StripedEngine};
 pub use surroundings::Boundaries;
 
-/// Version of the statistics of this engine: one more with each change that moves means beyond their errors, under *Results changed* in
-/// the changelog. Other digits of the same means do not count. Costly results in the documentation are refused once it has moved.
+/// Version of the statistics of this engine: one more with each change that moves means beyond
+/// their errors, under *Results changed* in the changelog. Other digits of the same means do not
+/// count. Costly results in the documentation are refused once it has moved.
 pub const STATISTICS_VERSION: u32 = 1;

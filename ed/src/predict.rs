@@ -28,7 +28,8 @@ where
         self.look_at_surroundings(who);
     }
 
-    /// Improves the predicted contact of a disk, which is up to date, by those with walls and obstacles.
+    /// Improves the predicted contact of a disk, which is up to date, by those with walls and
+    /// obstacles.
     #[inline(always)]
     pub(crate) fn look_at_surroundings(&mut self, who: u32) {
         if !self.surroundings.is_empty() {
@@ -234,7 +235,8 @@ mod tests {
         }
     }
 
-    /// The joint search gives to two disks that part what the search for one gives to each, bit by bit.
+    /// The joint search gives to two disks that part what the search for one gives to each, bit by
+    /// bit.
     #[test]
     fn two_at_a_time_are_as_one_by_one() {
         let mut engine = lattice::<Buckets>(12);

@@ -19,7 +19,8 @@ pub(crate) struct Disk {
     pub(crate) partner: u32,
     /// Next disk in the list of the cell, or [`NONE`].
     pub(crate) next: u32,
-    /// Count of the partner when the contact was predicted; [`VOID`] if that count came up again since.
+    /// Count of the partner when the contact was predicted; [`VOID`] if that count came up again
+    /// since.
     pub(crate) partner_count: u16,
     /// Collisions of this disk, from [`FIRST`] to the largest number and from [`FIRST`] again.
     pub(crate) count: u16,
@@ -52,7 +53,8 @@ impl Disk {
         }
     }
 
-    /// Placeholder of a disk that is simulated elsewhere: it has no events, and a contact predicted with it is void.
+    /// Placeholder of a disk that is simulated elsewhere: it has no events, and a contact predicted
+    /// with it is void.
     pub(crate) fn absent() -> Self {
         Self {
             clock: f64::INFINITY,

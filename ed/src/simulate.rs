@@ -144,7 +144,8 @@ impl Begin<'_> {
                     domain,
                     bodies: start.all.iter().map(body).collect(),
                 };
-                // The engine checks the start; the checkpoint before it is what the first leg begins with.
+                // The engine checks the start; the checkpoint before it is what the first leg
+                // begins with.
                 let checkpoint = Checkpoint::from(state);
                 Engine::<P>::between(
                     scene.clone(),

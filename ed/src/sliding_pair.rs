@@ -18,8 +18,8 @@ const COLUMNS: usize = 8;
 /// Fewest rows and columns in which no cell is around two disks by two ways around the box.
 const LEAST: [u16; 2] = [8, 5];
 
-/// Cells around two disks: position of each relative to the corners of cells and of rows, and velocity of its row less that of
-/// each.
+/// Cells around two disks: position of each relative to the corners of cells and of rows, and
+/// velocity of its row less that of each.
 struct SlidingPair {
     x: [[f64; 2]; ROWS * COLUMNS],
     y: [[f64; 2]; ROWS],
@@ -71,7 +71,8 @@ impl<F: Field<Plane>> Disks<F> {
             y: [[f64::NAN; 2]; ROWS],
             slip: [[0.0; 2]; ROWS],
         };
-        // First column, number of columns, and where the corner of the first is; for each row and disk.
+        // First column, number of columns, and where the corner of the first is; for each row and
+        // disk.
         let mut spans = [[(0, 0, 0.0); 2]; ROWS];
         for of in 0..2 {
             let disk = &self.all[pair[of] as usize];

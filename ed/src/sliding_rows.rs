@@ -1,14 +1,16 @@
 //! Rows of cells that slide over each other with a uniform shear flow.
 //!
-//! Each row of cells moves with the flow at half its height, and velocities of disks are relative to their row: about the
-//! peculiar ones, however high the box is. In its row a disk flies straight. The next row above is another frame, whose
-//! corner is ahead by a displacement that grows with time and which moves faster by the slip, the shear rate times the
-//! height of a row. So every boundary between two rows is a Lees-Edwards boundary; that around the box has an offset
+//! Each row of cells moves with the flow at half its height, and velocities of disks are relative
+//! to their row: about the peculiar ones, however high the box is. In its row a disk flies
+//! straight. The next row above is another frame, whose corner is ahead by a displacement that
+//! grows with time and which moves faster by the slip, the shear rate times the height of a row. So
+//! every boundary between two rows is a Lees-Edwards boundary; that around the box has an offset
 //! more.
 //!
-//! A cell can be touched from four cells of the row above and from four below, where rows that stand still have three.
-//! Which four that are changes when the displacement comes to a whole number of cells: an event of all rows at once, in
-//! which each cell looks into the one that is new to it.
+//! A cell can be touched from four cells of the row above and from four below, where rows that
+//! stand still have three. Which four that are changes when the displacement comes to a whole
+//! number of cells: an event of all rows at once, in which each cell looks into the one that is new
+//! to it.
 
 use crate::cells::{Cell, Cells};
 
@@ -105,7 +107,8 @@ impl SlidingRows {
         usize::from(row == 0)
     }
 
-    /// Displacement of the row above a boundary beyond whole cells, from 0 to the width of a cell, and at most rounding more.
+    /// Displacement of the row above a boundary beyond whole cells, from 0 to the width of a cell,
+    /// and at most rounding more.
     #[inline(always)]
     fn remainder(&self, seam: usize, now: f64) -> f64 {
         self.offsets[seam] + self.slip() * now - self.steps[seam] as f64 * self.width[0]

@@ -11,8 +11,9 @@ use crate::frames::Sliding;
 use crate::record::Disk;
 
 impl<F: Field<Plane>> Disks<F> {
-    /// Opens the lists of the cells around one in rows that slide, of which these are `wanted`: below, its own, above. Cells are numbered
-    /// by four times the row and their place in it: of four, or of three in the own row.
+    /// Opens the lists of the cells around one in rows that slide, of which these are `wanted`:
+    /// below, its own, above. Cells are numbered by four times the row and their place in it: of
+    /// four, or of three in the own row.
     #[inline(always)]
     pub(crate) fn open_sliding(
         &self,
@@ -93,8 +94,9 @@ impl<F: Field<Plane>> Disks<F> {
         lists.open(disk, 8 * side + column, true);
     }
 
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the cell that has come into reach
-    /// above it with the last step of rows. Returns the number of candidates.
+    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the
+    /// cell that has come into reach above it with the last step of rows. Returns the number of
+    /// candidates.
     pub(crate) fn search_newest<S: Sizes>(
         &mut self,
         candidates: &mut Candidates,

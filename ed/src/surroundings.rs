@@ -1,7 +1,8 @@
 //! Walls at the faces of the box, and obstacles in it, that disks can touch.
 //!
-//! Which of these a disk can touch from within a cell is a table that is made at the start. Contacts are sought in
-//! that table each time a disk's next event is predicted, and only up to the time at which it leaves the cell.
+//! Which of these a disk can touch from within a cell is a table that is made at the start.
+//! Contacts are sought in that table each time a disk's next event is predicted, and only up to the
+//! time at which it leaves the cell.
 
 use nalgebra::Vector2;
 use stosszahl_model::random::Streams;
@@ -11,7 +12,8 @@ use stosszahl_model::{Domain, Plane, Rebound, Walls};
 
 use crate::cells::{Cell, Cells};
 
-/// Faces of a box, which come before the obstacles: lower and upper along the first axis, then along the second.
+/// Faces of a box, which come before the obstacles: lower and upper along the first axis, then
+/// along the second.
 pub(crate) const FACES: usize = 4;
 
 /// Walls at the faces of the box, and obstacles in it.

@@ -26,7 +26,8 @@ impl Clusters {
     /// monomers.
     ///
     /// # Errors
-    /// [`Invalid`] if radius or mass is not positive and finite, the dimension another, or a cluster empty.
+    /// [`Invalid`] if radius or mass is not positive and finite, the dimension another, or a
+    /// cluster empty.
     pub fn new(radius: f64, mass: f64, dimension: usize, start: Vec<u32>) -> Result<Self, Invalid> {
         Invalid::unless_positive("radius of a monomer", radius)?;
         Invalid::unless_positive("mass of a monomer", mass)?;

@@ -34,10 +34,11 @@ pub struct Collision {
     /// distance along axis a times the momentum along b that the first partner gains. Divided by
     /// volume and time its sum is the collisional part of the pressure tensor.
     pub momentum_transfer: Matrix3<f64>,
-    /// Number of physical collisions that this one stands for: 1 in event-driven dynamics, the weight of a
-    /// simulator in Monte Carlo.
+    /// Number of physical collisions that this one stands for: 1 in event-driven dynamics, the
+    /// weight of a simulator in Monte Carlo.
     pub weight: f64,
-    /// Indices of the partners in the state; [`Collision::ANONYMOUS`] where an engine does not distinguish equal particles.
+    /// Indices of the partners in the state; [`Collision::ANONYMOUS`] where an engine does not
+    /// distinguish equal particles.
     pub pair: [u32; 2],
     /// Species of the partners, from 0; 0 in a gas of one species.
     pub species: [u32; 2],
@@ -50,8 +51,9 @@ impl Collision {
     /// Creates a collision of smooth particles at contact, with weight 1, at time 0 and at the
     /// origin: the base of records that know more.
     ///
-    /// `relative` is v1 - v2 \[length/time\] of partners that approach, `line` points from the second to the first partner with the
-    /// length of their distance, and the momentum is carried over this distance.
+    /// `relative` is v1 - v2 \[length/time\] of partners that approach, `line` points from the
+    /// second to the first partner with the length of their distance, and the momentum is carried
+    /// over this distance.
     pub fn at_contact(
         relative: Vector3<f64>,
         line: Vector3<f64>,
@@ -111,8 +113,8 @@ impl Collision {
         (tangential.square() / self.relative_velocity.square()).min(1.0)
     }
 
-    /// Kinetic energy that was lost to the normal part of the contact, `(mu/2)(g_n^2 - s^2)` with the normal
-    /// speeds `g_n` before and `s` after it \[energy\]; negative where a contact heats.
+    /// Kinetic energy that was lost to the normal part of the contact, `(mu/2)(g_n^2 - s^2)` with
+    /// the normal speeds `g_n` before and `s` after it \[energy\]; negative where a contact heats.
     #[inline]
     pub fn energy_lost(&self) -> f64 {
         let square = self.normal_square();
@@ -125,8 +127,8 @@ impl Collision {
         0.5 * self.reduced_mass * (kept - added)
     }
 
-    /// Normal momentum transferred times the distance of the centres, `mu (g_n + s) d` with the normal
-    /// speeds before and after: the virial of a pair at contact \[energy\].
+    /// Normal momentum transferred times the distance of the centres, `mu (g_n + s) d` with the
+    /// normal speeds before and after: the virial of a pair at contact \[energy\].
     #[inline]
     pub fn virial(&self) -> f64 {
         let added = if self.added_speed == 0.0 {
@@ -141,11 +143,11 @@ impl Collision {
 
 /// Returns velocities and spins after a collision with the given outcome of the normal law.
 ///
-/// With g = v1 - v2 and k the unit vector along the line of centres,
-/// v1 += -(m2/(m1 + m2))(1 + e)(g . k) k and v2 -= the same with m1: momentum is conserved, the normal
-/// part of g is reversed and shortened by e, the tangential part is untouched. The line is divided by
-/// its own square, so that a contact distance that is off by rounding costs no energy. A law that adds
-/// the speed a pushes both partners apart by it, in proportion to the mass of the other.
+/// With g = v1 - v2 and k the unit vector along the line of centres, v1 += -(m2/(m1 + m2))(1 + e)(g
+/// . k) k and v2 -= the same with m1: momentum is conserved, the normal part of g is reversed and
+/// shortened by e, the tangential part is untouched. The line is divided by its own square, so that
+/// a contact distance that is off by rounding costs no energy. A law that adds the speed a pushes
+/// both partners apart by it, in proportion to the mass of the other.
 ///
 /// What is tangential is the [`Surface`]'s.
 #[inline]
@@ -207,8 +209,8 @@ mod tests {
         }
     }
 
-    /// Conservation laws for random pairs with random masses, plane and space alike. Bounds: about ten
-    /// roundings of numbers of order ten, so 1e-14.
+    /// Conservation laws for random pairs with random masses, plane and space alike. Bounds: about
+    /// ten roundings of numbers of order ten, so 1e-14.
     #[test]
     fn collisions_conserve_momentum_and_shorten_the_normal_part() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(1);

@@ -57,10 +57,11 @@ impl Drive {
     /// Returns the changes of velocity \[length/time\] in kick number `number`, by the index of the
     /// particle.
     ///
-    /// `copies` is the number of gases that stand one after the other in the scene: the momentum of each is kept by
-    /// itself, and kicks of the first are those of a gas that stands alone. With N particles in a gas, each
-    /// component has the variance `2 heating interval/(D m) . N/(N - 1)`, where the last factor makes up for
-    /// what the mean takes away, by the share of its mass from each. A particle alone stays as it is.
+    /// `copies` is the number of gases that stand one after the other in the scene: the momentum of
+    /// each is kept by itself, and kicks of the first are those of a gas that stands alone. With N
+    /// particles in a gas, each component has the variance `2 heating interval/(D m) . N/(N - 1)`,
+    /// where the last factor makes up for what the mean takes away, by the share of its mass from
+    /// each. A particle alone stays as it is.
     pub fn kicks<P: Physics>(
         self,
         scene: &P,
@@ -118,9 +119,10 @@ mod tests {
         }
     }
 
-    /// Momentum to rounding: N kicks of size 1 sum to at most N roundings of N. Energy within z = 4.4 standard
-    /// errors (false alarm 1e-5) of a chi-squared with 2(N - 1) degrees of freedom for each kick; the error
-    /// bar, 0.5 %, is small against the 11 % that the factor N/(N - 1) makes up for.
+    /// Momentum to rounding: N kicks of size 1 sum to at most N roundings of N. Energy within z =
+    /// 4.4 standard errors (false alarm 1e-5) of a chi-squared with 2(N - 1) degrees of freedom for
+    /// each kick; the error bar, 0.5 %, is small against the 11 % that the factor N/(N - 1) makes
+    /// up for.
     #[test]
     fn kicks_keep_momentum_and_heat_as_asked() {
         let (count, kicks) = (10, 5000);
@@ -142,7 +144,8 @@ mod tests {
         let total = (light + heavy) / (count as f64 * kicks as f64);
         let error = 1.5 * (2.0 / (2.0 * (count as f64 - 1.0) * kicks as f64)).sqrt();
         assert!((total - 1.5).abs() < 4.4 * error, "{total} ± {error}");
-        // Taking out the mean takes the share m/M of the mass from each: 1 - 1/25 against 1 - 4/25 is left.
+        // Taking out the mean takes the share m/M of the mass from each: 1 - 1/25 against 1 - 4/25
+        // is left.
         let error = 2.0 / (count as f64 * kicks as f64).sqrt();
         let ratio = light / heavy / (0.96 / 0.84);
         assert!((ratio - 1.0).abs() < 4.4 * error, "{ratio} ± {error}");

@@ -1,8 +1,9 @@
 //! The map of periodic images: where the images of a particle are, and how fast they move.
 //!
-//! Everything that wraps a position, looks for a nearest image or shifts a copy asks here. In a box under uniform shear
-//! (Lees & Edwards, J. Phys. C 5, 1921 (1972), doi:10.1088/0022-3719/5/15/006) the boxes above and below slide: their images
-//! are displaced along the first axis, and move faster by the shear rate times the height of the box.
+//! Everything that wraps a position, looks for a nearest image or shifts a copy asks here. In a box
+//! under uniform shear (Lees & Edwards, J. Phys. C 5, 1921 (1972), doi:10.1088/0022-3719/5/15/006)
+//! the boxes above and below slide: their images are displaced along the first axis, and move
+//! faster by the shear rate times the height of the box.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,8 @@ use crate::space::Space;
 pub struct Shear {
     /// Shear rate a \[1/time\]; not zero.
     pub rate: f64,
-    /// Displacement of the box above along the first axis, from 0 to the width of the box \[length\].
+    /// Displacement of the box above along the first axis, from 0 to the width of the box
+    /// \[length\].
     pub offset: f64,
 }
 
@@ -35,7 +37,8 @@ impl Shear {
 pub struct Image<V> {
     /// Position of the image less that of the original \[length\].
     pub position: V,
-    /// Velocity of the image less that of the original \[length/time\]; zero for peculiar velocities.
+    /// Velocity of the image less that of the original \[length/time\]; zero for peculiar
+    /// velocities.
     pub velocity: V,
 }
 

@@ -1,9 +1,9 @@
 //! Kinetic theory of inelastic hard disks (D = 2) and spheres (D = 3), against which the engines
 //! are tested.
 //!
-//! Symbols: d diameter, m mass, n number density, phi packing fraction, r coefficient of restitution,
-//! chi pair correlation at contact, T = m<v^2>/D granular temperature (an energy), omega collisions
-//! per particle and time (one pair collision counts once for each partner).
+//! Symbols: d diameter, m mass, n number density, phi packing fraction, r coefficient of
+//! restitution, chi pair correlation at contact, T = m<v^2>/D granular temperature (an energy),
+//! omega collisions per particle and time (one pair collision counts once for each partner).
 
 use std::f64::consts::PI;
 
@@ -21,9 +21,9 @@ pub const FREEZING: f64 = 0.70;
 
 /// Pair correlation of equal disks at contact, for packing fractions from 0 to close packing.
 ///
-/// Luding, Phys. Rev. E 63, 042201 (2001), doi:10.1103/PhysRevE.63.042201: the fluid branch
-/// g4 = (1 - 7 phi/16)/(1 - phi)^2 - (phi^3/16)/(8 (1 - phi)^4), which improves Henderson's first
-/// term, joined at phi = 0.701 to the free-volume branch of the crystal. Within 0.1 % of simulations in
+/// Luding, Phys. Rev. E 63, 042201 (2001), doi:10.1103/PhysRevE.63.042201: the fluid branch g4 =
+/// (1 - 7 phi/16)/(1 - phi)^2 - (phi^3/16)/(8 (1 - phi)^4), which improves Henderson's first term,
+/// joined at phi = 0.701 to the free-volume branch of the crystal. Within 0.1 % of simulations in
 /// the fluid, about 1 % beyond. Infinite from close packing on.
 ///
 /// ```
@@ -135,10 +135,11 @@ pub fn haff_time(packing_fraction: f64, restitution: f64, contact_value: f64) ->
     PI.sqrt() / (2.0 * (1.0 - restitution * restitution) * packing_fraction * contact_value)
 }
 
-/// Haff's law with its Sonine correction: `T/T_0` at the time `time_over_haff`, in units of [`haff_time`].
+/// Haff's law with its Sonine correction: `T/T_0` at the time `time_over_haff`, in units of
+/// [`haff_time`].
 ///
-/// `T/T_0 = (1 + (1 + 3 a2/16) t/t_0)^-2`. A Maxwellian start relaxes to a2 within a few collisions per
-/// particle; until then the law with the final a2 is off by less than 1e-3.
+/// `T/T_0 = (1 + (1 + 3 a2/16) t/t_0)^-2`. A Maxwellian start relaxes to a2 within a few collisions
+/// per particle; until then the law with the final a2 is off by less than 1e-3.
 pub fn haff_law(time_over_haff: f64, fourth_cumulant: f64) -> f64 {
     (1.0 + (1.0 + 3.0 * fourth_cumulant / 16.0) * time_over_haff).powi(-2)
 }
@@ -151,17 +152,18 @@ pub fn haff_collisions(dimension: usize, restitution: f64, time_over_haff: f64) 
     2.0 * dimension as f64 / rate * (1.0 + 3.0 * a2 / 16.0).mul_add(time_over_haff, 1.0).ln()
 }
 
-/// Fourth cumulant a2 of a gas heated by white noise, first Sonine order: van Noije & Ernst, Granular Matter 1,
-/// 57 (1998), doi:10.1007/s100350050009. Its denominator is that of [`fourth_cumulant`] and 32(D + 2)(1 - r), for here
-/// the noise, and not the cooling, balances the fourth moment.
+/// Fourth cumulant a2 of a gas heated by white noise, first Sonine order: van Noije & Ernst,
+/// Granular Matter 1, 57 (1998), doi:10.1007/s100350050009. Its denominator is that of
+/// [`fourth_cumulant`] and 32(D + 2)(1 - r), for here the noise, and not the cooling, balances the
+/// fourth moment.
 pub fn heated_fourth_cumulant(dimension: usize, restitution: f64) -> f64 {
     let (d, r) = (dimension as f64, restitution);
     16.0 * (1.0 - r) * (1.0 - 2.0 * r * r)
         / (73.0 + 56.0 * d - (24.0 * d + 105.0) * r + 30.0 * r * r * (1.0 - r))
 }
 
-/// Temperature at which disks that are heated by `heating`, an energy per disk and Haff's time of the temperature
-/// one, lose what they gain.
+/// Temperature at which disks that are heated by `heating`, an energy per disk and Haff's time of
+/// the temperature one, lose what they gain.
 ///
 /// Haff's law is the solution of `dT/dt = -2 (1 + 3 a2/16) T^(3/2)` in these units. With heating,
 /// `dT/dt = heating - 2 (1 + 3 a2/16) T^(3/2)`, as the energy of a disk is T; both sides balance at
@@ -182,9 +184,10 @@ pub fn heated_relaxation(heating: f64, fourth_cumulant: f64) -> f64 {
     1.0 / ((3.0 + 9.0 * fourth_cumulant / 16.0) * temperature.sqrt())
 }
 
-/// Rate at which disks forget their velocity, `nu = omega (1 + r)/2` in units of sqrt(T/m)/d: by it the velocity
-/// correlation of a gas in a steady state begins to decay. The self-diffusion coefficient in first Sonine order is
-/// `D = T/(m nu)` (Bodrova & Osinsky 2024 for mixtures in three dimensions; here for equal disks).
+/// Rate at which disks forget their velocity, `nu = omega (1 + r)/2` in units of sqrt(T/m)/d: by it
+/// the velocity correlation of a gas in a steady state begins to decay. The self-diffusion
+/// coefficient in first Sonine order is `D = T/(m nu)` (Bodrova & Osinsky 2024 for mixtures in
+/// three dimensions; here for equal disks).
 ///
 /// In an elastic gas of disks the next two Sonine orders raise D by 43/42 and by 1.027.
 ///
@@ -209,20 +212,22 @@ fn delayed(x: f64) -> f64 {
     }
 }
 
-/// Mean squared displacement \[length^2\] in a steady gas of disks at temperature over mass `temperature`, whose
-/// velocities decay at the rate `decay` (see [`velocity_decay`]), after the time `time`:
-/// `4 D (t - (1 - exp(-nu t))/nu)` with `D = T/(m nu)`. It is `2 (T/m) t^2` at first and `4 D t` later.
+/// Mean squared displacement \[length^2\] in a steady gas of disks at temperature over mass
+/// `temperature`, whose velocities decay at the rate `decay` (see [`velocity_decay`]), after the
+/// time `time`: `4 D (t - (1 - exp(-nu t))/nu)` with `D = T/(m nu)`. It is `2 (T/m) t^2` at first
+/// and `4 D t` later.
 pub fn steady_displacement(temperature: f64, decay: f64, time: f64) -> f64 {
     4.0 * temperature / (decay * decay) * delayed(decay * time)
 }
 
-/// Mean squared displacement in a gas of disks in the homogeneous cooling state, in units of `(T_0/m) t_0^2`, after the
-/// time `time_over_haff` in units of Haff's time `t_0`:
+/// Mean squared displacement in a gas of disks in the homogeneous cooling state, in units of
+/// `(T_0/m) t_0^2`, after the time `time_over_haff` in units of Haff's time `t_0`:
 /// `(4/beta) (l - (1 - exp(-beta l))/beta)` with `l = ln(1 + t/t_0)` and `beta = (1 + r)/(1 - r)`.
 ///
-/// With `dl = dt/(t_0 + t)`, both the speed and the rate of its decay become constant: velocities decay as
-/// `exp(-2 l/(1 - r))` and cooling slows all by `exp(-l)`, so relative to it they decay at the rate beta. The gas
-/// spreads ever more slowly, as the logarithm of time. First Sonine order, a2 left out.
+/// With `dl = dt/(t_0 + t)`, both the speed and the rate of its decay become constant: velocities
+/// decay as `exp(-2 l/(1 - r))` and cooling slows all by `exp(-l)`, so relative to it they decay at
+/// the rate beta. The gas spreads ever more slowly, as the logarithm of time. First Sonine order,
+/// a2 left out.
 pub fn cooling_displacement(restitution: f64, time_over_haff: f64) -> f64 {
     let beta = (1.0 + restitution) / (1.0 - restitution);
     4.0 / (beta * beta) * delayed(beta * time_over_haff.ln_1p())
@@ -275,7 +280,8 @@ mod tests {
     /// The steady temperature is a fixed point of the balance, and the relaxation time its slope.
     #[test]
     fn heating_balances_dissipation() {
-        // The definition, and the value of a2 where cooling is weak, 16 (1 - r)(-1)/(...) at r -> 1.
+        // The definition, and the value of a2 where cooling is weak, 16 (1 - r)(-1)/(...) at
+        // r -> 1.
         let (h, a2) = (0.7, heated_fourth_cumulant(2, 0.9));
         assert!((a2 + 16.0 * 0.1 * 0.62 / (185.0 - 153.0 * 0.9 + 30.0 * 0.81 * 0.1)).abs() < 1e-15);
         let gain = |t: f64| h - 2.0 * (1.0 + 3.0 * a2 / 16.0) * t.powf(1.5);
@@ -285,8 +291,8 @@ mod tests {
         assert!((slope * heated_relaxation(h, a2) + 1.0).abs() < 1e-8);
     }
 
-    /// Against d<R.v>/dt = 2 T - nu sqrt(T) <R.v> and d<R^2>/dt = 2 <R.v> with Haff's T, integrated by the midpoint rule; its
-    /// error is third order in the step and below 1e-6 here.
+    /// Against d<R.v>/dt = 2 T - nu sqrt(T) <R.v> and d<R^2>/dt = 2 <R.v> with Haff's T, integrated
+    /// by the midpoint rule; its error is third order in the step and below 1e-6 here.
     #[test]
     fn displacements_solve_their_equations() {
         let (phi, r) = (0.2, 0.7);

@@ -9,16 +9,18 @@
 //!
 //! # How choices become types
 //!
-//! Each choice that changes what is stored per particle, or the arithmetic of each candidate pair, is
-//! one small trait ([`Space`], [`Surface`], [`Restitution`], [`Sizes`], [`Field`]); one struct,
-//! [`Scene`], bundles them, and engines name the single bound [`Physics`]. Code therefore grows with
-//! the sum of the options. Two alternatives lost: a feature flag for the dimension marks every line
-//! that touches a vector, and an enum around generic parts is decided again at every collision.
+//! Each choice that changes what is stored per particle, or the arithmetic of each candidate pair,
+//! is one small trait ([`Space`], [`Surface`], [`Restitution`], [`Sizes`], [`Field`]); one struct,
+//! [`Scene`], bundles them, and engines name the single bound [`Physics`]. Code therefore grows
+//! with the sum of the options. Two alternatives lost: a feature flag for the dimension marks every
+//! line that touches a vector, and an enum around generic parts is decided again at every
+//! collision.
 //!
 //! # Units
 //!
-//! Engines are dimensionless. The command line scales a case so that the mean diameter, the mean mass
-//! and the initial temperature are one; nothing here relies on it except where a comment says so.
+//! Engines are dimensionless. The command line scales a case so that the mean diameter, the mean
+//! mass and the initial temperature are one; nothing here relies on it except where a comment says
+//! so.
 
 mod brief;
 pub mod clusters;

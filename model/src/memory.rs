@@ -1,16 +1,18 @@
 //! Memory hints beyond the language: large pages, prefetch of cache lines, and the return of freed
 //! blocks.
 //!
-//! All of it is hints that change no value, and the only unsafe code of the engines but for the choice of instructions in
-//! the event-driven one.
+//! All of it is hints that change no value, and the only unsafe code of the engines but for the
+//! choice of instructions in the event-driven one.
 #![allow(
     unsafe_code,
     reason = "hints to the hardware, the kernel and the allocator have no safe interface"
 )]
 
-/// Prefetches an element that will be needed soon; harmless where there is none, so that no caller has to check.
+/// Prefetches an element that will be needed soon; harmless where there is none, so that no caller
+/// has to check.
 ///
-/// Into the second cache: the first one of some processors forgets requests when it has twenty under way.
+/// Into the second cache: the first one of some processors forgets requests when it has twenty
+/// under way.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     request::<T, 2>(slice, index);
@@ -28,7 +30,8 @@ fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         let element = slice.as_ptr().wrapping_add(index);
-        // SAFETY: a prefetch reads nothing that the program sees, and does nothing where there is no memory.
+        // SAFETY: a prefetch reads nothing that the program sees, and does nothing where there is
+        // no memory.
         unsafe { std::arch::x86_64::_mm_prefetch::<CACHE>(element.cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
@@ -48,8 +51,8 @@ pub fn reserved<T>(capacity: usize) -> Vec<T> {
         let end = begin + capacity * size_of::<T>();
         let (first, last) = (begin.next_multiple_of(PAGE), end / PAGE * PAGE);
         if last >= first + LARGE {
-            // SAFETY: whole pages inside one live allocation; the advice changes how they are backed, not what they
-            // hold. A refusal is of no consequence.
+            // SAFETY: whole pages inside one live allocation; the advice changes how they are
+            // backed, not what they hold. A refusal is of no consequence.
             unsafe {
                 libc::madvise(
                     first as *mut libc::c_void,
@@ -69,8 +72,9 @@ pub fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
     vector
 }
 
-/// Memory that this process can still take \[bytes\], where the system says so: what is free for all programs, or what is left of the
-/// process's own limit of address space (`ulimit -v`), if that is less.
+/// Memory that this process can still take \[bytes\], where the system says so: what is free for
+/// all programs, or what is left of the process's own limit of address space (`ulimit -v`), if that
+/// is less.
 pub fn available() -> Option<f64> {
     let free = value_of("/proc/meminfo", "MemAvailable:")?;
     let limit = std::fs::read_to_string("/proc/self/limits").ok();
@@ -103,8 +107,8 @@ pub fn return_large_blocks() {
     {
         /// Block size from which memory goes back to the system at once \[bytes\].
         const LARGE: libc::c_int = 1 << 20;
-        // SAFETY: the two thresholds are those of the allocator, and change only where blocks come from. Where it is refused, blocks
-        // are kept.
+        // SAFETY: the two thresholds are those of the allocator, and change only where blocks come
+        // from. Where it is refused, blocks are kept.
         unsafe {
             libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE);
             libc::mallopt(libc::M_TRIM_THRESHOLD, LARGE);

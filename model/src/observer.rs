@@ -1,8 +1,9 @@
 //! Observers: measurements that receive the collisions of a running engine, in batches.
 //!
-//! An observer is called through a virtual table, once for some hundred collisions, so that a new measurement
-//! instantiates no engine anew. A type parameter for it lost: each measurement made every engine compile once more, for
-//! a gain that cannot be measured. States at chosen times come from the engine instead.
+//! An observer is called through a virtual table, once for some hundred collisions, so that a new
+//! measurement instantiates no engine anew. A type parameter for it lost: each measurement made
+//! every engine compile once more, for a gain that cannot be measured. States at chosen times come
+//! from the engine instead.
 
 use crate::collision::Collision;
 

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-/// Particle, or simulator of a Monte Carlo gas. In the plane the third component of vectors is zero, and the spin is
-/// the third component of its own.
+/// Particle, or simulator of a Monte Carlo gas. In the plane the third component of vectors is
+/// zero, and the spin is the third component of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
     /// Position \[length\], inside the box; the origin in gases without positions.

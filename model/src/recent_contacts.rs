@@ -17,7 +17,8 @@ pub struct RecentContacts {
 }
 
 impl RecentContacts {
-    /// Sums up contacts, each by the particles that took part in it: two, or one that touched a wall.
+    /// Sums up contacts, each by the particles that took part in it: two, or one that touched a
+    /// wall.
     ///
     /// ```
     /// use stosszahl_model::RecentContacts;

@@ -10,9 +10,11 @@ pub struct ShearWork {
     /// Energy at the start plus the energy that drives have added since \[energy\]; `None` before
     /// the start.
     pub supplied: Option<f64>,
-    /// Work of the kinetic part of the stress, the integral of `-a sum m c_x c_y` over time \[energy\].
+    /// Work of the kinetic part of the stress, the integral of `-a sum m c_x c_y` over time
+    /// \[energy\].
     pub kinetic: f64,
-    /// Work of the collisional part, `-a` times the sum of `y_12` times the momentum along the flow that the first partner got \[energy\].
+    /// Work of the collisional part, `-a` times the sum of `y_12` times the momentum along the flow
+    /// that the first partner got \[energy\].
     pub collisional: f64,
     /// Energy that collisions have dissipated \[energy\].
     pub dissipated: f64,

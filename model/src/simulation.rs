@@ -1,8 +1,9 @@
 //! The one interface of all engines, for measurements, programs and other languages.
 //!
-//! [`Simulation`] is object-safe and knows no type of a scene. Engines are instantiated for their physics inside their own
-//! crates and chosen at run time, once for each leg of a run: one virtual call for 10^5 to 10^8 collisions. So crates build
-//! side by side, and a new measurement instantiates nothing.
+//! [`Simulation`] is object-safe and knows no type of a scene. Engines are instantiated for their
+//! physics inside their own crates and chosen at run time, once for each leg of a run: one virtual
+//! call for 10^5 to 10^8 collisions. So crates build side by side, and a new measurement
+//! instantiates nothing.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -246,7 +247,8 @@ pub trait Simulation: Send {
     /// Number of particles that a simulator stands for, on average; 1 in exact dynamics.
     fn weight(&self) -> f64;
 
-    /// Advances to a time, or until the budget is spent. True if the time was reached; never if it was interrupted.
+    /// Advances to a time, or until the budget is spent. True if the time was reached; never if it
+    /// was interrupted.
     ///
     /// # Errors
     /// [`Failure`] if the gas cannot be advanced, as in inelastic collapse; its state is then that
@@ -370,8 +372,8 @@ pub trait Simulation: Send {
         Some(squares.sum::<f64>() / all.len() as f64)
     }
 
-    /// Displacements averaged over time, for the given particles and lags: `<|R(t + lag) - R(t)|^2>` of each, summed over
-    /// particles, and their squares summed.
+    /// Displacements averaged over time, for the given particles and lags:
+    /// `<|R(t + lag) - R(t)|^2>` of each, summed over particles, and their squares summed.
     fn time_averaged_displacements(
         &self,
         _particles: &[u32],

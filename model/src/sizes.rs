@@ -10,8 +10,8 @@ use crate::invalid::Invalid;
 
 /// Radius \[length\] and mass of the particles.
 ///
-/// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing for
-/// equal particles, the index for unequal ones.
+/// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing
+/// for equal particles, the index for unequal ones.
 pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     /// True if all particles are alike by type, so that pair factors are compile-time constants.
     const UNIFORM: bool;
@@ -44,8 +44,8 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     fn kind(&self, _tag: Self::Tag) -> u32 {
         0
     }
-    /// Number of the block of like particles in the state that a particle belongs to, where they follow each other in
-    /// blocks: of a repeated mixture, each copy of a species is one.
+    /// Number of the block of like particles in the state that a particle belongs to, where they
+    /// follow each other in blocks: of a repeated mixture, each copy of a species is one.
     #[inline]
     fn block(&self, tag: Self::Tag) -> u32 {
         self.kind(tag)

@@ -1,8 +1,9 @@
 //! Exact snapshots: everything needed to continue a run to the same bytes.
 //!
 //! Layout, little-endian: 8 bytes magic, format (u32), payload length (u64), fingerprint of the run
-//! (32 bytes), BLAKE3 hash of the payload (32 bytes), payload (postcard: f64 as their 8 bytes). A file
-//! appears under its name only when it is complete, so a kill leaves either the old or the new one.
+//! (32 bytes), BLAKE3 hash of the payload (32 bytes), payload (postcard: f64 as their 8 bytes). A
+//! file appears under its name only when it is complete, so a kill leaves either the old or the new
+//! one.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Seek, Write};
@@ -132,7 +133,8 @@ impl Write for Hashed<'_> {
     }
 }
 
-/// Writes a snapshot of `content`, bit by bit: it takes no memory beside the content. Returns its checksum.
+/// Writes a snapshot of `content`, bit by bit: it takes no memory beside the content. Returns its
+/// checksum.
 ///
 /// # Errors
 /// [`SnapshotError::File`] if the file can't be written.
@@ -350,7 +352,8 @@ mod tests {
         assert!(said.to_string().contains("expected a file"), "{said}");
     }
 
-    /// A snapshot that is being written when its folder is moved ends in the moved folder, not in the one that took its name.
+    /// A snapshot that is being written when its folder is moved ends in the moved folder, not in
+    /// the one that took its name.
     #[cfg(unix)]
     #[test]
     fn a_snapshot_stays_in_a_folder_that_is_moved() {

@@ -38,8 +38,8 @@ impl Species {
     /// Creates the mixture of the given species.
     ///
     /// # Errors
-    /// [`Invalid`] if there is none, or 2^32 or more, if a radius or mass is not positive and finite, or if there are 2^32
-    /// particles or more.
+    /// [`Invalid`] if there is none, or 2^32 or more, if a radius or mass is not positive and
+    /// finite, or if there are 2^32 particles or more.
     pub fn new(kinds: Vec<Kind>) -> Result<Self, Invalid> {
         let some = !kinds.is_empty() && u32::try_from(kinds.len()).is_ok();
         let found = kinds.len() as f64;

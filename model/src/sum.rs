@@ -240,7 +240,8 @@ mod tests {
         }
     }
 
-    /// Numbers whose sum depends on the order: groups one after the other, and dealt to three that are put together in another order.
+    /// Numbers whose sum depends on the order: groups one after the other, and dealt to three that
+    /// are put together in another order.
     #[test]
     fn the_order_of_groups_is_nobodys_concern() {
         let show = |sum: &mut dyn Sum, group: u32| {

@@ -126,8 +126,8 @@ impl<S: Space> Surface<S> for Smooth {
 /// mu the reduced mass. Each spin changes by -n x J/(q m R). Momentum and angular momentum are
 /// conserved, energy only for beta = -1 (smooth) and 1.
 ///
-/// Walton, Braun, Mallon & Cervelli (1988); Luding, Huthmann, McNamara & Zippelius, Phys. Rev. E 58, 3416 (1998),
-/// doi:10.1103/PhysRevE.58.3416.
+/// Walton, Braun, Mallon & Cervelli (1988); Luding, Huthmann, McNamara & Zippelius, Phys. Rev. E
+/// 58, 3416 (1998), doi:10.1103/PhysRevE.58.3416.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rough {
     tangential_restitution: f64,
@@ -321,9 +321,9 @@ mod tests {
         surface(0) - surface(1)
     }
 
-    /// Random pairs with random masses and radii: momentum, angular momentum about the first centre, the velocity
-    /// of the contact and, for (1, -1) and (1, 1), the energy. Bound: some hundred roundings of numbers of order ten,
-    /// 1e-13.
+    /// Random pairs with random masses and radii: momentum, angular momentum about the first
+    /// centre, the velocity of the contact and, for (1, -1) and (1, 1), the energy. Bound: some
+    /// hundred roundings of numbers of order ten, 1e-13.
     fn check<S: Space>() {
         let stream = &mut Stream::seed_from_u64(2);
         for round in 0..10_000 {

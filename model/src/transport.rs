@@ -1,18 +1,22 @@
-//! Transport in a gas of equal disks by Enskog's theory, and what it says about the cooling gas: viscosities,
-//! self-diffusion, the shear instability, and how the velocity distribution relaxes from a Maxwellian.
+//! Transport in a gas of equal disks by Enskog's theory, and what it says about the cooling gas:
+//! viscosities, self-diffusion, the shear instability, and how the velocity distribution relaxes
+//! from a Maxwellian.
 //!
-//! Units: diameter d, mass m and granular temperature T are one, so viscosities come in sqrt(m T)/d (in the plane), and
-//! diffusion in d sqrt(T/m). The contact value chi is an argument, so that each equation of state can be used.
+//! Units: diameter d, mass m and granular temperature T are one, so viscosities come in sqrt(m T)/d
+//! (in the plane), and diffusion in d sqrt(T/m). The contact value chi is an argument, so that each
+//! equation of state can be used.
 //!
-//! Source of the inelastic coefficients: Garzó & Dufty, Phys. Rev. E 59, 5895 (1999), doi:10.1103/PhysRevE.59.5895,
-//! for any dimension by Lutsko, Phys. Rev. E 72, 021306 (2005), doi:10.1103/PhysRevE.72.021306, here for D = 2, first
-//! Sonine order. Elastic limit: Gass, J. Chem. Phys. 54, 1898 (1971), doi:10.1063/1.1675116.
+//! Source of the inelastic coefficients: Garzó & Dufty, Phys. Rev. E 59, 5895 (1999),
+//! doi:10.1103/PhysRevE.59.5895, for any dimension by Lutsko, Phys. Rev. E 72, 021306 (2005),
+//! doi:10.1103/PhysRevE.72.021306, here for D = 2, first Sonine order. Elastic limit: Gass, J.
+//! Chem. Phys. 54, 1898 (1971), doi:10.1063/1.1675116.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::kinetic;
 
-/// Shear viscosity of dilute elastic disks in first Sonine order, `eta_0 = sqrt(m T/pi)/(2 d)`, in sqrt(m T)/d.
+/// Shear viscosity of dilute elastic disks in first Sonine order, `eta_0 = sqrt(m T/pi)/(2 d)`, in
+/// sqrt(m T)/d.
 pub const DILUTE_VISCOSITY: f64 = 0.282_094_791_773_878_14;
 
 /// Viscosity of dilute elastic disks in all Sonine orders over that in first order (Gass 1971).
@@ -35,8 +39,8 @@ fn reduced_cooling(contact_value: f64, restitution: f64) -> f64 {
         * (1.0 + 3.0 * a2 / 16.0)
 }
 
-/// Bulk viscosity \[sqrt(m T)/d\], `((1 + r)/(2 D^2)) chi n^2 d^3 2 pi sqrt(m T/pi) (1 - a2/16)`: in the plane
-/// `(8/pi) phi^2 chi (1 + r)(1 - a2/16) eta_0`. The dilute gas has none.
+/// Bulk viscosity \[sqrt(m T)/d\], `((1 + r)/(2 D^2)) chi n^2 d^3 2 pi sqrt(m T/pi) (1 - a2/16)`:
+/// in the plane `(8/pi) phi^2 chi (1 + r)(1 - a2/16) eta_0`. The dilute gas has none.
 pub fn bulk_viscosity(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
     let a2 = kinetic::fourth_cumulant(2, restitution);
     let reduced = 8.0 / PI
@@ -87,7 +91,8 @@ pub fn number_density(packing_fraction: f64) -> f64 {
     4.0 * packing_fraction / PI
 }
 
-/// Rate at which a shear wave of an elastic gas decays, over k^2: the kinematic viscosity `eta/(m n)` \[d sqrt(T/m)\].
+/// Rate at which a shear wave of an elastic gas decays, over k^2: the kinematic viscosity
+/// `eta/(m n)` \[d sqrt(T/m)\].
 pub fn kinematic_viscosity(packing_fraction: f64, contact_value: f64) -> f64 {
     elastic_viscosity(packing_fraction, contact_value) / number_density(packing_fraction)
 }
@@ -98,16 +103,18 @@ pub fn self_diffusion(packing_fraction: f64, contact_value: f64) -> f64 {
     DIFFUSION_ORDERS / kinetic::velocity_decay(packing_fraction, contact_value, 1.0)
 }
 
-/// Self-diffusion coefficient of the cooling gas, `T tau_v/m` at the present temperature \[d sqrt(T/m)\], first Sonine
-/// order: velocities are forgotten at the rate `nu = omega (1 + r)/2` while all of them shrink at `zeta/2`, so
-/// `1/tau_v = nu - zeta/2 = omega (1 + r)^2/4`. Bodrova & Osinsky (2024) in three dimensions; here for disks.
+/// Self-diffusion coefficient of the cooling gas, `T tau_v/m` at the present temperature \[d
+/// sqrt(T/m)\], first Sonine order: velocities are forgotten at the rate `nu = omega (1 + r)/2`
+/// while all of them shrink at `zeta/2`, so `1/tau_v = nu - zeta/2 = omega (1 + r)^2/4`. Bodrova &
+/// Osinsky (2024) in three dimensions; here for disks.
 pub fn cooling_diffusion(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
     let rate = kinetic::collision_rate(packing_fraction, contact_value, 0.0);
     4.0 / (rate * (1.0 + restitution).powi(2))
 }
 
 /// Wave number times d below which shear modes of the cooling gas grow against its thermal speed,
-/// `k_c^2 = rho zeta/(2 eta)`, that is `(k_c d)^2 = (32 phi^2/pi) zeta*/eta*`. Zero in an elastic gas.
+/// `k_c^2 = rho zeta/(2 eta)`, that is `(k_c d)^2 = (32 phi^2/pi) zeta*/eta*`. Zero in an elastic
+/// gas.
 pub fn critical_wave_number(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
     let viscosity =
         shear_viscosity(packing_fraction, contact_value, restitution) / DILUTE_VISCOSITY;
@@ -115,22 +122,25 @@ pub fn critical_wave_number(packing_fraction: f64, contact_value: f64, restituti
     (32.0 / PI * packing_fraction.powi(2) * cooling / viscosity).sqrt()
 }
 
-/// Side of the smallest square box, over d, in which a shear mode can grow: `2 pi/k_c`. Infinite in an elastic gas.
+/// Side of the smallest square box, over d, in which a shear mode can grow: `2 pi/k_c`. Infinite in
+/// an elastic gas.
 pub fn critical_length(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
     TAU / critical_wave_number(packing_fraction, contact_value, restitution)
 }
 
-/// Exponent with which the amplitude of a shear mode grows over the thermal speed, as a power of `1 + t/t_0`:
-/// `1 - (k/k_c)^2`.
+/// Exponent with which the amplitude of a shear mode grows over the thermal speed, as a power of
+/// `1 + t/t_0`: `1 - (k/k_c)^2`.
 pub fn shear_exponent(wave_number: f64, critical: f64) -> f64 {
     1.0 - (wave_number / critical).powi(2)
 }
 
-/// Energy of a shear mode over T after `logarithm = ln(1 + t/t_0)` of a cooling that began in thermal equilibrium.
+/// Energy of a shear mode over T after `logarithm = ln(1 + t/t_0)` of a cooling that began in
+/// thermal equilibrium.
 ///
-/// The scaled amplitude grows at `g = 1 - q`, `q = (k/k_c)^2`, per unit of the logarithm, and viscous noise of the
-/// strength of the elastic gas feeds it: `dS/dl = 2 g S + 2 q`, so `S = (exp(2 g l) - q)/(1 - q)`, and `1 + 2 l` at q = 1.
-/// (The true noise of the cooling state differs from the elastic one by terms of order 1 - r.)
+/// The scaled amplitude grows at `g = 1 - q`, `q = (k/k_c)^2`, per unit of the logarithm, and
+/// viscous noise of the strength of the elastic gas feeds it: `dS/dl = 2 g S + 2 q`, so
+/// `S = (exp(2 g l) - q)/(1 - q)`, and `1 + 2 l` at q = 1. (The true noise of the cooling state
+/// differs from the elastic one by terms of order 1 - r.)
 pub fn thermal_shear_energy(wave_number: f64, critical: f64, logarithm: f64) -> f64 {
     let exponent = shear_exponent(wave_number, critical);
     let growth = 2.0 * exponent * logarithm;
@@ -143,12 +153,12 @@ pub fn thermal_shear_energy(wave_number: f64, critical: f64, logarithm: f64) -> 
     1.0 + rise
 }
 
-/// Rate at which a2 approaches its value in the cooling state, per collision of a particle, linear in a2:
-/// `(1 + r) B/(16 D (D + 2))` with `B = 9 + 24 D + (8 D - 41) r + 30 r^2 (1 - r)`.
+/// Rate at which a2 approaches its value in the cooling state, per collision of a particle, linear
+/// in a2: `(1 + r) B/(16 D (D + 2))` with `B = 9 + 24 D + (8 D - 41) r + 30 r^2 (1 - r)`.
 ///
-/// From `(D (D + 2)/4) da2/ds = (D + 2)(1 + a2) mu_2 - mu_4` with the moments of van Noije & Ernst, Granular Matter 1, 57
-/// (1998), `mu_2 = (1 - r^2)/2 (1 + 3 a2/16)` and
-/// `mu_4 = (1 - r^2)(D + 3/2 + r^2)/2 + a2 [3 (1 - r^2)(10 D + 39 + 10 r^2)/64 + (1 + r)(D - 1)/2]`, and s counted in
+/// From `(D (D + 2)/4) da2/ds = (D + 2)(1 + a2) mu_2 - mu_4` with the moments of van Noije & Ernst,
+/// Granular Matter 1, 57 (1998), `mu_2 = (1 - r^2)/2 (1 + 3 a2/16)` and `mu_4 = (1 - r^2)(D + 3/2 +
+/// r^2)/2 + a2 [3 (1 - r^2)(10 D + 39 + 10 r^2)/64 + (1 + r)(D - 1)/2]`, and s counted in
 /// collisions of a particle.
 pub fn cumulant_relaxation(dimension: usize, restitution: f64) -> f64 {
     let (d, r) = (dimension as f64, restitution);
@@ -156,24 +166,27 @@ pub fn cumulant_relaxation(dimension: usize, restitution: f64) -> f64 {
     (1.0 + r) * denominator / (16.0 * d * (d + 2.0))
 }
 
-/// Exponent with which `a2 - a2*` of disks falls in powers of `1 + t/t_0`: the relaxation rate times the
-/// `2 D/(1 - r^2)` collisions of a particle in which the thermal speed falls to 1/e.
+/// Exponent with which `a2 - a2*` of disks falls in powers of `1 + t/t_0`: the relaxation rate
+/// times the `2 D/(1 - r^2)` collisions of a particle in which the thermal speed falls to 1/e.
 fn cumulant_exponent(restitution: f64) -> f64 {
     cumulant_relaxation(2, restitution) * 2.0 * D / (1.0 - restitution * restitution)
 }
 
-/// Fourth cumulant a2 of cooling disks that were Maxwellian at time 0; time in units of Haff's `t_0`. Inelastic gas.
+/// Fourth cumulant a2 of cooling disks that were Maxwellian at time 0; time in units of Haff's
+/// `t_0`. Inelastic gas.
 pub fn relaxing_cumulant(restitution: f64, time_over_haff: f64) -> f64 {
     let exponent = cumulant_exponent(restitution);
     let left = (-exponent * time_over_haff.ln_1p()).exp();
     kinetic::fourth_cumulant(2, restitution) * (1.0 - left)
 }
 
-/// Haff's law of disks that were Maxwellian at time 0, `T/T_0` at the time `t/t_0`, first order in a2.
+/// Haff's law of disks that were Maxwellian at time 0, `T/T_0` at the time `t/t_0`, first order in
+/// a2.
 ///
-/// `1/sqrt(T)` grows at the rate `1 + 3 a2(t)/16` and a2 approaches its final value as `(1 + t/t_0)^-kappa`, so
-/// `sqrt(T_0/T) = 1 + t + (3 a2/16)[t - (1 - (1 + t)^(1 - kappa))/(kappa - 1)]`: for r = 0.8 at most a thousandth off the
-/// law with the final a2. Inelastic gas.
+/// `1/sqrt(T)` grows at the rate `1 + 3 a2(t)/16` and a2 approaches its final value as
+/// `(1 + t/t_0)^-kappa`, so
+/// `sqrt(T_0/T) = 1 + t + (3 a2/16)[t - (1 - (1 + t)^(1 - kappa))/(kappa - 1)]`: for r = 0.8 at
+/// most a thousandth off the law with the final a2. Inelastic gas.
 ///
 /// ```
 /// use stosszahl_model::{kinetic, transport};
@@ -217,7 +230,8 @@ mod tests {
         assert!(critical_length(0.25, henderson(0.25), 1.0).is_infinite());
     }
 
-    /// The elastic limit in closed form, `eta/eta_0 = 1/chi + 2 phi + (1 + 8/pi) phi^2 chi` (Gass), and its value.
+    /// The elastic limit in closed form, `eta/eta_0 = 1/chi + 2 phi + (1 + 8/pi) phi^2 chi` (Gass),
+    /// and its value.
     #[test]
     fn elastic_viscosity_is_that_of_gass() {
         for phi in [1e-6, 0.05, 0.25, 0.5] {
@@ -252,8 +266,9 @@ mod tests {
         assert!((cooling_diffusion(phi, chi, r) * decay - 1.0).abs() < 1e-14);
     }
 
-    /// Against `dS/dl = 2 g S + 2 q`, `du/dt = 1 + 3 a2/16` and the relaxation of a2 over collisions, integrated by the
-    /// midpoint rule: its error is third order in the step and below 1e-6 here.
+    /// Against `dS/dl = 2 g S + 2 q`, `du/dt = 1 + 3 a2/16` and the relaxation of a2 over
+    /// collisions, integrated by the midpoint rule: its error is third order in the step and below
+    /// 1e-6 here.
     #[test]
     fn growth_and_cooling_solve_their_equations() {
         for (k, critical) in [(0.1, 0.3), (0.3, 0.3), (0.5, 0.3)] {
@@ -278,10 +293,12 @@ mod tests {
             u += step * middle[0];
             cumulant += step * middle[1];
         }
-        // Terms of second order: the clock of the collisions runs 3 a2/16 = 0.4 % off where a2 is 1e-3 from its end.
+        // Terms of second order: the clock of the collisions runs 3 a2/16 = 0.4 % off where a2 is
+        // 1e-3 from its end.
         assert!((relaxing_cumulant(r, 2.0) - cumulant).abs() < 1e-5);
         assert!((relaxing_haff_law(r, 2.0) * u * u - 1.0).abs() < 2e-5);
-        // The fixed point of the two moments is the a2 of the cooling state, and their slope the relaxation.
+        // The fixed point of the two moments is the a2 of the cooling state, and their slope the
+        // relaxation.
         for r in [0.3, 0.8, 0.95] {
             let q = 1.0 - r * r;
             let slope = 3.0 / 64.0 * q * (59.0 + 10.0 * r * r) + 0.5 * (1.0 + r);

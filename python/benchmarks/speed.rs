@@ -1,5 +1,5 @@
-//! Exact elastic disks at packing 0.25, advanced to a time: `speed DISKS UNTIL` says how many collisions that took in how many
-//! seconds, for comparison with the same from Python.
+//! Exact elastic disks at packing 0.25, advanced to a time: `speed DISKS UNTIL` says how many
+//! collisions that took in how many seconds, for comparison with the same from Python.
 
 #![allow(clippy::print_stdout)]
 

@@ -1,4 +1,5 @@
-//! Errors as exceptions of the classes in `stosszahl/errors.py`, with the messages of the command line.
+//! Errors as exceptions of the classes in `stosszahl/errors.py`, with the messages of the command
+//! line.
 
 use std::error::Error;
 

@@ -1,7 +1,8 @@
 //! Native part of the Python package: engines, and access to cases and results.
 //!
-//! It is thin: numbers go over as bytes, which Python takes for arrays without copying them, and everything that has a name
-//! and documentation for users is in the Python files of the package (`python/stosszahl`), which call this module.
+//! It is thin: numbers go over as bytes, which Python takes for arrays without copying them, and
+//! everything that has a name and documentation for users is in the Python files of the package
+//! (`python/stosszahl`), which call this module.
 
 #![allow(
     clippy::needless_pass_by_value,

@@ -1,4 +1,5 @@
-//! One gas, exact and by Monte Carlo, with every number in full, for comparison with the same from Python, bit by bit.
+//! One gas, exact and by Monte Carlo, with every number in full, for comparison with the same from
+//! Python, bit by bit.
 
 #![allow(clippy::print_stdout)]
 

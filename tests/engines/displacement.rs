@@ -1,4 +1,5 @@
-//! Displacements across the periodic box: both engines against closed forms and against the diffusion of Enskog.
+//! Displacements across the periodic box: both engines against closed forms and against the
+//! diffusion of Enskog.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme};
@@ -37,8 +38,8 @@ fn leg(gas: Checkpoint<Disks>, restitution: f64, until: f64) -> Checkpoint<Disks
     engine.checkpoint()
 }
 
-/// Disks in lanes of their own: v t, in legs that end where they please and on the edge of the box. Each of the at
-/// most 1e4 crossings rounds a position of the size of the box, 4, by 4e-16.
+/// Disks in lanes of their own: v t, in legs that end where they please and on the edge of the box.
+/// Each of the at most 1e4 crossings rounds a position of the size of the box, 4, by 4e-16.
 #[test]
 fn free_flight_is_velocity_times_time() {
     let domain = Domain::periodic(vector![1.5, 4.0]).expect("a box");
@@ -217,7 +218,8 @@ fn simulators_diffuse_as_enskog_says() {
     assert!(3.77 * error < 0.012, "the error bar {error} is too wide");
 }
 
-/// Event-driven disks, elastic, packing 0.1: ballistic and decaying as Enskog says, and later a little faster.
+/// Event-driven disks, elastic, packing 0.1: ballistic and decaying as Enskog says, and later a
+/// little faster.
 ///
 /// After half a mean free time, first Sonine order is within 0.3 % of the theory itself, for it has
 /// the right initial decay; packing correlations beyond Enskog's are of the order of the 0.5 %

@@ -151,8 +151,9 @@ fn legs_are_functions_of_their_checkpoint() {
     }
 }
 
-/// Restitution 0: after a contact the normal part of the relative velocity is rounding, which must not make contacts
-/// of its own. Two disks at a time, from random sides; each collides once in the time between two crossings of the box.
+/// Restitution 0: after a contact the normal part of the relative velocity is rounding, which must
+/// not make contacts of its own. Two disks at a time, from random sides; each collides once in the
+/// time between two crossings of the box.
 #[test]
 fn contacts_without_rebound_happen_once() {
     let mut central = 0;
@@ -211,7 +212,8 @@ fn starting_afresh_is_a_cut() {
         .advance(f64::INFINITY, collisions, &mut ())
         .expect("collisions");
     let whole = whole.checkpoint();
-    // One collision a leg until the engine has started afresh, which shows in the pushes of all disks.
+    // One collision a leg until the engine has started afresh, which shows in the pushes of all
+    // disks.
     let mut engine = new(start.clone());
     let mut before = engine.tally();
     let cut = loop {
@@ -242,8 +244,8 @@ fn starting_afresh_is_a_cut() {
     assert_eq!(second.tally, whole.tally);
 }
 
-/// Flights of 3e4 to 3e9 diameters between collisions. Contacts are exact, and a disk crosses as many cells between two of them as its
-/// free path over their width asks for.
+/// Flights of 3e4 to 3e9 diameters between collisions. Contacts are exact, and a disk crosses as
+/// many cells between two of them as its free path over their width asks for.
 #[test]
 fn thin_gases_are_exact() {
     for (count, packing) in [
@@ -271,7 +273,8 @@ fn thin_gases_are_exact() {
         // A quarter of the side of the box is the widest cell.
         let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
         let width = (0.45_f64.sqrt() * side / (count as f64).sqrt()).min(0.25 * side);
-        // Own times of 4096 units, or of 16 cells, are rounded to 1.1e-16 of themselves; disks are moved some ten times in between.
+        // Own times of 4096 units, or of 16 cells, are rounded to 1.1e-16 of themselves; disks are
+        // moved some ten times in between.
         let rounding = 10.0 * 1.1e-16 * (16.0 * width).max(4096.0);
         assert!(
             off < rounding,
@@ -279,8 +282,8 @@ fn thin_gases_are_exact() {
         );
         let energy = engine.state().kinetic_energy(&scene) / energy - 1.0;
         assert!(energy.abs() < 1e-13, "packing {packing}: {energy:e}");
-        // The mean free path is pi d/(8 sqrt 2 phi); two disks fly it for a collision. Speeds of all disks but the mean flight of few
-        // collisions leave a spread of some tens of per cent.
+        // The mean free path is pi d/(8 sqrt 2 phi); two disks fly it for a collision. Speeds of
+        // all disks but the mean flight of few collisions leave a spread of some tens of per cent.
         let path = std::f64::consts::PI / (8.0 * 2.0_f64.sqrt() * packing);
         let expected = crossings_per_collision([side; 2], count, 1.0, path, false);
         let crossings = engine.tally().crossings as f64 / engine.tally().collisions as f64;
@@ -359,12 +362,13 @@ fn very_unequal_disks_follow_all_pairs() {
     let tally = engine.tally();
     let predictions = tally.predictions as f64 / tally.collisions as f64;
     println!("{predictions:.1} predictions a collision");
-    // A single grid of cells that hold the largest would have each disk look at half of all: over 400 a collision.
+    // A single grid of cells that hold the largest would have each disk look at half of all: over
+    // 400 a collision.
     assert!(predictions < 150.0, "{predictions}");
 }
 
-/// Work per collision and memory, as numbers: a slowdown shows here without a clock. Bounds 10 % above what the
-/// present algorithm needs, and a little for what is rare.
+/// Work per collision and memory, as numbers: a slowdown shows here without a clock. Bounds 10 %
+/// above what the present algorithm needs, and a little for what is rare.
 #[test]
 fn work_per_collision_is_bounded() {
     // Packing; predictions, pushes, crossings, stale events, broken contacts a collision.
@@ -403,8 +407,9 @@ fn work_per_collision_is_bounded() {
     }
 }
 
-/// A collapse is reported, also when the run is cut into legs, and the TC model goes through it. Without progress 4000 collisions and 8 of each
-/// disk are one: more than a leg of 200 disks, and just a leg of 1500.
+/// A collapse is reported, also when the run is cut into legs, and the TC model goes through it.
+/// Without progress 4000 collisions and 8 of each disk are one: more than a leg of 200 disks, and
+/// just a leg of 1500.
 #[test]
 fn inelastic_collapse_is_an_error_and_the_contact_time_prevents_it() {
     for (count, leg) in [(200, 100_000_000), (200, 3_000), (1_500, 16_000)] {

@@ -56,10 +56,10 @@ fn engine(
     .expect("an engine")
 }
 
-/// Elastic, chi of the mean density: rate, <g^2> = 6 T and P(b/d) = 1 of kinetic theory. Sixteen gases of 20 000
-/// disks; z = 4 standard errors of the measured mean, and the error must be small enough to see 0.5 %. Cells of 60 d
-/// hold 1146 disks: the start's hard-disk order, which takes (1 - S(0))/N of the pairs of a cell, is below a tenth of a
-/// percent.
+/// Elastic, chi of the mean density: rate, <g^2> = 6 T and P(b/d) = 1 of kinetic theory. Sixteen
+/// gases of 20 000 disks; z = 4 standard errors of the measured mean, and the error must be small
+/// enough to see 0.5 %. Cells of 60 d hold 1146 disks: the start's hard-disk order, which takes
+/// (1 - S(0))/N of the pairs of a cell, is below a tenth of a percent.
 #[test]
 fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
     for scheme in [Scheme::Boltzmann, Scheme::Enskog(Neighbourhood::Mean)] {
@@ -103,8 +103,8 @@ fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
     }
 }
 
-/// The bar of the cooling law: cells of 60 d, no displacement, chi of the mean density: `K/K_0` = 0.2510
-/// at `t_0` (Haff with Sonine correction) within 0.0015.
+/// The bar of the cooling law: cells of 60 d, no displacement, chi of the mean density: `K/K_0` =
+/// 0.2510 at `t_0` (Haff with Sonine correction) within 0.0015.
 #[test]
 fn homogeneous_cooling_follows_haff() {
     let haff = kinetic::haff_time(0.25, 0.8, kinetic::contact_value(0.25));
@@ -159,8 +159,9 @@ fn followed(count: usize) -> Kinds {
     kinds(1.0, vec![(0.5, 1.0, 1); count])
 }
 
-/// Pressure from the momentum that the displacement carries, from positions before and after each step: for elastic
-/// disks Z - 1 = (pi/2) n d^2 chi at the measured rate, that is omega = 4 (Z - 1)/sqrt(pi) with d = m = T = 1.
+/// Pressure from the momentum that the displacement carries, from positions before and after each
+/// step: for elastic disks Z - 1 = (pi/2) n d^2 chi at the measured rate, that is omega = 4 (Z -
+/// 1)/sqrt(pi) with d = m = T = 1.
 #[test]
 fn displacement_carries_the_collisional_pressure_of_hard_disks() {
     let (count, steps) = (5000, 100);
@@ -193,16 +194,17 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
         values.push(excess * 4.0 / std::f64::consts::PI.sqrt() / rate);
     }
     let (mean, error) = crate::support::mean_and_error(&values);
-    // Of displaced partners one in a hundred collides again within its step, and is then counted with the wrong
-    // flight: a percent of a percent.
+    // Of displaced partners one in a hundred collides again within its step, and is then counted
+    // with the wrong flight: a percent of a percent.
     assert!(
         error < 0.01 && (mean - 1.0).abs() < 4.0 * error,
         "{mean} +- {error}"
     );
 }
 
-/// Where displacements are followed, disks carry the number of their species, and the engine is that of any sizes. Of one species
-/// it must do what the engine of equal disks does: the same bits, of every scheme, also with the density halfway to the contact.
+/// Where displacements are followed, disks carry the number of their species, and the engine is
+/// that of any sizes. Of one species it must do what the engine of equal disks does: the same bits,
+/// of every scheme, also with the density halfway to the contact.
 #[test]
 fn one_species_is_a_gas_of_equal_disks() {
     let state = gas(Arrangement::Disordered, 400, 0.25, 3);
@@ -250,7 +252,8 @@ fn one_species_is_a_gas_of_equal_disks() {
     }
 }
 
-/// Disks of different sizes continue to the same bits too, though their order in memory is another one then.
+/// Disks of different sizes continue to the same bits too, though their order in memory is another
+/// one then.
 #[test]
 fn mixtures_continue_to_the_same_bits() {
     let start = as_kinds(&gas(Arrangement::Disordered, 900, 0.3, 8));

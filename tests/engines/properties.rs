@@ -1,7 +1,7 @@
 //! Properties of the event-driven engine in random gases.
 //!
-//! The gases are the same in every run: proptest draws them from a fixed seed and keeps no files. A gas that fails is
-//! shrunk to fewer disks, larger boxes and slower motion before it is shown.
+//! The gases are the same in every run: proptest draws them from a fixed seed and keeps no files. A
+//! gas that fails is shrunk to fewer disks, larger boxes and slower motion before it is shown.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -152,8 +152,9 @@ impl Observer for Laws {
     fn collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let approach = -collision.relative_velocity.dot(&collision.line);
-            // A contact that grazes is where the square root of a difference of terms of 1e-14 says, so its line is turned
-            // by up to 1e-7; velocities of order one are rounded besides.
+            // A contact that grazes is where the square root of a difference of terms of 1e-14
+            // says, so its line is turned by up to 1e-7; velocities of order one are rounded
+            // besides.
             let rounding =
                 (GRAZING * collision.relative_velocity.norm() + 1e-14) * collision.line.norm();
             if approach < -rounding {
@@ -194,8 +195,8 @@ fn run(
     }
 }
 
-/// Energy, momentum, exclusion, order of time. Tolerance: a thousand collisions, each rounding numbers of the size of the
-/// whole energy or momentum by a few parts in 1e16, all to one side.
+/// Energy, momentum, exclusion, order of time. Tolerance: a thousand collisions, each rounding
+/// numbers of the size of the whole energy or momentum by a few parts in 1e16, all to one side.
 #[test]
 fn conservation() {
     const TOLERANCE: f64 = 1e-12;
@@ -238,8 +239,9 @@ fn conservation() {
     });
 }
 
-/// The angular momentum of a pair about their contact is kept by a smooth collision: the impulse goes through it. So is
-/// the tangential part of the relative velocity, and the normal part is reversed and shortened by the restitution.
+/// The angular momentum of a pair about their contact is kept by a smooth collision: the impulse
+/// goes through it. So is the tangential part of the relative velocity, and the normal part is
+/// reversed and shortened by the restitution.
 #[test]
 fn collisions_of_smooth_disks() {
     check(600, |recipe| {
@@ -302,8 +304,9 @@ impl Observer for Seen {
     }
 }
 
-/// Forward, velocities reversed, and back. A collision multiplies differences by up to 1 + 2 flight/diameter, so only as
-/// many are tried as leave 1e-16 times the growth, which is measured with a second gas displaced by 1e-10, below 1e-6.
+/// Forward, velocities reversed, and back. A collision multiplies differences by up to 1 + 2
+/// flight/diameter, so only as many are tried as leave 1e-16 times the growth, which is measured
+/// with a second gas displaced by 1e-10, below 1e-6.
 #[test]
 fn elastic_gases_run_backwards() {
     const NUDGE: f64 = 1e-10;
@@ -372,7 +375,8 @@ fn rests(state: &State<Mixture>, pair: [usize; 2]) -> bool {
     approach <= 1e-13 * (one.velocity.norm() + other.velocity.norm())
 }
 
-/// The engine's next collision is that of all pairs, asked anew for each, so that differences do not grow.
+/// The engine's next collision is that of all pairs, asked anew for each, so that differences do
+/// not grow.
 #[test]
 fn next_collision_is_that_of_all_pairs() {
     check(1000, |recipe| {
@@ -402,8 +406,8 @@ fn next_collision_is_that_of_all_pairs() {
                         .iter()
                         .map(|b| b.velocity.norm())
                         .fold(0.0, f64::max);
-                    // Places are rounded to 1e-15 of the box, at most 1e-13; the time is that over the normal speed, and
-                    // all fly on for it.
+                    // Places are rounded to 1e-15 of the box, at most 1e-13; the time is that over
+                    // the normal speed, and all fly on for it.
                     let tolerance = 1e-12 * (1.0 + fastest / normal);
                     let error = (ours.time - theirs.time).abs() * normal;
                     prop_assert!(

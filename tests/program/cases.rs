@@ -161,8 +161,9 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
     }
 }
 
-/// 99856 disks of 1 mm in a square box of 560 d, r = 0.8, which cool with 1/t0 = 23.24/s from K = m v^2/2 a disk, v =
-/// 0.2047 m/s, in the paper. 1/t0 from its own v is 23.274/s: v is rounded, so 0.2 % are allowed.
+/// 99856 disks of 1 mm in a square box of 560 d, r = 0.8, which cool with 1/t0 = 23.24/s from K = m
+/// v^2/2 a disk, v = 0.2047 m/s, in the paper. 1/t0 from its own v is 23.274/s: v is rounded, so
+/// 0.2 % are allowed.
 #[test]
 fn luding_1998_is_as_published() {
     let file = CaseFile::read(&bundled("luding-1998"), &[]).expect("a case");
@@ -183,8 +184,8 @@ fn luding_1998_is_as_published() {
     assert_eq!(engines, ["ed", "dsmc-free-volume", "dsmc-enskog"]);
 }
 
-/// Every point of Fig. 3 of the paper has 1e5 collisions and a little more: one a particle in each mean free time, or
-/// 4/(1 - r^2) ln(1 + t/t0) of them.
+/// Every point of Fig. 3 of the paper has 1e5 collisions and a little more: one a particle in each
+/// mean free time, or 4/(1 - r^2) ln(1 + t/t0) of them.
 #[test]
 fn dense_240_has_a_hundred_thousand_collisions_a_point() {
     let file = CaseFile::read(&bundled("dense-240"), &[]).expect("a case");
@@ -231,6 +232,7 @@ fn species_follow_from_rules() {
         .iter()
         .map(|group| 2.0 * group.radius / 8.0)
         .sum::<f64>();
-    // The mean of 40000 has the standard error 0.3/200; z = 4.5 is a false alarm in 1e5, and the seed is fixed.
+    // The mean of 40000 has the standard error 0.3/200; z = 4.5 is a false alarm in 1e5, and the
+    // seed is fixed.
     assert!((mean - 1.0).abs() < 4.5 * 0.3 / 200.0, "{mean}");
 }

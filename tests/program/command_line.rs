@@ -345,8 +345,8 @@ fn bad_start_files_are_named() {
     }
 }
 
-/// A mixture from a file, also with a mark of byte order and as other systems end lines; the end of one run is a start
-/// for another.
+/// A mixture from a file, also with a mark of byte order and as other systems end lines; the end of
+/// one run is a start for another.
 #[test]
 fn a_start_from_a_file_runs_in_both_engines() {
     let desk = Desk::new(FROM_FILE);
@@ -364,7 +364,8 @@ fn a_start_from_a_file_runs_in_both_engines() {
     desk.write("again.toml", again);
     let said = desk.done("run again.toml --replicas 1");
     assert!(!said.out.contains("equilibr"), "{}", said.out);
-    // A start file of equal velocities has no temperature, and rounding gives it none: of ten times 0.1, the mean is another.
+    // A start file of equal velocities has no temperature, and rounding gives it none: of ten times
+    // 0.1, the mean is another.
     let mean: f64 = [0.1 * 0.1; 10].iter().sum();
     assert!(mean != 0.1);
     let mut still = "# box: 30 30\nx,y,vx,vy\n".to_owned();
@@ -414,8 +415,8 @@ fn a_changed_start_file_is_another_run() {
     desk.done("run case.toml --out out --resume");
 }
 
-/// A collapse ends the run with an error that names the cluster; the state stays, readable by others, and tables are made
-/// of what other replicas have.
+/// A collapse ends the run with an error that names the cluster; the state stays, readable by
+/// others, and tables are made of what other replicas have.
 #[test]
 fn a_collapse_keeps_the_state() {
     let desk = Desk::new(
@@ -534,7 +535,8 @@ fn bundled_cases_are_known_by_name() {
     desk.refused("check quick", &["no_key"]);
 }
 
-/// At the end of a run the first conclusions are printed; all of them, the place of the report alone, or JSON, where asked for.
+/// At the end of a run the first conclusions are printed; all of them, the place of the report
+/// alone, or JSON, where asked for.
 #[test]
 fn a_run_says_as_much_as_is_asked_for() {
     let desk = Desk::new(COOLING);
@@ -579,7 +581,8 @@ fn begun(desk: &Desk, line: &str, out: &str) -> Child {
     child
 }
 
-/// While one process writes into a folder, another is refused; the first ends as if it had been alone.
+/// While one process writes into a folder, another is refused; the first ends as if it had been
+/// alone.
 #[test]
 fn two_processes_do_not_share_a_folder() {
     let desk = Desk::new(COOLING);

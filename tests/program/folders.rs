@@ -322,7 +322,8 @@ fn two_hundred_pairs_never_mix_their_results() {
     assert!(told > all / 2, "{told} of {all}");
 }
 
-/// A frontier of another target and budget begins with the runs that are kept; one of another case is refused.
+/// A frontier of another target and budget begins with the runs that are kept; one of another case
+/// is refused.
 #[test]
 fn a_frontier_begins_with_the_runs_that_are_kept() {
     let desk = Desk::new(CASE);
@@ -570,7 +571,8 @@ fn two_hundred_damages_of_checkpoints_are_refused_by_name() {
     assert!(refused > all / 4, "{refused} of {all}");
 }
 
-/// The checkpoint of one replica in the place of that of another is refused with both: standard errors would be too small.
+/// The checkpoint of one replica in the place of that of another is refused with both: standard
+/// errors would be too small.
 #[test]
 fn a_checkpoint_of_another_replica_is_named() {
     let stopped = Stopped::new();

@@ -52,8 +52,8 @@ fn untimed(path: &Path) -> Vec<Vec<String>> {
     rows.collect()
 }
 
-/// Two sweeps of a case give the same tables but for timings, whatever the threads, and whether the reference is made or
-/// found; a reference that was changed is refused.
+/// Two sweeps of a case give the same tables but for timings, whatever the threads, and whether the
+/// reference is made or found; a reference that was changed is refused.
 #[test]
 fn sweeps_repeat_and_changed_references_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -158,8 +158,8 @@ fn what_cannot_be_swept_is_refused() {
     assert!(String::from_utf8_lossy(&done.stderr).contains("is no results folder"));
 }
 
-/// Cells of two diameters at packing 0.25 hold 1.27 disks and are almost three mean free paths wide: the budget says so, and
-/// that one replica has no error.
+/// Cells of two diameters at packing 0.25 hold 1.27 disks and are almost three mean free paths
+/// wide: the budget says so, and that one replica has no error.
 #[test]
 fn runs_carry_an_error_budget() {
     let folder = tempfile::tempdir().expect("a folder");

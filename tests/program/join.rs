@@ -1,4 +1,5 @@
-//! Several ordinary processes and one results folder (`run --join`), and runs in parts (`run --part`, `merge`): the bytes of one process.
+//! Several ordinary processes and one results folder (`run --join`), and runs in parts
+//! (`run --part`, `merge`): the bytes of one process.
 
 use std::collections::BTreeMap;
 use std::fs;

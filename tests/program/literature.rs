@@ -65,8 +65,8 @@ fn species_of_disks_give_sizes_and_units() {
     assert!((covered / plan.volume / 0.2 - 1.0).abs() < 1e-12);
 }
 
-/// Partial temperatures, by the numbers of their disks, make up the energy of the gas, and every collision is one of the
-/// three kinds of pairs.
+/// Partial temperatures, by the numbers of their disks, make up the energy of the gas, and every
+/// collision is one of the three kinds of pairs.
 #[test]
 fn tables_of_species_add_up() {
     let desk = Desk::new(DRIVEN_MIXTURE);
@@ -142,7 +142,8 @@ fn theory_of_a_mixture_is_that_of_the_library() {
             );
         }
     }
-    // 2000 light particles in each of three replicas know their temperature to 1 %; 6 % are six standard errors.
+    // 2000 light particles in each of three replicas know their temperature to 1 %; 6 % are six
+    // standard errors.
     let last = time.len() - 2;
     let ratio = species.numbers("temperature")[last] / species.numbers("temperature_theory")[last];
     assert!((ratio - 1.0).abs() < 0.06, "{ratio}");
@@ -158,7 +159,8 @@ fn theory_of_a_mixture_is_that_of_the_library() {
 const TWO: &str =
     "species = [{ number = 20000 }, { number = 20000, mass = 4, diameter = 1.5874 }]\n";
 
-/// Sizes, numbers and laws from two equal shares to every particle its own, in both dimensions, dilute and dense.
+/// Sizes, numbers and laws from two equal shares to every particle its own, in both dimensions,
+/// dilute and dense.
 #[rustfmt::skip]
 const CONTENTS: [(&str, &str, &str); 8] = [
     ("two", "dimension = 3", TWO),
@@ -175,10 +177,10 @@ const CONTENTS: [(&str, &str, &str); 8] = [
      "continuous = { number = 60000, distribution = \"log-normal\", relative_width = 0.4, groups = 8 }\n"),
 ];
 
-/// Partial temperatures follow the kinetic equations: to the error of their Sonine expansion where there is one, and within
-/// 2 % in the first order where velocities are nearly Maxwellian, which it assumes: a fourth cumulant below 0.03.
-/// Measured are those species whose temperature is known to one percent; 4.5 standard errors beyond are a false alarm in
-/// 10^5 values.
+/// Partial temperatures follow the kinetic equations: to the error of their Sonine expansion where
+/// there is one, and within 2 % in the first order where velocities are nearly Maxwellian, which it
+/// assumes: a fourth cumulant below 0.03. Measured are those species whose temperature is known to
+/// one percent; 4.5 standard errors beyond are a false alarm in 10^5 values.
 #[test]
 fn partial_temperatures_are_those_of_the_kinetic_equations() {
     let desk = Desk::new("");
@@ -222,7 +224,8 @@ fn partial_temperatures_are_those_of_the_kinetic_equations() {
             }
         }
         assert!(checked >= 6, "{name}: only {checked} of {}", found.len());
-        // They have parted from each other and cooled by a factor: the equations had something to say.
+        // They have parted from each other and cooled by a factor: the equations had something to
+        // say.
         assert!(theory.last().is_some_and(|&last| last < 0.7), "{name}");
     }
 }
@@ -238,7 +241,8 @@ fn clusters_keep_mass_and_energy_in_their_tables() {
     let (energy, stuck) = (column("energy_ratio"), column("stuck_energy"));
     let (shattered, heated) = (column("shattered_energy"), column("heating_energy"));
     for row in 0..energy.len() {
-        // Elastic bounces; some thousand events, each closed to a few roundings of energies below ten.
+        // Elastic bounces; some thousand events, each closed to a few roundings of energies below
+        // ten.
         let sum = energy[row] + stuck[row] + shattered[row] - heated[row];
         assert!((sum - 1.0).abs() < 1e-11, "row {row}: {sum}");
     }
@@ -255,7 +259,8 @@ fn clusters_keep_mass_and_energy_in_their_tables() {
         .collect();
     assert_eq!(single.len(), 1);
     assert_eq!((low[single[0]], density[single[0]]), (1.0, 1.0));
-    // Mass in bins of one size is exact; wider bins know their middle only, which bounds it from both sides.
+    // Mass in bins of one size is exact; wider bins know their middle only, which bounds it from
+    // both sides.
     let mass = |edge: &[f64]| -> f64 {
         (0..density.len())
             .filter(|&row| average[row] == "steady")

@@ -1,4 +1,5 @@
-//! The program and its library as a whole. One program for all tests, so that it is linked once and its tests run side by side.
+//! The program and its library as a whole. One program for all tests, so that it is linked once and
+//! its tests run side by side.
 
 mod book;
 mod cases;

@@ -131,8 +131,9 @@ fn the_estimate_is_what_the_process_takes() {
                 "{name}, {replicas} replicas on {threads} threads: {told:.0} MiB told, {found:.0} MiB found"
             );
             println!("{line}");
-            // Whether threads have their peaks at once is chance. Together they take no more than is said, and what is said is no more
-            // than they would take if each had the peak of one alone, beside the program.
+            // Whether threads have their peaks at once is chance. Together they take no more than
+            // is said, and what is said is no more than they would take if each had the peak of one
+            // alone, beside the program.
             let most = if threads == 1 {
                 alone = found;
                 found

@@ -162,7 +162,8 @@ fn bundled_cases_are_plausible() {
     }
 }
 
-/// Disks that fall onto a floor and come to rest collide ever more often. The run ends with the particles, the place and the remedy.
+/// Disks that fall onto a floor and come to rest collide ever more often. The run ends with the
+/// particles, the place and the remedy.
 #[test]
 fn a_bed_that_comes_to_rest_ends() {
     let bed = "format = 2\ntitle = \"a bed\"\nreplicas = 1\n[gas]\nnumber = 50\nrestitution = 0.5\n[box]\nsize = [10, 20]\n[walls]\n\

@@ -1,5 +1,5 @@
-//! Papers: a tiny one from its file to its verdicts, refusals that name the line, and the bundled ones, whose runs, points, tables and
-//! columns must exist.
+//! Papers: a tiny one from its file to its verdicts, refusals that name the line, and the bundled
+//! ones, whose runs, points, tables and columns must exist.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,8 @@ use crate::support::program::{CASES, COOLING, Desk};
 use stosszahl::case::PaperFile;
 use stosszahl::reproduction::{Demand, Reproduction};
 
-/// A paper of two claims that hold, one that does not, one that is corrected, one that has no number, and one for full runs only.
+/// A paper of two claims that hold, one that does not, one that is corrected, one that has no
+/// number, and one for full runs only.
 const PAPER: &str = r#"format = 1
 title = "A tiny paper"
 source = "Nobody (2000)"
@@ -138,7 +139,8 @@ fn a_tiny_paper_is_made_again() {
     );
     assert_eq!(verdicts(&desk, "out/claims.csv"), found);
 
-    // One figure has files of its own, and all claims of the paper share the chance of a false alarm all the same.
+    // One figure has files of its own, and all claims of the paper share the chance of a false
+    // alarm all the same.
     let one = desk.done("reproduce paper.toml --out out --figure 1");
     assert!(
         one.out.contains("5 claims: 3 agree, 1 differ, 1 void"),
@@ -263,8 +265,8 @@ fn papers() -> Vec<PathBuf> {
     all
 }
 
-/// Every run of every bundled paper is a case that can be planned, and every claim names a point, a table and a column of it; quick or
-/// not. Nothing is run.
+/// Every run of every bundled paper is a case that can be planned, and every claim names a point, a
+/// table and a column of it; quick or not. Nothing is run.
 #[test]
 fn bundled_papers_name_what_exists() {
     let bundled =

@@ -1,9 +1,9 @@
-//! A run can be stopped at any moment and continues to the same bytes: every bundled case, every engine, stopped after
-//! random legs, with other numbers of threads each time.
+//! A run can be stopped at any moment and continues to the same bytes: every bundled case, every
+//! engine, stopped after random legs, with other numbers of threads each time.
 //!
-//! Nothing here looks at a clock: legs are counted as they are reported, and the run is asked to stop when a count that was
-//! drawn with a fixed seed is reached. With several threads it depends on the machine which legs the others have done by
-//! then; results must not.
+//! Nothing here looks at a clock: legs are counted as they are reported, and the run is asked to
+//! stop when a count that was drawn with a fixed seed is reached. With several threads it depends
+//! on the machine which legs the others have done by then; results must not.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -270,7 +270,8 @@ fn damaged_checkpoints_are_refused_by_the_program() {
     assert_same(&desk.path("whole"), &out);
 }
 
-/// The long form: fifty chains for each bundled case. `cargo test --release --test program resume -- --ignored`.
+/// The long form: fifty chains for each bundled case.
+/// `cargo test --release --test program resume -- --ignored`.
 #[test]
 #[ignore = "takes some twenty minutes: cargo long-tests"]
 fn every_bundled_case_resumes_from_fifty_chains() {

@@ -21,7 +21,8 @@ fn rows(text: &str) -> Vec<Vec<f64>> {
     rows.map(numbers).collect()
 }
 
-/// At t = 0 the gas is that of the file, but for what `check` says; the tolerance is two roundings of numbers up to 10.
+/// At t = 0 the gas is that of the file, but for what `check` says; the tolerance is two roundings
+/// of numbers up to 10.
 #[test]
 fn a_start_file_with_velocities_is_the_start() {
     let written = [
@@ -126,7 +127,8 @@ fn species_of_a_file_are_species() {
         [2, 3, 4, 10].map(|index| found.species_of(index)),
         [0, 1, 0, 1]
     );
-    // Types name species, in the order of numbers, and tables have a row for each; indices are those of the file.
+    // Types name species, in the order of numbers, and tables have a row for each; indices are
+    // those of the file.
     let named = |large: bool| format!(",{}", if large { 7 } else { 11 });
     desk.write("start.csv", two_sizes(",type", named));
     desk.done("run case.toml --out out --set start.velocities=file --set run.until=2");

@@ -6,10 +6,12 @@ use crate::support::program::{Columns, Desk, bundled};
 
 /// Temperature of the Delta model in exact dynamics and in Monte Carlo against Enskog's theory.
 ///
-/// Theory expands velocities to the fifth Sonine order and is right to 0.2 %, as far as an independent Monte Carlo of the Boltzmann
-/// equation tells (T/(m Delta^2) = 81.99 at r = 0.9). N - 1 in place of N free velocities makes 0.1 %. At packing 0.005 broken
-/// chaos is below 0.1 %. 0.5 % is allowed for all three. To it comes Student's t with seven degrees of freedom at a false alarm of
-/// 1e-3, 5.41, times the measured standard error; with more than 2 % in all, a wrong cumulant (1.6 %) would pass, so that fails too.
+/// Theory expands velocities to the fifth Sonine order and is right to 0.2 %, as far as an
+/// independent Monte Carlo of the Boltzmann equation tells (T/(m Delta^2) = 81.99 at r = 0.9). N -
+/// 1 in place of N free velocities makes 0.1 %. At packing 0.005 broken chaos is below 0.1 %. 0.5 %
+/// is allowed for all three. To it comes Student's t with seven degrees of freedom at a false alarm
+/// of 1e-3, 5.41, times the measured standard error; with more than 2 % in all, a wrong cumulant
+/// (1.6 %) would pass, so that fails too.
 #[test]
 fn delta_model_settles_at_the_temperature_of_theory() {
     let desk = Desk::new(&fs::read_to_string(bundled("delta-model")).expect("a case"));
@@ -19,7 +21,8 @@ fn delta_model_settles_at_the_temperature_of_theory() {
     let (found, errors) = (column("temperature_ratio"), column("temperature_ratio_se"));
     let theory = column("temperature_ratio_theory");
     for engine in 0..2 {
-        // The last two quarters; neighbouring quarters are 60 collisions long, some twelve relaxation times.
+        // The last two quarters; neighbouring quarters are 60 collisions long, some twelve
+        // relaxation times.
         let late = [4 * engine + 2, 4 * engine + 3];
         let mean: f64 = late.iter().map(|&row| 0.5 * found[row] / theory[row]).sum();
         let squares = late

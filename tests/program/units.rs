@@ -55,7 +55,8 @@ fn a_collapse_is_told_in_the_units_of_the_case() {
             header(&state).to_owned(),
         )
     });
-    // A thermal speed of sqrt(1e-9/1e-6) m/s and disks of 1 mm: one unit of the engine is 31.6 ms. Messages have seven digits.
+    // A thermal speed of sqrt(1e-9/1e-6) m/s and disks of 1 mm: one unit of the engine is 31.6 ms.
+    // Messages have seven digits.
     let unit = 1e-3 / 1e-3_f64.sqrt();
     let ratio = si.0 / unit / reduced.0;
     assert!((ratio / 1.6836 - 1.0).abs() < 1e-3, "{si:?} {reduced:?}");

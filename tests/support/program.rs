@@ -205,7 +205,8 @@ cells = [16, 8]
 blocks = 10
 "#;
 
-/// Dense disks that flow in on one side: simulators become more while partners are sought around points of contact.
+/// Dense disks that flow in on one side: simulators become more while partners are sought around
+/// points of contact.
 pub const INFLOW: &str = r#"# Do dense disks flow in?
 format = 2
 title = "a test of an inflow"

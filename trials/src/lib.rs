@@ -2,10 +2,10 @@
 //! (`bench`). Also the test of the false-alarm rate of verdicts ([`calibrate`]), and the command
 //! that makes results in the documentation ([`docs`]).
 //!
-//! They stand on the public interface of the engines, as any other program would, and no user's program contains them.
-//! A [`Trial`] is a row in a table: its name, what is tried, what must hold, and a function that finds out. All
-//! trials run in one loop, [`Trial::run`]; what they find is text, faults and [rows](table::Row) of claims. Gases are
-//! made in one place, [`gas`].
+//! They stand on the public interface of the engines, as any other program would, and no user's
+//! program contains them. A [`Trial`] is a row in a table: its name, what is tried, what must hold,
+//! and a function that finds out. All trials run in one loop, [`Trial::run`]; what they find is
+//! text, faults and [rows](table::Row) of claims. Gases are made in one place, [`gas`].
 
 #[macro_use]
 mod trial;

@@ -1,41 +1,49 @@
 //! Corrections to Enskog's theory of first order in density, by the dynamics of three disks.
 //!
-//! Two disks that have just met stand in each other's way. Those that would have met one of them from behind cannot, or meet the other
-//! first, and send it back to its partner. To first order in density this is a matter of three disks, the third being anywhere it does
-//! not overlap, with a Maxwellian velocity (a cluster expansion, as that of the velocity autocorrelation by R. Zwanzig, *Physical
-//! Review* **129**, 486 (1963), doi:10.1103/PhysRev.129.486). It is found by Monte Carlo: pairs that meet and third disks are drawn, and their
-//! collisions followed. Diameter, mass and temperature are one; n is the number density `4 phi/pi`.
+//! Two disks that have just met stand in each other's way. Those that would have met one of them
+//! from behind cannot, or meet the other first, and send it back to its partner. To first order in
+//! density this is a matter of three disks, the third being anywhere it does not overlap, with a
+//! Maxwellian velocity (a cluster expansion, as that of the velocity autocorrelation by R. Zwanzig,
+//! *Physical Review* **129**, 486 (1963), doi:10.1103/PhysRev.129.486). It is found by Monte Carlo:
+//! pairs that meet and third disks are drawn, and their collisions followed. Diameter, mass and
+//! temperature are one; n is the number density `4 phi/pi`.
 //!
 //! # Bulk viscosity
 //!
-//! In Enskog's theory the collisional pressure has no memory: the rate of momentum transfer is that of the energy, which is conserved, so
-//! its fluctuations are those of independent collisions. With the transfer `q = (m/2) g d` of a collision of normal speed g,
+//! In Enskog's theory the collisional pressure has no memory: the rate of momentum transfer is that
+//! of the energy, which is conserved, so its fluctuations are those of independent collisions. With
+//! the transfer `q = (m/2) g d` of a collision of normal speed g,
 //!
 //! ```text
 //! zeta(t) = zeta_E [1 + (2/<q²>) n ∫ dr_3 dv_3 f(v_3) <q (Q_123(t) - Q_13(t) - Q_23(t))>]
 //! ```
 //!
-//! is the slope of the Helfand moment at the lag t. The mean is over pairs that have just met. `Q_123` is what three disks transfer up to t
-//! after that, and `Q_13` and `Q_23` are what the third and one of the two would, the other being away. In the plane the integral grows as
-//! the logarithm of t for ever.
+//! is the slope of the Helfand moment at the lag t. The mean is over pairs that have just met.
+//! `Q_123` is what three disks transfer up to t after that, and `Q_13` and `Q_23` are what the
+//! third and one of the two would, the other being away. In the plane the integral grows as the
+//! logarithm of t for ever.
 //!
-//! Of N disks, two that have met do not meet again before they have mixed, though each pair has its share of the mean. That is
-//! `-pi omega t/N` of the bulk viscosity at a lag t: the transfer of a pair grows with its own squared relative speed, the mean of
-//! `q g²` is `(<g_n³> + <g_n> <g_t²>)/2 = 4 sqrt(pi)` of pairs that meet, that of all pairs 4, and `<q>` is `sqrt(pi)/2`.
+//! Of N disks, two that have met do not meet again before they have mixed, though each pair has its
+//! share of the mean. That is `-pi omega t/N` of the bulk viscosity at a lag t: the transfer of a
+//! pair grows with its own squared relative speed, the mean of `q g²` is
+//! `(<g_n³> + <g_n> <g_t²>)/2 = 4 sqrt(pi)` of pairs that meet, that of all pairs 4, and `<q>` is
+//! `sqrt(pi)/2`.
 //!
 //! # Impact parameters after equilibrium
 //!
-//! A gas in elastic equilibrium loses energy from t = 0 on. Its first collisions are chaos; later ones of the same three disks are not. In the
-//! collisions up to T the slope of P(b/d), `12 <b/d - 1/2>`, is n times the mean of `12 (b/d - 1/2)` over
+//! A gas in elastic equilibrium loses energy from t = 0 on. Its first collisions are chaos; later
+//! ones of the same three disks are not. In the collisions up to T the slope of P(b/d),
+//! `12 <b/d - 1/2>`, is n times the mean of `12 (b/d - 1/2)` over
 //!
-//! - collisions of three disks a time u after the first one, which may happen at any time s as long as the third meets none of the two before:
-//!   backwards in time it is free for `s < tau`. The share of s is `min(tau, T - u)/T`;
-//! - the first collisions themselves, where the third would have met both partners, each alone: chaos takes such away twice. Their share is
-//!   `1 - max(tau_1, tau_2)/T`.
+//! - collisions of three disks a time u after the first one, which may happen at any time s as long
+//!   as the third meets none of the two before: backwards in time it is free for `s < tau`. The
+//!   share of s is `min(tau, T - u)/T`;
+//! - the first collisions themselves, where the third would have met both partners, each alone:
+//!   chaos takes such away twice. Their share is `1 - max(tau_1, tau_2)/T`.
 //!
-//! Without losses the sum is nothing, since equilibrium is chaos. Collisions of the third with one of the two alone are as uniform as
-//! chaos, and are subtracted to have less noise. Later on the third disk meets others, which this order leaves out: it holds for T up to the
-//! mean free time.
+//! Without losses the sum is nothing, since equilibrium is chaos. Collisions of the third with one
+//! of the two alone are as uniform as chaos, and are subtracted to have less noise. Later on the
+//! third disk meets others, which this order leaves out: it holds for T up to the mean free time.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -371,7 +379,8 @@ mod tests {
             square += pair.first.transfer().powi(2) / 40_000.0;
             slope += pair.first.slope() / 40_000.0;
         }
-        // The square of q is exponential, so that its mean has an error of 0.005; that of the slope is sqrt(12/40 000) = 0.017.
+        // The square of q is exponential, so that its mean has an error of 0.005; that of the slope
+        // is sqrt(12/40 000) = 0.017.
         assert!((square - 1.0).abs() < 4.4 * 0.005, "{square}");
         assert!(slope.abs() < 4.4 * 0.017, "{slope}");
     }

@@ -47,7 +47,8 @@ macro_rules! about {
     };
 }
 
-/// A table of trials: `name => function, what is tried, what must hold` and, if it is not [`LIMIT`], the time in seconds.
+/// A table of trials: `name => function, what is tried, what must hold` and, if it is not
+/// [`LIMIT`], the time in seconds.
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
         /// The trials, in the order in which they are run.
@@ -116,8 +117,8 @@ impl Trial {
         self
     }
 
-    /// Runs the trial in a thread of its own: neither a panic nor an endless loop in it harms the caller, but the latter
-    /// keeps a thread busy until the program ends.
+    /// Runs the trial in a thread of its own: neither a panic nor an endless loop in it harms the
+    /// caller, but the latter keeps a thread busy until the program ends.
     pub fn run(self, effort: &Effort) -> Report {
         let began = Instant::now();
         let (sender, receiver) = channel();

@@ -8,7 +8,8 @@
 //! them met a third particle (M. H. Ernst & J. R. Dorfman, *Physica* **61**, 157 (1972),
 //! doi:10.1016/0031-8914(72)90087-X, on ring collisions).
 //!
-//! Rings up to [`LONGEST_RING`] are found, by comparing the pasts level by level: 125 comparisons at most.
+//! Rings up to [`LONGEST_RING`] are found, by comparing the pasts level by level: 125 comparisons
+//! at most.
 
 use serde::{Deserialize, Serialize};
 

@@ -80,7 +80,8 @@ fn history(seed: u64) -> (Vec<Span>, Vec<Collision>) {
     (spans, collisions)
 }
 
-/// Kinetic and collisional integrals of all fluxes, and displacements of all disks relative to the mean, up to a time.
+/// Kinetic and collisional integrals of all fluxes, and displacements of all disks relative to the
+/// mean, up to a time.
 fn plain(spans: &[Span], until: f64) -> (Integrals, Vec<Vector2<f64>>) {
     let (mut integrals, mut places) = (Integrals::default(), vec![Vector2::zeros(); 7]);
     for (number, span) in spans
@@ -113,8 +114,8 @@ fn plain(spans: &[Span], until: f64) -> (Integrals, Vec<Vector2<f64>>) {
     (integrals, places)
 }
 
-/// All sums against integrals from the beginning to each end of a bin; halfway the record is written and read back. Rounding: some
-/// hundred terms of order one.
+/// All sums against integrals from the beginning to each end of a bin; halfway the record is
+/// written and read back. Rounding: some hundred terms of order one.
 #[test]
 #[allow(clippy::too_many_lines, reason = "each sum is compared once")]
 fn moments_are_the_plain_integrals() {
@@ -189,7 +190,8 @@ fn moments_are_the_plain_integrals() {
             0.25 * squares.iter().sum::<f64>() / squares.len() as f64,
         );
     }
-    // Correlations: changes in all pairs of bins so far apart; displacements in the first bin of a lag and in the last.
+    // Correlations: changes in all pairs of bins so far apart; displacements in the first bin of a
+    // lag and in the last.
     let correlations = found.correlations();
     assert_eq!(correlations.len(), LAGS);
     for (lag, one) in correlations.iter().enumerate() {

@@ -84,7 +84,8 @@ impl<const D: usize> Histogram<D> {
                     unsafe_code,
                     reason = "a cast that saturates is not done several at once"
                 )]
-                // SAFETY: it is from 0 to the number of bins, which is an i32, and never NaN: `min` passes over that, and no comparison with it holds.
+                // SAFETY: it is from 0 to the number of bins, which is an i32, and never NaN: `min`
+                // passes over that, and no comparison with it holds.
                 let number = unsafe { place.to_int_unchecked::<i32>() };
                 *bin = number;
             }

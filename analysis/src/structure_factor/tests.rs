@@ -70,7 +70,8 @@ fn plain(
             let fraction = position[axis] / lengths[axis];
             (fraction - fraction.floor()) * sites[axis] as f64
         });
-        // Shares of site s along one axis: a box of width 1 around the point, or a triangle of width 2.
+        // Shares of site s along one axis: a box of width 1 around the point, or a triangle of
+        // width 2.
         let shares = |axis: usize| match assignment {
             Assignment::NearestGridPoint => {
                 vec![((at[axis] + 0.5).floor() as usize % sites[axis], 1.0)]
@@ -134,7 +135,8 @@ fn plain(
     shells
 }
 
-/// Positions anywhere near the box, with many exactly on sites, halfway between, and on the periodic edge.
+/// Positions anywhere near the box, with many exactly on sites, halfway between, and on the
+/// periodic edge.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![
         -1.0_f64..2.0,
@@ -152,8 +154,9 @@ fn coordinate() -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 96, rng_seed: RngSeed::Fixed(21), failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Rounding: amplitudes of at most 40 points pass ten butterfly stages of relative error 2^-52 in the fast
-    /// transform, and phases of error 2 pi 2^-52 in the plain one, so S <= 40 is right to some 40 * 40 * 2^-52.
+    /// Rounding: amplitudes of at most 40 points pass ten butterfly stages of relative error 2^-52
+    /// in the fast transform, and phases of error 2 pi 2^-52 in the plain one, so S <= 40 is right
+    /// to some 40 * 40 * 2^-52.
     #[test]
     fn transform_matches_the_plain_sum_over_the_same_lattice(
         fractions in prop::collection::vec((coordinate(), coordinate()), 1..40),
@@ -190,7 +193,8 @@ fn lattice_follows_the_diameter_and_holds_the_shells() {
     };
     assert_eq!(lattice([560.0; 2], 32, 1.0), [512; 2]);
     assert_eq!(lattice([100.0, 50.0], 4, 1.0), [128, 64]);
-    // 16 sites 1.25 apart are nearer than 32 sites 0.625 apart; at 64/3 both are a third off, and 32 is finer.
+    // 16 sites 1.25 apart are nearer than 32 sites 0.625 apart; at 64/3 both are a third off, and
+    // 32 is finer.
     assert_eq!(lattice([20.0; 2], 4, 1.0), [16; 2]);
     assert_eq!(lattice([64.0 / 3.0; 2], 4, 1.0), [32; 2]);
     // Shell 8 needs more than 16 sites; along the longer side, twice the index.
@@ -240,8 +244,8 @@ fn windows_match_their_closed_forms() {
         assert_eq!(shot, 1.0);
         let (squared, shot) = response(Assignment::CloudInCell, [0, -n], [512; 2]);
         assert!((squared - window * window).abs() < 1e-15);
-        // The sum of all aliased windows, sum over m of s^4(x + m): terms beyond |m| = 300 add up to less than
-        // 2 / (3 pi^4 299^3) = 3e-10.
+        // The sum of all aliased windows, sum over m of s^4(x + m): terms beyond |m| = 300 add up
+        // to less than 2 / (3 pi^4 299^3) = 3e-10.
         let x = f64::from(n) / 512.0;
         let aliased: f64 = (-300..=300)
             .map(|m| PI * (x + f64::from(m)))
@@ -380,7 +384,8 @@ fn one_cloud_in_cell_is_right_on_average_over_its_place() {
 
 #[test]
 fn perfect_crystal_has_bragg_peaks() {
-    // 16 x 16 points two apart, the first on the corner; a copy with the corner's column on the far edge.
+    // 16 x 16 points two apart, the first on the corner; a copy with the corner's column on the far
+    // edge.
     let crystal: Vec<_> = (0..256)
         .map(|i| Vector2::new(f64::from(i % 16) * 2.0, f64::from(i / 16) * 2.0))
         .collect();
@@ -440,9 +445,9 @@ fn columns(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Independent points have S = w at every k. Two assignments, two weights and 15 shells at z = 4 raise a false
-/// alarm for one seed in 250. The same configurations must also expose the wrong correction, which divides the
-/// aliased shot noise as well: 1 / W^2 = 2 in the last shell.
+/// Independent points have S = w at every k. Two assignments, two weights and 15 shells at z = 4
+/// raise a false alarm for one seed in 250. The same configurations must also expose the wrong
+/// correction, which divides the aliased shot noise as well: 1 / W^2 = 2 in the last shell.
 #[test]
 fn random_points_have_no_structure() {
     for (seed, assignment) in [(23, ASSIGNMENTS[0]), (24, ASSIGNMENTS[1])] {
@@ -475,7 +480,8 @@ fn random_points_have_no_structure() {
                     "{assignment:?}, shell {}: {estimate:?}, z = {z}",
                     shell + 1
                 );
-                // Wide enough an error to hide a tenth in the first shells, with four modes, is too wide.
+                // Wide enough an error to hide a tenth in the first shells, with four modes, is too
+                // wide.
                 assert!(estimate.standard_error.unwrap() < 0.12 * weight);
             }
             assert!(student_t_test(&divided, weight).unwrap().normal_z > 4.0);

@@ -6,8 +6,8 @@
 //!
 //! `sum N (n T0/2 + m g L/2) = sum N (n T/2 + m g <z>(T))`.
 //!
-//! Kawasaki, Monte Carlo calculation of the flow of granular materials (California Institute of Technology, 1985),
-//! appendix B, corrected. Dilute gases: grains have no volume here.
+//! Kawasaki, Monte Carlo calculation of the flow of granular materials (California Institute of
+//! Technology, 1985), appendix B, corrected. Dilute gases: grains have no volume here.
 
 use stosszahl_model::Invalid;
 
@@ -34,8 +34,8 @@ impl Column {
     /// Computes the equilibrium of a column that is released uniform, at rest and at the
     /// temperature `start`.
     ///
-    /// `freedoms`: degrees of freedom that share the energy, D for smooth grains, with those of rotation for perfectly
-    /// rough ones.
+    /// `freedoms`: degrees of freedom that share the energy, D for smooth grains, with those of
+    /// rotation for perfectly rough ones.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] unless all numbers are positive and finite.
@@ -59,7 +59,8 @@ impl Column {
         for (name, value) in numbers.into_iter().chain(masses) {
             Invalid::unless_positive(name, value)?;
         }
-        // Energy above that of the start: rising in the temperature, negative at the start, and not at the end of the fall.
+        // Energy above that of the start: rising in the temperature, negative at the start, and not
+        // at the end of the fall.
         let freedoms = freedoms as f64;
         let gain = |temperature: f64| -> f64 {
             layers
@@ -111,7 +112,8 @@ impl Column {
     }
 }
 
-/// Mean height over that of the column, 1/x - 1/(e^x - 1); the difference of near numbers as a series.
+/// Mean height over that of the column, 1/x - 1/(e^x - 1); the difference of near numbers as a
+/// series.
 fn mean_height(x: f64) -> f64 {
     if x < 1e-2 {
         0.5 - x / 12.0 + x.powi(3) / 720.0
@@ -124,8 +126,9 @@ fn mean_height(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Known solutions: T/T0 of one species with 6 and 3 degrees of freedom at m g L/T0 = 2 and 2.5465, densities at
-    /// floor and ceiling, and of two species in equal numbers with mass ratios 1 and 10; five digits are known.
+    /// Known solutions: T/T0 of one species with 6 and 3 degrees of freedom at m g L/T0 = 2 and
+    /// 2.5465, densities at floor and ceiling, and of two species in equal numbers with mass ratios
+    /// 1 and 10; five digits are known.
     #[test]
     fn settles_at_the_known_temperatures() {
         let one = |freedoms, x| {

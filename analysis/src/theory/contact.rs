@@ -65,8 +65,9 @@ pub fn values(
 mod tests {
     use super::*;
 
-    /// Equal sizes split into two species are one: Henderson-type value in the plane, Carnahan & Starling's
-    /// `(1 - phi/2)/(1 - phi)^3` in space, which follow from the formulas by algebra. Tolerance: roundings.
+    /// Equal sizes split into two species are one: Henderson-type value in the plane, Carnahan &
+    /// Starling's `(1 - phi/2)/(1 - phi)^3` in space, which follow from the formulas by algebra.
+    /// Tolerance: roundings.
     #[test]
     fn mixtures_of_equals_have_the_value_of_equals() {
         let half = |density| Component {

@@ -6,8 +6,8 @@ use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 use super::mixture::Mixture;
 
-/// A mixture whose temperature ratios have become constant, so that `T_k(t) = T_k (1 + t/tau_0)^-2`. Restitution
-/// must not depend on speed.
+/// A mixture whose temperature ratios have become constant, so that
+/// `T_k(t) = T_k (1 + t/tau_0)^-2`. Restitution must not depend on speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoolingState {
     dimension: usize,
@@ -27,7 +27,8 @@ impl CoolingState {
     /// ratios no longer change.
     ///
     /// # Errors
-    /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the ratios do not settle.
+    /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the ratios
+    /// do not settle.
     pub fn of<R: Restitution>(mixture: &Mixture<R>, mean: f64) -> Result<Self, TheoryError> {
         let count = mixture.components().len();
         Invalid::unless_positive("mean temperature", mean)?;
@@ -113,8 +114,9 @@ impl CoolingState {
     }
 
     /// Mean squared displacement of species k from time `start` on, over a time `lag`:
-    /// `(2 tau_0^2 D T_k/(m_k beta)) (l - (1 - exp(-beta l))/beta)` with `l = ln(1 + lag/(tau_0 + start))` and `beta =
-    /// tau_0/tau_v`: Bodrova & Osinsky (2024), Eq. 22.
+    /// `(2 tau_0^2 D T_k/(m_k beta)) (l - (1 - exp(-beta l))/beta)` with
+    /// `l = ln(1 + lag/(tau_0 + start))` and `beta = tau_0/tau_v`: Bodrova & Osinsky (2024),
+    /// Eq. 22.
     pub fn displacement(&self, k: usize, start: f64, lag: f64) -> f64 {
         let (scale, beta) = self.scale(k);
         let l = (lag / (self.time + start)).ln_1p();
@@ -129,7 +131,8 @@ impl CoolingState {
     }
 
     /// Mean squared displacement over a lag, averaged over all starts up to `total - lag`:
-    /// `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`, by the trapezoidal rule in `ln(tau_0 + s)`.
+    /// `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`, by the trapezoidal rule in
+    /// `ln(tau_0 + s)`.
     pub fn time_averaged(&self, k: usize, lag: f64, total: f64) -> f64 {
         let span = total - lag;
         let steps = 4000;

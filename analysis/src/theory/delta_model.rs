@@ -2,12 +2,14 @@
 
 use std::f64::consts::PI;
 
-/// Temperature `T/(m Delta^2)` at which the energy that Maxwellian velocities lose and gain in contacts
-/// balances, in any dimension and at any density; `None` at r = 1, where the gas heats for ever.
+/// Temperature `T/(m Delta^2)` at which the energy that Maxwellian velocities lose and gain in
+/// contacts balances, in any dimension and at any density; `None` at r = 1, where the gas heats for
+/// ever.
 ///
-/// With x = sqrt(T/m)/Delta the balance is `(1 - r^2) x^2 - r sqrt(pi) x - 1 = 0` (R. Brito, D. Risso &
-/// R. Soto, *Physical Review E* **87**, 022209 (2013), doi:10.1103/PhysRevE.87.022209). The velocities of the
-/// steady state have fewer fast particles than a Maxwellian, which raises T by 1 to 3 % for r from 0.95 to 0.7.
+/// With x = sqrt(T/m)/Delta the balance is `(1 - r^2) x^2 - r sqrt(pi) x - 1 = 0` (R. Brito, D.
+/// Risso & R. Soto, *Physical Review E* **87**, 022209 (2013), doi:10.1103/PhysRevE.87.022209). The
+/// velocities of the steady state have fewer fast particles than a Maxwellian, which raises T by 1
+/// to 3 % for r from 0.95 to 0.7.
 ///
 /// ```
 /// use stosszahl_analysis::theory::delta_model::maxwellian_temperature;

@@ -1,11 +1,13 @@
 //! Transport in the fluid of elastic disks by Enskog's theory, split into kinetic and collisional
 //! transfer.
 //!
-//! Units: diameter d, mass m and temperature T are one, so that self-diffusion comes in d sqrt(T/m), viscosities in sqrt(m T)/d
-//! and heat conductivity in sqrt(T/m)/d, with Boltzmann's constant one.
+//! Units: diameter d, mass m and temperature T are one, so that self-diffusion comes in d
+//! sqrt(T/m), viscosities in sqrt(m T)/d and heat conductivity in sqrt(T/m)/d, with Boltzmann's
+//! constant one.
 //!
-//! With the packing fraction phi, the contact value chi and the dilute coefficients `eta_0 = sqrt(m T/pi)/(2 d)` and
-//! `lambda_0 = 4 eta_0/m = (2/d) sqrt(T/(pi m))` in first Sonine order,
+//! With the packing fraction phi, the contact value chi and the dilute coefficients
+//! `eta_0 = sqrt(m T/pi)/(2 d)` and `lambda_0 = 4 eta_0/m = (2/d) sqrt(T/(pi m))` in first Sonine
+//! order,
 //!
 //! ```text
 //! shear viscosity    eta    = (eta_0/chi) (1 + phi chi)² + zeta/2
@@ -13,10 +15,11 @@
 //! heat conductivity  lambda = (lambda_0/chi) (1 + 3 phi chi/2)² + zeta/m
 //! ```
 //!
-//! (D. M. Gass, *Journal of Chemical Physics* **54**, 1898 (1971), doi:10.1063/1.1675116; for any dimension S. Chapman &
-//! T. G. Cowling, *The Mathematical Theory of Non-Uniform Gases*, chapter 16). All Sonine orders multiply `eta_0` by 1.022 and
-//! `lambda_0` by 1.029. The square is that of the sum of a kinetic and a collisional flux: its three terms are the kinetic part, the
-//! part of both, and a collisional part, to which the last term belongs.
+//! (D. M. Gass, *Journal of Chemical Physics* **54**, 1898 (1971), doi:10.1063/1.1675116; for any
+//! dimension S. Chapman & T. G. Cowling, *The Mathematical Theory of Non-Uniform Gases*, chapter
+//! 16). All Sonine orders multiply `eta_0` by 1.022 and `lambda_0` by 1.029. The square is that of
+//! the sum of a kinetic and a collisional flux: its three terms are the kinetic part, the part of
+//! both, and a collisional part, to which the last term belongs.
 
 use std::f64::consts::PI;
 
@@ -110,8 +113,9 @@ mod tests {
     use super::*;
     use stosszahl_model::transport::elastic_viscosity;
 
-    /// In Gass's form, `eta = eta_0 b [1/(b chi) + 1 + 0.8729 b chi] ` and `lambda = lambda_0 b [1/(b chi) + 3/2 + 0.8718 b chi]`
-    /// with b = 2 phi, whose numbers have four digits; and the sum of the viscosity is that of the model.
+    /// In Gass's form, `eta = eta_0 b [1/(b chi) + 1 + 0.8729 b chi] ` and
+    /// `lambda = lambda_0 b [1/(b chi) + 3/2 + 0.8718 b chi]` with b = 2 phi, whose numbers have
+    /// four digits; and the sum of the viscosity is that of the model.
     #[test]
     fn coefficients_are_those_of_gass() {
         for (phi, chi) in [(1e-3, 1.01), (0.25, 1.58), (0.5, 3.2)] {

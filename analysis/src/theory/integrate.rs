@@ -23,8 +23,9 @@ pub struct Work {
 /// Most steps of one integration.
 const STEPS: u64 = 10_000_000;
 
-/// Coefficients of Dormand & Prince, J. Comput. Appl. Math. 6, 19 (1980), doi:10.1016/0771-050X(80)90013-3: nodes,
-/// stages (the last row is also the solution of fifth order), and its difference from that of fourth order.
+/// Coefficients of Dormand & Prince, J. Comput. Appl. Math. 6, 19 (1980),
+/// doi:10.1016/0771-050X(80)90013-3: nodes, stages (the last row is also the solution of fifth
+/// order), and its difference from that of fourth order.
 const NODES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
 const STAGES: [[f64; 6]; 7] = [
     [0.0; 6],
@@ -68,8 +69,9 @@ const DIFFERENCE: [f64; 7] = [
 
 /// Integrator of an initial value problem: `dy/dx = slope(x, y)`.
 ///
-/// The embedded pair of Dormand & Prince, orders 5 and 4. A step is kept if the largest of the errors over
-/// `absolute + relative |y|` is at most one, and the next one has `0.9 error^(-1/5)` of its length.
+/// The embedded pair of Dormand & Prince, orders 5 and 4. A step is kept if the largest of the
+/// errors over `absolute + relative |y|` is at most one, and the next one has `0.9 error^(-1/5)` of
+/// its length.
 pub struct Integrator<F> {
     slope: F,
     tolerance: Tolerance,
@@ -205,8 +207,9 @@ mod tests {
         absolute: 1e-14,
     };
 
-    /// The oscillator and a stiff-ish decay over many orders of time, whose solutions are known. The error of a step is
-    /// controlled, so the global one is a modest multiple of it: a factor 100 is allowed.
+    /// The oscillator and a stiff-ish decay over many orders of time, whose solutions are known.
+    /// The error of a step is controlled, so the global one is a modest multiple of it: a factor
+    /// 100 is allowed.
     #[test]
     fn known_solutions_are_met_to_the_tolerance() {
         let mut circle = Integrator::new(
@@ -240,7 +243,8 @@ mod tests {
         assert!(haff.work().steps < 2000, "{:?}", haff.work());
     }
 
-    /// Fifth order: a tolerance lower by 1e5 takes ten times the steps, and the error follows the tolerance.
+    /// Fifth order: a tolerance lower by 1e5 takes ten times the steps, and the error follows the
+    /// tolerance.
     #[test]
     fn the_order_is_five() {
         let steps = |relative| {

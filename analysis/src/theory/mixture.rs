@@ -14,13 +14,14 @@ const NODES: i32 = 40;
 
 /// Kinetic equations of a homogeneous mixture whose species have Maxwellian velocities.
 ///
-/// For the pair (k, i) let `S^2 = T_k/m_k + T_i/m_i` be the variance of a component of the relative velocity and
-/// `nu_ki = n_i d_ki^(D-1) chi_ki (Omega_D sqrt(2/pi)/D) S (1 + e) m_i/(m_k + m_i)`, `Omega_2 = 2 pi`, `Omega_3 = 4 pi`.
-/// Then velocities of species k decay at the rate `nu_k = sum_i nu_ki`, and temperatures as
-/// `dT_k/dt = -T_k sum_i 2 nu_ki (1 - (1 + e) theta/2)`, `theta = (T_k m_i + T_i m_k)/(T_k (m_k + m_i))`: Garzó &
-/// Dufty, Phys. Rev. E 60, 5706 (1999), doi:10.1103/PhysRevE.60.5706, in three dimensions. Where restitution depends on the
-/// approach speed g, `1 + e` and `(1 + e)^2` stand for their means with the weight `g^3 exp(-g^2/(2 S^2))`, which for
-/// viscoelastic spheres are the series of Bodrova & Osinsky (2024).
+/// For the pair (k, i) let `S^2 = T_k/m_k + T_i/m_i` be the variance of a component of the relative
+/// velocity and `nu_ki = n_i d_ki^(D-1) chi_ki (Omega_D sqrt(2/pi)/D) S (1 + e) m_i/(m_k + m_i)`,
+/// `Omega_2 = 2 pi`, `Omega_3 = 4 pi`. Then velocities of species k decay at the rate
+/// `nu_k = sum_i nu_ki`, and temperatures as `dT_k/dt = -T_k sum_i 2 nu_ki (1 - (1 + e) theta/2)`,
+/// `theta = (T_k m_i + T_i m_k)/(T_k (m_k + m_i))`: Garzó & Dufty, Phys. Rev. E 60, 5706 (1999),
+/// doi:10.1103/PhysRevE.60.5706, in three dimensions. Where restitution depends on the approach
+/// speed g, `1 + e` and `(1 + e)^2` stand for their means with the weight `g^3 exp(-g^2/(2 S^2))`,
+/// which for viscoelastic spheres are the series of Bodrova & Osinsky (2024).
 #[derive(Clone, Debug)]
 pub struct Mixture<R> {
     dimension: usize,
@@ -50,8 +51,9 @@ impl<R: Restitution> Mixture<R> {
     /// a pair.
     ///
     /// # Errors
-    /// [`TheoryError::Invalid`] if there is no component, the dimension is another, a mass or diameter is not above zero,
-    /// a density negative, or the gas packed too densely for its contact values.
+    /// [`TheoryError::Invalid`] if there is no component, the dimension is another, a mass or
+    /// diameter is not above zero, a density negative, or the gas packed too densely for its
+    /// contact values.
     pub fn new(
         dimension: usize,
         components: Vec<Component>,
@@ -91,8 +93,9 @@ impl<R: Restitution> Mixture<R> {
                 );
             }
         }
-        // With y = g^2/(2 S^2), the weight is y exp(-y) dy. Trapezoidal in u with y = exp(u - exp(-u)), which decays
-        // doubly exponentially on both sides: exact to rounding for smooth laws and for powers of g.
+        // With y = g^2/(2 S^2), the weight is y exp(-y) dy. Trapezoidal in u with y = exp(u -
+        // exp(-u)), which decays doubly exponentially on both sides: exact to rounding for smooth
+        // laws and for powers of g.
         let mut nodes: Vec<(f64, f64)> = (0..NODES)
             .map(|node| {
                 let u = -3.5 + 7.5 * f64::from(node) / f64::from(NODES - 1);
@@ -198,14 +201,16 @@ impl<R: Restitution> Mixture<R> {
         0.5 * self.dimension as f64 * self.base(k, k) * spread
     }
 
-    /// Temperatures, velocity-displacement correlations `C_k = <R.v>`, mean squared displacements, correlations of the velocity
-    /// and collisions at the given times, which do not fall, from given temperatures at time zero, when all others are zero.
+    /// Temperatures, velocity-displacement correlations `C_k = <R.v>`, mean squared displacements,
+    /// correlations of the velocity and collisions at the given times, which do not fall, from
+    /// given temperatures at time zero, when all others are zero.
     ///
-    /// `dC_k/dt = D T_k/m_k - nu_k C_k` and `d<R_k^2>/dt = 2 C_k`, which is exact for velocity correlations that decay
-    /// exponentially in the number of collisions.
+    /// `dC_k/dt = D T_k/m_k - nu_k C_k` and `d<R_k^2>/dt = 2 C_k`, which is exact for velocity
+    /// correlations that decay exponentially in the number of collisions.
     ///
     /// # Errors
-    /// [`TheoryError`] if a temperature is not above zero, the numbers differ, or the integration fails.
+    /// [`TheoryError`] if a temperature is not above zero, the numbers differ, or the integration
+    /// fails.
     pub fn evolve(&self, temperatures: &[f64], times: &[f64]) -> Result<Vec<Moment>, TheoryError> {
         self.check_temperatures(temperatures)?;
         let count = self.components.len();

@@ -12,8 +12,8 @@
 //! | [`delta_model`] | at which temperature do contacts heat as much as they dissipate? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
-//! All of it but [`sonine`] takes velocities for Maxwellian (first Sonine order); how far a gas is from that is measured by its
-//! fourth cumulant.
+//! All of it but [`sonine`] takes velocities for Maxwellian (first Sonine order); how far a gas is
+//! from that is measured by its fourth cumulant.
 
 pub mod barometric;
 mod component;

@@ -1,8 +1,8 @@
 //! Gases of rough particles: temperatures of translation and of rotation.
 //!
-//! For Maxwellian velocities and spins ([`RoughGas::expand`] goes beyond), with the coefficients of normal restitution e and
-//! of tangential restitution beta,
-//! q = I/(m R^2) and eta = q (1 + beta)/(2 (1 + q)):
+//! For Maxwellian velocities and spins ([`RoughGas::expand`] goes beyond), with the coefficients of
+//! normal restitution e and of tangential restitution beta, q = I/(m R^2) and eta = q (1 + beta)/(2
+//! (1 + q)):
 //!
 //! `dT/dt = -G A T^(3/2) + G B T^(1/2) T_r`, `dT_r/dt = f G (B T^(3/2) - C T^(1/2) T_r)`, with
 //!
@@ -14,9 +14,9 @@
 //! | G | (16/3) sqrt(pi) n d^2 chi/sqrt(m) | 4 sqrt(pi) n d chi/sqrt(m) |
 //! | f | 1 | 2 |
 //!
-//! Huthmann & Zippelius, Phys. Rev. E 56, R6275 (1997), doi:10.1103/PhysRevE.56.R6275; Luding, Huthmann, McNamara &
-//! Zippelius, Phys. Rev. E 58, 3416 (1998), doi:10.1103/PhysRevE.58.3416. Temperatures are m <v^2>/D and
-//! I <w^2> for each rotation.
+//! Huthmann & Zippelius, Phys. Rev. E 56, R6275 (1997), doi:10.1103/PhysRevE.56.R6275; Luding,
+//! Huthmann, McNamara & Zippelius, Phys. Rev. E 58, 3416 (1998), doi:10.1103/PhysRevE.58.3416.
+//! Temperatures are m <v^2>/D and I <w^2> for each rotation.
 
 use stosszahl_model::{Invalid, Rough, Space};
 
@@ -69,7 +69,8 @@ impl RoughGas {
     /// correlation `contact_value` at contact.
     ///
     /// # Errors
-    /// [`TheoryError::Invalid`] if restitution is not in 0 to 1, or another number is not above zero and finite.
+    /// [`TheoryError::Invalid`] if restitution is not in 0 to 1, or another number is not above
+    /// zero and finite.
     pub fn new<S: Space>(
         restitution: f64,
         surface: Rough,
@@ -198,8 +199,8 @@ pub(super) mod tests {
         RoughGas::new::<S>(restitution, surface, 0.1, 1.0, 1.0, 1.0).expect("a gas")
     }
 
-    /// The formula sheet's numbers, which were checked by a Monte Carlo of the collision operator there: half of their last
-    /// digit.
+    /// The formula sheet's numbers, which were checked by a Monte Carlo of the collision operator
+    /// there: half of their last digit.
     #[test]
     fn temperatures_are_those_of_the_formula_sheet() {
         let start = Temperatures {
@@ -231,7 +232,8 @@ pub(super) mod tests {
         }
     }
 
-    /// The closed form against the formula sheet, half of the last digit, and against the cooling that leads to it.
+    /// The closed form against the formula sheet, half of the last digit, and against the cooling
+    /// that leads to it.
     #[test]
     fn the_late_ratio_is_where_cooling_leads() {
         let spheres = [

@@ -1,6 +1,6 @@
-//! Curves against the numbers of Bodrova & Osinsky (2024), computed independently of this code (with their misprints
-//! corrected). Tolerance: half of the unit beside each number, which is that of its last digit, or 1e-3 of it where the
-//! other code was no better.
+//! Curves against the numbers of Bodrova & Osinsky (2024), computed independently of this code
+//! (with their misprints corrected). Tolerance: half of the unit beside each number, which is that
+//! of its last digit, or 1e-3 of it where the other code was no better.
 
 use stosszahl_model::{Constant, PerPair, Viscoelastic, kinetic};
 
@@ -198,7 +198,8 @@ fn collisions_with_ones_like_are_those_of_the_paper() {
     }
 }
 
-/// The integrated curves put back into the equations: central differences of the values against the rates.
+/// The integrated curves put back into the equations: central differences of the values against the
+/// rates.
 #[test]
 fn residuals_are_small() {
     let mixture =
@@ -217,7 +218,8 @@ fn residuals_are_small() {
         for k in 0..3 {
             let rates = mixture.rates(k, &now.temperatures);
             let cooling = (after.temperatures[k] / before.temperatures[k]).ln() / span;
-            // The difference is off by (1e-3)^2 times a third derivative of order one, and by 1e-8 over 1e-3.
+            // The difference is off by (1e-3)^2 times a third derivative of order one, and by 1e-8
+            // over 1e-3.
             assert!((cooling + rates.cooling).abs() < 2e-5 * (1.0 / now.time + rates.cooling));
             let spreading = (after.displacements[k] - before.displacements[k]) / span;
             let size = 2.0 * now.correlations[k];
@@ -321,7 +323,8 @@ fn elastic_particles_diffuse_as_known() {
     }
 }
 
-/// The second order without its squares is the formula of van Noije & Ernst; they are of the size of a2^2.
+/// The second order without its squares is the formula of van Noije & Ernst; they are of the size
+/// of a2^2.
 #[test]
 fn fourth_cumulants_of_the_cooling_gas_are_those_of_the_literature() {
     for dimension in [2, 3] {
@@ -371,7 +374,8 @@ fn species_of_equals_are_one() {
     }
 }
 
-/// In the first order and from the cooling state on: the closed form, to the integration and the interpolation of 40 starts.
+/// In the first order and from the cooling state on: the closed form, to the integration and the
+/// interpolation of 40 starts.
 #[test]
 fn averages_over_time_are_those_of_the_closed_form() {
     let gas = Mixture::new(3, solid(&[0.1, 0.001]), half(), Contact::Dilute).expect("a mixture");

@@ -1,4 +1,5 @@
-//! Runs over several processes against runs in one: the same tables, also after processes or whole jobs were killed.
+//! Runs over several processes against runs in one: the same tables, also after processes or whole
+//! jobs were killed.
 //!
 //! Each wait has a limit: `timeout` kills a job that hangs, and its message fails the test.
 
@@ -12,7 +13,8 @@ use crate::support::{
     succeeds, tables,
 };
 
-/// A sweep of three points and six replicas each, with a prepared start, exact dynamics and Monte Carlo.
+/// A sweep of three points and six replicas each, with a prepared start, exact dynamics and Monte
+/// Carlo.
 const SWEEP: &str = r#"
 format = 2
 title = "a sweep"

@@ -56,7 +56,8 @@ fn a_frontier_is_the_same_for_any_number_of_processes() {
         succeeds(job(ranks, &[], &[&common[..], &more, &[&out]].concat()));
         assert!(untimed(&out) == wanted, "{ranks} ranks");
     }
-    // Of three, one stands still and one dies, once the first runs of the reference are kept; others do what they had.
+    // Of three, one stands still and one dies, once the first runs of the reference are kept;
+    // others do what they had.
     let out = scratch.out("killed");
     let words = [&common[..], &more, &[&out, "--lost-after", "2"]].concat();
     let child = started(job(3, &["--enable-recovery"], &words));

@@ -246,8 +246,8 @@ fn a_slow_process_is_waited_for() {
     assert!(tables(Path::new(&out)) == wanted);
 }
 
-/// Only the first process reads the case; all write their parts of checkpoints. The full disk of any (a limit of the size of files)
-/// ends the run with its number.
+/// Only the first process reads the case; all write their parts of checkpoints. The full disk of
+/// any (a limit of the size of files) ends the run with its number.
 #[test]
 fn a_full_disk_of_any_process_ends_the_run() {
     let case = CHANNEL.replace("until = 1\n", "until = 1\ncheckpoint_seconds = 0.01\n");

@@ -64,8 +64,8 @@ impl Alias {
                 self.small.push(high);
             }
         }
-        // What is left over is one but for rounding, or, where rounding emptied the large ones too early, next to
-        // nothing: that may not be drawn.
+        // What is left over is one but for rounding, or, where rounding emptied the large ones too
+        // early, next to nothing: that may not be drawn.
         let heaviest = (0..count as u32)
             .max_by(|&a, &b| self.scaled[a as usize].total_cmp(&self.scaled[b as usize]));
         for &left in &self.small {

@@ -12,9 +12,9 @@ use super::gas::{Gas, Grains};
 /// Draws the line of centres of a pair that meets with the relative velocity `g`. It has any
 /// positive length, and is zero if the pair only grazes.
 ///
-/// Its density is proportional to |g . e|. In the plane the impact parameter b/d is uniform in [-1, 1]. In space the
-/// elastic rebound of hard spheres is isotropic, so a random direction n gives the line `g - |g| n` without a frame
-/// around g.
+/// Its density is proportional to |g . e|. In the plane the impact parameter b/d is uniform in [-1,
+/// 1]. In space the elastic rebound of hard spheres is isotropic, so a random direction n gives the
+/// line `g - |g| n` without a frame around g.
 #[inline]
 pub fn line_of_centres<S: Space>(g: &S::Vector, stream: &mut impl Rng) -> S::Vector {
     let mut line = *g;

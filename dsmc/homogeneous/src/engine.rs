@@ -147,12 +147,14 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
 
     /// Advances until a time, or for a number of collisions, whichever comes first.
     ///
-    /// The random stream is addressed by the number of advances before, so a run gives the same bytes if it is stopped
-    /// and resumed between two of them, and others if its time is divided otherwise; a pause divides nothing. An observer receives the exact
-    /// time of each collision if trajectories are kept, and else its mean for the collision's place in the sequence.
+    /// The random stream is addressed by the number of advances before, so a run gives the same
+    /// bytes if it is stopped and resumed between two of them, and others if its time is divided
+    /// otherwise; a pause divides nothing. An observer receives the exact time of each collision if
+    /// trajectories are kept, and else its mean for the collision's place in the sequence.
     ///
     /// # Errors
-    /// [`GasError`] if `until` is no number or before the present, a rate is not finite, or a bound was exceeded.
+    /// [`GasError`] if `until` is no number or before the present, a rate is not finite, or a bound
+    /// was exceeded.
     pub fn advance(
         &mut self,
         until: f64,
@@ -219,8 +221,9 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     /// Processes proposals of one law: up to a time, or until the bounds are due, or until the law
     /// changes.
     ///
-    /// The number of proposals in the interval is Poisson. If the law changes with proposal m of M, the rest is void; the
-    /// time of that one is the m-th of M uniform ones, Beta distributed, and what follows is a new Poisson process.
+    /// The number of proposals in the interval is Poisson. If the law changes with proposal m of M,
+    /// the rest is void; the time of that one is the m-th of M uniform ones, Beta distributed, and
+    /// what follows is a new Poisson process.
     fn interval(
         &mut self,
         until: f64,

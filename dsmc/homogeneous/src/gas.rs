@@ -87,8 +87,8 @@ impl<P: Grains> Gas<P> {
     /// size; equals keep their order.
     ///
     /// # Errors
-    /// [`GasError`] if the volume is not positive and finite, a velocity not finite, the gas packed too densely for its
-    /// contact values, or 2^31 particles or more.
+    /// [`GasError`] if the volume is not positive and finite, a velocity not finite, the gas packed
+    /// too densely for its contact values, or 2^31 particles or more.
     pub fn new(
         scene: P,
         contact: Contact,
@@ -145,8 +145,9 @@ impl<P: Grains> Gas<P> {
         Self::drawn(scene, contact, volume, count, temperature, law, stream)
     }
 
-    /// Creates a gas of `count` particles, numbered from 0, whose sizes the scene has by their number. Velocities are of a distribution,
-    /// with the given temperature m<v^2>/D for each species, without drift.
+    /// Creates a gas of `count` particles, numbered from 0, whose sizes the scene has by their
+    /// number. Velocities are of a distribution, with the given temperature m<v^2>/D for each
+    /// species, without drift.
     ///
     /// # Errors
     /// As [`Gas::new`].

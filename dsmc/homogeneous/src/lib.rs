@@ -1,16 +1,20 @@
 //! Monte Carlo of homogeneous gases: no positions, no cells, and any number of sizes.
 //!
-//! The Boltzmann equation without gradients (or Enskog's, whose contact values are then factors) is a Poisson process of
-//! pair collisions: each unordered pair collides at the rate `k(a, b) g`, g its relative speed and k the [`Kernel`] of
-//! its radii. The engine realises that process exactly, for N particles: no time step, no cells, and no error but N.
+//! The Boltzmann equation without gradients (or Enskog's, whose contact values are then factors) is
+//! a Poisson process of pair collisions: each unordered pair collides at the rate `k(a, b) g`, g
+//! its relative speed and k the [`Kernel`] of its radii. The engine realises that process exactly,
+//! for N particles: no time step, no cells, and no error but N.
 //!
-//! * **Pairs** are proposed at a rate that bounds theirs and accepted with the quotient. [`Selection`] is the interface;
-//!   [`Bird`] has one majorant, [`LowRank`] draws from products of weights of size classes by trees (Bodrova & Osinsky
-//!   2024), [`Slots`] is our own and the one to use: groups of like speed and size in alias tables.
-//! * **Time**: the number of proposals up to a time is Poisson, one draw for many thousands of them; where trajectories
-//!   are kept, each has its exact time as one of that number of uniform ones. See [`Engine`].
-//! * **Contacts**: the line of centres is drawn with density |g . e|, and the pair bounces by the scene's law
-//!   ([`Bounce`]), leaves no trace on one side ([`Tracers`]), or sticks and breaks ([`Sticking`]).
+//! * **Pairs** are proposed at a rate that bounds theirs and accepted with the quotient.
+//!   [`Selection`] is the interface; [`Bird`] has one majorant, [`LowRank`] draws from products of
+//!   weights of size classes by trees (Bodrova & Osinsky 2024), [`Slots`] is our own and the one to
+//!   use: groups of like speed and size in alias tables.
+//! * **Time**: the number of proposals up to a time is Poisson, one draw for many thousands of
+//!   them; where trajectories are kept, each has its exact time as one of that number of uniform
+//!   ones. See [`Engine`].
+//! * **Contacts**: the line of centres is drawn with density |g . e|, and the pair bounces by the
+//!   scene's law ([`Bounce`]), leaves no trace on one side ([`Tracers`]), or sticks and breaks
+//!   ([`Sticking`]).
 //! * **Paths**: [`Displacement`] and [`Paths`] are touched at collisions only.
 //!
 //! Rejected alternatives: exponential times with a logarithm for each proposal (as in the published
@@ -60,6 +64,7 @@ pub use sticking::{
     Ledger, Limit, Order, Part, Rule, Sticking, Threshold, shards, size_distribution,
 };
 
-/// Version of the statistics of this engine: one more with each change that moves means beyond their errors, under *Results changed* in
-/// the changelog. Other digits of the same means do not count. Costly results in the documentation are refused once it has moved.
+/// Version of the statistics of this engine: one more with each change that moves means beyond
+/// their errors, under *Results changed* in the changelog. Other digits of the same means do not
+/// count. Costly results in the documentation are refused once it has moved.
 pub const STATISTICS_VERSION: u32 = 1;

@@ -1,4 +1,5 @@
-//! The low-rank selection of Bodrova & Osinsky (2024): classes of size with one speed bound each, found in trees of sums.
+//! The low-rank selection of Bodrova & Osinsky (2024): classes of size with one speed bound each,
+//! found in trees of sums.
 //!
 //! Let `v_c` be the largest speed in class c, `n_c` its number and `a_c` its radius. The kernel is
 //! a sum of products, so pairs are proposed by drawing a term (s, t), a first class by `n_c v_c

@@ -67,11 +67,13 @@ impl<P: Physics> Motion<P> for Paths<P> {
     }
 }
 
-/// Mean squared displacement along one path over a lag, averaged over all starts from the path's first to the last that
-/// fits: `(1/(t - lag)) integral <(R(s + lag) - R(s))^2> ds`. `corners` must include the end of the path.
+/// Mean squared displacement along one path over a lag, averaged over all starts from the path's
+/// first to the last that fits: `(1/(t - lag)) integral <(R(s + lag) - R(s))^2> ds`. `corners` must
+/// include the end of the path.
 ///
-/// Between two corners of either end the integrand is quadratic, so Simpson's rule on each piece is exact. Two pointers
-/// run along the path: the cost is the number of corners. Zero if the lag does not fit.
+/// Between two corners of either end the integrand is quadratic, so Simpson's rule on each piece is
+/// exact. Two pointers run along the path: the cost is the number of corners. Zero if the lag does
+/// not fit.
 pub fn time_averaged<V: Vector>(corners: &[(f64, V)], lag: f64) -> f64 {
     let (Some(first), Some(last)) = (corners.first(), corners.last()) else {
         return 0.0;

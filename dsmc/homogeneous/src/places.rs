@@ -229,7 +229,8 @@ pub(crate) fn arrange<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
         (0.9 * layout.generosity).max(1.0)
     };
     layout.refused = false;
-    // The fastest particle of the last time gives the bounds of the groups; if that was far off, once more.
+    // The fastest particle of the last time gives the bounds of the groups; if that was far off,
+    // once more.
     let mut fastest = 0.0;
     for _ in 0..2 {
         layout.base = (layout.top + u64::from(HEADROOM) + 1).saturating_sub(u64::from(WINDOW));

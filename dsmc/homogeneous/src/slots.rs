@@ -7,15 +7,16 @@
 //! radius by the three terms of the kernel, a class from the alias table of that power, and a place
 //! in it. As either partner may be the first, a pair is proposed at the rate `k (w_1 + w_2)`.
 //!
-//! What makes this exact and fast is that **the law over places does not change** between two rebuilds. A particle that
-//! gets faster than its group allows moves to an empty place of a faster group; the place that it leaves, an empty place
-//! and a particle that is gone are proposals of nothing. (Where no faster group has a place left, one is opened, and that
-//! does change the law: once in some thousand collisions.) So there is no structure to update within a draw, the rate is
+//! What makes this exact and fast is that **the law over places does not change** between two
+//! rebuilds. A particle that gets faster than its group allows moves to an empty place of a faster
+//! group; the place that it leaves, an empty place and a particle that is gone are proposals of
+//! nothing. (Where no faster group has a place left, one is opened, and that does change the law:
+//! once in some thousand collisions.) So there is no structure to update within a draw, the rate is
 //! constant (exact Poisson counts), and proposals may be drawn ahead and their memory prefetched.
 //!
-//! Cost: six random words, three looks at tables that fit the fastest memory, and three lines of the large
-//! arrays, all of them prefetched. Bounds are tight to 4 %, and fitted again every N/8 collisions
-//! in two passes over the gas.
+//! Cost: six random words, three looks at tables that fit the fastest memory, and three lines of
+//! the large arrays, all of them prefetched. Bounds are tight to 4 %, and fitted again every N/8
+//! collisions in two passes over the gas.
 
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};

@@ -273,7 +273,8 @@ mod tests {
         Sticking::new(rule).expect("a rule")
     }
 
-    /// Two dimers of mass 2 and two clusters of mass 20 meet at speed 3: a limit of speed treats them alike, one of energy does not.
+    /// Two dimers of mass 2 and two clusters of mass 20 meet at speed 3: a limit of speed treats
+    /// them alike, one of energy does not.
     #[test]
     fn a_limit_of_speed_knows_no_masses() {
         let fates = |stick: Limit, shatter: Limit| {

@@ -43,7 +43,8 @@ impl SumTree {
         let mut node = 1;
         while node < leaves {
             let left = self.nodes[2 * node];
-            // Rounding may carry the place beyond the right child's weight, but never into one that is empty.
+            // Rounding may carry the place beyond the right child's weight, but never into one that
+            // is empty.
             let right = place >= left && self.nodes[2 * node + 1] > 0.0;
             node = 2 * node + usize::from(right);
             if right {

@@ -267,8 +267,9 @@ fn table<Pick: Selection<Of<Volume, Constant, Species>>>(
     engine
 }
 
-/// Three selections give one gas: collisions and energy at t = 20. From run to run the number of collisions varies by
-/// about 0.4 sqrt(C), its energy by 0.4/sqrt(N) (measured with 12 seeds); five times the scatter of a difference.
+/// Three selections give one gas: collisions and energy at t = 20. From run to run the number of
+/// collisions varies by about 0.4 sqrt(C), its energy by 0.4/sqrt(N) (measured with 12 seeds); five
+/// times the scatter of a difference.
 #[test]
 fn selections_agree_on_a_polydisperse_gas() {
     let (own, low, bird) = (table::<Slots>(1), table::<LowRank>(2), table::<Bird>(3));
@@ -407,7 +408,8 @@ fn haff<S: Space>(space: S) {
         );
         let collisions = 2.0 * engine.tally().collisions as f64 / count as f64;
         let expected = stosszahl_model::kinetic::haff_collisions(S::DIMENSION, r, tau);
-        // Pair collisions are Poisson at fixed temperature; the temperature's own error adds as much.
+        // Pair collisions are Poisson at fixed temperature; the temperature's own error adds as
+        // much.
         let scatter = 8.8 / (0.5 * collisions * count as f64).sqrt() + 2.0 * error;
         assert!(
             (collisions / expected - 1.0).abs() < scatter + 3e-3,
@@ -425,9 +427,9 @@ fn equal_particles_cool_and_spread_as_haff_says() {
     haff(Volume);
 }
 
-/// Two and three species from equal temperatures, constant and viscoelastic, also where masses differ a hundredfold and
-/// little of the speed is kept, so that velocities are far from Maxwellian: against the kinetic equations in Sonine
-/// expansion.
+/// Two and three species from equal temperatures, constant and viscoelastic, also where masses
+/// differ a hundredfold and little of the speed is kept, so that velocities are far from
+/// Maxwellian: against the kinetic equations in Sonine expansion.
 #[test]
 fn mixtures_cool_and_spread_as_the_equations_say() {
     let solid = |mass: f64, count| Kind {
@@ -457,9 +459,10 @@ fn mixtures_cool_and_spread_as_the_equations_say() {
     );
 }
 
-/// Temperatures, displacements and fourth cumulants at three times. Allowed is what the last order changed, and 4.75 standard
-/// errors, a false alarm in 1e6 each: of a temperature `sqrt(2 (1 + 5 a2/2)/(3 N))`, of a mean squared displacement
-/// `sqrt(2/(3 N))` times 1.5 for its heavier tails, of a2 `sqrt(8/(15 N))` times 1.5.
+/// Temperatures, displacements and fourth cumulants at three times. Allowed is what the last order
+/// changed, and 4.75 standard errors, a false alarm in 1e6 each: of a temperature
+/// `sqrt(2 (1 + 5 a2/2)/(3 N))`, of a mean squared displacement `sqrt(2/(3 N))` times 1.5 for its
+/// heavier tails, of a2 `sqrt(8/(15 N))` times 1.5.
 fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
     let species = Species::new(parts.to_vec()).expect("species");
     let count = species.count();
@@ -523,7 +526,8 @@ fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
     }
 }
 
-/// Tracers feel the bath, and it does not feel them; paths, velocities and their time averages against the closed forms.
+/// Tracers feel the bath, and it does not feel them; paths, velocities and their time averages
+/// against the closed forms.
 #[test]
 fn tracers_follow_the_tracer_limit() {
     let kinds = [1.0, 10.0].map(|mass: f64| Kind {
@@ -575,8 +579,8 @@ fn tracers_follow_the_tracer_limit() {
         drift += particle.velocity;
     }
     assert!(drift.square().sqrt() < 1e-10, "{drift}");
-    // 4.4 standard errors of 4000 tracers (2.6 % each for Gaussian displacements in three dimensions, with 4 % in all for
-    // the bath's departure from Maxwell).
+    // 4.4 standard errors of 4000 tracers (2.6 % each for Gaussian displacements in three
+    // dimensions, with 4 % in all for the bath's departure from Maxwell).
     let error = |n: f64| 4.4 * (2.0 / (3.0 * n)).sqrt();
     for (k, n) in [(0, 4e4), (1, 4e3)] {
         let spread = found[k].displacement / state.displacement(k, 0.0, end);
@@ -604,7 +608,8 @@ fn tracers_follow_the_tracer_limit() {
     }
 }
 
-/// Momentum and energy of shattering, over a million shards and at extreme speeds. Roundings: 1e-12.
+/// Momentum and energy of shattering, over a million shards and at extreme speeds. Roundings:
+/// 1e-12.
 #[test]
 fn shards_have_no_momentum_and_the_energy_asked_for() {
     let mut stream = stream(9);
@@ -655,8 +660,8 @@ fn clusters<C: Contacts<Of<S, Constant, Clusters>>, S: Space>(
     Engine::new(gas, (), contacts, Streams::new(13, 0)).expect("an engine")
 }
 
-/// Number and energy of a gas in which all collisions merge, against runs of another code with 2e5 particles, which were
-/// good to 1 or 2 %.
+/// Number and energy of a gas in which all collisions merge, against runs of another code with 2e5
+/// particles, which were good to 1 or 2 %.
 #[test]
 fn aggregation_decays_as_measured_elsewhere() {
     let count = 60_000;
@@ -711,8 +716,8 @@ fn sticking_ends_with_one_cluster() {
     assert_eq!(engine.contacts().ledger.mergers, count as u64 - 1);
 }
 
-/// Sticking and breaking together: mass, momentum and the energy ledger close, and numbers reach a steady state while it is
-/// kept warm by nothing: fast pairs break, slow ones stick.
+/// Sticking and breaking together: mass, momentum and the energy ledger close, and numbers reach a
+/// steady state while it is kept warm by nothing: fast pairs break, slow ones stick.
 #[test]
 fn breaking_closes_the_ledgers() {
     let mut rule = always_stick().rule;
@@ -742,8 +747,8 @@ fn breaking_closes_the_ledgers() {
     assert!((booked / start - 1.0).abs() < 1e-12, "{booked} {start}");
 }
 
-/// Extremes that must neither fail nor hang: no particle, one, all at rest, one giant in dust, no rebound, a species at a
-/// millionth of the other's temperature.
+/// Extremes that must neither fail nor hang: no particle, one, all at rest, one giant in dust, no
+/// rebound, a species at a millionth of the other's temperature.
 #[test]
 fn extreme_gases_run() {
     let run = |kinds: &[(f64, f64, usize)], r: f64, until: f64, temperature: fn(u32) -> f64| {

@@ -75,8 +75,8 @@ pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
     (widest >= LEAST_HALO).then_some(widest)
 }
 
-/// Visits the disks in some rows of cells, from list to list. The first disk of a list is requested from memory 64 lists before its turn, and
-/// the second 32.
+/// Visits the disks in some rows of cells, from list to list. The first disk of a list is requested
+/// from memory 64 lists before its turn, and the second 32.
 fn visit_rows<F: Field<Plane>>(
     disks: &Disks<F>,
     rows: impl Iterator<Item = u16>,

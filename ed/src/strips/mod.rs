@@ -27,8 +27,9 @@
 //! from logs that are merged by time. Whatever is unusual in a window, be it an error, an interrupt
 //! or the end of a budget, makes the engine drop the window and continue alone.
 //!
-//! The method has no bound of speeds in it, which dense gases would not obey: there, news travel at the speed of sound. The
-//! length of windows follows from how far wrong events have come into the halos, which is about as the root of the number of collisions.
+//! The method has no bound of speeds in it, which dense gases would not obey: there, news travel at
+//! the speed of sound. The length of windows follows from how far wrong events have come into the
+//! halos, which is about as the root of the number of collisions.
 
 mod cut;
 mod merge;
@@ -197,7 +198,8 @@ struct Strips<P: Physics, Q: Calendar> {
     strips: Vec<Engine<P, Q>>,
 }
 
-/// Engine whose gas may be spread over the threads of a pool in strips, with the bytes of an engine alone.
+/// Engine whose gas may be spread over the threads of a pool in strips, with the bytes of an engine
+/// alone.
 pub struct StripedEngine<P: Physics, Q: Calendar = Buckets> {
     engine: Engine<P, Q>,
     strips: Strips<P, Q>,
@@ -208,7 +210,8 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Spreads an engine over this many strips, one for each thread of the present pool, if its gas is large enough.
+    /// Spreads an engine over this many strips, one for each thread of the present pool, if its gas
+    /// is large enough.
     pub fn new(engine: Engine<P, Q>, strips: usize) -> Self {
         let settings = StripSettings {
             strips,
@@ -395,7 +398,8 @@ where
     P: Physics<Space = Plane>,
     Q: Calendar,
 {
-    /// Finds the boundaries of strips for a leap towards a goal, and the own time at which it ends at the latest; `None` if it does not pay.
+    /// Finds the boundaries of strips for a leap towards a goal, and the own time at which it ends
+    /// at the latest; `None` if it does not pay.
     fn prepare(&mut self, whole: &Engine<P, Q>, goal: &Goal) -> Option<(Vec<i32>, f64)> {
         // Rows of cells that slide step all at once.
         if self.settings.strips < 2 || P::Field::SHEARED {

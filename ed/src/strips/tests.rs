@@ -91,8 +91,8 @@ fn strips_stay_between_advances() {
         (bytes, stay, engine.settings().clone())
     };
     let alone = stages(1, [FIRST_DEPTH; 2]);
-    // Where wrong events go as deep as 60 rows, windows pay in three strips and not in twelve; where they go as deep as 20, in twelve too, but
-    // three are there.
+    // Where wrong events go as deep as 60 rows, windows pay in three strips and not in twelve;
+    // where they go as deep as 20, in twelve too, but three are there.
     let expected = [(2, [FIRST_DEPTH; 2], 2), (12, [60.0, 20.0], 3)];
     for (strips, depths, few) in expected {
         let (bytes, stay, spread) = stages(strips, depths);
@@ -152,7 +152,8 @@ fn strips_forget_the_events_of_disks_that_left() {
     assert!(stale < 0.01, "{stale} stale for each event");
 }
 
-/// Boundaries move half of the way to where work would be equal, and not so far that a strip is too low for its halos.
+/// Boundaries move half of the way to where work would be equal, and not so far that a strip is too
+/// low for its halos.
 #[test]
 fn boundaries_follow_the_work() {
     let cuts = cut::equal_cuts(300, 3).expect("cuts");

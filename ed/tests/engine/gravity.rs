@@ -60,7 +60,8 @@ fn energy_drift<P: Physics<Space = Plane>>(scene: &P, boundaries: &Boundaries) -
     energy(scene, &engine.state()) / before - 1.0
 }
 
-/// One ball on a specular floor comes back to its height ten thousand times, each after 2 sqrt(2 h/g).
+/// One ball on a specular floor comes back to its height ten thousand times, each after 2 sqrt(2
+/// h/g).
 #[test]
 fn a_bouncing_ball_keeps_its_height() {
     let boundaries = walled([None, Some([Wall::specular(); 2])]);
@@ -82,8 +83,9 @@ fn a_bouncing_ball_keeps_its_height() {
     assert!(engine.worst_overlap() < 1e-12);
 }
 
-/// A ball at rest on the floor, one let fall, and one on top of a disc: with a contact time they settle after finitely
-/// many contacts and stay; without one they are a collapse, which is reported.
+/// A ball at rest on the floor, one let fall, and one on top of a disc: with a contact time they
+/// settle after finitely many contacts and stay; without one they are a collapse, which is
+/// reported.
 #[test]
 fn a_ball_comes_to_rest() {
     let mut boundaries = walled([Some([Wall::specular(); 2]), Some([bounces(0.6, 0.5); 2])]);
@@ -141,8 +143,8 @@ fn a_ball_comes_to_rest() {
     }
 }
 
-/// Disks poured into a box settle in a heap in the TC model: contacts are many, but finitely many, the heat goes, and nothing
-/// overlaps.
+/// Disks poured into a box settle in a heap in the TC model: contacts are many, but finitely many,
+/// the heat goes, and nothing overlaps.
 #[test]
 fn disks_settle_in_a_heap() {
     let boundaries = walled([Some([bounces(0.5, 1.0); 2]), Some([bounces(0.5, 1.0); 2])]);
@@ -171,7 +173,8 @@ fn disks_settle_in_a_heap() {
     assert!(energy(&scene, &state) < 0.4 * begin);
 }
 
-/// A dense box on a floor that shakes it with several times its weight: no event is lost, and nothing overlaps.
+/// A dense box on a floor that shakes it with several times its weight: no event is lost, and
+/// nothing overlaps.
 #[test]
 fn a_vibrated_box_loses_no_event() {
     let floor = vibrates(bounces(0.9, 1.0), 0.5, 0.5);
@@ -199,8 +202,8 @@ fn a_vibrated_box_loses_no_event() {
     }
 }
 
-/// Mean height of a gas above a floor, and mean of its square, for the hydrostatic profile dp/dy = -n g with
-/// p = n T (1 + 2 phi chi).
+/// Mean height of a gas above a floor, and mean of its square, for the hydrostatic profile
+/// dp/dy = -n g with p = n T (1 + 2 phi chi).
 fn hydrostatic(temperature: f64, weight: f64, column: f64, height: f64) -> [f64; 2] {
     let steps = 20_000;
     let h = height / f64::from(steps);
@@ -232,8 +235,9 @@ fn hydrostatic(temperature: f64, weight: f64, column: f64, height: f64) -> [f64;
     [sums[1] / sums[0], sums[2] / sums[0]]
 }
 
-/// The profile of a dilute elastic gas under gravity. Twenty stretches of time give the standard errors; z = 4.4, and a per
-/// mille for the layer at the floor, which the local density does not know.
+/// The profile of a dilute elastic gas under gravity. Twenty stretches of time give the standard
+/// errors; z = 4.4, and a per mille for the layer at the floor, which the local density does not
+/// know.
 #[test]
 fn a_dilute_gas_has_the_barometric_profile() {
     let boundaries = walled([None, Some([Wall::specular(); 2])]);

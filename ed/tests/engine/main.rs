@@ -1,4 +1,5 @@
-//! The event-driven engine. One program for all tests, so that each instance of the engine is compiled once.
+//! The event-driven engine. One program for all tests, so that each instance of the engine is
+//! compiled once.
 
 mod gravity;
 mod legs;

@@ -10,7 +10,8 @@ use crate::support::{
     walled,
 };
 
-/// An obstacle that reaches to the edge of a periodic box stands on the other side too, for disks that come from there.
+/// An obstacle that reaches to the edge of a periodic box stands on the other side too, for disks
+/// that come from there.
 #[test]
 fn obstacles_are_seen_across_the_periodic_boundary() {
     let mut boundaries = Boundaries::periodic();
@@ -40,7 +41,8 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
     );
 }
 
-/// A thin plate across the box parts it in two, for disks of any energy: none gets through, in 1e5 contacts.
+/// A thin plate across the box parts it in two, for disks of any energy: none gets through, in 1e5
+/// contacts.
 #[test]
 fn nothing_goes_through_a_thin_plate() {
     let mut boundaries = closed();
@@ -86,8 +88,9 @@ fn nothing_goes_through_a_thin_plate() {
     }
 }
 
-/// A disk in a wedge of two plates under gravity comes to rest between them, touching both, in the TC model, where that is
-/// wide; its place is that of the circle between the two lines. In one of a degree it takes longer, but not for ever.
+/// A disk in a wedge of two plates under gravity comes to rest between them, touching both, in the
+/// TC model, where that is wide; its place is that of the circle between the two lines. In one of a
+/// degree it takes longer, but not for ever.
 #[test]
 fn a_disk_rests_in_a_wedge() {
     for half in [0.5_f64, 30.0, 60.0] {
@@ -123,7 +126,8 @@ fn a_disk_rests_in_a_wedge() {
         assert!(engine.worst_overlap() < 1e-12);
         assert!(engine.tally().rebounds < 10_000_000);
         if half < 1.0 {
-            // It meets the plates sooner than after a contact time, and is sent up again with little loss.
+            // It meets the plates sooner than after a contact time, and is sent up again with
+            // little loss.
             assert!(body.position[1] - rest < 0.45 && body.position[1] > rest - 1e-9);
         } else {
             // Nothing rubs: the disk continues to swing a little.

@@ -19,7 +19,8 @@ fn rough_disks() {
     }
 }
 
-/// Specular, restitutive with slip, sliding, diffuse and vibrating walls, and slits with one disk or cell across.
+/// Specular, restitutive with slip, sliding, diffuse and vibrating walls, and slits with one disk
+/// or cell across.
 #[test]
 fn walls() {
     let sliding = Wall {
@@ -83,7 +84,8 @@ fn gravity() {
     }
 }
 
-/// Discs, thin plates and solids, some of which reach to the edges of the box, with and without gravity and walls.
+/// Discs, thin plates and solids, some of which reach to the edges of the box, with and without
+/// gravity and walls.
 #[test]
 fn obstacles() {
     let all = vec![

@@ -220,7 +220,8 @@ fn ledgers_tell_all_that_comes_in() {
             given += ledger.momentum;
             gained += ledger.energy;
         }
-        // Thousands of contacts with roundings of 1e-16 of what is there, which may grow on walls that push.
+        // Thousands of contacts with roundings of 1e-16 of what is there, which may grow on walls
+        // that push.
         let now = energy(&scene, &end);
         let scale = 1.0 + before.abs() + now.abs() + gained.abs();
         prop_assert!(
@@ -275,7 +276,8 @@ fn contacts_are_those_of_the_oracle() {
         for wall in recipe.walls.iter_mut().flatten().flatten() {
             wall.restitution = 0.9 + 0.1 * wall.restitution;
         }
-        // Where few disks fly far, contacts are too many images away for the oracle, and rounding grows too fast.
+        // Where few disks fly far, contacts are too many images away for the oracle, and rounding
+        // grows too fast.
         recipe.disks = 10 + recipe.disks / 2;
         let (scene, boundaries) = (recipe.scene(false), recipe.boundaries());
         let start = recipe.start(&scene, &boundaries);

@@ -62,14 +62,16 @@ fn perfectly_rough_disks_return_to_their_start() {
         .expect("collisions");
     let end = back.state();
     for (one, other) in begin.bodies.iter().zip(&end.bodies) {
-        // As for smooth disks: a collision or two a disk, each of which multiplies 1e-14 by less than a hundred.
+        // As for smooth disks: a collision or two a disk, each of which multiplies 1e-14 by less
+        // than a hundred.
         assert!(begin.domain.distance(one.position, other.position) < 1e-9);
         assert!((one.spin + other.spin).norm() < 1e-9);
     }
 }
 
-/// Temperatures of translation and rotation by the theory of Huthmann & Zippelius, Phys. Rev. E 56, R6275 (1997), with
-/// Maxwellian distributions: dT/dt = -G A T^(3/2) + G B T^(1/2) R and dR/dt = 2 G (B T^(3/2) - C T^(1/2) R), from (1, 1).
+/// Temperatures of translation and rotation by the theory of Huthmann & Zippelius, Phys. Rev. E 56,
+/// R6275 (1997), with Maxwellian distributions: dT/dt = -G A T^(3/2) + G B T^(1/2) R and dR/dt = 2
+/// G (B T^(3/2) - C T^(1/2) R), from (1, 1).
 fn two_temperatures(restitution: f64, tangential: f64, rate: f64, until: f64) -> [f64; 2] {
     let q = 0.5;
     let eta = q * (1.0 + tangential) / (2.0 * (1.0 + q));
@@ -99,9 +101,10 @@ fn two_temperatures(restitution: f64, tangential: f64, rate: f64, until: f64) ->
     now
 }
 
-/// Dilute rough disks cool as the two-temperature theory says, to 2 %: the theory knows neither the fourth cumulant nor
-/// the correlation of spin and velocity, which together are worth a per cent. The gas has a density of 1 %, and eight
-/// replicas with a standard error that must be below a per cent.
+/// Dilute rough disks cool as the two-temperature theory says, to 2 %: the theory knows neither the
+/// fourth cumulant nor the correlation of spin and velocity, which together are worth a per cent.
+/// The gas has a density of 1 %, and eight replicas with a standard error that must be below a per
+/// cent.
 #[test]
 fn dilute_disks_cool_as_the_two_temperature_theory_says() {
     let (count, packing) = (4000, 0.01);

@@ -160,8 +160,8 @@ fn follow_plain<P: Physics<Space = Plane>>(
     );
 }
 
-/// Twenty gases: in wide, high and narrow boxes, with the flow to either side, slow and fast, dilute and dense; smooth and rough, of one
-/// and of two species, with three laws.
+/// Twenty gases: in wide, high and narrow boxes, with the flow to either side, slow and fast,
+/// dilute and dense; smooth and rough, of one and of two species, with three laws.
 #[test]
 fn all_pairs_have_the_same_collisions() {
     let laws = || {
@@ -204,8 +204,9 @@ fn all_pairs_have_the_same_collisions() {
     }
 }
 
-/// Energy is what was there, plus the work of the stress, less what collisions took, and momentum stays zero, over fresh starts too. Each of
-/// some 10^6 terms is rounded to 1e-16 of itself, and their signs are of chance: 1e-13 of the sum; 1e-10 is asked for.
+/// Energy is what was there, plus the work of the stress, less what collisions took, and momentum
+/// stays zero, over fresh starts too. Each of some 10^6 terms is rounded to 1e-16 of itself, and
+/// their signs are of chance: 1e-13 of the sum; 1e-10 is asked for.
 #[test]
 fn the_energy_balance_closes() {
     for (rate, restitution) in [(0.4, 0.8), (-1.0, 0.9)] {
@@ -260,7 +261,8 @@ fn grains(rate: f64) -> Grains {
     }
 }
 
-/// A run that is killed at a checkpoint and resumed has the bytes of one that is not, and those of several threads are those of one.
+/// A run that is killed at a checkpoint and resumed has the bytes of one that is not, and those of
+/// several threads are those of one.
 #[test]
 fn resumed_runs_have_the_same_bytes() {
     let (boundaries, grains) = (Boundaries::periodic(), grains(0.5));

@@ -229,7 +229,8 @@ fn a_clustered_gas() {
     compare("clustered", &scene, dissipation, &boundaries, &start, &legs);
 }
 
-/// Between walls of all kinds, around obstacles, under gravity, with spin: what walls have given too.
+/// Between walls of all kinds, around obstacles, under gravity, with spin: what walls have given
+/// too.
 #[test]
 fn walls_obstacles_gravity_and_spin() {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });

@@ -49,9 +49,10 @@ fn a_closed_box_conserves_energy() {
     }
 }
 
-/// The pressure on the walls of a slit, momentum over time and length, is that of the bulk, p = n T (1 + 2 phi chi), with
-/// the density of its middle third, away from the layers at the walls. Time is cut into twenty parts, whose scatter is
-/// the standard error, and the density has one too; z = 4.4 and the 0.2 % by which Henderson's formula may be off.
+/// The pressure on the walls of a slit, momentum over time and length, is that of the bulk, p = n T
+/// (1 + 2 phi chi), with the density of its middle third, away from the layers at the walls. Time
+/// is cut into twenty parts, whose scatter is the standard error, and the density has one too; z =
+/// 4.4 and the 0.2 % by which Henderson's formula may be off.
 #[test]
 fn pressure_on_walls_is_that_of_the_bulk() {
     let boundaries = walled([None, Some([Wall::specular(); 2])]);
@@ -102,7 +103,8 @@ fn pressure_on_walls_is_that_of_the_bulk() {
     }
 }
 
-/// Between diffuse walls at temperature 1 a gas that was at 3 ends at 1, also where the walls slide with it.
+/// Between diffuse walls at temperature 1 a gas that was at 3 ends at 1, also where the walls slide
+/// with it.
 #[test]
 fn diffuse_walls_give_their_temperature() {
     let wall = Wall {
@@ -354,7 +356,8 @@ fn boundaries_that_do_not_fit_are_refused() {
     ));
 }
 
-/// A disk that comes to a wall at 1e-12 of its speed, and one that flies along it at its distance: reflected or left alone.
+/// A disk that comes to a wall at 1e-12 of its speed, and one that flies along it at its distance:
+/// reflected or left alone.
 #[test]
 fn grazing_a_wall() {
     let boundaries = walled([None, Some([Wall::specular(); 2])]);
@@ -382,8 +385,8 @@ fn grazing_a_wall() {
     }
 }
 
-/// Into a wedge of one degree between a wall and a plate, and out again: as many contacts as the angle has place in two
-/// right ones at the most, the energy kept, and never inside.
+/// Into a wedge of one degree between a wall and a plate, and out again: as many contacts as the
+/// angle has place in two right ones at the most, the energy kept, and never inside.
 #[test]
 fn a_disk_leaves_a_wedge_of_one_degree() {
     let angle = 1.0_f64.to_radians();
@@ -418,7 +421,8 @@ fn a_disk_leaves_a_wedge_of_one_degree() {
     }
 }
 
-/// A floor that moves ten times as fast as the disks, and one that runs away from them: no disk is left in it.
+/// A floor that moves ten times as fast as the disks, and one that runs away from them: no disk is
+/// left in it.
 #[test]
 fn a_floor_may_be_faster_than_the_disks() {
     for (amplitude, period) in [(0.5, 0.1), (1.0, 0.2), (0.01, 0.002)] {
@@ -473,8 +477,8 @@ fn vibrations_keep_their_phase() {
     }
 }
 
-/// Disks in a row against a wall, with a restitution below that of collapse: an error that names what happened, and none
-/// in the TC model.
+/// Disks in a row against a wall, with a restitution below that of collapse: an error that names
+/// what happened, and none in the TC model.
 #[test]
 fn collapse_against_a_wall_is_told() {
     let boundaries = walled([Some([bounces(0.1, 1.0); 2]), None]);
@@ -510,8 +514,8 @@ fn collapse_against_a_wall_is_told() {
     assert!(engine.worst_overlap() < 1e-12);
 }
 
-/// Work for disks far from any wall: none. The box has more cells inside than at its walls, and predictions, crossings and
-/// pushes a collision are those of a periodic gas to a few per cent.
+/// Work for disks far from any wall: none. The box has more cells inside than at its walls, and
+/// predictions, crossings and pushes a collision are those of a periodic gas to a few per cent.
 #[test]
 fn walls_cost_only_those_who_are_near() {
     let boundaries = closed();

@@ -1,9 +1,10 @@
 //! Starts read from a file: CSV, or the extended XYZ that OVITO and ASE write.
 //!
-//! CSV: a first line `# box: Lx Ly` (`Lx Ly Lz` of spheres), then a header with the columns `x,y` (`z`) and,
-//! optionally, `vx,vy,vz,wx,wy,wz,radius,mass,type` in any order; velocities alone need no box. Extended XYZ: a
-//! second line with `Lattice="..."` (orthogonal) and `Properties=...` naming `pos`, and optionally `velo`,
-//! `angular_velocity`, `radius`, `mass`, `type` or `species`, `weight`; and `pbc="..."`, optionally.
+//! CSV: a first line `# box: Lx Ly` (`Lx Ly Lz` of spheres), then a header with the columns `x,y`
+//! (`z`) and, optionally, `vx,vy,vz,wx,wy,wz,radius,mass,type` in any order; velocities alone need
+//! no box. Extended XYZ: a second line with `Lattice="..."` (orthogonal) and `Properties=...`
+//! naming `pos`, and optionally `velo`, `angular_velocity`, `radius`, `mass`, `type` or `species`,
+//! `weight`; and `pbc="..."`, optionally.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! Initial states: positions, velocities, and the check that no particles overlap.
 //!
 //! A disordered start is made by random sequential addition up to [`SEQUENTIAL_LIMIT`]; above, a
-//! hexagonal lattice with randomly placed vacancies is returned as a start to be *melted* by elastic
-//! dynamics, and says so. Compression of a dilute start lost: it needs an engine of its own, and its
-//! jams must be melted too.
+//! hexagonal lattice with randomly placed vacancies is returned as a start to be *melted* by
+//! elastic dynamics, and says so. Compression of a dilute start lost: it needs an engine of its
+//! own, and its jams must be melted too.
 
 mod file;
 mod lattice;
@@ -65,7 +65,8 @@ pub fn place_unequal(
 /// Places equal disks in a periodic box.
 ///
 /// # Errors
-/// [`PlacementError::TooDense`] if a lattice of that many disks does not fit; [`PlacementError::Interrupted`].
+/// [`PlacementError::TooDense`] if a lattice of that many disks does not fit;
+/// [`PlacementError::Interrupted`].
 pub fn place(
     arrangement: Arrangement,
     count: usize,

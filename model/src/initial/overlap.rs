@@ -22,9 +22,9 @@ pub struct Overlap {
 /// Returns the overlapping pair with the smallest indices, if any overlaps by more than `tolerance`
 /// \[length\].
 ///
-/// A bounding-volume hierarchy over all disks is compared with itself and with each periodic image that
-/// reaches into the box, along the axes that are periodic; the distance of a candidate pair is parry's ball-ball contact, a closed form.
-/// Cost N log N for any mixture of sizes.
+/// A bounding-volume hierarchy over all disks is compared with itself and with each periodic image
+/// that reaches into the box, along the axes that are periodic; the distance of a candidate pair is
+/// parry's ball-ball contact, a closed form. Cost N log N for any mixture of sizes.
 pub fn first_overlap(
     positions: &[Vector2<f64>],
     radius: impl Fn(usize) -> f64,
@@ -60,7 +60,8 @@ pub fn first_overlap(
             &[0.0]
         }
     });
-    // The tree with itself is faster than with each disk, and nearly always nothing is found. It says whether, not which is the first.
+    // The tree with itself is faster than with each disk, and nearly always nothing is found. It
+    // says whether, not which is the first.
     let meets = |one: &BvhNode, other: &BvhNode| one.intersects(other);
     let is_inside = tree.leaf_pairs(&tree, meets).any(|(first, second)| {
         let [first, second] = [first, second].map(|leaf| leaf as usize);

@@ -9,7 +9,8 @@ use crate::brief;
 pub struct Placement {
     /// Centres of the disks \[length\].
     pub positions: Vec<Vector2<f64>>,
-    /// Reciprocal vectors whose Bragg peaks show whether the lattice is forgotten; empty without one.
+    /// Reciprocal vectors whose Bragg peaks show whether the lattice is forgotten; empty without
+    /// one.
     pub reciprocal: Vec<[i32; 2]>,
 }
 

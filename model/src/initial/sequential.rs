@@ -11,8 +11,8 @@ use crate::space::Plane;
 /// at 0.45 about a hundred trials a disk are needed.
 pub const SEQUENTIAL_LIMIT: f64 = 0.45;
 
-/// Adds disks one by one at uniformly random places where they overlap none; `None` when a disk finds
-/// no place in 10^6 trials (a small box may jam early), or when it is interrupted.
+/// Adds disks one by one at uniformly random places where they overlap none; `None` when a disk
+/// finds no place in 10^6 trials (a small box may jam early), or when it is interrupted.
 pub fn sequential_addition(
     count: usize,
     diameter: f64,

@@ -1,4 +1,5 @@
-//! Velocities with zero momentum, a given temperature and a given fourth cumulant, and Maxwellian spins.
+//! Velocities with zero momentum, a given temperature and a given fourth cumulant, and Maxwellian
+//! spins.
 
 use rand::Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
@@ -12,8 +13,8 @@ use crate::surface::Surface;
 
 /// Isotropic velocity distribution with a given fourth cumulant `a2 = D/(D + 2) <v^4>/<v^2>^2 - 1`.
 ///
-/// The squared speed follows a Gamma distribution with the shape `k = 1/((1 + a2)(D + 2)/D - 1)`: the Maxwellian at a2 = 0, one
-/// speed for all particles at the least a2 possible, `-2/(D + 2)`.
+/// The squared speed follows a Gamma distribution with the shape `k = 1/((1 + a2)(D + 2)/D - 1)`:
+/// the Maxwellian at a2 = 0, one speed for all particles at the least a2 possible, `-2/(D + 2)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityDistribution(Shape);
 
@@ -39,7 +40,8 @@ impl VelocityDistribution {
     /// Creates a distribution with the fourth cumulant `a2` in `dimension` dimensions.
     ///
     /// # Errors
-    /// [`Invalid`] below [`Self::least_cumulant`], which no distribution has, and above [`Self::LARGEST_CUMULANT`].
+    /// [`Invalid`] below [`Self::least_cumulant`], which no distribution has, and above
+    /// [`Self::LARGEST_CUMULANT`].
     pub fn new(dimension: usize, a2: f64) -> Result<Self, Invalid> {
         let allowed = if dimension == 2 {
             "from -0.5, all particles of one speed, to 10"
@@ -80,7 +82,8 @@ impl VelocityDistribution {
     }
 }
 
-/// Draws velocities from the Maxwellian: [`draw_velocities`] with [`VelocityDistribution::MAXWELLIAN`].
+/// Draws velocities from the Maxwellian: [`draw_velocities`] with
+/// [`VelocityDistribution::MAXWELLIAN`].
 pub fn maxwellian<P: Physics>(
     scene: &P,
     state: &mut State<P>,
@@ -91,8 +94,8 @@ pub fn maxwellian<P: Physics>(
     draw_velocities(scene, state, temperature, law, stream);
 }
 
-/// Draws velocities, then removes the drift and scales to the temperature `temperature` \[energy\] exactly (to rounding). One
-/// particle alone stays at rest: zero momentum allows nothing else.
+/// Draws velocities, then removes the drift and scales to the temperature `temperature` \[energy\]
+/// exactly (to rounding). One particle alone stays at rest: zero momentum allows nothing else.
 pub fn draw_velocities<P: Physics>(
     scene: &P,
     state: &mut State<P>,
@@ -114,7 +117,8 @@ pub fn rescale<P: Physics>(scene: &P, state: &mut State<P>, temperature: f64) {
     let mass: f64 = (0..state.bodies.len())
         .map(|index| sizes.mass(sizes.tag(index)))
         .sum();
-    // The second pass removes what the rounding of the first left behind, the third what scaling did.
+    // The second pass removes what the rounding of the first left behind, the third what scaling
+    // did.
     for _ in 0..3 {
         let drift: VectorOf<P> = state.momentum(scene) * (1.0 / mass.max(f64::MIN_POSITIVE));
         for body in &mut state.bodies {
@@ -134,7 +138,8 @@ pub fn rescale<P: Physics>(scene: &P, state: &mut State<P>, temperature: f64) {
     }
 }
 
-/// Draws spins from the Maxwellian, then scales them to a temperature I <w^2>/rotations \[energy\] exactly; smooth particles have none.
+/// Draws spins from the Maxwellian, then scales them to a temperature I <w^2>/rotations \[energy\]
+/// exactly; smooth particles have none.
 pub fn thermal_spins<P: Physics>(
     scene: &P,
     state: &mut State<P>,
@@ -186,7 +191,8 @@ mod tests {
             let mean = all.iter().map(|one| one.1).sum::<f64>() / 200.0;
             let spread = all.iter().map(|one| (one.1 - mean).powi(2)).sum::<f64>() / 199.0;
             let energy = all.iter().map(|one| one.0).sum::<f64>() / 200.0;
-            // 400 000 squared speeds with a relative variance below 3.5: 4.4 standard errors are 1.3 %.
+            // 400 000 squared speeds with a relative variance below 3.5: 4.4 standard errors are
+            // 1.3 %.
             assert!((energy / (9.0 * d) - 1.0).abs() < 0.013, "{a2}: {energy}");
             [mean, (spread / 200.0).sqrt()]
         }
@@ -206,7 +212,8 @@ mod tests {
         }
     }
 
-    /// Momentum to N roundings of a thermal momentum, temperature to a few roundings: 1e-12 and 1e-14.
+    /// Momentum to N roundings of a thermal momentum, temperature to a few roundings: 1e-12 and
+    /// 1e-14.
     #[test]
     fn momentum_vanishes_and_temperature_is_exact() {
         let count = 1000;

@@ -1,12 +1,13 @@
-//! Kinetic theory of equal hard spheres (D = 3), as far as the Monte Carlo engine needs it; symbols as above.
+//! Kinetic theory of equal hard spheres (D = 3), as far as the Monte Carlo engine needs it; symbols
+//! as above.
 
 use std::f64::consts::PI;
 
 /// Random close packing of equal spheres, about 0.64 (Scott & Kilgour, J. Phys. D 2, 863 (1969)).
 pub const RANDOM_CLOSE_PACKING: f64 = 0.64;
 
-/// Pair correlation of equal spheres at contact, (1 - phi/2)/(1 - phi)^3: Carnahan & Starling, J. Chem. Phys. 51, 635
-/// (1969), doi:10.1063/1.1672048. Infinite at packing one and beyond.
+/// Pair correlation of equal spheres at contact, (1 - phi/2)/(1 - phi)^3: Carnahan & Starling, J.
+/// Chem. Phys. 51, 635 (1969), doi:10.1063/1.1672048. Infinite at packing one and beyond.
 ///
 /// ```
 /// // Z = 1 + 4 phi chi against the virial series 1 + 4 phi + 10 phi^2 + 18.365 phi^3 + ...
@@ -20,8 +21,8 @@ pub fn contact_value(packing_fraction: f64) -> f64 {
     (1.0 - 0.5 * packing_fraction) / (1.0 - packing_fraction).powi(3)
 }
 
-/// Collisions per particle and time, omega = 4 sqrt(pi) n d^2 chi sqrt(T/m), in units of sqrt(T/m)/d:
-/// the factor that multiplies it, with n d^3 = 6 phi/pi.
+/// Collisions per particle and time, omega = 4 sqrt(pi) n d^2 chi sqrt(T/m), in units of
+/// sqrt(T/m)/d: the factor that multiplies it, with n d^3 = 6 phi/pi.
 pub fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
     24.0 * packing_fraction / PI.sqrt() * contact_value
 }
@@ -31,8 +32,8 @@ pub fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {
     1.0 / (6.0 * 2.0_f64.sqrt() * packing_fraction * contact_value)
 }
 
-/// Structure factor at long waves of an elastic gas, 1/(d(phi Z)/dphi) with the pressure of Carnahan and Starling:
-/// (1 - phi)^4/(1 + 4 phi + 4 phi^2 - 4 phi^3 + phi^4).
+/// Structure factor at long waves of an elastic gas, 1/(d(phi Z)/dphi) with the pressure of
+/// Carnahan and Starling: (1 - phi)^4/(1 + 4 phi + 4 phi^2 - 4 phi^3 + phi^4).
 ///
 /// ```
 /// // To second order 1 - 8 phi + 34 phi^2.

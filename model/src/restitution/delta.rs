@@ -6,9 +6,9 @@ use crate::invalid::Invalid;
 /// Constant restitution with a speed that every contact adds: a pair that approaches at the normal
 /// speed g separates at `r g + 2 Delta`.
 ///
-/// It models the vertical shaking of a shallow layer, seen from above: R. Brito, D. Risso & R. Soto,
-/// *Physical Review E* **87**, 022209 (2013), doi:10.1103/PhysRevE.87.022209. Without walls or bath the
-/// gas reaches a steady temperature proportional to `m Delta^2`.
+/// It models the vertical shaking of a shallow layer, seen from above: R. Brito, D. Risso & R.
+/// Soto, *Physical Review E* **87**, 022209 (2013), doi:10.1103/PhysRevE.87.022209. Without walls
+/// or bath the gas reaches a steady temperature proportional to `m Delta^2`.
 ///
 /// ```
 /// use stosszahl_model::{DeltaModel, Restitution};
@@ -52,7 +52,8 @@ impl DeltaModel {
 }
 
 impl Restitution for DeltaModel {
-    /// Quotient of the normal speeds after and before a contact, `r + 2 Delta/g`; infinite at g = 0.
+    /// Quotient of the normal speeds after and before a contact, `r + 2 Delta/g`; infinite at
+    /// g = 0.
     #[inline]
     fn normal(&self, approach: f64) -> f64 {
         self.coefficient + 2.0 * self.delta / approach

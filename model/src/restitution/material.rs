@@ -5,10 +5,11 @@ use crate::invalid::Invalid;
 
 /// The material of viscoelastic spheres.
 ///
-/// Spheres of radii `R_1` and `R_2` that overlap by x push each other apart with the force `rho (x^(3/2) + (3/2) A x^(1/2) dx/dt)`,
-/// `rho = 2 Y R_eff^(1/2)/(3 (1 - nu^2))`, as Hertz and Brilliantov et al., Phys. Rev. E 53, 5382 (1996),
-/// doi:10.1103/PhysRevE.53.5382, found. The dissipative time A is that of Goldobin et al. (2015) in Bodrova & Osinsky (2024),
-/// Eq. A2: `A = (1 + nu)/((1 - nu) Y) ((4/3) eta_1 (1 - nu + nu^2) + eta_2 (1 - 2 nu)^2)`.
+/// Spheres of radii `R_1` and `R_2` that overlap by x push each other apart with the force
+/// `rho (x^(3/2) + (3/2) A x^(1/2) dx/dt)`, `rho = 2 Y R_eff^(1/2)/(3 (1 - nu^2))`, as Hertz and
+/// Brilliantov et al., Phys. Rev. E 53, 5382 (1996), doi:10.1103/PhysRevE.53.5382, found. The
+/// dissipative time A is that of Goldobin et al. (2015) in Bodrova & Osinsky (2024), Eq. A2:
+/// `A = (1 + nu)/((1 - nu) Y) ((4/3) eta_1 (1 - nu + nu^2) + eta_2 (1 - 2 nu)^2)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
     young_modulus: f64,
@@ -21,8 +22,8 @@ impl Material {
     /// viscosities of shear `eta_1` and of bulk `eta_2` \[energy time/length^3\].
     ///
     /// # Errors
-    /// [`Invalid`] unless the modulus is positive, the ratio above -1 and at most 1/2, and viscosities are at least zero and make
-    /// a dissipative time above zero.
+    /// [`Invalid`] unless the modulus is positive, the ratio above -1 and at most 1/2, and
+    /// viscosities are at least zero and make a dissipative time above zero.
     pub fn new(
         young_modulus: f64,
         poisson_ratio: f64,
@@ -75,7 +76,8 @@ mod tests {
     use super::*;
     use crate::Restitution;
 
-    /// Restitution of the contact itself: `m_eff x'' = -rho (x^(3/2) + (3/2) A x^(1/2) x')` from x = 0 until the force vanishes.
+    /// Restitution of the contact itself: `m_eff x'' = -rho (x^(3/2) + (3/2) A x^(1/2) x')` from
+    /// x = 0 until the force vanishes.
     fn integrated(rho: f64, time: f64, mass: f64, approach: f64) -> f64 {
         let force = |x: f64, v: f64| {
             let root = x.max(0.0).sqrt();
@@ -116,7 +118,8 @@ mod tests {
             for approach in [0.01, 0.1] {
                 let found = law.normal(approach);
                 let exact = integrated(rho, material.time(), mass, approach);
-                // The series is exact to 1e-7; steps of 1e-4 of a contact miss its end, where the speed hardly changes, by less.
+                // The series is exact to 1e-7; steps of 1e-4 of a contact miss its end, where the
+                // speed hardly changes, by less.
                 assert!(law.strength() * approach.powf(0.1) < 0.5);
                 assert!((0.8..0.97).contains(&exact), "{exact} shows little");
                 assert!((found - exact).abs() < 1e-5, "{found} {exact}");

@@ -2,8 +2,8 @@
 
 use std::fmt::Debug;
 
-/// Outcome of a normal law for one contact: a pair that approaches at the normal speed g separates at
-/// `coefficient * g + added_speed`.
+/// Outcome of a normal law for one contact: a pair that approaches at the normal speed g separates
+/// at `coefficient * g + added_speed`.
 ///
 /// Laws that heat are stated by speeds, because a coefficient alone diverges as g goes to 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,8 +69,8 @@ pub trait Restitution: Clone + Debug + Send + Sync + 'static {
         self.between(kinds, approach).into()
     }
 
-    /// Upper bound of the speed that a contact adds to the separation of a pair \[length/time\]; 0 for
-    /// laws that only dissipate, whose relative speeds never grow.
+    /// Upper bound of the speed that a contact adds to the separation of a pair \[length/time\]; 0
+    /// for laws that only dissipate, whose relative speeds never grow.
     #[inline]
     fn max_added_speed(&self) -> f64 {
         0.0

@@ -55,7 +55,8 @@ impl Viscoelastic {
 }
 
 impl Restitution for Viscoelastic {
-    // Never inlined: its power and its polynomials would crowd the loops of engines whose law is constant.
+    // Never inlined: its power and its polynomials would crowd the loops of engines whose law is
+    // constant.
     #[inline(never)]
     fn normal(&self, approach: f64) -> f64 {
         let v = self.0 * approach.powf(0.1);

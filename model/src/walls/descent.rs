@@ -9,8 +9,8 @@ const MOST_STEPS: usize = 200;
 /// Returns the time at which h + w t + a t^2/2 falls through zero; `None` if it never falls through
 /// it. Negative where that was before.
 ///
-/// A parabola falls through zero at one of its two roots only, (-w - sqrt(w^2 - 2 a h))/a, taken in the form that loses
-/// no digits.
+/// A parabola falls through zero at one of its two roots only, (-w - sqrt(w^2 - 2 a h))/a, taken in
+/// the form that loses no digits.
 #[inline]
 pub(super) fn of_parabola(height: f64, speed: f64, acceleration: f64) -> Option<f64> {
     if acceleration == 0.0 {

@@ -171,8 +171,8 @@ impl Edge {
         (self.first_contact_from(-1.0, flight, radius, limit)).or(outwards)
     }
 
-    /// Contacts from the side of the normal times `side`: the distance from the line is a parabola, which falls through
-    /// the radius once.
+    /// Contacts from the side of the normal times `side`: the distance from the line is a parabola,
+    /// which falls through the radius once.
     fn first_contact_from(
         &self,
         side: f64,
@@ -227,8 +227,8 @@ impl Round {
 
 /// Time until a point in straight flight comes within `reach` of the origin.
 ///
-/// With b = r . v < 0 and c = r^2 - R^2, t = c/(-b + sqrt(v^2 R^2 - (r x v)^2)): the root that loses no digits at slow
-/// approach, with the discriminant that loses none from afar.
+/// With b = r . v < 0 and c = r^2 - R^2, t = c/(-b + sqrt(v^2 R^2 - (r x v)^2)): the root that
+/// loses no digits at slow approach, with the discriminant that loses none from afar.
 fn straight(flight: &Flight, reach: f64) -> Option<f64> {
     let (arm, velocity) = (flight.position, flight.velocity);
     let b = arm.dot(&velocity);
@@ -244,9 +244,11 @@ fn straight(flight: &Flight, reach: f64) -> Option<f64> {
     (discriminant >= 0.0).then(|| c / (discriminant.sqrt() - b))
 }
 
-/// Time until a point in parabolic flight comes within `reach` of the origin, if that is before `limit`.
+/// Time until a point in parabolic flight comes within `reach` of the origin, if that is before
+/// `limit`.
 ///
-/// The first time at which f(t) = r(t)^2 - R^2 falls through zero. With f' = 2 r . v, f'' = 2 (v^2 + r . a), f''' = 6 v . a.
+/// The first time at which f(t) = r(t)^2 - R^2 falls through zero. With f' = 2 r . v, f'' = 2
+/// (v^2 + r . a), f''' = 6 v . a.
 fn bent(flight: &Flight, reach: f64, limit: f64) -> Option<f64> {
     let (arm, velocity, pull) = (flight.position, flight.velocity, flight.acceleration);
     let b = arm.dot(&velocity);

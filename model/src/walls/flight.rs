@@ -2,12 +2,13 @@
 
 use super::vibration::Vibration;
 
-/// Time until a point at `height` above a plane, with the given velocity and acceleration away from it, reaches it; `None`
-/// if it never does.
+/// Time until a point at `height` above a plane, with the given velocity and acceleration away from
+/// it, reaches it; `None` if it never does.
 ///
-/// The earliest t >= 0 with h + v t + a t^2/2 = 0 at which the point is not going up, from the form of the root that loses
-/// no digits. A point that has just been thrown up from the plane (h = 0 to rounding, v > 0) returns after 2 v/|a|, to
-/// rounding also where that is tiny; one that is on or, by rounding, below the plane and falls is there at once.
+/// The earliest t >= 0 with h + v t + a t^2/2 = 0 at which the point is not going up, from the form
+/// of the root that loses no digits. A point that has just been thrown up from the plane (h = 0 to
+/// rounding, v > 0) returns after 2 v/|a|, to rounding also where that is tiny; one that is on or,
+/// by rounding, below the plane and falls is there at once.
 ///
 /// ```
 /// use stosszahl_model::walls::flight::time_to_plane;
@@ -38,11 +39,12 @@ pub fn time_to_plane(height: f64, velocity: f64, acceleration: f64) -> Option<f6
     (velocity < 0.0 && discriminant >= 0.0).then(|| 2.0 * height / (discriminant.sqrt() - velocity))
 }
 
-/// Time until a point reaches a wall that vibrates about `height` below it, at the time `now`; `None` if it never does, or
-/// not before `limit`.
+/// Time until a point reaches a wall that vibrates about `height` below it, at the time `now`;
+/// `None` if it never does, or not before `limit`.
 ///
-/// The wall moves at a constant velocity between two turns, so that each of these intervals is a case of
-/// [`time_to_plane`]; those in which the point is above all that the wall can reach are left out.
+/// The wall moves at a constant velocity between two turns, so that each of these intervals is a
+/// case of [`time_to_plane`]; those in which the point is above all that the wall can reach are
+/// left out.
 pub fn time_to_vibrating_plane(
     height: f64,
     velocity: f64,
@@ -62,7 +64,8 @@ pub fn time_to_vibrating_plane(
     while waited < limit {
         let speed = velocity + acceleration * waited;
         let above = height + (velocity + 0.5 * acceleration * waited) * waited;
-        // It comes within reach at the time found, also where by rounding it seems to be above even then.
+        // It comes within reach at the time found, also where by rounding it seems to be above even
+        // then.
         if above > vibration.amplitude() && !within_reach {
             waited += time_to_plane(above - vibration.amplitude(), speed, acceleration)?;
             within_reach = true;
@@ -89,7 +92,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// The height at the time found is zero to rounding of its terms, and nowhere before: sampled at a thousand times.
+    /// The height at the time found is zero to rounding of its terms, and nowhere before: sampled
+    /// at a thousand times.
     #[test]
     fn the_plane_is_reached_first_then() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(8);
@@ -119,7 +123,8 @@ mod tests {
         assert!(found > 2000);
     }
 
-    /// A throw from the plane comes back after 2 v/g, at speeds down to 1e-150, and a grazing one is not lost.
+    /// A throw from the plane comes back after 2 v/g, at speeds down to 1e-150, and a grazing one
+    /// is not lost.
     #[test]
     fn returns_are_exact_also_when_tiny() {
         for exponent in [0, -12, -100, -150] {
@@ -167,7 +172,8 @@ mod tests {
         // Faster than the wall comes after it, and for ever.
         let away = time_to_vibrating_plane(0.4, 0.3, 0.0, &vibration, 0.9, f64::INFINITY);
         assert_eq!(away, None);
-        // At rest where the wall turns, it is touched there or not at all; slower than anything, it is touched once there.
+        // At rest where the wall turns, it is touched there or not at all; slower than anything, it
+        // is touched once there.
         for height in [0.3, 0.3 * (1.0 + 1e-15), 0.3 * (1.0 - 1e-15)] {
             time_to_vibrating_plane(height, 0.0, 0.0, &vibration, 0.1, f64::INFINITY);
             let slow = time_to_vibrating_plane(height, -1e-20, 0.0, &vibration, 0.1, f64::INFINITY);

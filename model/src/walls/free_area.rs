@@ -1,10 +1,11 @@
 //! Free area: the part of a rectangle in which the centres of particles can be beside obstacles.
 //!
-//! The centre of a particle keeps a clearance from an obstacle, so each obstacle takes the area of its shape, grown by
-//! that clearance: discs of a larger radius, solids with a strip along each edge and a disc at each corner. Along a
-//! line across the rectangle the union of all of them is a set of intervals in closed form. Their length is integrated
-//! along the rectangle, piece by piece between all ends of shapes, by Gauss's rule with eight points, which is halved
-//! until it no longer changes.
+//! The centre of a particle keeps a clearance from an obstacle, so each obstacle takes the area of
+//! its shape, grown by that clearance: discs of a larger radius, solids with a strip along each
+//! edge and a disc at each corner. Along a line across the rectangle the union of all of them is a
+//! set of intervals in closed form. Their length is integrated along the rectangle, piece by piece
+//! between all ends of shapes, by Gauss's rule with eight points, which is halved until it no
+//! longer changes.
 
 use nalgebra::{Vector2, vector};
 
@@ -15,7 +16,8 @@ use super::obstacle::{Obstacle, Outline};
 const TOLERANCE: f64 = 1e-10;
 /// Most halvings of a piece.
 const HALVINGS: u32 = 24;
-/// Most shapes that are integrated at once; a rectangle with more is divided, so that the time grows with their number.
+/// Most shapes that are integrated at once; a rectangle with more is divided, so that the time
+/// grows with their number.
 const MOST_SHAPES: usize = 12;
 /// Most divisions of a rectangle.
 const DIVISIONS: u32 = 40;
@@ -363,8 +365,8 @@ mod tests {
         close(whole(&plate, open, 0.5), 5.0 + 0.25 * PI);
     }
 
-    /// Cells of a grid add up to the box, and each is what the plain count of points finds: within z = 4.9 binomial
-    /// standard errors, which 160 cells exceed by chance once in 10^4 tests.
+    /// Cells of a grid add up to the box, and each is what the plain count of points finds: within
+    /// z = 4.9 binomial standard errors, which 160 cells exceed by chance once in 10^4 tests.
     #[test]
     fn cells_are_those_of_a_plain_count() {
         let round: Vec<[f64; 2]> = (0..40)

@@ -14,11 +14,13 @@ use serde::{Deserialize, Serialize};
 use super::feature::{Edge, Feature, Flight, Hit, Round};
 use super::rebound::Rebound;
 
-/// Half the thickness of all lines, and the least radius with which particles are taken, over the largest coordinate: a
-/// point that has just rebounded is on the side it came from, whatever its position is rounded to.
+/// Half the thickness of all lines, and the least radius with which particles are taken, over the
+/// largest coordinate: a point that has just rebounded is on the side it came from, whatever its
+/// position is rounded to.
 const HAIR: f64 = 1e-10;
 
-/// Least length of an edge, and distance between edges that do not meet, over the largest coordinate.
+/// Least length of an edge, and distance between edges that do not meet, over the largest
+/// coordinate.
 const FINEST: f64 = 1e-8;
 
 /// Least sine of a corner between two edges that fold back.
@@ -288,7 +290,8 @@ impl Obstacle {
     }
 }
 
-/// Many obstacles, and a hierarchy of the rectangles around their parts, for particles that fly for a limited time.
+/// Many obstacles, and a hierarchy of the rectangles around their parts, for particles that fly for
+/// a limited time.
 pub struct Obstacles {
     all: Vec<Obstacle>,
     /// Obstacle and feature of each leaf of the tree.

@@ -12,16 +12,18 @@ use crate::surface::Surface;
 /// Law of rebound of a wall or an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Rebound {
-    /// The normal velocity is reversed and multiplied by `restitution`, 0 to 1; the tangential velocity of the contact (of
-    /// the centre, for smooth particles) is multiplied by `slip`, -1 to 1. (1, 1) is a specular wall.
+    /// The normal velocity is reversed and multiplied by `restitution`, 0 to 1; the tangential
+    /// velocity of the contact (of the centre, for smooth particles) is multiplied by `slip`, -1
+    /// to 1. (1, 1) is a specular wall.
     Restitutive {
         /// Coefficient of normal restitution.
         restitution: f64,
         /// Tangential velocity of the contact after it over that before, from -1 to 1.
         slip: f64,
     },
-    /// The particle forgets how it came and leaves with the flux of a Maxwellian at rest with the wall: the normal
-    /// velocity has the density v exp(-m v^2/2T), all others, spins included, are Gaussian.
+    /// The particle forgets how it came and leaves with the flux of a Maxwellian at rest with the
+    /// wall: the normal velocity has the density v exp(-m v^2/2T), all others, spins included, are
+    /// Gaussian.
     Diffuse {
         /// Temperature of the wall \[energy\].
         temperature: f64,
@@ -181,8 +183,9 @@ mod tests {
         assert_eq!(velocity, vector![0.25 - 0.5, 0.5 + 1.0]);
     }
 
-    /// Moments of the flux of a Maxwellian: for the normal velocity sqrt(pi T/2m) and, of its square, 2 T/m; for the others
-    /// T/m and T/I. 20000 draws; each within z = 4.4 of its exact standard error.
+    /// Moments of the flux of a Maxwellian: for the normal velocity sqrt(pi T/2m) and, of its
+    /// square, 2 T/m; for the others T/m and T/I. 20000 draws; each within z = 4.4 of its exact
+    /// standard error.
     #[test]
     fn a_diffuse_wall_sends_out_the_flux_of_a_maxwellian() {
         let surface = Rough::new(0.0, 0.4).expect("a surface");

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::invalid::Invalid;
 
-/// A triangle wave: the wall goes `amplitude` into the gas and back in each period, at constant speed, so that the time of
-/// a contact has a closed form. It begins at its face, inwards, at time zero.
+/// A triangle wave: the wall goes `amplitude` into the gas and back in each period, at constant
+/// speed, so that the time of a contact has a closed form. It begins at its face, inwards, at time
+/// zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Vibration {
     amplitude: f64,
@@ -39,7 +40,8 @@ impl Vibration {
         2.0 * self.amplitude / self.period
     }
 
-    /// Number of turns before a time: even on the way in, odd on the way back. A turn belongs to the way that it begins.
+    /// Number of turns before a time: even on the way in, odd on the way back. A turn belongs to
+    /// the way that it begins.
     fn turns(&self, time: f64) -> f64 {
         let half = 0.5 * self.period;
         let turns = (time / half).floor();

@@ -1,4 +1,5 @@
-//! Case files: one TOML file says which gas is run, in which box, by which engines, and what is measured.
+//! Case files: one TOML file says which gas is run, in which box, by which engines, and what is
+//! measured.
 //!
 //! A case is read in four steps. First the text becomes a table in which every key knows its place.
 //! Then values of the command line and of a sweep are written into the table. The table is checked
@@ -73,7 +74,8 @@ pub struct CaseFile {
     pub text: String,
     /// The file.
     pub path: PathBuf,
-    /// The points of the sweeps, each different from the others; one point without settings if there is no sweep.
+    /// The points of the sweeps, each different from the others; one point without settings if
+    /// there is no sweep.
     pub points: Vec<Point>,
     /// Remarks on how the file was read, in sentences for the user.
     pub notes: Vec<String>,
@@ -82,7 +84,8 @@ pub struct CaseFile {
 /// One point of a sweep.
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
-    /// A name that is safe for a folder, such as `packing_fraction=0.25,restitution=1`; empty without settings.
+    /// A name that is safe for a folder, such as `packing_fraction=0.25,restitution=1`; empty
+    /// without settings.
     pub name: String,
     /// Values that the sweep sets at this point.
     pub settings: Vec<Setting>,
@@ -128,15 +131,15 @@ impl Point {
 }
 
 impl CaseFile {
-    /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements are not looked at; see
-    /// [`Format::read`].
+    /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements
+    /// are not looked at; see [`Format::read`].
     ///
-    /// The value of an override is TOML, or a bare word taken as text. A key that is overridden is no longer swept; with
-    /// `run.until`, times and windows of measurements beyond it are left out.
+    /// The value of an override is TOML, or a bare word taken as text. A key that is overridden is
+    /// no longer swept; with `run.until`, times and windows of measurements beyond it are left out.
     ///
     /// # Errors
-    /// A file that cannot be read, is not UTF-8 or not TOML; a key that is unknown or missing; a value that is not
-    /// allowed, alone or beside another; an override that is not `key=value`.
+    /// A file that cannot be read, is not UTF-8 or not TOML; a key that is unknown or missing; a
+    /// value that is not allowed, alone or beside another; an override that is not `key=value`.
     pub fn read(path: &Path, overrides: &[String]) -> Result<Self, CaseError> {
         Format::plain().read(path, overrides)
     }

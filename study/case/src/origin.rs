@@ -111,7 +111,8 @@ impl Origins {
 
     /// Puts a key, and everything below it, where a sweep gives it.
     pub(crate) fn set_by_sweep(&mut self, key: &[String], source: &[String]) {
-        /// Of a source, the keys `sweep`, the number of the block, and the swept key; then comes the place in its list.
+        /// Of a source, the keys `sweep`, the number of the block, and the swept key; then comes
+        /// the place in its list.
         const TO_KEY: usize = 3;
         let axis = &source[..source.len().min(TO_KEY)];
         let spans = [self.find(source, false).0, self.find(axis, true).0];
@@ -232,7 +233,8 @@ fn read_value(
                 Problem::bad(path, &value, allowed)
             })?)
         }
-        // A number beyond the largest one becomes infinite here, and is refused with the infinities.
+        // A number beyond the largest one becomes infinite here, and is refused with the
+        // infinities.
         DeValue::Float(number) => toml::Value::Float(number.as_str().parse().unwrap_or(f64::NAN)),
         DeValue::Boolean(truth) => toml::Value::Boolean(*truth),
         DeValue::Datetime(date) => toml::Value::Datetime(*date),

@@ -19,7 +19,8 @@ pub(crate) struct Override {
 }
 
 impl Override {
-    /// Reads `key=value`: the key is dotted, and the value is TOML, or else a bare word taken as text.
+    /// Reads `key=value`: the key is dotted, and the value is TOML, or else a bare word taken as
+    /// text.
     pub(crate) fn read(path: &Path, argument: &str) -> Result<Self, CaseError> {
         let refuse = |allowed: &str| {
             Err(CaseError::Refused(Box::new(Refusal {
@@ -85,8 +86,8 @@ pub(crate) fn bare_keys(dotted: &str) -> Option<Key> {
     (keys.len() <= DEPTH && keys.iter().all(fine)).then_some(keys)
 }
 
-/// Sets a key, making the tables and lists that lead to it; what is in the way is replaced. A number is the place in a
-/// list, from 1 to one beyond its end.
+/// Sets a key, making the tables and lists that lead to it; what is in the way is replaced. A
+/// number is the place in a list, from 1 to one beyond its end.
 ///
 /// # Errors
 /// The length of a list that is too short.

@@ -1,7 +1,8 @@
 //! The JSON Schema of case files, and the check of a case against it.
 //!
-//! Types, ranges and words are checked against the schema that is published, and messages are made from it, so the types in
-//! [`crate::format`] are their only source. A general validator would report JSON pointers and take no 4000.0 for 4000.
+//! Types, ranges and words are checked against the schema that is published, and messages are made
+//! from it, so the types in [`crate::format`] are their only source. A general validator would
+//! report JSON pointers and take no 4000.0 for 4000.
 
 use std::sync::OnceLock;
 
@@ -63,8 +64,8 @@ impl Format {
         &self.json
     }
 
-    /// Checks that every key is known, has the right type and lies in its range, and that none is missing. Whole numbers
-    /// that were written as 4000.0 become whole.
+    /// Checks that every key is known, has the right type and lies in its range, and that none is
+    /// missing. Whole numbers that were written as 4000.0 become whole.
     pub(crate) fn check(&self, table: &mut toml::Table) -> Result<(), Problem> {
         let mut value = Value::Table(std::mem::take(table));
         self.within(&self.json, &mut value, &[])?;
@@ -161,7 +162,8 @@ impl Format {
                 }
             }
             Value::Table(table) => {
-                // Of several kinds of tables, the one that knows most of the keys; the first of equals.
+                // Of several kinds of tables, the one that knows most of the keys; the first of
+                // equals.
                 let known = |choice: &&Json| {
                     let keys = choice["properties"].as_object();
                     let is_known =
@@ -220,7 +222,8 @@ impl Format {
 
 /// Returns the keys that lead to the least deep key of a name.
 fn shallowest(schema: &Json, name: &str) -> Option<Key> {
-    /// Keys of a case that stand in tables of tables, as those of engines and measurements, are as deep as this.
+    /// Keys of a case that stand in tables of tables, as those of engines and measurements, are as
+    /// deep as this.
     const DEPTH: usize = 3;
     (1..=DEPTH).find_map(|depth| path_to(schema, name, depth))
 }

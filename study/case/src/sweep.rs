@@ -34,7 +34,8 @@ pub(crate) struct Expanded {
     pub(crate) fixed: Vec<String>,
 }
 
-/// Takes the sweeps out of a case. An override of a swept key, or of a table around it, takes the place of the sweep.
+/// Takes the sweeps out of a case. An override of a swept key, or of a table around it, takes the
+/// place of the sweep.
 ///
 /// Each block is the product of its axes, the last key (in alphabetical order) running fastest.
 pub(crate) fn expand(
@@ -196,7 +197,8 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, String> {
     Ok((0..=last).map(value).collect())
 }
 
-/// Names for the folders of points: `packing_fraction=0.25,restitution=1`, each different from all others.
+/// Names for the folders of points: `packing_fraction=0.25,restitution=1`, each different from all
+/// others.
 ///
 /// A key is shortened to its last part unless two keys of the case end alike.
 #[derive(Debug)]

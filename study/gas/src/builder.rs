@@ -45,9 +45,10 @@ impl Gas {
         self.particles.temperature()
     }
 
-    /// Haff's cooling time of equal particles with one coefficient of restitution r, at their packing and temperature T:
-    /// `t0 = 2 D/((1 - r^2) w)`, w Enskog's collision rate per particle; infinite if nothing is lost, `None` for other gases.
-    /// Brilliantov & Pöschel, *Kinetic Theory of Granular Gases* (Oxford 2004).
+    /// Haff's cooling time of equal particles with one coefficient of restitution r, at their
+    /// packing and temperature T: `t0 = 2 D/((1 - r^2) w)`, w Enskog's collision rate per particle;
+    /// infinite if nothing is lost, `None` for other gases. Brilliantov & Pöschel, *Kinetic Theory
+    /// of Granular Gases* (Oxford 2004).
     pub fn haff_time(&self) -> Option<f64> {
         let restitution = self.grains.restitution.constant()?;
         let GrainSizes::Equal(one) = &self.grains.sizes else {
@@ -196,9 +197,10 @@ impl GasBuilder {
         self
     }
 
-    /// Starts from these particles, such as those of [`Gas::particles`], instead of placing them and drawing velocities.
-    /// Radii, masses and species are those of the description, in its order. Along periodic axes a position may be in any image of
-    /// the box, and is taken into it; between walls it lies inside.
+    /// Starts from these particles, such as those of [`Gas::particles`], instead of placing them
+    /// and drawing velocities. Radii, masses and species are those of the description, in its
+    /// order. Along periodic axes a position may be in any image of the box, and is taken into it;
+    /// between walls it lies inside.
     pub fn start_from(mut self, particles: Particles) -> Self {
         self.start = Some(particles);
         self
@@ -392,8 +394,8 @@ impl GasBuilder {
     ) -> Result<Particles, GasError> {
         let [x, y] = self.size.unwrap_or([volume.sqrt(); 2]);
         let largest = sizes.largest_radius();
-        // Between walls, centres keep a radius away: they are placed in a periodic box that is smaller by a diameter, and
-        // moved by a radius.
+        // Between walls, centres keep a radius away: they are placed in a periodic box that is
+        // smaller by a diameter, and moved by a radius.
         let walled = [0, 1].map(|axis| self.walls[axis][0] != Face::Periodic);
         let margin = walled.map(|is| if is { largest * (1.0 + 1e-9) } else { 0.0 });
         let inner = Vector2::new(x - 2.0 * margin[0], y - 2.0 * margin[1]);

@@ -43,7 +43,8 @@ impl EventDriven {
         })
     }
 
-    /// Runs elastically until each disk has collided this many times, then restores the temperature and sets the time back.
+    /// Runs elastically until each disk has collided this many times, then restores the temperature
+    /// and sets the time back.
     ///
     /// # Errors
     /// [`GasError`] if the gas cannot be run.
@@ -68,7 +69,8 @@ impl EventDriven {
         let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
         elastic.stop_on(interrupt);
         elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
-        // It stands at a collision. The state is taken one mean free time later, whatever collides then.
+        // It stands at a collision. The state is taken one mean free time later, whatever collides
+        // then.
         let (passed, collisions) = (elastic.time() - time, elastic.work().collisions);
         if collisions > 0 && !elastic.is_interrupted() {
             let free = 0.5 * passed * elastic.count() as f64 / collisions as f64;
@@ -151,7 +153,8 @@ impl MonteCarlo {
         })
     }
 
-    /// Starts from the microstate of a gas, one simulator for each particle, with the defaults of a scheme.
+    /// Starts from the microstate of a gas, one simulator for each particle, with the defaults of a
+    /// scheme.
     ///
     /// # Errors
     /// [`GasError`] if scheme and gas do not go together.

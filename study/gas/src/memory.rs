@@ -5,10 +5,11 @@ use stosszahl_model::{Particle, memory};
 
 use crate::GasError;
 
-/// Memory for each particle while a gas is placed: the particle, its place, its state, and the cells in which overlaps are sought
-/// \[bytes\].
+/// Memory for each particle while a gas is placed: the particle, its place, its state, and the
+/// cells in which overlaps are sought \[bytes\].
 pub(crate) const BUILDING: usize = size_of::<Particle>() + 128;
-/// Memory for each particle of an engine, the gas that it keeps, and a copy while it starts \[bytes\].
+/// Memory for each particle of an engine, the gas that it keeps, and a copy while it starts
+/// \[bytes\].
 pub(crate) const RUNNING: usize = 2 * size_of::<Particle>() + 192;
 /// Memory that is assumed to be free always \[bytes\].
 const SMALL: f64 = 16e6;

@@ -5,13 +5,15 @@ use stosszahl_model::{Law, Simulation, brief};
 
 use crate::{Gas, GasError};
 
-/// Most collisions and crossings of the box, by nominal rates, in one advance: years of work for any machine.
+/// Most collisions and crossings of the box, by nominal rates, in one advance: years of work for
+/// any machine.
 const MOST_EVENTS: f64 = 1e15;
 
 /// Latest time of any gas, as in cases \[time\].
 const LATEST: f64 = 1e100;
 
-/// Refuses a time that is past or infinite, or at which a gas that stays warm has more to do than any machine does.
+/// Refuses a time that is past or infinite, or at which a gas that stays warm has more to do than
+/// any machine does.
 ///
 /// # Errors
 /// [`GasError::Time`]
@@ -61,7 +63,8 @@ fn cools(gas: &Gas) -> bool {
     dissipates && !may_add && gas.grains.gravity.is_none() && heat(gas) == 0.0
 }
 
-/// Largest speed that walls give, squared, over that of a unit mass at temperature one: 0 where they give none.
+/// Largest speed that walls give, squared, over that of a unit mass at temperature one: 0 where
+/// they give none.
 fn heat(gas: &Gas) -> f64 {
     let faces = (0..gas.particles.dimension).flat_map(|axis| [(axis, 0), (axis, 1)]);
     let given = faces.map(|(axis, side)| match gas.walls.face(axis, side) {

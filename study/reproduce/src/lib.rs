@@ -1,10 +1,12 @@
 //! Reproduction of papers: the cases of their figures, and a verdict on each of their claims.
 //!
-//! A paper is data ([`stosszahl_case::paper`]): runs of cases, figures, and claims that each name one number of a table and what the
-//! paper says of it. [`Reproduction::new`] reads the cases and finds every run, point, table and column before anything is run.
-//! [`Reproduction::run`] runs what is not finished, one folder for each run. [`Reproduction::judge`] looks the numbers up and lets the
-//! one judge of [`stosszahl_study::judge`] speak; all claims of a paper share its chance of a false alarm (Bonferroni), also where
-//! only one figure is asked for. [`Reproduction::write`] leaves `claims.csv` and a page.
+//! A paper is data ([`stosszahl_case::paper`]): runs of cases, figures, and claims that each name
+//! one number of a table and what the paper says of it. [`Reproduction::new`] reads the cases and
+//! finds every run, point, table and column before anything is run. [`Reproduction::run`] runs what
+//! is not finished, one folder for each run. [`Reproduction::judge`] looks the numbers up and lets
+//! the one judge of [`stosszahl_study::judge`] speak; all claims of a paper share its chance of a
+//! false alarm (Bonferroni), also where only one figure is asked for. [`Reproduction::write`]
+//! leaves `claims.csv` and a page.
 //!
 //! | module  | owns                                          |
 //! |---------|-----------------------------------------------|

@@ -1,4 +1,5 @@
-//! Blocks of gases with positions: transport, pairs near contact, and exact disks against the contact-point scheme.
+//! Blocks of gases with positions: transport, pairs near contact, and exact disks against the
+//! contact-point scheme.
 
 use super::entries::{Made, against, of_window, table};
 use super::results::{Key, Results};

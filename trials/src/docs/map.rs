@@ -1,10 +1,11 @@
 //! The map of broken chaos: deviation of exact disks from molecular chaos, by packing and
 //! restitution.
 //!
-//! In a box narrower than the critical length the gas stays uniform, and what is left is the correlation of few particles.
-//! Each point has two such boxes, so that what the box does is seen. The cooling rate is taken over that of chaos at the squared speed
-//! of the colliding pairs, since thermal shear waves lower that speed the more the wider the box is, and over what N elastic disks
-//! would have ([`of_few`]).
+//! In a box narrower than the critical length the gas stays uniform, and what is left is the
+//! correlation of few particles. Each point has two such boxes, so that what the box does is seen.
+//! The cooling rate is taken over that of chaos at the squared speed of the colliding pairs, since
+//! thermal shear waves lower that speed the more the wider the box is, and over what N elastic
+//! disks would have ([`of_few`]).
 
 use std::f64::consts::PI;
 
@@ -70,7 +71,8 @@ fn mean(a: Measured, b: Measured) -> Measured {
     }
 }
 
-/// Collision rate of N elastic disks at a given squared speed of colliding pairs, over that of very many.
+/// Collision rate of N elastic disks at a given squared speed of colliding pairs, over that of very
+/// many.
 ///
 /// Density does not fluctuate in a box of N disks, which lowers the pairs at contact by half the
 /// variance of the density times the second derivative of `n^2 chi`: `S(0)/(2 N) (phi^2
@@ -264,7 +266,8 @@ pub(super) fn waves(results: &Results) -> Result<Made, Trouble> {
     made(text, &table, names)
 }
 
-/// Packings at which three disks alone are compared with the onset: thin enough for a first order, and dense enough to see it.
+/// Packings at which three disks alone are compared with the onset: thin enough for a first order,
+/// and dense enough to see it.
 const THREE_DISKS: [f64; 2] = [0.1, 0.2];
 /// Number of random third disks.
 const SAMPLES: u64 = 20_000_000;
@@ -308,8 +311,9 @@ pub(super) fn onset(results: &Results) -> Result<Made, Trouble> {
 mod tests {
     use super::*;
 
-    /// In a dilute gas two of N disks make N (N - 1)/2 pairs, 1 - 1/N of what very many would, and speeds tend to Maxwell's: to the first
-    /// order in 1/N the rate at a given speed of pairs is 1 - 1/N + 3/(8 N).
+    /// In a dilute gas two of N disks make N (N - 1)/2 pairs, 1 - 1/N of what very many would, and
+    /// speeds tend to Maxwell's: to the first order in 1/N the rate at a given speed of pairs is
+    /// 1 - 1/N + 3/(8 N).
     #[test]
     fn few_disks_collide_less_often() {
         for disks in [1e3, 1e4] {

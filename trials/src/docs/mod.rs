@@ -1,11 +1,13 @@
-//! Results in README and `docs/` that are made by a command: blocks of Markdown, pictures and tables, each from named runs of a named
-//! commit.
+//! Results in README and `docs/` that are made by a command: blocks of Markdown, pictures and
+//! tables, each from named runs of a named commit.
 //!
-//! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and `<!-- end of NAME -->`. [`ENTRIES`]
-//! says for each what it runs and how its tables become text. With `--check` cheap entries are made again and compared
-//! number by number within their errors (`compare`). Of costly ones the statistics versions of the engines are compared: the block
-//! is refused once an engine that it rests on gives other means. The same holds of blocks that no entry makes, whose first line says
-//! from which cases their numbers were typed in. A block that shows nothing yet is named, and no fault.
+//! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and
+//! `<!-- end of NAME -->`. [`ENTRIES`] says for each what it runs and how its tables become text.
+//! With `--check` cheap entries are made again and compared number by number within their errors
+//! (`compare`). Of costly ones the statistics versions of the engines are compared: the block is
+//! refused once an engine that it rests on gives other means. The same holds of blocks that no
+//! entry makes, whose first line says from which cases their numbers were typed in. A block that
+//! shows nothing yet is named, and no fault.
 
 mod block;
 mod compare;

@@ -1,4 +1,5 @@
-//! Boxes of less than three cells, long boxes, places where cells meet; and disks of very different size.
+//! Boxes of less than three cells, long boxes, places where cells meet; and disks of very different
+//! size.
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
@@ -98,7 +99,8 @@ fn wedge(log: &mut Findings) -> Done {
                     let gas = few(restitution, [width, 6.0], bodies)?;
                     about!(log; "width {width}, {off:e} off the middle, from {place}, r = {restitution}");
                     let course = gas.run(3.0, 10_000)?;
-                    // An inelastic disk that is driven into a narrow wedge may bounce in it for ever.
+                    // An inelastic disk that is driven into a narrow wedge may bounce in it for
+                    // ever.
                     let collapsed = restitution < 1.0 && course.collapsed();
                     must!(log, course.reached || collapsed; "{}", course.ended());
                     gas.audit(log, &course);
@@ -137,7 +139,8 @@ fn long(log: &mut Findings) -> Done {
         let scene = disks(1.0)?;
         let gas = placed(scene, domain, count, 4)?;
         about!(log; "{count} disks, aspect {aspect}");
-        // Positions up to 3300 are rounded to 5e-13; grazing contacts multiply that by up to a thousand.
+        // Positions up to 3300 are rounded to 5e-13; grazing contacts multiply that by up to a
+        // thousand.
         let most = if count == 40 { 300 } else { 20 };
         let compared = gas.collides_as_all_pairs(log, most, 1e-9)?;
         let course = gas.holds(log, 20_000)?;
@@ -163,7 +166,8 @@ fn borders(log: &mut Findings) -> Done {
             [-1.0, -1.0],
             [-0.0, -0.0],
         ];
-        // On the corners of a sparse set of cells, so that none overlap; speeds differ, so that no contacts tie.
+        // On the corners of a sparse set of cells, so that none overlap; speeds differ, so that no
+        // contacts tie.
         let step = (2.0 / width).ceil() as usize;
         let places: Vec<[f64; 2]> = (0..cells)
             .step_by(step)
@@ -212,8 +216,8 @@ fn ratios(log: &mut Findings) -> Done {
             let gas = placed(scene, domain, large + small, 8)?;
             about!(log; "{large} large and {small} small, mass ratio {mass:.0e}");
             if large == 1 {
-                // A small disk between large ones is like a mirror between mirrors: differences grow by the flight
-                // over its own diameter, up to a hundred; one collision of each.
+                // A small disk between large ones is like a mirror between mirrors: differences
+                // grow by the flight over its own diameter, up to a hundred; one collision of each.
                 gas.follows_all_pairs(log, 6, 1e-8)?;
             }
             gas.holds(log, 20_000)?;

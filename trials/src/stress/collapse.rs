@@ -1,4 +1,5 @@
-//! Inelastic collapse, infinitely many collisions in a finite time; and crystals near close packing.
+//! Inelastic collapse, infinitely many collisions in a finite time; and crystals near close
+//! packing.
 
 use nalgebra::vector;
 use stosszahl_ed::EngineError;
@@ -48,9 +49,10 @@ fn line(restitution: f64) -> Result<Gas<Disks>, Trouble> {
 /// Returns the collisions of three disks in one dimension and the time of the last: (number, time),
 /// with `None` for a number without end.
 ///
-/// With the approach speeds a of the pair that collides and b of the other, a collision makes b + (1 + r) a/2 the next
-/// approach speed and -r a the other: pairs take turns, and it ends when the next pair recedes. Only b/a decides, so
-/// nothing underflows (McNamara & Young, Phys. Fluids A 4, 496 (1992), doi:10.1063/1.858323).
+/// With the approach speeds a of the pair that collides and b of the other, a collision makes b +
+/// (1 + r) a/2 the next approach speed and -r a the other: pairs take turns, and it ends when the
+/// next pair recedes. Only b/a decides, so nothing underflows (McNamara & Young, Phys. Fluids A 4,
+/// 496 (1992), doi:10.1063/1.858323).
 fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
     /// Number of collisions that every finite sequence here stays below.
     const MANY: u64 = 10_000;
@@ -71,7 +73,8 @@ fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
             other + 0.5 * (1.0 + restitution) * approach,
             -restitution * approach,
         );
-        // Scaled, as speeds fall below the smallest number and only their ratio and that to the gap matter.
+        // Scaled, as speeds fall below the smallest number and only their ratio and that to the gap
+        // matter.
         if approach > 0.0 && approach < 1e-100 {
             return (None, time);
         }
@@ -161,7 +164,8 @@ fn says_where<P: Planar>(
         return;
     }
     let at = pair.map(|who| end.bodies[who].position);
-    // They touch, and the place is that of one of them, to the rounding of positions in a box of tens of diameters.
+    // They touch, and the place is that of one of them, to the rounding of positions in a box of
+    // tens of diameters.
     let gap = end.domain.distance(at[0], at[1]) / gas.diameter() - 1.0;
     log.at_most("gap of the pair", gap.abs(), 1e-9);
     let off = at.map(|at| end.domain.distance(at, place.into()));
@@ -172,8 +176,9 @@ fn says_where<P: Planar>(
         1e-9 * end.time,
     );
     if let Some(predicted) = predicted {
-        // Gaps shrink by r a collision until they are the rounding of places, 1e-15; from there on waits are that over
-        // speeds, which go on falling. An engine that reports the collapse at speeds above 1e-12 is off by less than this.
+        // Gaps shrink by r a collision until they are the rounding of places, 1e-15; from there on
+        // waits are that over speeds, which go on falling. An engine that reports the collapse at
+        // speeds above 1e-12 is off by less than this.
         log.at_most("time off theory's", (time - predicted).abs(), 1e-3);
     }
 }
@@ -224,13 +229,14 @@ fn crystal(log: &mut Findings, packing: f64) -> Done {
     settled.audit(log, &course);
     let found = mean(values)?;
     let (z, error) = (found.value, found.standard_error.unwrap_or(f64::NAN));
-    // Alder, Hoover & Young, J. Chem. Phys. 49, 3688 (1968), doi:10.1063/1.1670653; the next term is 0.67 times
-    // (0.9069/phi - 1), below 1e-4 of Z here.
+    // Alder, Hoover & Young, J. Chem. Phys. 49, 3688 (1968), doi:10.1063/1.1670653; the next term
+    // is 0.67 times (0.9069/phi - 1), below 1e-4 of Z here.
     let theory = 2.0 / (CLOSE_PACKING / packing - 1.0) + 1.90;
     found!(log; "{} collisions, Z = {z:.2} +- {error:.2}, theory {theory:.2}, energy {:.1e} (allowed {ENERGY:.0e}), overlap {:.1e} d (allowed {OVERLAP:.0e})",
         course.collisions(), settled.energy_error(&course), course.overlap);
-    // 1 % for the 400 disks and the terms left out; 4 standard errors are a false alarm in 500 with ten blocks
-    // (Student, 9 degrees of freedom: 0.3 %), and the start is fixed. An error bar as wide as the effect would say nothing.
+    // 1 % for the 400 disks and the terms left out; 4 standard errors are a false alarm in 500 with
+    // ten blocks (Student, 9 degrees of freedom: 0.3 %), and the start is fixed. An error bar as
+    // wide as the effect would say nothing.
     log.at_most(
         "Z off theory",
         (z / theory - 1.0).abs(),

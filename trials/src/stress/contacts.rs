@@ -31,8 +31,9 @@ fn grazing(log: &mut Findings) -> Done {
     const SIDE: f64 = 9.0;
     const AHEAD: f64 = 3.0;
     let mut stream = random(1);
-    // The contact is decided by the sign of b^2 - g^2 c = g^2 (d^2 - beta^2), a difference of terms of size g^2 s^2 at the
-    // distance s, each rounded by a few parts in 2^53; positions are rounded to 2^-53 of the box.
+    // The contact is decided by the sign of b^2 - g^2 c = g^2 (d^2 - beta^2), a difference of terms
+    // of size g^2 s^2 at the distance s, each rounded by a few parts in 2^53; positions are rounded
+    // to 2^-53 of the box.
     let distance = 1.0 + AHEAD * AHEAD;
     let band = 8.0 * f64::EPSILON * (distance + SIDE);
     let (mut hits, mut misses, mut open) = (0, 0, 0);
@@ -65,7 +66,8 @@ fn grazing(log: &mut Findings) -> Done {
                 } else if side < 0.0 {
                     hits += hit;
                     must!(log, hit == 1; "{hit} contacts");
-                    // Contact is sqrt(2 e) d before the closest approach; its error is that of e over sqrt(2 e).
+                    // Contact is sqrt(2 e) d before the closest approach; its error is that of e
+                    // over sqrt(2 e).
                     let expected = AHEAD - (2.0 * off - off * off).sqrt();
                     let error = (course.ledger.first.unwrap_or(f64::NAN) - expected).abs();
                     log.at_most(
@@ -232,8 +234,8 @@ fn drifting(log: &mut Findings) -> Done {
             about!(log; "r = {restitution}, speed {speed:.0e}");
             let most = if speed > 1e4 { 10 } else { 40 };
             let found = boosted.pairs(most)?;
-            // Velocities are rounded to 1e-16 of the speed; two collisions of each disk multiply it by about e^2 each,
-            // the longest flight adds its time.
+            // Velocities are rounded to 1e-16 of the speed; two collisions of each disk multiply it
+            // by about e^2 each, the longest flight adds its time.
             let tolerance = 1e-16 * speed * 1e4;
             let mut both = rest.iter().zip(&found);
             let differ = both.position(|(a, b)| a.1 != b.1 || (a.0 - b.0).abs() > tolerance);

@@ -56,7 +56,8 @@ fn free_flight(log: &mut Findings) -> Done {
             let mut stream = random(10);
             let places = scattered(5, [0.0; 2], sides, &mut stream);
             let equal = warm(domain(width, height)?, places, 10)?;
-            // Equal disks have no identity; with sizes of their own, even equal ones, they keep their order.
+            // Equal disks have no identity; with sizes of their own, even equal ones, they keep
+            // their order.
             let scene = mixture(vec![(0.5, 1.0); equal.bodies.len()], 1.0)?;
             let bodies = equal
                 .bodies

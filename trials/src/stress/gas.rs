@@ -13,11 +13,11 @@ pub(super) trait Planar: Physics<Space = Plane, Surface = Smooth, Field = Free> 
 
 impl<P: Physics<Space = Plane, Surface = Smooth, Field = Free>> Planar for P {}
 
-/// Largest relative error of the energy: 1e5 roundings of 1e-16, all to one side. Drifts that are random walks stay far
-/// below.
+/// Largest relative error of the energy: 1e5 roundings of 1e-16, all to one side. Drifts that are
+/// random walks stay far below.
 pub(super) const ENERGY: f64 = 1e-11;
-/// Deepest overlap over the largest diameter: positions and flights of tens of diameters are rounded to 1e-14, with room
-/// for a contact that a fast disk makes late.
+/// Deepest overlap over the largest diameter: positions and flights of tens of diameters are
+/// rounded to 1e-14, with room for a contact that a fast disk makes late.
 pub(super) const OVERLAP: f64 = 1e-11;
 /// Largest error of the momentum over the sum of m |v| at the start, with the origin of [`ENERGY`].
 pub(super) const MOMENTUM: f64 = 1e-11;
@@ -271,8 +271,8 @@ impl<P: Planar> Gas<P> {
         let mut stream = random(seed);
         let mut in_memory = Checkpoint::from(self.start.clone());
         let mut bytes = postcard::to_stdvec(&in_memory)?;
-        // A box in which nothing collides ends its legs by time instead: that in which the fastest disk flies a thousand
-        // diameters.
+        // A box in which nothing collides ends its legs by time instead: that in which the fastest
+        // disk flies a thousand diameters.
         let horizon = match 1e3 * self.diameter() / fastest(&self.start) {
             time if time.is_finite() => time,
             _ => 1.0,

@@ -100,7 +100,8 @@ fn size_ratio(log: &mut Findings) -> Done {
 fn giant(log: &mut Findings) -> Done {
     let dust = if log.effort.long { 10_000_000 } else { 100_000 };
     let volume = dust as f64;
-    // Dust meets dust at 4 sqrt(pi) d^2 n N/2, and the giant at n pi ((D + d)/2)^2 sqrt(8/pi), T = m = n = 1.
+    // Dust meets dust at 4 sqrt(pi) d^2 n N/2, and the giant at n pi ((D + d)/2)^2 sqrt(8/pi), T =
+    // m = n = 1.
     let (small, large) = (1e-4_f64, 20.0);
     let mut gas = engine::<Slots>(&[(small, 1.0, dust), (large, 1e9, 1)], 1.0, volume, |_| 1.0)?;
     let own = 2.0 * std::f64::consts::PI.sqrt() * small * small * dust as f64;
@@ -111,7 +112,8 @@ fn giant(log: &mut Findings) -> Done {
     let found = gas.tally().collisions as f64;
     let expected = (own + hits) * time;
     found!(log; "{found} collisions, {expected:.0} expected");
-    // Poisson, and the giant's hits see the mean speed of the dust, which fluctuates by 0.4/sqrt(N).
+    // Poisson, and the giant's hits see the mean speed of the dust, which fluctuates by
+    // 0.4/sqrt(N).
     let error = 5.0 * (expected.sqrt() + expected * 0.4 / (dust as f64).sqrt());
     log.at_most("deviation", (found - expected).abs(), error);
     Ok(())

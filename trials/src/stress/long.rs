@@ -39,7 +39,8 @@ fn elastic(log: &mut Findings) -> Done {
         log.fault(error.to_string());
     }
     let drift = gas.energy_error(&course);
-    // 2e6 collisions of each disk: a linear sum of roundings of 1e-16 would be 2e-10, their random walk is 1e-13.
+    // 2e6 collisions of each disk: a linear sum of roundings of 1e-16 would be 2e-10, their random
+    // walk is 1e-13.
     log.at_most("energy drift", drift, 1e-10);
     log.at_most("overlap over d", course.overlap, 1e-10);
     log.at_most(

@@ -1,8 +1,9 @@
 //! Hard cases for all engines: what `stosszahl-trials stress` runs.
 //!
-//! A trial says what it tries and what must hold, and finds out. Tolerances are stated where they are used; those that
-//! several trials share are constants of the modules `gas` and `schemes`, with their origin. Trials also cut their runs
-//! at random moments and continue them from serialised checkpoints.
+//! A trial says what it tries and what must hold, and finds out. Tolerances are stated where they
+//! are used; those that several trials share are constants of the modules `gas` and `schemes`, with
+//! their origin. Trials also cut their runs at random moments and continue them from serialised
+//! checkpoints.
 //!
 //! ```
 //! use stosszahl_trials::{Effort, stress};

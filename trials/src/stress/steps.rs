@@ -1,5 +1,5 @@
-//! Steps that are too long, majorants that are too small, one simulator that is far too fast; restitution zero, and cooling
-//! through many decades.
+//! Steps that are too long, majorants that are too small, one simulator that is far too fast;
+//! restitution zero, and cooling through many decades.
 
 use nalgebra::vector;
 use stosszahl_dsmc::{Displacement, EngineError};
@@ -178,7 +178,8 @@ fn deep(log: &mut Findings) -> Done {
         let [early, late] = [decades(1)?, decades(17)?];
         let [one, other] = [early, late].map(|part| part.standard_error.unwrap_or(f64::NAN));
         let error = one.hypot(other);
-        // Of twelve decades the scatter has ten degrees of freedom: Student's t exceeds 6 once in 1e4.
+        // Of twelve decades the scatter has ten degrees of freedom: Student's t exceeds 6 once in
+        // 1e4.
         let differ = (early.value - late.value).abs() / error;
         log.at_most(
             "early and late decades differ, in standard errors",

@@ -155,8 +155,8 @@ fn cradles(log: &mut Findings) -> Done {
                 bodies.push((place(last + 2.0), move_at(-1.0)));
             }
             let end = sum.add(log, &few(1.0, [60.0; 2], bodies)?, 2.0)?;
-            // Equal disks on a line exchange velocities, whatever the order of their contacts: both ends rebound, or
-            // the last of the row goes on.
+            // Equal disks on a line exchange velocities, whatever the order of their contacts: both
+            // ends rebound, or the last of the row goes on.
             let speed = |who: usize| {
                 let v = end.bodies[who].velocity;
                 v[0] * direction[0] + v[1] * direction[1]
@@ -166,8 +166,8 @@ fn cradles(log: &mut Findings) -> Done {
             } else {
                 (count - 1, 0.0)
             };
-            // Off the axes the row is rounded by 1e-14 across: each contact turns the velocity by that
-            // and adds up to the next over one diameter, so 2^12 times.
+            // Off the axes the row is rounded by 1e-14 across: each contact turns the velocity by
+            // that and adds up to the next over one diameter, so 2^12 times.
             let tolerance = if direction[1] == 0.0 { 1e-13 } else { 1e-9 };
             let off = (speed(last) - 1.0).abs().max((speed(count) - first).abs());
             log.at_most("speeds off", off, tolerance);

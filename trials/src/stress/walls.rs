@@ -195,7 +195,8 @@ fn sharp_corner(log: &mut Findings) -> Done {
         let setting = Setting::new(walled(Wall::specular())?, size, [1.0, 0.0], bodies)?;
         Ok(setting.around(&plates))
     };
-    // One disk flies in from the wide end; the plates are as far apart as it is wide at 115 from the tip.
+    // One disk flies in from the wide end; the plates are as far apart as it is wide at 115 from
+    // the tip.
     let mut worst = 0.0_f64;
     for number in 0..20 {
         let angle = f64::from(number - 10) * 0.025;
@@ -246,8 +247,8 @@ fn wedge(log: &mut Findings) -> Done {
     let mut gas = setting.exact(Dissipation::ContactTime(1e-3))?;
     let reached = gas.advance(200.0, Collisions(10_000_000), &mut ())?;
     must!(log, reached; "exact dynamics did not reach the end");
-    // It slides along one plate, touching ever again, when it meets the other: with a contact time that costs nothing, so
-    // that it goes on rocking.
+    // It slides along one plate, touching ever again, when it meets the other: with a contact time
+    // that costs nothing, so that it goes on rocking.
     let (end, _) = only(&*gas);
     let off = (end - rest).norm();
     log.at_most("exact: height above the bottom", end[1] - rest[1], 1.0);

@@ -1,11 +1,12 @@
 //! Limits of vanishing simulator weight, cell size and step, and the order of the errors.
 //!
-//! 48 disks at packing 0.25 in a box of 12.3 d, where no shear mode grows: the elastic collision rate over Enskog's, the energy at
-//! `t_0` of the cooling gas with r = 0.8 over Haff's law, and its a2 at `3 t_0`. Weights are swept in cells of two diameters; cells and
-//! steps at many simulators for each disk, so that the few that a small cell holds are still many.
+//! 48 disks at packing 0.25 in a box of 12.3 d, where no shear mode grows: the elastic collision
+//! rate over Enskog's, the energy at `t_0` of the cooling gas with r = 0.8 over Haff's law, and its
+//! a2 at `3 t_0`. Weights are swept in cells of two diameters; cells and steps at many simulators
+//! for each disk, so that the few that a small cell holds are still many.
 //!
-//! The rate of N simulators of momentum zero is divided by `sqrt(1 - 1/N)`: N (N - 1) pairs, each sqrt(N/(N - 1)) faster
-//! than that of free ones.
+//! The rate of N simulators of momentum zero is divided by `sqrt(1 - 1/N)`: N (N - 1) pairs, each
+//! sqrt(N/(N - 1)) faster than that of free ones.
 
 use stosszahl_analysis::fit::{self, Point};
 use stosszahl_analysis::relaxation::unbiased_cumulant;

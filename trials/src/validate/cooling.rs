@@ -1,10 +1,11 @@
 //! Cooling of a gas in a box too small for shear modes to grow, against Haff's law.
 //!
-//! r = 0.8 at packing 0.25, where shear modes grow in boxes of more than 17.3 d: 48 disks in a box of 12.3 d. So few have
-//! effects of their own: shear modes below the threshold hold more than their thermal share, which is 1/N of all, and a
-//! pair of N with momentum zero is faster than two free ones. All go with 1/N, the number of simulators: with 64 for
-//! each disk they are below a thousandth. With one for each disk the gas is compared with exact dynamics of 48 disks,
-//! which has them too.
+//! r = 0.8 at packing 0.25, where shear modes grow in boxes of more than 17.3 d: 48 disks in a box
+//! of 12.3 d. So few have effects of their own: shear modes below the threshold hold more than
+//! their thermal share, which is 1/N of all, and a pair of N with momentum zero is faster than two
+//! free ones. All go with 1/N, the number of simulators: with 64 for each disk they are below a
+//! thousandth. With one for each disk the gas is compared with exact dynamics of 48 disks, which
+//! has them too.
 
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_analysis::theory::{Component, Contact, Mixture, TheoryError};
@@ -26,8 +27,8 @@ pub(super) const DISKS: usize = 48;
 /// small.
 pub(super) const EQUILIBRATE: f64 = 50.0;
 
-/// a2 of the homogeneous cooling state of the Boltzmann equation at this restitution, in six Sonine orders: -0.0262, where the
-/// simplest formula has -0.0219.
+/// a2 of the homogeneous cooling state of the Boltzmann equation at this restitution, in six Sonine
+/// orders: -0.0262, where the simplest formula has -0.0219.
 pub(super) fn cumulant() -> Result<f64, TheoryError> {
     let disk = Component {
         mass: 1.0,

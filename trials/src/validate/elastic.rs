@@ -1,9 +1,11 @@
-//! Elastic gases against Enskog's theory: collision rate, pressure, diffusion, viscosity, noise, compressibility.
+//! Elastic gases against Enskog's theory: collision rate, pressure, diffusion, viscosity, noise,
+//! compressibility.
 //!
-//! Starts are disordered gases under exact dynamics for some elastic collisions of each disk; the scheme then relaxes to
-//! its own structure before anything is measured. Rates and noise follow within a few collisions of each disk: 20 are
-//! given. Density modes forget theirs by sound damping, at a rate of at least `nu k²`, so S(k) is taken only from
-//! [`SLOWEST`] on and relaxes for three of these times.
+//! Starts are disordered gases under exact dynamics for some elastic collisions of each disk; the
+//! scheme then relaxes to its own structure before anything is measured. Rates and noise follow
+//! within a few collisions of each disk: 20 are given. Density modes forget theirs by sound
+//! damping, at a rate of at least `nu k²`, so S(k) is taken only from [`SLOWEST`] on and relaxes
+//! for three of these times.
 
 use nalgebra::Vector2;
 use stosszahl_analysis::fit::{self, Point};
@@ -32,13 +34,13 @@ const SLOWEST: f64 = 0.15;
 /// Largest wave number times d of these modes: below it, the structure of hard disks changes S by
 /// less than a tenth.
 const FASTEST: f64 = 0.6;
-/// Edges of the bands of wave numbers times d in which the energy of velocity modes is averaged; what the cells do not resolve is left
-/// out, and the first begins with the box.
+/// Edges of the bands of wave numbers times d in which the energy of velocity modes is averaged;
+/// what the cells do not resolve is left out, and the first begins with the box.
 const BANDS: [f64; 4] = [0.0, 0.5, 1.0, std::f64::consts::PI];
 /// Most modes of a band.
 const MODES: usize = 640;
-/// Fewest modes of a gas in a band from which a verdict is drawn: energies are exponentially distributed, so that a gas of
-/// fewer says little.
+/// Fewest modes of a gas in a band from which a verdict is drawn: energies are exponentially
+/// distributed, so that a gas of fewer says little.
 const FEWEST: usize = 100;
 /// Largest deviation of the energy of a mode from T, as a share, that is claimed.
 const NOISE: f64 = 0.02;

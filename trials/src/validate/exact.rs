@@ -120,7 +120,8 @@ fn mechanics(log: &mut Findings) -> Done {
 }
 
 fn state(log: &mut Findings) -> Done {
-    // The error of Z falls with the root of the collisions, and is to be at most half of the tolerance.
+    // The error of Z falls with the root of the collisions, and is to be at most half of the
+    // tolerance.
     let (collisions, tolerance) = if log.effort.quick {
         (100_000, 0.006)
     } else {

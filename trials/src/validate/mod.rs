@@ -1,15 +1,16 @@
 //! Claims about accuracy, over replicas, with error bars and verdicts.
 //!
-//! `stosszahl-trials validate` measures everything that is claimed, as one table. A part is left out only by name or when
-//! the time is up, and both are said. Rows are printed as they come and the table is written after each part, so that a run
-//! that is stopped leaves what it had. The end is `pass` only if every claim of every part passed.
+//! `stosszahl-trials validate` measures everything that is claimed, as one table. A part is left
+//! out only by name or when the time is up, and both are said. Rows are printed as they come and
+//! the table is written after each part, so that a run that is stopped leaves what it had. The end
+//! is `pass` only if every claim of every part passed.
 //!
-//! `stosszahl-trials validate dsmc` measures the Monte Carlo schemes against kinetic theory and against exact dynamics.
-//! The schemes and their claims are data, [`schemes::METHODS`].
+//! `stosszahl-trials validate dsmc` measures the Monte Carlo schemes against kinetic theory and
+//! against exact dynamics. The schemes and their claims are data, [`schemes::METHODS`].
 //!
-//! A claim passes if the value is within its tolerance and its standard error at most half of that; it is unresolved if
-//! the error is wider. Starts and streams are addressed by fixed seeds, so the table is the same in every run, whatever
-//! the number of threads.
+//! A claim passes if the value is within its tolerance and its standard error at most half of that;
+//! it is unresolved if the error is wider. Starts and streams are addressed by fixed seeds, so the
+//! table is the same in every run, whatever the number of threads.
 
 mod bulk;
 mod convergence;
@@ -89,8 +90,8 @@ struct Outcome {
 }
 
 impl Outcome {
-    /// Runs parts one after the other, none after the budget is spent. What there is, is written before the work and after
-    /// each part, so that a later one that is stopped takes nothing away.
+    /// Runs parts one after the other, none after the budget is spent. What there is, is written
+    /// before the work and after each part, so that a later one that is stopped takes nothing away.
     fn of(
         parts: &[Trial],
         effort: &Effort,
@@ -186,7 +187,8 @@ impl Outcome {
     }
 }
 
-/// Runs the parts of the whole that are asked for, says each row, writes the page, and says whether everything holds.
+/// Runs the parts of the whole that are asked for, says each row, writes the page, and says whether
+/// everything holds.
 pub(crate) fn command(asked: &ValidateAll) -> Done {
     let effort = Effort {
         quick: asked.quick,

@@ -37,7 +37,8 @@ pub enum Quantity {
 /// Resolution of a scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Setting {
-    /// Cells of two diameters, one simulator for each disk: those of Luding, Müller & McNamara (1998).
+    /// Cells of two diameters, one simulator for each disk: those of Luding, Müller & McNamara
+    /// (1998).
     Single,
     /// Cells of two diameters, eight simulators for each disk.
     Eight,
@@ -177,7 +178,8 @@ pub const CONTACT_POINT: Method = {
 
 /// All schemes.
 pub const METHODS: &[Method] = &[
-    // chi = 1: the Boltzmann equation of a dilute gas, measured against Enskog's to show what density does.
+    // chi = 1: the Boltzmann equation of a dilute gas, measured against Enskog's to show what
+    // density does.
     Method::new("boltzmann", Scheme::Boltzmann, 4.0),
     // That of Luding, Müller & McNamara (1998).
     Method::new("free-volume", Scheme::FreeVolume, 4.0).displaced(),

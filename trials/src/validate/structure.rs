@@ -1,7 +1,9 @@
-//! Structure of elastic disks of packing 0.25 at finite wave numbers: Monte Carlo against exact dynamics.
+//! Structure of elastic disks of packing 0.25 at finite wave numbers: Monte Carlo against exact
+//! dynamics.
 //!
-//! Both start from the same states of exact disks, of which several simulators for each disk are moved and turned copies. Waves forget
-//! their start by viscous damping, of which `k d = 0.2` has 1/e in 40 collisions of a disk.
+//! Both start from the same states of exact disks, of which several simulators for each disk are
+//! moved and turned copies. Waves forget their start by viscous damping, of which `k d = 0.2` has
+//! 1/e in 40 collisions of a disk.
 
 use stosszahl_analysis::modes::Modes;
 use stosszahl_analysis::statistics::Estimate;

@@ -151,8 +151,8 @@ pub struct Work {
 
 /// Packing of the elastic gas, where every correction for density counts.
 const DENSE: f64 = 0.25;
-/// Packing and restitution of the cooling gas: so dilute that recollisions of exact disks do not count, in a box of less than
-/// the 477 d in which shear modes grow.
+/// Packing and restitution of the cooling gas: so dilute that recollisions of exact disks do not
+/// count, in a box of less than the 477 d in which shear modes grow.
 const DILUTE: f64 = 0.01;
 const RESTITUTION: f64 = 0.8;
 /// Time for which the elastic gas is followed, in mean free times.

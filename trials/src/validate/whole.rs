@@ -33,8 +33,8 @@ trials! {
 fn literature(log: &mut Findings) -> Done {
     let began = Instant::now();
     let chi = kinetic::contact_value(0.25);
-    // d = 1 mm, packing 0.25, r = 0.8 and a root mean squared speed of 0.2047 m/s, in 1/s. The speed is itself rounded to
-    // four digits, which moves 1/t0 by 0.15 %.
+    // d = 1 mm, packing 0.25, r = 0.8 and a root mean squared speed of 0.2047 m/s, in 1/s. The
+    // speed is itself rounded to four digits, which moves 1/t0 by 0.15 %.
     let luding = 0.2047 / 2.0_f64.sqrt() / (0.001 * kinetic::haff_time(0.25, 0.8, chi));
     let length = transport::critical_length(0.25, chi, 0.8);
     let modes = "critical length of shear modes in d, r = 0.8, Enskog theory in first Sonine order";

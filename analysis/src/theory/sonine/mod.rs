@@ -1,29 +1,32 @@
 //! Homogeneous mixtures whose velocities are not Maxwellian: Sonine expansions of any order.
 //!
-//! The velocities of species k are `f_k = M_k sum_p a_kp S_p(x)`, with the Maxwellian M of a reference temperature T,
-//! `x = m v^2/(2 T)` and Laguerre's polynomials `S_p = L_p^(D/2 - 1)`. Their correlation with displacements,
-//! `h_k(v) = <R delta(v - v_k)>`, is `M_k v sum_p b_kp L_p^(D/2)(x)`. Cut after some orders, Boltzmann's equation
-//! becomes ordinary differential equations for T, a and b, whose coefficients are all known in closed form:
+//! The velocities of species k are `f_k = M_k sum_p a_kp S_p(x)`, with the Maxwellian M of a
+//! reference temperature T, `x = m v^2/(2 T)` and Laguerre's polynomials `S_p = L_p^(D/2 - 1)`.
+//! Their correlation with displacements, `h_k(v) = <R delta(v - v_k)>`, is
+//! `M_k v sum_p b_kp L_p^(D/2)(x)`. Cut after some orders, Boltzmann's equation becomes ordinary
+//! differential equations for T, a and b, whose coefficients are all known in closed form:
 //!
-//! Generating functions turn polynomials into Maxwellians, `sum_p s^p S_p(x) M(T) = M(T (1 - s))` and
-//! `sum_p u^p S_p(x) = (1 - u)^(-D/2) exp(-x u/(1 - u))`, so that one Gaussian integral J(u, s, t) over a collision, with
-//! the temperatures `T_1 (1 - s)` and `T_2 (1 - t)`, has all coefficients as those of its power series. With the
-//! variances of a component of the velocities `Y = (1 - s) T_1/m_1` and `Z = (1 - t) T_2/m_2`, `V = Y + Z`, the part
+//! Generating functions turn polynomials into Maxwellians, `sum_p s^p S_p(x) M(T) = M(T (1 - s))`
+//! and `sum_p u^p S_p(x) = (1 - u)^(-D/2) exp(-x u/(1 - u))`, so that one Gaussian integral J(u, s,
+//! t) over a collision, with the temperatures `T_1 (1 - s)` and `T_2 (1 - t)`, has all coefficients
+//! as those of its power series. With the variances of a component of the velocities
+//! `Y = (1 - s) T_1/m_1` and `Z = (1 - t) T_2/m_2`, `V = Y + Z`, the part
 //! `beta = (1 + e) m_2/(m_1 + m_2)` of the normal velocity that a collision takes, `S = 1 - u s`,
-//! `W = (1 - u) V + u Y Z m_1/T_1` and `A = 1 - u + u ((1 - s)(1 - 2 beta) + beta^2 V m_1/T_1)`, the rate of change of
-//! `<S_p>` by species 2 is `n_2 d^(D-1) chi Omega_D/sqrt(2 pi)` times
+//! `W = (1 - u) V + u Y Z m_1/T_1` and `A = 1 - u + u ((1 - s)(1 - 2 beta) + beta^2 V m_1/T_1)`,
+//! the rate of change of `<S_p>` by species 2 is `n_2 d^(D-1) chi Omega_D/sqrt(2 pi)` times
 //!
 //! `J = S^((1-D)/2) W^(1/2) (1/A - 1/S)`,
 //!
 //! and that of `<R . v L_p^(D/2)>`, with h in place of f, the same times
 //!
-//! `(T_1/m_1) S^((1-D)/2) {(D - 1) W^(1/2) (1/A - 1/S)/S + [Z/A + 2 (Y - beta V)(1 - u + beta u Z m_1/T_1)/A^2 - Z/S - 2 Y
-//! (1 - u)/S^2]/W^(1/2)}`.
+//! `(T_1/m_1) S^((1-D)/2) {(D - 1) W^(1/2) (1/A - 1/S)/S + [Z/A + 2 (Y - beta V)(1 - u + beta u Z
+//! m_1/T_1)/A^2 - Z/S - 2 Y (1 - u)/S^2]/W^(1/2)}`.
 //!
-//! Where restitution depends on the approach speed g, `W/A` and `2 (W/A)^2` stand for the integrals over speeds of
-//! `g exp(-g^2 A(g)/(2 W))` and of `g^3` with the same, by quadrature. That Sonine coefficients of collisions follow from
-//! generating functions is classical (Chapman & Cowling, The Mathematical Theory of Non-Uniform Gases, 1970, chapter
-//! 9); the closed form for dissipative pairs of any masses in two and three dimensions is derived here.
+//! Where restitution depends on the approach speed g, `W/A` and `2 (W/A)^2` stand for the integrals
+//! over speeds of `g exp(-g^2 A(g)/(2 W))` and of `g^3` with the same, by quadrature. That Sonine
+//! coefficients of collisions follow from generating functions is classical (Chapman & Cowling, The
+//! Mathematical Theory of Non-Uniform Gases, 1970, chapter 9); the closed form for dissipative
+//! pairs of any masses in two and three dimensions is derived here.
 //!
 //! The first order is that of [`Mixture::evolve`], and the second has the fourth cumulant of van
 //! Noije & Ernst (1998), but for its terms of second degree. From the third on, x refers to a
@@ -177,8 +180,9 @@ impl<R: Restitution> Mixture<R> {
     /// All velocities are Maxwellian at time zero.
     ///
     /// # Errors
-    /// [`TheoryError`] if a temperature is not above zero, the numbers differ, the order is not from 1 to
-    /// [`MOST_ORDERS`], or the integration fails, as it does where an expansion does not converge.
+    /// [`TheoryError`] if a temperature is not above zero, the numbers differ, the order is not
+    /// from 1 to [`MOST_ORDERS`], or the integration fails, as it does where an expansion does not
+    /// converge.
     pub fn expand(
         &self,
         orders: usize,
@@ -198,10 +202,12 @@ impl<R: Restitution> Mixture<R> {
     /// lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at time zero and expanded as in
     /// [`Self::expand`].
     ///
-    /// Displacements are followed from 40 starts and their logarithms interpolated in that of the time.
+    /// Displacements are followed from 40 starts and their logarithms interpolated in that of the
+    /// time.
     ///
     /// # Errors
-    /// As [`Self::expand`]; [`TheoryError::Invalid`] unless all lags are above zero, below `total`, and do not fall.
+    /// As [`Self::expand`]; [`TheoryError::Invalid`] unless all lags are above zero, below `total`,
+    /// and do not fall.
     pub fn time_averaged(
         &self,
         orders: usize,

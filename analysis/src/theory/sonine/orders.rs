@@ -1,4 +1,5 @@
-//! Orders of the Sonine expansion: their range, the norms of the polynomials and the tolerance of the integration.
+//! Orders of the Sonine expansion: their range, the norms of the polynomials and the tolerance of
+//! the integration.
 
 use stosszahl_model::Invalid;
 

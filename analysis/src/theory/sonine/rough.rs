@@ -234,8 +234,8 @@ mod tests {
         rotation: 0.6,
     };
 
-    /// Maxwellians begin to cool as the two-temperature theory says, in every order. Tolerance: the time is 1e-4 of a mean free
-    /// time, and slopes change by as much.
+    /// Maxwellians begin to cool as the two-temperature theory says, in every order. Tolerance: the
+    /// time is 1e-4 of a mean free time, and slopes change by as much.
     fn first_slopes<S: Space>() {
         for (restitution, beta) in [(0.6, 0.0), (0.9, -0.5), (1.0, 0.7)] {
             let gas = gas::<S>(restitution, beta);

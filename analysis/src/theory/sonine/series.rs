@@ -95,8 +95,9 @@ impl<const V: usize> Shape<V> {
     /// Computes a real power of a polynomial whose constant term, which must be the first, is above
     /// zero.
     ///
-    /// With the Euler operator E, the sum of x d/dx over the variables, and Q = P^a, `P E Q = a Q E P`; power by power that
-    /// is `|n| P_0 Q_n = sum_(i != 0) (a |i| - |n - i|) P_i Q_(n - i)`.
+    /// With the Euler operator E, the sum of x d/dx over the variables, and Q = P^a,
+    /// `P E Q = a Q E P`; power by power that is
+    /// `|n| P_0 Q_n = sum_(i != 0) (a |i| - |n - i|) P_i Q_(n - i)`.
     pub fn power(self, terms: &[Term<V>], exponent: f64) -> Series {
         let constant = terms[0].1;
         let degree = |powers: &[usize; V]| powers.iter().sum::<usize>() as f64;
@@ -182,7 +183,8 @@ mod tests {
         ([1, 0, 2], 0.2),
     ];
 
-    /// Roots and inverses undo each other, and exponentials multiply. Tolerance: roundings of sums of 60 terms of order one.
+    /// Roots and inverses undo each other, and exponentials multiply. Tolerance: roundings of sums
+    /// of 60 terms of order one.
     #[test]
     fn powers_and_exponentials_obey_their_laws() {
         let same = |a: &[f64], b: &[f64]| {

@@ -25,8 +25,8 @@ fn random(stream: &mut Stream, scale: f64) -> Vector2<f64> {
     vector![number(), number()]
 }
 
-/// Against parry's closed form for two balls, at gaps from 1e-6 on where it has 1e-13; grazing hits, whose discriminant is
-/// below 1e-6, are left out, as their times are the roots of rounding.
+/// Against parry's closed form for two balls, at gaps from 1e-6 on where it has 1e-13; grazing
+/// hits, whose discriminant is below 1e-6, are left out, as their times are the roots of rounding.
 #[test]
 fn a_disc_is_hit_when_parry_says() {
     let mut stream = Stream::seed_from_u64(1);
@@ -68,8 +68,8 @@ fn a_disc_is_hit_when_parry_says() {
     assert!(hits > 5_000);
 }
 
-/// A segment is for a disc what a capsule is for a point: against parry's closed form for a ray and a capsule, which
-/// has 3e-15.
+/// A segment is for a disc what a capsule is for a point: against parry's closed form for a ray and
+/// a capsule, which has 3e-15.
 #[test]
 fn a_segment_is_hit_as_a_capsule_by_a_ray() {
     let mut stream = Stream::seed_from_u64(2);
@@ -146,9 +146,9 @@ fn shapes(stream: &mut Stream) -> Vec<Obstacle> {
     ]
 }
 
-/// Parabolas against all shapes: the surface is touched at the time that is found, and at no time before, sampled at two
-/// thousand. Positions are rounded to some 1e-15, and a particle that approaches slowly is off by the square root of
-/// that at most between two samples that see it.
+/// Parabolas against all shapes: the surface is touched at the time that is found, and at no time
+/// before, sampled at two thousand. Positions are rounded to some 1e-15, and a particle that
+/// approaches slowly is off by the square root of that at most between two samples that see it.
 #[test]
 fn parabolas_hit_first_then() {
     let mut stream = Stream::seed_from_u64(3);
@@ -206,8 +206,8 @@ fn parabolas_hit_first_then() {
     );
 }
 
-/// A particle that bounces in a closed line of edges with corners, 30000 times for each radius and pull: it stays inside,
-/// keeps its energy, and no contact repeats itself at once.
+/// A particle that bounces in a closed line of edges with corners, 30000 times for each radius and
+/// pull: it stays inside, keeps its energy, and no contact repeats itself at once.
 #[test]
 fn rebounds_do_not_leak_or_repeat() {
     let points = vec![
@@ -275,7 +275,8 @@ fn rebounds_do_not_leak_or_repeat() {
     }
 }
 
-/// Past a disc, a corner and an edge at a distance of 1e-12 more or less than the radius: hit or not, and never lost.
+/// Past a disc, a corner and an edge at a distance of 1e-12 more or less than the radius: hit or
+/// not, and never lost.
 #[test]
 fn grazing_is_told_on_both_sides() {
     let still = vector![0.0, 0.0];

@@ -198,7 +198,8 @@ fn many_obstacles_are_hit_as_each_of_them() {
         assert_eq!(found.is_some(), plain.is_some());
         if let (Some((one, hit)), Some((other, same))) = (found, plain) {
             assert_eq!(one, other);
-            // The bracket of a root depends on what was found before, and the last digit on the bracket.
+            // The bracket of a root depends on what was found before, and the last digit on the
+            // bracket.
             assert!((hit.time - same.time).abs() < 1e-14 * (1.0 + same.time));
         }
         let overlapped = all

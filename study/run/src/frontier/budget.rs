@@ -36,7 +36,8 @@ fn repetitions(share: f64, seconds: f64) -> u64 {
 
 /// Distributes a budget of CPU time \[s\].
 ///
-/// Each setting gets the same time, and at least four repetitions; the costliest are left out until that is possible.
+/// Each setting gets the same time, and at least four repetitions; the costliest are left out until
+/// that is possible.
 pub(crate) fn shared(plan: &Plan, settings: &[Setting], budget: f64) -> Shares {
     let costs: Vec<f64> = settings
         .iter()

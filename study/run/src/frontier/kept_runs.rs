@@ -53,11 +53,12 @@ struct KnownRuns {
 }
 
 impl KeptRuns {
-    /// Makes the results folder of a frontier, or finds the one of the same case, and reads the runs that are kept there.
+    /// Makes the results folder of a frontier, or finds the one of the same case, and reads the
+    /// runs that are kept there.
     ///
     /// # Errors
-    /// [`FrontierError::Results`] if the folder is of something else or another process writes there; [`FrontierError::Kept`] if its
-    /// journal is damaged.
+    /// [`FrontierError::Results`] if the folder is of something else or another process writes
+    /// there; [`FrontierError::Kept`] if its journal is damaged.
     pub(crate) fn open(plan: &Plan, options: &Options<'_>) -> Result<Self, FrontierError> {
         let path = &options.folder;
         let existing = match (options.force, path.join("run.json").exists()) {
@@ -175,7 +176,8 @@ impl KeptRuns {
     /// Keeps a run.
     ///
     /// # Errors
-    /// [`FrontierError::Results`] if the folder was moved; [`FrontierError::Write`] if the journal cannot be written.
+    /// [`FrontierError::Results`] if the folder was moved; [`FrontierError::Write`] if the journal
+    /// cannot be written.
     pub(crate) fn add(
         &self,
         replica: u64,

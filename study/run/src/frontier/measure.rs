@@ -1,4 +1,5 @@
-//! Runs of many settings on all cores: each run on one thread, with its own time, memory and counts of work.
+//! Runs of many settings on all cores: each run on one thread, with its own time, memory and counts
+//! of work.
 //!
 //! Starts of replica r are the same for all settings of a size: the difference of two settings is
 //! then less noisy than either. A run takes one thread, so that its CPU time is its cost whatever
@@ -278,7 +279,8 @@ impl Bench<'_> {
         }
     }
 
-    /// Takes the jobs that other processes have done, and claims one that is free or whose process was lost.
+    /// Takes the jobs that other processes have done, and claims one that is free or whose process
+    /// was lost.
     fn next_shared(&self, worker: &FolderWorker) -> Result<Option<Vec<u8>>, FrontierError> {
         let kept = self.workshop.kept;
         kept.require_same()?;
@@ -305,7 +307,8 @@ impl Bench<'_> {
             for (place, &job) in waiting.iter().enumerate() {
                 let task = task_of(&key_of(job));
                 if tasks.is_claimed(&task) == claimed && kept.claim(worker, &task)?.is_some() {
-                    // Another process may have ended it since the journals were read, and all claims be gone.
+                    // Another process may have ended it since the journals were read, and all
+                    // claims be gone.
                     kept.refresh()?;
                     if kept.find(&key_of(job)).is_some() {
                         return Ok(None);

@@ -14,8 +14,9 @@
 //! | `recommend` | the cheapest setting for a target, tested on fresh seeds |
 //! | `sweep` | all of it, one after the other, and the words |
 //!
-//! A setting is never measured against itself: the reference is theory where that is exact, and otherwise exact dynamics
-//! with seeds of its own. Replicas are not swept, for n of them lower the noise of one by √n and leave its bias.
+//! A setting is never measured against itself: the reference is theory where that is exact, and
+//! otherwise exact dynamics with seeds of its own. Replicas are not swept, for n of them lower the
+//! noise of one by √n and leave its bias.
 
 mod budget;
 mod front;
@@ -85,7 +86,8 @@ pub struct Frontier {
     pub provenance: String,
     /// Settings that were not measured, each with the reason.
     pub left_out: Vec<String>,
-    /// The largest error of each kind against core time, with its figure: single runs, and the front with replicas.
+    /// The largest error of each kind against core time, with its figure: single runs, and the
+    /// front with replicas.
     pub figure: Table,
     /// Lists of the page.
     pub lists: Vec<List>,
@@ -172,11 +174,13 @@ impl FrontierError {
     }
 }
 
-/// Measures the settings around a case, tests what it recommends, and writes `frontier.csv`, `orders.csv` and
-/// `recommendation.md`. Numbers are the same for the same case, seed and budget, but for timings and what follows from them.
+/// Measures the settings around a case, tests what it recommends, and writes `frontier.csv`,
+/// `orders.csv` and `recommendation.md`. Numbers are the same for the same case, seed and budget,
+/// but for timings and what follows from them.
 ///
 /// # Errors
-/// [`FrontierError`] if the case is refused, the reference cannot be had, or a file cannot be written.
+/// [`FrontierError`] if the case is refused, the reference cannot be had, or a file cannot be
+/// written.
 pub fn frontier(file: &CaseFile, options: &Options<'_>) -> Result<Frontier, FrontierError> {
     let (found, tables) = sweep::sweep(file, options)?;
     if !found.is_reporter {

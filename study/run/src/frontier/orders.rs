@@ -135,8 +135,8 @@ pub(crate) fn orders(
     rows
 }
 
-/// Fits one sequence. Theory is about small h: while its order does not describe the values, the coarsest setting is left out as
-/// long as three are left.
+/// Fits one sequence. Theory is about small h: while its order does not describe the values, the
+/// coarsest setting is left out as long as three are left.
 fn row(
     sequence: &'static str,
     quantity: Quantity,

@@ -144,8 +144,8 @@ pub(crate) fn quantities(plan: &Plan) -> Vec<Quantity> {
 /// Returns the values of all quantities in a finished run, in the order of [`quantities`]; NaN
 /// where a run does not have one.
 ///
-/// The wave numbers of S(k) are multiples of that of the box, so S(k) is that of the case only in a box of its size,
-/// `whole`.
+/// The wave numbers of S(k) are multiples of that of the box, so S(k) is that of the case only in a
+/// box of its size, `whole`.
 pub(crate) fn observe(plan: &Plan, engine: &EnginePlan, run: &Finished, whole: bool) -> Vec<f64> {
     let last = run
         .record::<Vec<(f64, EnergySample)>>()

@@ -161,7 +161,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Runs a choice on fresh seeds, as often as `most` and its share of the time \[s\] allow, but at least once.
+    /// Runs a choice on fresh seeds, as often as `most` and its share of the time \[s\] allow, but
+    /// at least once.
     ///
     /// # Errors
     /// [`FrontierError`] if runs cannot be made.

@@ -1,9 +1,9 @@
 //! References of errors: theory where it is exact, and a large ensemble of exact dynamics
 //! elsewhere.
 //!
-//! The ensemble has replicas of its own, which no setting runs. It is kept in a file with its provenance, so that another
-//! sweep of the same case need not make it again; a file of another case, seed or version, or one that was changed, is
-//! refused.
+//! The ensemble has replicas of its own, which no setting runs. It is kept in a file with its
+//! provenance, so that another sweep of the same case need not make it again; a file of another
+//! case, seed or version, or one that was changed, is refused.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -95,7 +95,8 @@ pub(crate) struct References {
     pub made: usize,
 }
 
-/// Finds the references; an ensemble of `count` runs is made or continued where theory is not exact.
+/// Finds the references; an ensemble of `count` runs is made or continued where theory is not
+/// exact.
 ///
 /// # Errors
 /// [`FrontierError`] if the kept ensemble is not of this case or damaged, or a run fails.

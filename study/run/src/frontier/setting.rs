@@ -1,7 +1,7 @@
 //! The settings of a sweep: choices that affect accuracy, varied around a case one at a time.
 //!
-//! Replicas are not varied: n of them lower the noise by √n and leave the bias, so their error follows from that of one
-//! (see [`stosszahl_analysis::accuracy`]).
+//! Replicas are not varied: n of them lower the noise by √n and leave the bias, so their error
+//! follows from that of one (see [`stosszahl_analysis::accuracy`]).
 
 use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters, Scheme, Weights};
 use stosszahl_model::kinetic;

@@ -61,7 +61,8 @@ const PATHS: i64 = 1000;
 pub struct Cost {
     /// Peak memory of the whole process \[bytes\]: all engines and replicas that run at once.
     pub bytes: f64,
-    /// Computing time of the parts of a replica: guessed by the plan, unless it was measured ([`crate::pace`]).
+    /// Computing time of the parts of a replica: guessed by the plan, unless it was measured
+    /// ([`crate::pace`]).
     pub pace: Pace,
     /// Number of replicas.
     pub replicas: u64,
@@ -172,7 +173,8 @@ impl Plan {
                 trials_per_collision: self.trials_per_collision(engine),
             })
             .collect();
-        // The largest engines of as many replicas as there are threads for; records stay to the end of the run.
+        // The largest engines of as many replicas as there are threads for; records stay to the end
+        // of the run.
         let mut parts: Vec<(f64, f64)> = Vec::new();
         let mut records = 0.0;
         for (engine, kept) in self.engines.iter().zip(kept) {
@@ -364,7 +366,8 @@ impl Plan {
                 TRIALS[usize::from(parameters.scheme.is_across())]
             }
         };
-        // Diameter, square of the speed, and share of each class; the largest of all particles may exceed its class.
+        // Diameter, square of the speed, and share of each class; the largest of all particles may
+        // exceed its class.
         let largest = match &self.grains.sizes {
             GrainSizes::Equal(_) => return Some(trials),
             GrainSizes::Each(all) => all

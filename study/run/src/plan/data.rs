@@ -42,13 +42,15 @@ pub struct Plan {
     pub(super) steady_state: OnceLock<Option<Moment>>,
     /// Cached value of [`Plan::partial_temperatures`].
     pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
-    /// Temperatures of a homogeneous rough gas at the times of the series, at Enskog's rate and at that of a dilute gas.
+    /// Temperatures of a homogeneous rough gas at the times of the series, at Enskog's rate and at
+    /// that of a dilute gas.
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
     /// Particles, contact laws and field, for the engines.
     pub grains: Grains,
     /// Restitution of pairs.
     pub law: Law,
-    /// Coefficient of restitution: the constant one, or that at the mean approach speed of the start.
+    /// Coefficient of restitution: the constant one, or that at the mean approach speed of the
+    /// start.
     pub restitution: f64,
     /// Sides of the box \[length\]; zero without one and beyond the dimension.
     pub lengths: [f64; 3],

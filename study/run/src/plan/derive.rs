@@ -192,7 +192,8 @@ impl Plan {
                 };
             }
         }
-        // A gas that its contacts heat has no cooling time, even where it begins above its steady temperature.
+        // A gas that its contacts heat has no cooling time, even where it begins above its steady
+        // temperature.
         if self.law.is_elastic() || self.heats_itself() {
             self.haff_time = f64::INFINITY;
         }
@@ -315,7 +316,8 @@ fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
         .map_err(|error| PlanError::new("start.velocities.a2", error.found, error.allowed))
 }
 
-/// Contact value of equal disks. A start beyond close packing is possible only for particles of several sizes.
+/// Contact value of equal disks. A start beyond close packing is possible only for particles of
+/// several sizes.
 fn contact_value(packing: f64) -> f64 {
     kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING))
 }

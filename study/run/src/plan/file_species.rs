@@ -34,8 +34,8 @@ pub(super) struct FileSpecies {
 impl FileSpecies {
     /// Reads the species of a file; where it lacks sizes, those of the case are taken.
     ///
-    /// Particles of one type, radius and mass are a species, up to [`MOST_SPECIES`] of at least two particles on average;
-    /// otherwise those of one type are.
+    /// Particles of one type, radius and mass are a species, up to [`MOST_SPECIES`] of at least two
+    /// particles on average; otherwise those of one type are.
     ///
     /// # Errors
     /// [`PlanError`] if a name of a species cannot be told from another.

@@ -8,11 +8,13 @@ impl Plan {
     /// Computes Reynolds, Mach and Knudsen number of a flow of one species that has a mean
     /// velocity; none without a width.
     ///
-    /// With the speed u of the first inflow, or else of the start, the mean free path l of the dilute gas, the diameter h of a
-    /// disc in the stream or else the width between walls, and c = (2T/m)^(1/2):
+    /// With the speed u of the first inflow, or else of the start, the mean free path l of the
+    /// dilute gas, the diameter h of a disc in the stream or else the width between walls, and c =
+    /// (2T/m)^(1/2):
     ///
-    /// `Re = rho u h/eta`, where the viscosity of dilute elastic spheres is `eta = (5 pi^(1/2)/16) rho c l` and that of disks
-    /// `eta = pi^(-1/2) rho c l` (first Sonine order); `M = u/(gamma T/m)^(1/2)` with `gamma = 1 + 2/f`, f degrees of freedom of
+    /// `Re = rho u h/eta`, where the viscosity of dilute elastic spheres is
+    /// `eta = (5 pi^(1/2)/16) rho c l` and that of disks `eta = pi^(-1/2) rho c l` (first Sonine
+    /// order); `M = u/(gamma T/m)^(1/2)` with `gamma = 1 + 2/f`, f degrees of freedom of
     /// translation and, of rough particles, rotation; `Kn = l/h`.
     pub(super) fn flow_numbers(&self) -> Vec<Quantity> {
         let inflow = self.case.inflow.first();

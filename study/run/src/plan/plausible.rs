@@ -210,7 +210,8 @@ impl Plan {
         walls.chain(obstacles).chain(inflows).collect()
     }
 
-    /// Fastest speed that the start, walls, streams, gravity or kicks give to particles, about \[engine speed\].
+    /// Fastest speed that the start, walls, streams, gravity or kicks give to particles, about
+    /// \[engine speed\].
     fn fastest_speed(&self) -> f64 {
         let lightest = (self.species.iter())
             .map(|one| one.mass)

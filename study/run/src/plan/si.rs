@@ -1,4 +1,5 @@
-//! Names of units of a case in SI: `m`, `kg`, `s` and `J` in place of `length`, `mass`, `time` and `energy`.
+//! Names of units of a case in SI: `m`, `kg`, `s` and `J` in place of `length`, `mass`, `time` and
+//! `energy`.
 
 use std::borrow::Cow;
 
@@ -7,7 +8,8 @@ use stosszahl_case::format::{TimeUnit, Units};
 use super::data::Plan;
 
 impl Plan {
-    /// Unit of a table of the case. Times of tables are in the unit of `run.time_unit`, which is the second only if that is `case`.
+    /// Unit of a table of the case. Times of tables are in the unit of `run.time_unit`, which is
+    /// the second only if that is `case`.
     pub fn table_unit(&self, unit: &str) -> Cow<'static, str> {
         let second = (self.time_unit == TimeUnit::Case).then_some("s");
         self.unit(unit, second)

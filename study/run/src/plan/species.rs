@@ -163,8 +163,8 @@ fn diameter(continuous: &Continuous, stream: &mut impl Rng) -> f64 {
             mean_diameter * (1.0 + 3.0_f64.sqrt() * relative_width * place)
         }
         Distribution::LogNormal => {
-            // exp(mu + s x) has the mean exp(mu + s^2/2) and the relative variance exp(s^2) - 1. Box & Muller's x; the
-            // complement keeps the logarithm finite.
+            // exp(mu + s x) has the mean exp(mu + s^2/2) and the relative variance exp(s^2) - 1.
+            // Box & Muller's x; the complement keeps the logarithm finite.
             let square = (relative_width * relative_width).ln_1p();
             let length = (-2.0 * (1.0 - stream.random::<f64>()).ln()).sqrt();
             let normal = length * (std::f64::consts::TAU * stream.random::<f64>()).cos();

@@ -182,7 +182,8 @@ pub(super) fn scaled(file: StartFile, scale: Scale) -> StartFile {
 }
 
 impl Source<'_> {
-    /// Refuses particles of another dimension, and simulators that stand for several particles or for less than one.
+    /// Refuses particles of another dimension, and simulators that stand for several particles or
+    /// for less than one.
     fn check(&self) -> Result<(), PlanError> {
         let (file, name) = (&self.file, self.name);
         if file.count() < 2 {
@@ -394,7 +395,8 @@ impl Source<'_> {
 }
 
 impl Plan {
-    /// Refuses the particles of a start file that overlap each other, walls or bodies, where the engines keep them apart.
+    /// Refuses the particles of a start file that overlap each other, walls or bodies, where the
+    /// engines keep them apart.
     pub(super) fn check_file(&self) -> Result<(), PlanError> {
         let positions = self.file.as_ref().and_then(|file| file.positions.as_ref());
         let (Some(positions), Some(name)) = (positions, &self.case.start.file) else {

@@ -92,7 +92,8 @@ impl Plan {
             && self.law.constant().is_some()
     }
 
-    /// Fourth cumulant of the homogeneous cooling state, or of the steady state of a driven gas; 0 for an elastic gas.
+    /// Fourth cumulant of the homogeneous cooling state, or of the steady state of a driven gas; 0
+    /// for an elastic gas.
     pub fn fourth_cumulant(&self) -> f64 {
         if self.case.drive.is_some() {
             kinetic::heated_fourth_cumulant(self.dimension, self.restitution)
@@ -200,8 +201,8 @@ impl Plan {
         })
     }
 
-    /// Collisions per particle that theory expects up to a time of the case; rough without a theory, and in flows those of
-    /// the uniform gas at the temperature of the start.
+    /// Collisions per particle that theory expects up to a time of the case; rough without a
+    /// theory, and in flows those of the uniform gas at the temperature of the start.
     pub fn expected_collisions(&self, time: f64) -> f64 {
         let rate = 1.0 / self.mean_free_time;
         if self.kind == Kind::Flow {
@@ -318,8 +319,8 @@ impl Plan {
             let mixture = self.mixture().ok()?;
             let scale = self.classes[0].mass * law.delta().powi(2);
             let start = vec![scale * delta_model::maxwellian_temperature(law.coefficient())?];
-            // From the Maxwellian estimate, which is right to a few per cent, the gas relaxes by a share
-            // of 1 - r^2 in a collision.
+            // From the Maxwellian estimate, which is right to a few per cent, the gas relaxes by a
+            // share of 1 - r^2 in a collision.
             let free_time = 1.0 / mixture.rates(0, &start).collisions;
             let until = 40.0 * free_time / (1.0 - law.coefficient().powi(2));
             let mut orders = (1..=mixture.affordable_orders()).rev();
