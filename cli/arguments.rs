@@ -52,7 +52,7 @@ pub enum Command {
                             srun --ntasks 8 stosszahl run CASE --join --threads 4\n  \
                             stosszahl run quick --part 1/2; stosszahl run quick --part 2/2; stosszahl merge results/quick-part-*")]
     Run {
-        /// What is run, and where to.
+        /// Case, results folder and options of the run.
         #[command(flatten)]
         run: RunArguments,
         /// How it is shared with other processes.
@@ -121,7 +121,7 @@ pub enum Command {
                       stosszahl frontier cases/quick.toml --set gas.number=10000 --until 10 --target-error 1%"
     )]
     Frontier {
-        /// What is measured, and where to.
+        /// Case, results folder and options of the measurement.
         #[command(flatten)]
         frontier: FrontierArguments,
         /// How it is shared with other processes.
@@ -230,7 +230,7 @@ pub struct InitArguments {
     pub force: bool,
 }
 
-/// What a new case is about.
+/// Subject of a new case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Template {
     /// Exact disks against Monte Carlo, from one initial state.
@@ -263,7 +263,7 @@ pub struct RunArguments {
     /// Start even if the case needs more memory than is free.
     #[arg(long)]
     pub force_memory: bool,
-    /// What to print at the end.
+    /// Amount of output at the end.
     #[command(flatten)]
     pub printed: Printed,
 }
@@ -307,7 +307,7 @@ pub struct MergeArguments {
     /// Replace an existing results folder.
     #[arg(long)]
     pub force: bool,
-    /// What to print at the end.
+    /// Amount of output at the end.
     #[command(flatten)]
     pub printed: Printed,
 }

@@ -22,7 +22,8 @@ pub struct Arguments {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run a case: tables are the bytes of `stosszahl run`, for any number of processes and threads.
+    /// Run a case: tables are the bytes of `stosszahl run`, for any number of processes and
+    /// threads.
     Run {
         /// As for `stosszahl run`; threads are those of each process.
         #[command(flatten)]
@@ -31,7 +32,8 @@ pub enum Command {
         #[command(flatten)]
         shared: Together,
     },
-    /// Measure speed against error around a case: tables are those of `stosszahl frontier`, but for times.
+    /// Measure speed against error around a case: tables are those of `stosszahl frontier`, but for
+    /// times.
     Frontier {
         /// As for `stosszahl frontier`; threads are those of each process.
         #[command(flatten)]
@@ -45,11 +47,12 @@ pub enum Command {
 /// Options of the work of several processes, and the time after which one counts as lost.
 #[derive(Debug, Args)]
 pub struct Together {
-    /// Seconds of silence after which a process is lost: its work is done by others, or, with one gas, the job ends.
+    /// Seconds of silence after which a process is lost: its work is done by others, or, with one
+    /// gas, the job ends.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
     pub lost_after: f64,
-    /// All processes hold one gas after the other together, in place of one replica each: for a large gas of Monte Carlo in
-    /// cells.
+    /// All processes hold one gas after the other together, in place of one replica each: for a
+    /// large gas of Monte Carlo in cells.
     #[arg(long)]
     pub one_gas: bool,
 }

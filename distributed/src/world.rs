@@ -16,7 +16,7 @@ use stosszahl::dsmc::Ranks;
 const MOST: usize = 1 << 30;
 /// Time for which others are waited for without a rest, as they come within microseconds in a step.
 const EAGER: Duration = Duration::from_millis(20);
-/// Length of the rests after that.
+/// Length of a rest in a longer wait.
 const REST: Duration = Duration::from_micros(200);
 
 /// Tag of messages of the gas. Heartbeats have tag 1.

@@ -37,7 +37,7 @@ checkpoint_seconds = 0.001
 "gas.restitution" = [0.7, 0.8, 0.9]
 "#;
 
-/// Disks from a file, with so many replicas that take so long that no process is left without one.
+/// Disks from a file: forty replicas, which take so long that no process is left without one.
 const FROM_FILE: &str = r#"
 format = 2
 title = "disks from a file"

@@ -34,7 +34,7 @@ pub(crate) struct Class {
     pub join_first: u32,
     /// Number of places for particles that join.
     pub join_capacity: u32,
-    /// Number of these places that are taken.
+    /// Number of places for particles that join that are taken.
     pub joined: u32,
     /// End of the groups of the class, which are in rising order of speed.
     pub groups_end: u32,

@@ -53,12 +53,10 @@ use crate::events::{Goal, Leap};
 use crate::strip_log::{SEAM, StripLog, StripRows};
 use cut::{HaloExchange, LEAST_HALO};
 
-/// Cost of a window, in collisions per disk: halos, logs, and the time that threads wait for each
-/// other.
+/// Cost of a window, in collisions per disk: halos, logs, and waiting threads.
 const COST: f64 = 0.009;
 
-/// First guess of the rows of the halo beyond the seam that a window of one collision per disk
-/// needs.
+/// First guess of the rows of a halo beyond the seam for a window of one collision per disk.
 const FIRST_DEPTH: f64 = 20.0;
 
 /// Factor on the depth of the halo after a window in which wrong events did not come far.
@@ -78,9 +76,9 @@ const MOST_BEHIND: usize = 4;
 /// Largest share of the rows of a halo beyond the seam that wrong events may enter, so that one
 /// window in some hundreds is wrong.
 const ENTERED: f64 = 0.6;
-/// Factor on this share after a wrong window.
+/// Factor on [`ENTERED`] after a wrong window.
 const ENTERED_AFTER_WRONG: f64 = 0.8;
-/// Factor on this share after other windows.
+/// Factor on [`ENTERED`] after a window that was kept.
 const ENTERED_GROWTH: f64 = 1.002;
 
 /// Most windows in a row that may be wrong, until the gas advances alone.
@@ -93,7 +91,7 @@ const MOST_OBSERVED: f64 = 1.0;
 
 /// Share of the remaining collisions, less some standard deviations, that a window aims at.
 const AIM: f64 = 0.99;
-/// Number of these standard deviations.
+/// Number of the standard deviations that a window stays below [`AIM`].
 const DEVIATIONS: f64 = 5.0;
 
 /// Strips of a gas that is spread over threads, and the work in them. No result depends on them.
@@ -107,7 +105,7 @@ pub struct StripSettings {
     pub retries: u64,
     /// Number of events in the windows that were kept, each once.
     pub events: u64,
-    /// Number of events in these windows that were simulated by a neighbour too.
+    /// Number of events in kept windows that a neighbour simulated too.
     pub twice: u64,
     /// Number of events in windows that were not kept.
     pub lost: u64,
@@ -198,8 +196,7 @@ struct Strips<P: Physics, Q: Calendar> {
     strips: Vec<Engine<P, Q>>,
 }
 
-/// Engine whose gas may be spread over the threads of a pool in strips, with the bytes of an engine
-/// alone.
+/// Engine whose gas may be cut into strips, one for each thread, with the bytes of one engine.
 pub struct StripedEngine<P: Physics, Q: Calendar = Buckets> {
     engine: Engine<P, Q>,
     strips: Strips<P, Q>,
@@ -577,8 +574,7 @@ where
         200 * (whole.names.len() / strips) as u64 + 1_000_000
     }
 
-    /// Rate of collisions in own time, within a factor of two, from the next contacts of some
-    /// disks.
+    /// Rate of collisions in own time, to a factor of two, from the next contacts of some disks.
     fn rate_to_come(whole: &Engine<P, Q>) -> f64 {
         let every = 1 + whole.disks.all.len() / ASKED;
         let contacts = whole.disks.all.iter().step_by(every);

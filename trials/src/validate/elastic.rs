@@ -31,8 +31,8 @@ const THIN: f64 = 0.05;
 
 /// Smallest wave number times d of the modes that S(k → 0) is taken from.
 const SLOWEST: f64 = 0.15;
-/// Largest wave number times d of these modes: below it, the structure of hard disks changes S by
-/// less than a tenth.
+/// Largest wave number times d of the modes that S(k → 0) is taken from: below it, the structure of
+/// hard disks changes S by less than a tenth.
 const FASTEST: f64 = 0.6;
 /// Edges of the bands of wave numbers times d in which the energy of velocity modes is averaged;
 /// what the cells do not resolve is left out, and the first begins with the box.
