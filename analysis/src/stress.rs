@@ -143,6 +143,8 @@ pub struct StressRecorder {
     since: f64,
     /// Shear rate of the flow \[1/time\]; 0 without one.
     shear_rate: f64,
+    /// Shear rate of the flow between partners, which their relative velocity has in it \[1/time\]; 0 where they are points.
+    slip_rate: f64,
 }
 
 impl StressRecorder {
@@ -156,14 +158,21 @@ impl StressRecorder {
             kinetic,
             since: now,
             shear_rate: 0.0,
+            slip_rate: 0.0,
         }
     }
 
-    /// Returns this recorder for a uniform shear flow of the given rate \[1/time\], relative to
-    /// which velocities are.
+    /// Returns this recorder for a uniform shear flow of the given rate \[1/time\], relative to which
+    /// velocities are. `apart`: whether partners are a contact distance apart in the flow, so that their
+    /// relative velocity includes it; they are points otherwise.
     #[must_use]
-    pub fn in_flow(self, shear_rate: f64) -> Self {
-        Self { shear_rate, ..self }
+    pub fn in_flow(self, shear_rate: f64, apart: bool) -> Self {
+        let slip_rate = if apart { shear_rate } else { 0.0 };
+        Self {
+            shear_rate,
+            slip_rate,
+            ..self
+        }
     }
 
     /// Advances the kinetic sum by a time of flight; returns its integral over that time.
@@ -246,7 +255,7 @@ impl Observer for StressRecorder {
                 block.collisions += one.weight;
             }
             let (mut before, distance) = (one.relative_velocity, one.line.norm());
-            before.x -= self.shear_rate * one.line.y;
+            before.x -= self.slip_rate * one.line.y;
             let gained = (one.approach() + one.separation()) / distance;
             let after = before + one.line * gained;
             let mass = one.weight * one.reduced_mass;
@@ -326,7 +335,8 @@ mod tests {
                 [0.0, 0.5, 1.0].map(|part| tensor(&flown(all, part * time)));
             (first + middle * 4.0 + last) * (time / 6.0)
         };
-        let mut recorder = StressRecorder::new([0.5, 2.5], 1, 0.0, tensor(&all)).in_flow(rate);
+        let mut recorder =
+            StressRecorder::new([0.5, 2.5], 1, 0.0, tensor(&all)).in_flow(rate, true);
         all = flown(&all, 0.5);
         let mut expected = integral(&all, 1.0);
         all = flown(&all, 1.0);

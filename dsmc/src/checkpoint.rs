@@ -15,6 +15,8 @@ use crate::tally::{Stock, Tally, Unit};
 #[serde(bound = "")]
 pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) time: f64,
+    /// Displacement of the box above in a shear flow \[length\]; 0 without one.
+    pub(crate) offset: f64,
     /// In the order of their cells.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
     pub(crate) stock: Stock<P::Space>,
@@ -51,6 +53,7 @@ where
     pub(crate) fn without_simulators(&self) -> Checkpoint<P, F> {
         Checkpoint {
             time: self.time,
+            offset: self.grid.offset(),
             simulators: Vec::new(),
             stock: self.stock,
             unit: self.unit,

@@ -2,6 +2,8 @@
 
 mod windows;
 
+use std::cmp::Ordering;
+
 use stosszahl_model::Space;
 
 use crate::extrema::larger;
@@ -59,6 +61,8 @@ pub(crate) struct Density<S: Space> {
     sums: Vec<f32>,
     /// Axes along which the box is not periodic: neighbourhoods stop at its faces.
     bounded: [bool; 3],
+    /// Columns by which the rows above the box are displaced, in a shear flow.
+    offset: usize,
     /// By the number of the cell; empty where all is room.
     crowding: Vec<Crowding>,
     /// Windows that bodies cut, if there are bodies.
@@ -184,10 +188,16 @@ impl<S: Space> Density<S> {
             lines: vec![0.0; cells],
             sums: vec![0.0; cells],
             bounded: gas.bounded,
+            offset: 0,
             crowding: Vec::new(),
             cut_windows: None,
             space: std::marker::PhantomData,
         }
+    }
+
+    /// Displaces the rows above the box by this number of columns, and those below it the other way.
+    pub(crate) fn slide(&mut self, columns: usize) {
+        self.offset = columns % self.counts[0];
     }
 
     /// Sets the windows that bodies cut.
@@ -357,6 +367,7 @@ impl<S: Space> Density<S> {
         let [columns, rows, layers] = self.counts;
         let [_, reach, depth] = self.reach;
         let (lines, bounded, weighing) = (&self.lines, self.bounded, self.weighing);
+        let offset = self.offset;
         let add = |line: usize, sums: &mut [f32]| {
             let (row, layer) = (line % rows, line / rows);
             sums.fill(0.0);
@@ -372,8 +383,19 @@ impl<S: Space> Density<S> {
                     }
                     let first = columns * (wrapped(row + y, reach, rows) + rows * layer);
                     let counts = (deep * weighing.along(reach, y.abs_diff(reach))) as f32;
-                    for (sum, value) in sums.iter_mut().zip(&lines[first..first + columns]) {
-                        *sum += counts * value;
+                    let line = &lines[first..first + columns];
+                    // An image above begins at this column of its original, and one below at the opposite one.
+                    let begin = match (row + y).cmp(&reach) {
+                        _ if offset == 0 => 0,
+                        Ordering::Less => offset,
+                        _ if row + y - reach >= rows => columns - offset,
+                        _ => 0,
+                    };
+                    let (near, far) = sums.split_at_mut(columns - begin);
+                    for (sums, values) in [(near, &line[begin..]), (far, &line[..begin])] {
+                        for (sum, value) in sums.iter_mut().zip(values) {
+                            *sum += counts * value;
+                        }
                     }
                 }
             }

@@ -38,6 +38,18 @@ impl<'a, P: Physics> Flight<'a, P> {
         }
     }
 
+    /// Lengths by which a position beyond an edge is wrapped at once; zero or infinite where that needs more care.
+    fn wrapping_lengths(&self) -> VectorOf<P> {
+        let has_obstacles = |passage: &Passage<'_, P>| passage.surroundings.obstacles().is_some();
+        match &self.passage {
+            // Obstacles stand in the way around the box.
+            Some(passage) if has_obstacles(passage) => P::Space::vector(|_| f64::INFINITY),
+            // Images of a shear flow slide.
+            _ if self.grid.domain().images().shear().is_some() => VectorOf::<P>::default(),
+            _ => self.grid.images(),
+        }
+    }
+
     /// How far at most it leaves a straight line, along each axis: |a| t^2/8.
     fn bend(&self) -> VectorOf<P> {
         let acceleration = self.scene.field().acceleration();
@@ -84,13 +96,7 @@ where
         fit(&mut codes, total);
         simulators.resize(total, SimulatorOf::<P, F>::default());
         codes.resize(total, 0);
-        let lengths = match &flight.passage {
-            // Obstacles stand in the way around the box.
-            Some(passage) if passage.surroundings.obstacles().is_some() => {
-                P::Space::vector(|_| f64::INFINITY)
-            }
-            _ => grid.images(),
-        };
+        let lengths = flight.wrapping_lengths();
         let field = scene.field();
         let place = self.place;
         let width = place.sides[0] as usize;

@@ -202,6 +202,23 @@ impl<S: Space> Grid<S> {
         self.images
     }
 
+    /// Displacement of the box above in a shear flow \[length\]; 0 without one.
+    pub(crate) fn offset(&self) -> f64 {
+        let shear = self.domain.images().shear();
+        shear.map_or(0.0, |shear| shear.offset)
+    }
+
+    /// Moves the images of the box by a time: the boxes above and below slide in a shear flow.
+    pub(crate) fn slide(&mut self, duration: f64) {
+        self.domain.advance(duration);
+    }
+
+    /// Displacement of the box above in a shear flow, rounded to whole cells.
+    pub(crate) fn offset_columns(&self) -> usize {
+        let columns = (self.offset() * self.scale[0]).round() as usize;
+        columns % self.counts[0] as usize
+    }
+
     /// The shortest image of a difference of positions in the box or a little outside.
     #[inline(always)]
     pub(crate) fn nearest_image(&self, difference: S::Vector) -> S::Vector {

@@ -357,6 +357,15 @@ pub enum EngineError {
         /// Its name.
         scheme: &'static str,
     },
+    /// Partners in other cells are looked for where cells stand still.
+    #[error(
+        "the scheme {scheme} in a uniform shear flow, whose cells slide along each other at the edge of the box; allowed: \
+         boltzmann, free-volume and enskog, whose partners share a cell"
+    )]
+    Sheared {
+        /// Its name.
+        scheme: &'static str,
+    },
     /// Weights that have no meaning.
     #[error("weights: {found}; allowed: {allowed}")]
     BadWeights {
@@ -560,7 +569,8 @@ impl EngineError {
             | Self::BadInflow { .. }
             | Self::UnequalStarts { .. }
             | Self::Individuals
-            | Self::Boundary { .. } => {}
+            | Self::Boundary { .. }
+            | Self::Sheared { .. } => {}
         }
         self
     }

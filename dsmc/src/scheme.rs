@@ -108,6 +108,12 @@ impl Scheme {
         self.is_across()
     }
 
+    /// Whether partners in a uniform shear flow are taken as a contact distance apart: they then approach with the flow between
+    /// them and carry momentum over that distance, as Enskog's theory says. Other pairs within a cell are points.
+    pub fn feels_flow(self) -> bool {
+        matches!(self, Self::Enskog(_))
+    }
+
     /// Whether the number of its trials follows from a bound of the speeds at which partners approach.
     pub(crate) fn bounds_trials(self) -> bool {
         !matches!(self, Self::StochasticDisks { .. })

@@ -3,6 +3,7 @@
 mod among;
 mod begin;
 mod cells;
+mod field;
 mod others;
 mod refusals;
 mod tiles;

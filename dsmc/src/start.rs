@@ -3,7 +3,9 @@
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Domain, Physics, Restitution, Sizes, Space, State, Surface, VectorOf};
+use stosszahl_model::{
+    Domain, Field, Physics, Restitution, Shear, Sizes, Space, State, Surface, VectorOf,
+};
 
 use crate::boundary::{Boundaries, Ledgers, MOST_SIMULATORS, Surroundings, Transfer, enter};
 use crate::checkpoint::Checkpoint;
@@ -149,6 +151,7 @@ where
         let means = Means::of::<P>(&sizes, simulators.len(), &boundaries.inflows);
         let checkpoint = Checkpoint {
             time: state.time,
+            offset: (state.domain.images().shear()).map_or(0.0, |shear| shear.offset),
             simulators,
             stock: Stock::default(),
             unit: Unit::of(0.0),
@@ -195,6 +198,7 @@ where
         boundaries: &Boundaries<P::Space>,
         streams: Streams,
     ) -> Result<Self, EngineError> {
+        let domain = slid(domain, checkpoint.offset)?;
         Self::build(
             scene, parameters, domain, checkpoint, boundaries, streams, None,
         )
@@ -223,11 +227,9 @@ where
             mut ledgers,
             means,
             factors,
+            offset: _,
         } = checkpoint;
-        let boundaries = &Boundaries {
-            weights: boundaries.weights.with_factors(&factors),
-            ..boundaries.clone()
-        };
+        let boundaries = &boundaries.with_factors(&factors);
         check_numbers::<P, F>(&scene, &simulators)?;
         let (weight, sizes) = (1.0 / copies as f64, scene.sizes());
         let [mean_diameter, moment_ratio, mean_mass, ball] = means.averages();
@@ -482,7 +484,22 @@ pub(crate) fn check_choices<P: Physics>(
     if P::Sizes::INDIVIDUAL && boundaries.is_open() {
         return Err(EngineError::Individuals);
     }
+    let is_sheared = scene.field().shear_rate() != 0.0;
+    if is_sheared && parameters.scheme.is_across() {
+        let scheme = parameters.scheme.name();
+        return Err(EngineError::Sheared { scheme });
+    }
+    if is_sheared && parameters.displacement != Displacement::None {
+        let scheme = parameters.scheme.name();
+        return Err(EngineError::Displaced { scheme });
+    }
     check_displacement(scene, parameters, domain)
+}
+
+/// Box whose images above and below are displaced by `offset` \[length\], if they slide.
+fn slid<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, EngineError> {
+    let shear = domain.images().shear();
+    Ok(domain.sheared(shear.map(|shear| Shear { offset, ..shear }))?)
 }
 
 /// Displacements farther than the box would lead anywhere, and near restitution 0 they are no numbers.

@@ -20,7 +20,7 @@ use crate::sweep::sweep;
 use crate::tally::{Counts, Stock, Unit};
 use crate::threads::is_parallel;
 use crate::tile::{Arrivals, Outbox, Tile, Traveller};
-use crate::within_cell::CollisionContext;
+use crate::within_cell::{CollisionContext, Flow};
 
 impl<P, F> Engine<P, F>
 where
@@ -161,6 +161,8 @@ where
         let temperature = self.stock.twice_energy(self.unit) / degrees as f64;
         // The mean mass is one in the program's units.
         let mean_speed = P::Space::MEAN_SPEED * temperature.sqrt();
+        // A flow turns velocities while particles fly.
+        let crossing = crossing.min(1.0 / self.scene.field().shear_rate().abs());
         let step = if self.density.collides() {
             crossing.min(self.constants.mean_free_path / mean_speed)
         } else {
@@ -205,6 +207,9 @@ where
         if around {
             self.look_around(parallel);
         }
+        if !self.parameters.scheme.is_across() {
+            self.grid.slide(flight);
+        }
         let unit = Unit::of(self.stock.twice_energy(self.unit));
         let timing = FlightTiming {
             number: 2 * self.tally.steps + 1,
@@ -219,6 +224,10 @@ where
             displacement: self.parameters.displacement,
             weight: self.constants.weight,
             moment_ratio: self.constants.moment_ratio,
+            flow: Flow {
+                rate: self.scene.field().shear_rate(),
+                is_felt: self.parameters.scheme.feels_flow(),
+            },
             heating: 2.0 * self.scene.restitution().max_added_speed(),
             partner_radius: self.constants.partner_radius,
             mean_radius: self.constants.mean_radius,
@@ -319,6 +328,7 @@ where
 
     /// A flight from arranged tiles, with no collisions before.
     fn fly_only(&mut self, timing: FlightTiming) {
+        self.grid.slide(timing.duration);
         let (grid, boundaries) = (&self.grid, self.surroundings.as_ref());
         let weight = self.constants.weight;
         let flight = Flight::new(&self.scene, grid, boundaries, weight, self.streams, timing);
@@ -436,6 +446,7 @@ where
             _ => BTreeMap::new(),
         };
         let rows = grid.counts()[1];
+        self.density.slide(self.grid.offset_columns());
         self.density.update(parallel, &|line, values| {
             let line = line as u32;
             let mut x = 0;

@@ -1,6 +1,6 @@
 //! Collisions within cells.
 
-use rand::{Rng, RngExt};
+use rand::RngExt;
 use stosszahl_model::random::Bundle;
 use stosszahl_model::{
     CollidingPair, Collision, Interrupt, Physics, Restitution, Separation, Sizes, Space, Vector,
@@ -36,6 +36,8 @@ pub(crate) struct CollisionContext<'a, P: Physics> {
     pub(crate) surroundings: Option<&'a Surroundings<P>>,
     /// `M_(D-1)/M_D` of the diameters.
     pub(crate) moment_ratio: f64,
+    /// Uniform shear flow between partners.
+    pub(crate) flow: Flow,
     /// Relative speed that a pair may gain in the collisions of one step, beyond that of all velocities at
     /// its start \[length/time\]: two contacts of each partner; 0 for laws that only dissipate.
     pub(crate) heating: f64,
@@ -54,11 +56,37 @@ pub(crate) struct CollisionContext<'a, P: Physics> {
     pub(crate) stop: &'a Interrupt,
 }
 
+/// Uniform shear flow u = (a y, 0) as pairs within a cell know it. Velocities of simulators are relative to the flow.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flow {
+    /// Shear rate a \[1/time\]; 0 without a flow.
+    pub(crate) rate: f64,
+    /// Whether partners are taken as a contact distance apart in it, as [`crate::Scheme::feels_flow`] says.
+    pub(crate) is_felt: bool,
+}
+
 /// What the collisions of a tile leave.
 struct Report<'a, P: Physics> {
     tally: Tally,
     stock: Stock<P::Space>,
     log: &'a mut Vec<Collision>,
+}
+
+impl<P: Physics> Report<'_, P> {
+    /// Counts the trials and collisions of a cell of so many simulators.
+    #[inline(always)]
+    fn close(&mut self, cell: &Cell, count: u64, trials: u64, collisions: u64) {
+        let tally = &mut self.tally;
+        tally.trials += trials;
+        tally.collisions += collisions;
+        if cell.limited {
+            tally.limited_collisions += collisions;
+        }
+        let each = 2.0 * collisions as f64;
+        if each > tally.busiest_cell * count as f64 {
+            tally.busiest_cell = each / count as f64;
+        }
+    }
 }
 
 /// A cell or sub-cell about to collide.
@@ -80,9 +108,12 @@ struct Cell {
 struct Pair<V> {
     /// Which members of the cell.
     who: [usize; 2],
-    /// Velocity of the first against the second, and its square.
+    /// Velocity of the first against the second; in a flow that is felt, between their places at contact.
     relative: V,
-    square: f64,
+    /// Unit vector from the second to the first at contact.
+    normal: V,
+    /// Speed at which they approach along it \[length/time\].
+    approach: f64,
     /// Particles for each.
     weight: f64,
 }
@@ -245,6 +276,9 @@ where
     ) -> f64 {
         report.tally.active_cells += 1;
         report.tally.limited_cells += u64::from(cell.limited);
+        if self.flow.is_felt && self.flow.rate != 0.0 {
+            return self.collide_in_flow::<F>(members, cell, majorant, report);
+        }
         let count = members.len() as u64;
         let mut stream = self.streams.at(cell.address);
         let ordered = (count * (count - 1)) as f64;
@@ -269,25 +303,78 @@ where
             }
             if square > threshold * threshold {
                 collisions += 1;
+                let speed = square.sqrt();
+                let (normal, along) =
+                    P::Space::line_of_centres(relative * (1.0 / speed), &mut stream);
                 let pair = Pair {
                     who: [i, j],
                     relative,
-                    square,
+                    normal,
+                    approach: -along * speed,
                     weight: cell.weight,
                 };
-                self.collide_pair::<F>(members, &pair, report, &mut stream);
+                self.collide_pair::<F>(members, &pair, report);
             }
         }
-        let tally = &mut report.tally;
-        tally.trials += trials;
-        tally.collisions += collisions;
-        if cell.limited {
-            tally.limited_collisions += collisions;
+        report.close(cell, count, trials, collisions);
+        cell.weight
+    }
+
+    /// Collides a cell in a uniform shear flow that partners feel: the line of centres is drawn first, all directions alike, and
+    /// the pair collides with the speed at which it approaches along it, the flow over the contact distance included
+    /// (Montanero & Santos, Phys. Rev. E 54, 438 (1996), doi:10.1103/PhysRevE.54.438). Returns the particles of each simulator.
+    #[inline(never)]
+    fn collide_in_flow<F: Follow<P::Space>>(
+        &self,
+        members: &mut [SimulatorOf<P, F>],
+        cell: &Cell,
+        majorant: f64,
+        report: &mut Report<'_, P>,
+    ) -> f64 {
+        let sizes = self.scene.sizes();
+        // n_x n_y is at most a half.
+        let mut majorant = majorant + self.flow.rate.abs() * sizes.largest_radius();
+        let count = members.len() as u64;
+        let mut stream = self.streams.at(cell.address);
+        let ordered = (count * (count - 1)) as f64;
+        let directions = P::Space::SOLID_ANGLE / P::Space::cross_section(1.0);
+        let trials = draw_whole(
+            0.5 * ordered * cell.rate * majorant * directions,
+            &mut stream,
+        );
+        let mut collisions = 0;
+        for trial in 0..trials {
+            if self.stop.is_raised_at(trial) {
+                break;
+            }
+            let [i, j] = draw_pair(count, &mut stream);
+            let normal = P::Space::random_direction(&mut stream);
+            let mut threshold = majorant * stream.random::<f64>();
+            let radii = [i, j].map(|who| sizes.radius(members[who].tag));
+            let mut relative = members[i].velocity - members[j].velocity;
+            relative[0] += self.flow.rate * ((radii[0] + radii[1]) * normal[1]);
+            let approach = -relative.inner(&normal);
+            if approach > majorant {
+                report.tally.majorant_violations += 1;
+                majorant = approach;
+            }
+            if !sizes.are_equal() {
+                let diameters = radii.map(|radius| 2.0 * radius);
+                threshold *= cell.ceiling / self.pair_factor(cell.chi, cell.packing, diameters);
+            }
+            if approach > threshold {
+                collisions += 1;
+                let pair = Pair {
+                    who: [i, j],
+                    relative,
+                    normal,
+                    approach,
+                    weight: cell.weight,
+                };
+                self.collide_pair::<F>(members, &pair, report);
+            }
         }
-        let each = 2.0 * collisions as f64;
-        if each > tally.busiest_cell * count as f64 {
-            tally.busiest_cell = each / count as f64;
-        }
+        report.close(cell, count, trials, collisions);
         cell.weight
     }
 
@@ -370,21 +457,27 @@ where
         &Pair {
             who: [i, j],
             relative,
-            square,
+            normal,
+            approach,
             weight,
         }: &Pair<VectorOf<P>>,
         report: &mut Report<'_, P>,
-        stream: &mut impl Rng,
     ) {
         let sizes = self.scene.sizes();
         let radii = [i, j].map(|who| sizes.radius(members[who].tag));
         let masses = [i, j].map(|who| sizes.mass(members[who].tag));
-        let speed = square.sqrt();
-        let (normal, along) = P::Space::line_of_centres(relative * (1.0 / speed), stream);
         let line = normal * (radii[0] + radii[1]);
-        let velocities = [i, j].map(|who| members[who].velocity);
+        let before = [i, j].map(|who| members[who].velocity);
+        // The flow at the first less that at the second.
+        let slip = if self.flow.is_felt {
+            self.flow.rate * line[1]
+        } else {
+            0.0
+        };
+        let mut velocities = before;
+        velocities[0][0] += slip;
         let kinds = [i, j].map(|who| sizes.kind(members[who].tag));
-        let law = (self.scene.restitution()).separation(kinds, -along * speed);
+        let law = (self.scene.restitution()).separation(kinds, approach);
         let pair = CollidingPair {
             velocities,
             spins: [i, j].map(|who| members[who].spin),
@@ -393,20 +486,27 @@ where
             line,
         };
         let outcome = collide(self.scene, &pair, law);
-        let after = outcome.velocities;
+        let mut after = outcome.velocities;
+        after[0][0] -= slip;
         let apart = self
             .grid
             .nearest_image(members[i].position - members[j].position);
         report.tally.separation += apart.square().sqrt();
-        let gained = (after[0] - velocities[0]) * masses[0];
-        let mut virial = apart.inner(&gained);
+        let gained = (after[0] - before[0]) * masses[0];
+        let carried_over = match self.flow {
+            Flow { rate: 0.0, .. } => apart,
+            // At contact, or as points: the energy of peculiar motion then balances.
+            Flow { is_felt: true, .. } => line,
+            Flow { .. } => VectorOf::<P>::default(),
+        };
+        let mut virial = carried_over.inner(&gained);
         members[i].velocity = after[0];
         members[j].velocity = after[1];
         [members[i].spin, members[j].spin] = outcome.spins;
         let share = match self.displacement {
             Displacement::None => 0.0,
             Displacement::Diameter => 1.0,
-            Displacement::Inelastic => inelastic_displacement(law, -along * speed),
+            Displacement::Inelastic => inelastic_displacement(law, approach),
         };
         let mut transfer = None;
         if share > 0.0 {
@@ -429,7 +529,7 @@ where
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution: law.coefficient,
                 added_speed: law.added_speed,
-                momentum_transfer: apart.spatial() * gained.spatial().transpose()
+                momentum_transfer: carried_over.spatial() * gained.spatial().transpose()
                     + transfer.unwrap_or_default(),
                 weight,
                 pair: [i, j].map(|who| index::<P>(members[who].tag)),

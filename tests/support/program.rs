@@ -329,6 +329,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("short-range-correlation", "replicas=2 run.samples_per_decade=12 gas.number=100 run.until=1 measure.contacts.windows=[[0,1]]"),
     ("short-range-correlation-1998", "run.samples_per_decade=12 gas.number=100 run.until=1 measure.contacts.windows=[[0,1]]"),
     ("transport", "replicas=2 gas.number=60 run.until=20 measure.transport.lag=4"),
+    ("uniform-shear", "replicas=2 gas.number=100 run.until=4 measure.stress.blocks=4 measure.stress.looks=3 measure.impact_parameters.windows=[[2,4]]"),
     ("vibrated-box", "gas.number=30 run.until=2 run.samples=20 measure.fields.blocks=10"),
     ("weak-dissipation", "gas.number=100 run.until=1"),
 ];

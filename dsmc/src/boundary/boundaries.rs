@@ -47,6 +47,14 @@ impl Boundaries<Volume> {
 }
 
 impl<S: Space> Boundaries<S> {
+    /// Boundaries whose regions have these factors of the weight of simulators; their own if there are none.
+    pub(crate) fn with_factors(&self, factors: &[f64]) -> Self {
+        Self {
+            weights: self.weights.with_factors(factors),
+            ..self.clone()
+        }
+    }
+
     /// Whether the box is periodic, alike everywhere, and empty of obstacles.
     pub fn is_periodic(&self) -> bool {
         self.walls.is_periodic()

@@ -27,9 +27,10 @@ fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
         .collect();
     let gas = gas(counts, 0.1);
     let columns = counts[0] as usize;
-    for parallel in [false, true] {
+    for (parallel, offset) in [(false, 0), (true, 0), (true, 3)] {
         let mut density = Density::<S>::new(scheme, &gas);
         assert_eq!(density.weighing(), weighing);
+        density.slide(offset);
         density.update(parallel, &|line, values| {
             values.copy_from_slice(&areas[line * columns..(line + 1) * columns]);
         });
@@ -55,7 +56,14 @@ fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
                 let row = (at[2] + z + nz - 2) % nz;
                 for y in 0..5 {
                     for x in 0..5 {
-                        let (column, line) = ((at[0] + x + nx - 2) % nx, (at[1] + y + ny - 2) % ny);
+                        let line = (at[1] + y + ny - 2) % ny;
+                        // Columns of the rows above the box are displaced to the right, of those below to the left.
+                        let image = match at[1] + y {
+                            above if above >= ny + 2 => nx - offset,
+                            0 | 1 => offset,
+                            _ => 0,
+                        };
+                        let column = (at[0] + x + nx - 2 + image) % nx;
                         let area = areas[column + nx * (line + ny * row)];
                         plain += weight(away(x, y, z)) as f64 * f64::from(area);
                     }

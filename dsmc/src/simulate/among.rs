@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::Fingerprint;
 use stosszahl_model::sum::{Make, Totals};
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Observer, Particle, Particles, Physics, Simulation,
-    Sum, Vector as _, Work,
+    BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, Particles, Physics,
+    Simulation, Sum, Vector as _, Work,
 };
 
 use super::begin::{Gas, Keep, Left, Shards, Source, begin};
@@ -58,7 +58,10 @@ fn lead(
     if !PROCESSES {
         return Err(EngineError::OneProcess);
     }
-    let led = if gas.boundaries.weights.follows() {
+    let led = if let Some(rate) = gas.grains.shear_rate {
+        let allowed = "no shear flow where several processes hold one gas";
+        Err(Invalid::new("shear rate", rate, allowed).into())
+    } else if gas.boundaries.weights.follows() {
         Err(EngineError::BadWeights {
             found: "weights that follow the number".into(),
             allowed: "weights of given factors, where several processes hold one gas",

@@ -3,11 +3,12 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, GrainSizes, Grains, Invalid, Particle, Particles, Physics, Simulation, Smooth, Space,
-    State, Surface, Volume,
+    Body, Domain, Field, GrainSizes, Grains, Invalid, Particle, Particles, Physics, Shear,
+    Simulation, Smooth, Space, State, Surface, Volume,
 };
 
 use super::cells::{Cells, Kept};
+use super::field::scene_of;
 use crate::boundary::Boundaries;
 use crate::decomposition::{Beside, Shard, read_all};
 use crate::engine::Engine;
@@ -139,11 +140,11 @@ impl<K: Keep> Begin<'_, K> {
     ) -> Result<K::Kept, EngineError> {
         let grains = self.gas.grains;
         match grains.rough {
-            Some(rough) => self.make::<_, Followed>(&grains.scene(rough, count)?, boundaries),
+            Some(rough) => self.make::<_, Followed>(&scene_of(grains, rough, count)?, boundaries),
             None if self.gas.displacements => {
-                self.make::<_, Followed>(&grains.scene(Smooth, count)?, boundaries)
+                self.make::<_, Followed>(&scene_of(grains, Smooth, count)?, boundaries)
             }
-            None => self.make::<_, Unfollowed>(&grains.scene(Smooth, count)?, boundaries),
+            None => self.make::<_, Unfollowed>(&scene_of(grains, Smooth, count)?, boundaries),
         }
     }
 
@@ -157,8 +158,12 @@ impl<K: Keep> Begin<'_, K> {
             streams,
             ..
         } = *self.gas;
-        let domain =
-            |lengths: [f64; 3]| (boundaries.walls).domain(P::Space::vector(|axis| lengths[axis]));
+        let rate = scene.field().shear_rate();
+        let domain = |lengths: [f64; 3]| -> Result<Domain<P::Space>, Invalid> {
+            let flow = (rate != 0.0).then(|| Shear::new(rate)).transpose()?;
+            let lengths = P::Space::vector(|axis| lengths[axis]);
+            (boundaries.walls).domain(lengths)?.sheared(flow)
+        };
         let (engine, follows, shards) = match self.source {
             Source::Start(starts) => {
                 let state = |start: &Particles| -> Result<State<P>, Invalid> {

@@ -3,6 +3,7 @@
 use stosszahl_model::{GrainSizes, Grains, Monodisperse, Physics, Sizes as _, Smooth, Space};
 
 use super::begin::Gas;
+use super::field::scene_of;
 use crate::boundary::{Boundaries, Surroundings};
 use crate::grid::Grid;
 use crate::parameters::EngineError;
@@ -51,8 +52,8 @@ fn in_space<S: Space>(
     expected: &ExpectedGas,
 ) -> Result<(), EngineError> {
     match grains.rough {
-        Some(rough) => of(gas, &grains.scene(rough, 1)?, boundaries, expected),
-        None => of(gas, &grains.scene(Smooth, 1)?, boundaries, expected),
+        Some(rough) => of(gas, &scene_of(grains, rough, 1)?, boundaries, expected),
+        None => of(gas, &scene_of(grains, Smooth, 1)?, boundaries, expected),
     }
 }
 

@@ -7,6 +7,7 @@ mod obstacles;
 mod pair_laws;
 mod rough;
 mod sedimentation;
+mod shear;
 mod sides;
 mod support;
 mod walls;

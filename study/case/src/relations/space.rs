@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use super::{Checked, Relations};
 use crate::error::brief_number;
-use crate::format::{ContactValues, FACES, Face, FaceWord, Kind, Placement, Restitution, Wall};
+use crate::format::{
+    ContactValues, Displacement, FACES, Face, FaceWord, Kind, Placement, Restitution, Wall,
+};
 
 impl Relations<'_> {
     pub(super) fn domain(&self) -> Checked {
@@ -82,18 +84,29 @@ impl Relations<'_> {
         self.ensure(case.obstacle.is_empty(), key, allowed)?;
         let allowed = "a flow without [gravity], along which a periodic gas would fall for ever";
         self.ensure(case.gravity.is_none(), key, allowed)?;
-        let allowed =
-            "exact disks alone, by [engine.ed]: Monte Carlo engines do not shear their cells yet";
+        let allowed = "exact disks and Monte Carlo within cells: [engine.ed], [engine.dsmc-boltzmann], [engine.dsmc-free-volume] and \
+                       [engine.dsmc-enskog]; the other schemes look for partners across the edge of the box, which slides";
         let engine = &case.engine;
-        let chaos = [
-            engine.boltzmann.is_some(),
-            engine.free_volume.is_some(),
-            engine.enskog.is_some(),
+        let across = [
             engine.esmc.is_some(),
             engine.stochastic_disks.is_some(),
             engine.contact_point.is_some(),
         ];
-        self.ensure(!chaos.contains(&true), key, allowed)?;
+        self.ensure(!across.contains(&true), key, allowed)?;
+        for (name, written) in [
+            ("dsmc-boltzmann", &engine.boltzmann),
+            ("dsmc-free-volume", &engine.free_volume),
+            ("dsmc-enskog", &engine.enskog),
+        ] {
+            let is_displaced = written
+                .as_ref()
+                .and_then(|one| one.displacement.as_ref())
+                .is_some_and(|displacement| *displacement != Displacement::Switch(false));
+            let key = format!("engine.{name}.displacement");
+            let allowed =
+                "false in a shear flow, whose partners are a contact distance apart or points";
+            self.ensure(!is_displaced, &key, allowed)?;
+        }
         let allowed =
             "a box without this key: critical lengths are those of a gas that cools at rest";
         let is_critical = case

@@ -485,13 +485,15 @@ fn relations_of_boxes_in_critical_lengths_are_checked() {
     refused(&text, rows);
 }
 
-/// A uniform shear flow is one of exact disks in a periodic box.
+/// A uniform shear flow is one of exact disks and of Monte Carlo within cells, in a periodic box.
 #[test]
 fn relations_of_sheared_boxes_are_checked() {
     let text = "format = 2\ntitle = \"sheared\"\n[gas]\nnumber = 100\nrestitution = 0.9\n[box]\npacking_fraction = 0.2\n\
                 shear_rate = 0.5\n[run]\nuntil = 1\n[engine.ed]\n";
     assert!(read(text, &[]).is_ok());
     assert!(read(text, &["box.shear_rate=-2"]).is_ok());
+    let within = "engine={ ed = {}, dsmc-boltzmann = {}, dsmc-free-volume = {}, dsmc-enskog = {} }";
+    assert!(read(text, &[within]).is_ok());
     assert!(read(text, &["gas.tangential_restitution=0.5"]).is_ok());
     let rows: &[Row] = &[
         (&["box.shear_rate=0"], "box.shear_rate", "not 0"),
@@ -518,9 +520,14 @@ fn relations_of_sheared_boxes_are_checked() {
             "obstacle",
         ),
         (
-            &["engine={ ed = {}, dsmc-boltzmann = {} }"],
+            &["engine={ ed = {}, dsmc-esmc = {} }"],
             "box.shear_rate",
-            "Monte Carlo",
+            "edge of the box",
+        ),
+        (
+            &["engine={ ed = {}, dsmc-enskog = { displacement = true } }"],
+            "engine.dsmc-enskog.displacement",
+            "contact distance",
         ),
     ];
     refused(text, rows);

@@ -56,8 +56,8 @@ impl Options {
 type Record = Option<StressRecorder>;
 
 struct StressProbe {
-    /// Shear rate of the flow; 0 without one.
-    shear_rate: f64,
+    /// Shear rate of the flow \[1/time\], 0 without one, and whether partners are a contact distance apart in it.
+    flow: (f64, bool),
     span: [f64; 2],
     blocks: usize,
     record: Record,
@@ -74,7 +74,7 @@ impl Probe for StressProbe {
         let kinetic = kinetic_stress(&mut |sum| moment.simulation.add_up(sum));
         let now = moment.simulation.time();
         let recorder = StressRecorder::new(self.span, self.blocks, now, kinetic);
-        self.record = Some(recorder.in_flow(self.shear_rate));
+        self.record = Some(recorder.in_flow(self.flow.0, self.flow.1));
     }
 
     fn stop(&mut self, stop: &Stop) {
@@ -232,11 +232,15 @@ impl Measure for Stress {
         times
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+        let apart = match &engine.kind {
+            EngineKind::MonteCarlo(parameters) => parameters.scheme.feels_flow(),
+            _ => true,
+        };
         let options: Options = measure::chosen(plan, self.name());
         let span = [options.start(plan), plan.case.run.until];
         Box::new(StressProbe {
-            shear_rate: plan.grains.shear_rate.unwrap_or_default(),
+            flow: (plan.grains.shear_rate.unwrap_or_default(), apart),
             span: span.map(|time| plan.engine_time(time)),
             blocks: options.blocks as usize,
             record: None,

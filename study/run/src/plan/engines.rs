@@ -114,13 +114,14 @@ fn monte_carlo<S: Space>(
         other => other,
     };
     let mut parameters = Parameters::for_scheme(scheme);
-    if let Some(displacement) = written.displacement {
-        parameters.displacement = match displacement {
-            WrittenDisplacement::Switch(false) => Displacement::None,
-            WrittenDisplacement::Switch(true) => Displacement::Diameter,
-            WrittenDisplacement::Word(Inelastic::Inelastic) => Displacement::Inelastic,
-        };
-    }
+    parameters.displacement = match written.displacement {
+        Some(WrittenDisplacement::Switch(false)) => Displacement::None,
+        Some(WrittenDisplacement::Switch(true)) => Displacement::Diameter,
+        Some(WrittenDisplacement::Word(Inelastic::Inelastic)) => Displacement::Inelastic,
+        // In a flow partners are a contact distance apart as it is.
+        None if plan.is_sheared() => Displacement::None,
+        None => parameters.displacement,
+    };
     let boxed = plan.is_bounded() || !plan.case.inflow.is_empty() || written.weights.is_some();
     let free = !boxed || parameters.displacement == Displacement::None;
     let key = format!("engine.{name}.displacement");

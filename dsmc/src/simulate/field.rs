@@ -1,0 +1,76 @@
+//! Gravity or a uniform shear flow, chosen when a gas begins: one type of engine for both.
+
+use stosszahl_model::{Field, Grains, Gravity, Invalid, Scene, Sheared, Space, Species, Surface};
+
+use stosszahl_model::Law;
+
+/// Field of a gas that may be sheared.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum UniformField<S: Space> {
+    /// Constant acceleration, which may be zero.
+    Gravity(Gravity<S>),
+    /// Uniform shear flow, with velocities relative to it.
+    Sheared(Sheared),
+}
+
+impl<S: Space> Field<S> for UniformField<S> {
+    const FREE: bool = false;
+    const SHEARED: bool = true;
+
+    #[inline(always)]
+    fn shear_rate(&self) -> f64 {
+        match self {
+            Self::Gravity(_) => 0.0,
+            Self::Sheared(flow) => Field::<S>::shear_rate(flow),
+        }
+    }
+
+    #[inline(always)]
+    fn acceleration(&self) -> S::Vector {
+        match self {
+            Self::Gravity(gravity) => gravity.acceleration(),
+            Self::Sheared(_) => S::Vector::default(),
+        }
+    }
+
+    #[inline]
+    fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
+        match self {
+            Self::Gravity(gravity) => gravity.drift(position, velocity, duration),
+            Self::Sheared(flow) => Field::<S>::drift(flow, position, velocity, duration),
+        }
+    }
+}
+
+/// Scene of any grains with this surface, under gravity or in a shear flow.
+///
+/// # Errors
+/// [`Invalid`] for sizes or fields that cannot be.
+pub(super) fn scene_of<S: Space, C: Surface<S>>(
+    grains: &Grains,
+    surface: C,
+    count: usize,
+) -> Result<Scene<S, C, Law, Species, UniformField<S>>, Invalid> {
+    if grains.shear_rate.is_some() {
+        let flow = grains.sheared(surface, count)?;
+        return Ok(in_field(flow, UniformField::Sheared));
+    }
+    Ok(in_field(
+        grains.scene(surface, count)?,
+        UniformField::Gravity,
+    ))
+}
+
+/// Scene in another field, made from its own.
+fn in_field<S, C, R, Z, F, G>(
+    scene: Scene<S, C, R, Z, F>,
+    field: impl FnOnce(F) -> G,
+) -> Scene<S, C, R, Z, G> {
+    Scene {
+        space: scene.space,
+        surface: scene.surface,
+        restitution: scene.restitution,
+        sizes: scene.sizes,
+        field: field(scene.field),
+    }
+}
