@@ -222,8 +222,8 @@ pub struct InitArguments {
         allow_negative_numbers = true
     )]
     pub until: f64,
-    /// Independent runs.
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = whole_number, allow_negative_numbers = true)]
+    /// Independent runs; `check` says which difference they find.
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = whole_number, allow_negative_numbers = true)]
     pub replicas: u64,
     /// Replace a file that exists.
     #[arg(long)]

@@ -213,9 +213,8 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
             paces = Some(study::pace::paces(&planned, threads, MEASURING)?);
         }
     }
-    let level = study::check::level(&planned);
     let outlines = planned.iter().enumerate().map(|(number, planned)| {
-        let mut outline = planned.outline(threads, level);
+        let mut outline = planned.outline(threads);
         if let Some(paces) = &paces {
             outline.cost.pace.clone_from(&paces[number]);
         }
@@ -225,7 +224,10 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
     let (about, mut seconds) = (if paces.is_some() { "about" } else { "roughly" }, 0.0);
     for (number, outline) in outlines.iter().enumerate() {
         if number == 0 {
-            say(&outline.title)?;
+            say(&file.title())?;
+            if let Some(question) = file.question() {
+                say(&question)?;
+            }
         }
         if !outline.point.is_empty() {
             say(&format!("\n{}", outline.point))?;
@@ -243,6 +245,7 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
         }
         say(&format!("  engines: {}", outline.engines.join(", ")))?;
         say(&format!("  measures: {}", outline.measures.join(", ")))?;
+        say(&format!("  headline: verdict on {}", outline.leading))?;
         say(&format!(
             "  {} replicas, about {:.2} GiB of memory and {about} {} on {threads} threads",
             outline.replicas,

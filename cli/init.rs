@@ -116,19 +116,19 @@ fn head(arguments: &InitArguments) -> String {
         Template::Homogeneous => "Does a gas without positions cool as kinetic theory says?",
         Template::Channel => "Which profile has a gas that is driven along a channel?",
     };
-    let title = match arguments.kind {
-        Template::Comparison => "Free cooling of exact disks and by Monte Carlo",
-        Template::Homogeneous => "Cooling of spheres without positions",
-        Template::Channel => "Disks driven along a channel",
+    let question = match arguments.kind {
+        Template::Comparison => {
+            "question = { measure = \"energy\" } # the headline; or measure = \"impact_parameters\", column = \"slope\"\n"
+        }
+        _ => "",
     };
     format!(
-        r#"# {about}
+        r"# {about}
 # `stosszahl check` says what this case means, `stosszahl run` runs it; docs/case-file.md has all keys.
 format = 2                 # version of the case format
-title = "{title}"
 seed = 1                   # the same seed gives the same bytes
 replicas = {:<15} # independent runs; their spread makes the errors
-"#,
+{question}",
         arguments.replicas
     )
 }

@@ -82,9 +82,8 @@ pub fn check(py: Python<'_>, case: Given, threads: Option<usize>) -> PyResult<St
     let file = case.read(py)?;
     let threads = threads.unwrap_or_else(available_threads);
     let planned = stosszahl_study::check(&file).map_err(Raise::raise)?;
-    let level = stosszahl_study::check::level(&planned);
     let outlines = planned.iter().map(|one| {
-        let outline = one.outline(threads, level);
+        let outline = one.outline(threads);
         let derived = outline
             .derived
             .iter()

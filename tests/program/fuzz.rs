@@ -75,7 +75,7 @@ fn look(path: &Path, text: &str, set: &[String]) -> Result<(), TestCaseError> {
     let planned = format().from_text(path, text, set).and_then(|mut file| {
         file.points.truncate(2);
         for planned in study::check(&file)? {
-            let outline = planned.outline(2, 0.01);
+            let outline = planned.outline(2);
             assert!(
                 outline.cost.bytes >= 0.0 && !outline.engines.is_empty(),
                 "{set:?}"

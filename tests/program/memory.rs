@@ -125,7 +125,7 @@ fn the_estimate_is_what_the_process_takes() {
             let desk = Desk::new(&text);
             let file = overridden(&desk.path("case.toml"), &text, &[]);
             let planned = study::check(&file).expect("a plan");
-            let told = planned[0].outline(threads, 0.01).cost.bytes / MIB;
+            let told = planned[0].outline(threads).cost.bytes / MIB;
             let found = peak(&desk, &format!("run case.toml --force --threads {threads}")) / MIB;
             let line = format!(
                 "{name}, {replicas} replicas on {threads} threads: {told:.0} MiB told, {found:.0} MiB found"

@@ -214,10 +214,10 @@ fn a_damaged_mark_of_a_folder_is_named() {
 fn chances_of_a_false_alarm_are_large_enough_to_be_computed() {
     let desk = Desk::new(COOLING);
     desk.refused(
-        "check case.toml --guess --set verdict.false_alarm=1e-99",
+        "check case.toml --guess --set verdict.family_wise_error_rate=1e-99",
         &["of at least 1e-12"],
     );
-    desk.done("check case.toml --guess --set verdict.false_alarm=1e-12");
+    desk.done("check case.toml --guess --set verdict.family_wise_error_rate=1e-12");
 }
 
 /// A limit on the size of files is an error that names the file.

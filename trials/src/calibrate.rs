@@ -18,7 +18,7 @@ use stosszahl_analysis::replicas::{power, replicas_needed};
 use stosszahl_analysis::windows::{Window, Windows};
 use stosszahl_model::Interrupt;
 use stosszahl_results::{Existing, VerdictKind};
-use stosszahl_study::judge::{self, ImpactTest, Pair, Places};
+use stosszahl_study::judge::{self, Comparison, ImpactTest, Pair, Places, Rule, Unit};
 use stosszahl_study::power::FOUND;
 use stosszahl_study::{Options, run_case};
 
@@ -41,7 +41,19 @@ trials! {
     "elastic" => elastic,
         "elastic gases of two equal species, 4 replicas of 64 disks, exact dynamics and Monte Carlo, from case to verdicts",
         "false alarms of each family and of whole cases at the level of the case at most", ENDLESS;
+    "equivalence-cooling" => equivalence::cooling,
+        "energies and impact parameters of 4, 8 and 16 replicas from a pool of gases that cool, with differences of none, half, one and two \
+         margins",
+        "false differ, false agree and missed bounds at 5 % at most", ENDLESS;
+    "equivalence-elastic" => equivalence::elastic,
+        "impact parameters of replicas from a pool of elastic gases, with slopes of none, half, one and two margins",
+        "false differ, false agree and missed bounds at 5 % at most", ENDLESS;
+    "equivalence-profiles" => equivalence::profiles,
+        "profiles of 20 places and 40 blocks of time, with differences of none, half, one and two margins",
+        "false differ, false agree and missed bounds at 5 % at most", ENDLESS;
 }
+
+mod equivalence;
 
 /// Runs those of the trials that are asked for, and says what was found.
 pub(crate) fn command(asked: &Calibrate) -> Done {
@@ -70,6 +82,13 @@ const FAR: f64 = 4.0;
 const CHANCE: f64 = 1.0 / 16_000.0;
 /// Chance of a false alarm that is stated.
 const LEVEL: f64 = 0.05;
+
+/// Rule with a margin so small that only the side of zero decides.
+const NARROW: Rule = Rule {
+    level: LEVEL,
+    margin: 1e-6,
+    differ_beyond: 0.0,
+};
 
 /// How often something was found.
 fn rate(samples: usize, found: impl Fn(&mut Xoshiro256PlusPlus) -> bool, seed: u64) -> f64 {
@@ -123,15 +142,17 @@ fn energies_differ(
             ));
         }
     }
-    let pair = Pair {
+    let comparison = Comparison {
         topic: "energy",
         a: "a",
         b: "b",
         quantity: "energy",
-        places: Places::Times(times),
-        level: LEVEL,
+        unit: Unit::Relative,
+        rule: NARROW,
     };
-    pair.judge(&pairs)
+    let places = Places::Times(times);
+    Pair { comparison, places }
+        .judge(&pairs)
         .is_some_and(|found| found.kind == VerdictKind::Differ)
 }
 
@@ -184,8 +205,7 @@ fn bends(
         [0.0, 1.0],
         &windows.iter().collect::<Vec<_>>(),
     )];
-    let words = judge::impact_words(&tests, LEVEL);
-    judge::impact_parameters("topic", "engine", &tests, &words, LEVEL).kind == VerdictKind::Differ
+    judge::impact_parameters("topic", "engine", &tests, &NARROW).kind == VerdictKind::Differ
 }
 
 fn impact_parameters(log: &mut Findings) -> Done {
@@ -216,8 +236,7 @@ fn impact_parameters(log: &mut Findings) -> Done {
 fn planted_energy(log: &mut Findings) -> Done {
     let samples = samples(log);
     let effect = 1.05_f64.ln() / 0.03;
-    // One time is tested in two ways at half the level each.
-    let needed = replicas_needed(effect, 0.5 * LEVEL, FOUND);
+    let needed = replicas_needed(effect, LEVEL, FOUND);
     for replicas in [4, needed] {
         let rate = rate(
             samples,
@@ -229,7 +248,7 @@ fn planted_energy(log: &mut Findings) -> Done {
             &format!("{replicas} replicas"),
             rate,
             samples,
-            power(effect, replicas, 0.5 * LEVEL),
+            power(effect, replicas, LEVEL),
         );
     }
     Ok(())
@@ -239,7 +258,7 @@ fn planted_energy(log: &mut Findings) -> Done {
 fn planted_slope(log: &mut Findings) -> Done {
     const COLLISIONS: usize = 50_000;
     let samples = samples(log) / 40;
-    // Trend and shape share the level by Holm, which the trend enters with half of it.
+    // Half of the level is that of the slope, half that of the shape.
     let effect = 0.02 / (12.0 / COLLISIONS as f64).sqrt();
     for replicas in [4, replicas_needed(effect, 0.5 * LEVEL, FOUND)] {
         let rate = rate(
@@ -285,7 +304,7 @@ simulators_per_particle = 1
 windows = \"whole-run\"
 [measure.species_temperatures]
 [verdict]
-false_alarm = 0.2
+family_wise_error_rate = 0.2
 ";
 
 fn elastic(log: &mut Findings) -> Done {

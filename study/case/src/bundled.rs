@@ -22,11 +22,7 @@ pub struct Bundled {
 impl Bundled {
     /// Returns the question of the case: its first comment, up to the question mark.
     pub fn question(self) -> String {
-        let comment = self.text.lines().map_while(|line| line.strip_prefix('#'));
-        let words: Vec<&str> = comment.flat_map(str::split_whitespace).collect();
-        let text = words.join(" ");
-        let end = text.find('?').map_or(text.len(), |mark| mark + 1);
-        text[..end].to_owned()
+        crate::format::leading_question(self.text).unwrap_or_default()
     }
 }
 

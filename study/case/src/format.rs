@@ -12,10 +12,12 @@ use serde_json::json;
 mod domain;
 mod engines;
 mod gas;
+mod question;
 
 pub use domain::*;
 pub use engines::*;
 pub use gas::*;
+pub use question::*;
 
 /// A case: a gas, a box, forces, engines, and what is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -23,9 +25,13 @@ pub use gas::*;
 pub struct Case {
     /// Version of the case format. This program reads version 2.
     pub format: u64,
-    /// Subject of the case, in one line.
+    /// Title in one line. Default: made of the gas as it is run. Where `--set` or a sweep changes the gas, that is added.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     #[schemars(length(min = 1))]
     pub title: String,
+    /// Question that the case answers, and the number that answers it.
+    #[serde(default, skip_serializing_if = "Question::is_default")]
+    pub question: Question,
     /// Units of lengths, masses and energies.
     #[serde(default)]
     pub units: Units,
@@ -342,16 +348,32 @@ pub enum TimeUnit {
     MeanFreeTime,
 }
 
+/// Difference beyond which an interval shows one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DifferBeyond {
+    /// Any difference.
+    Zero,
+    /// A difference larger than the margin.
+    Margin,
+}
+
 /// How results are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Judging {
-    /// Chance of any false alarm in all verdicts of the case, those of all points of a sweep together.
+    /// Chance that any verdict of a point says `differ` where there is no difference. Over the points of a sweep it is the rate of
+    /// false discoveries.
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 0.5))]
-    pub false_alarm: f64,
-    /// Largest deviation from theory that counts as agreement, in gases without positions.
+    pub family_wise_error_rate: f64,
+    /// Margin of every comparison: largest relative difference that counts as agreement.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub tolerance: f64,
+    /// Margin of numbers that are zero under chaos, in their own unit: the slope of P(b/d), the fourth cumulant less theory.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+    pub absolute_tolerance: f64,
+    /// Difference beyond which the whole interval must lie to be called one.
+    pub differ_beyond: DifferBeyond,
     /// Orders of the Sonine expansion of theory: 1 for Maxwellian species. Default: as many as are quick.
     #[schemars(range(min = 1, max = 12))]
     pub sonine_orders: Option<u64>,
@@ -360,8 +382,10 @@ pub struct Judging {
 impl Default for Judging {
     fn default() -> Self {
         Self {
-            false_alarm: 0.05,
-            tolerance: 0.02,
+            family_wise_error_rate: 0.05,
+            tolerance: 0.05,
+            absolute_tolerance: 0.02,
+            differ_beyond: DifferBeyond::Zero,
             sonine_orders: None,
         }
     }

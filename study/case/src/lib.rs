@@ -58,6 +58,7 @@ pub use paper::{Paper, PaperFile};
 pub use schema::{Format, schema, schema_of};
 
 use error::Problem;
+use format::leading_question;
 use origin::{Origins, split};
 use overrides::Override;
 
@@ -131,8 +132,26 @@ impl Point {
 }
 
 impl CaseFile {
-    /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements
-    /// are not looked at; see [`Format::read`].
+    /// Title of all points together: what the titles of all of them begin with.
+    pub fn title(&self) -> String {
+        let mut titles = self.points.iter().map(|point| &*point.case.title);
+        let mut common: Vec<&str> = titles.next().unwrap_or("").split(", ").collect();
+        for title in titles {
+            let same = common.iter().zip(title.split(", "));
+            let same = same.take_while(|(a, b)| **a == *b).count();
+            common.truncate(same.max(1));
+        }
+        common.join(", ")
+    }
+
+    /// Question that the file answers in words, if it asks one.
+    pub fn question(&self) -> Option<String> {
+        let written = self.points.first()?.case.question.text.clone();
+        written.or_else(|| leading_question(&self.text))
+    }
+
+    /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements are not looked at; see
+    /// [`Format::read`].
     ///
     /// The value of an override is TOML, or a bare word taken as text. A key that is overridden is
     /// no longer swept; with `run.until`, times and windows of measurements beyond it are left out.
@@ -226,6 +245,7 @@ impl Format {
                 let problem = Problem::bad(&source.unwrap_or_default(), &value, allowed);
                 return Err(origins.refuse(problem));
             }
+            let case = titled(case, &overrides);
             let setting = |one: sweep::Chosen| Setting {
                 key: one.written,
                 value: one.value,
@@ -255,6 +275,32 @@ impl Format {
         relations::check(table, &case, path.parent().unwrap_or(Path::new("")))?;
         Ok(case)
     }
+}
+
+/// A case whose title is of what is run: made of the gas where it gives none, and with the keys of the gas that were set from outside.
+fn titled(mut case: Case, overrides: &[Override]) -> Case {
+    if case.title.is_empty() {
+        case.title = case.derived_title();
+        return case;
+    }
+    let named = overrides.iter().any(|one| one.key == ["title"]);
+    let of_gas = |one: &&Override| {
+        let first = one.key.first().map(String::as_str);
+        matches!(
+            first,
+            Some("gas" | "species" | "pair" | "box" | "walls" | "gravity" | "drive" | "thermostat")
+        )
+    };
+    if !named {
+        let changed = overrides.iter().filter(of_gas);
+        let changed: Vec<String> = changed
+            .map(|one| format!("{} = {}", one.key.join("."), one.value))
+            .collect();
+        if !changed.is_empty() {
+            case.title = format!("{} (with {})", case.title, changed.join(", "));
+        }
+    }
+    case
 }
 
 /// Sets a key of a table.

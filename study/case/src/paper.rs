@@ -37,7 +37,7 @@ pub struct Paper {
     /// Chance that any claim of the paper is called different though it is not.
     #[serde(default = "usual")]
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 1.0))]
-    pub false_alarm: f64,
+    pub family_wise_error_rate: f64,
     /// The runs, by name.
     pub run: BTreeMap<String, PaperRun>,
     /// Figures and tables of the paper.

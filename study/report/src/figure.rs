@@ -3,6 +3,8 @@
 //! Every engine has one colour and one mark in all charts. Where curves do not tell engines apart they run through a
 //! second, ordered scale from dark to bright, as times do.
 
+use std::fmt::Write as _;
+
 use stosszahl_results::{Cell, Figure, Mark, Role, Scale, Table, engine_rank, engine_title};
 
 use crate::chart::{Chart, ChartAxis, Curve, Marker, Point, Stroke};
@@ -222,7 +224,7 @@ fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) ->
         " Each panel has a vertical axis of its own."
     };
     (!panels.is_empty()).then(|| Drawn {
-        note: left_out(panels.len(), all) + &plan.note() + own,
+        note: plan.note(rows) + &left_out(panels.len(), all) + own,
         common,
         legend,
         panels,
@@ -278,16 +280,44 @@ impl<'a> Curves<'a> {
         })
     }
 
-    fn note(&self) -> String {
+    /// Sentences for the caption: what is plotted, what bars and dashed lines are, and what is left out.
+    fn note(&self, rows: &[&[Cell]]) -> String {
+        let column = &self.table.columns[self.y];
+        let mut note = String::new();
+        if !column.meaning.is_empty() {
+            let _ = write!(note, " Plotted: {}.", column.meaning.trim_end_matches('.'));
+        }
+        let some = |place: usize| rows.iter().any(|row| row[place].number().is_some());
+        if self.companion(Role::StandardError).is_some_and(some) {
+            let replicas = self.table.find("replicas");
+            let counts =
+                replicas.map(|place| rows.iter().filter_map(move |row| row[place].number()));
+            let counts: Vec<f64> = counts.into_iter().flatten().collect();
+            let least = counts.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = counts.iter().copied().fold(0.0, f64::max);
+            let over = match () {
+                () if counts.is_empty() => String::new(),
+                () if least == most => format!(" over {most} replicas"),
+                () => format!(" over {least} to {most} replicas"),
+            };
+            let _ = write!(note, " Bars: standard error{over}.");
+        }
+        let mut dashed: Vec<&str> = self.figure.lines.iter().map(|line| &*line.label).collect();
+        if self.companion(Role::Theory).is_some_and(some) {
+            dashed.push("theory");
+        }
+        if !dashed.is_empty() {
+            let _ = write!(note, " Dashed: {}.", dashed.join(", "));
+        }
         if self.values.len() < self.all {
-            format!(
+            let _ = write!(
+                note,
                 " Drawn are {} of {} curves of each panel.",
                 self.values.len(),
                 self.all
-            )
-        } else {
-            String::new()
+            );
         }
+        note
     }
 
     fn abscissa(&self, cell: &Cell) -> Option<f64> {

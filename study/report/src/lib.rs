@@ -19,11 +19,13 @@
 //! | `page`   | parts of pages                                              |
 //! | `run`    | the page of a run                                           |
 //! | `sweep`  | the page of a sweep                                         |
+//! | `discoveries` | intervals that are corrected for all points of a sweep  |
 //! | `summary`| one row for each point of a sweep                           |
 //! | `listing`| a page of sentences, figures and lists                      |
 //! | `paper`  | the page of a paper                                         |
 
 mod chart;
+mod discoveries;
 mod draw;
 mod figure;
 mod listing;
@@ -45,6 +47,7 @@ use stosszahl_results::{
     Figure, Folder, REPORT_FILE, ResultsError, Stored, Sweep, Table, write_file,
 };
 
+pub use discoveries::{Corrected, corrected};
 pub use listing::{Listed, Listing, listing};
 pub use paper::{PaperClaim, PaperFigure, PaperPage, PaperRun, figure_anchor, figure_name, paper};
 

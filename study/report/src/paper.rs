@@ -25,7 +25,7 @@ pub struct PaperPage<'a> {
     /// How the paper was run.
     pub kind: &'a str,
     /// Chance of any false alarm.
-    pub false_alarm: f64,
+    pub family_wise_error_rate: f64,
     /// Its figures and tables.
     pub figures: Vec<PaperFigure<'a>>,
     /// The runs that they are of.
@@ -119,7 +119,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
         @for figure in &figures { (figure) }
         section id="runs" { h2 { "Runs" } (runs) }
         footer { p {
-            "The chance that any claim of the paper is called different though it is not is " (paper.false_alarm) ", shared equally by all. "
+            "The chance that any claim of the paper is called different though it is not is " (paper.family_wise_error_rate) ", shared equally by all. "
             "A value differs if it is off by more than its margin and by more than chance explains; it agrees if it is within the margin, with "
             "its error. This page loads nothing; " code { "claims.csv" } " beside it has all claims."
         } }

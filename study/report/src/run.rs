@@ -4,8 +4,8 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::{
-    Figure, Manifest, Mark, REPORT_FILE, Snapshot, Stored, Verdict, VerdictKind, engine_title,
-    headlines, quantity_title,
+    Figure, Manifest, Mark, REPORT_FILE, Snapshot, Stored, Table, Verdict, VerdictKind,
+    engine_title, headlines, quantity_title,
 };
 
 use crate::figure::{Drawn, draw};
@@ -15,9 +15,6 @@ use crate::sheet::sheet;
 use crate::viewer::{self, Player};
 use crate::words::number;
 use crate::{Report, ReportError};
-
-/// The table in which engines are compared.
-const QUOTIENTS: &str = "comparison";
 
 /// Builds the page of a finished run.
 pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportError> {
@@ -36,6 +33,7 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportErro
     };
     let content = html! {
         h1 { (manifest.title) }
+        @if !manifest.question.text.is_empty() { p.lead { (manifest.question.text) } }
         nav {
             a href="#verdicts" { "Verdicts" } a href="#figures" { "Figures" }
             @if has_particles(manifest) { a href="#snapshots" { "Particles" } }
@@ -139,7 +137,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
 
 /// The figures of a run.
 struct Figures {
-    /// The first, and that of the quotients of engines where it is not the first.
+    /// That of the question, or else the first.
     first: Markup,
     /// All others, each with its table below.
     others: Markup,
@@ -156,6 +154,15 @@ enum Part<'a> {
 fn figures(stored: &Stored) -> Figures {
     let (mut first, mut others, mut drawings) = (Vec::new(), Vec::new(), Vec::new());
     let obstacles = viewer::obstacles(&stored.manifest);
+    let question = &stored.manifest.question;
+    let answers = |table: &Table, figure: &Figure| {
+        table.name == question.table && figure.y.column == question.column
+    };
+    let mut all = stored.tables.iter().flat_map(|table| {
+        let figures = table.figures.iter();
+        figures.map(move |figure| (table, figure))
+    });
+    let answered = all.any(|(table, figure)| answers(table, figure));
     for table in &stored.tables {
         for (figure, file) in table.figures.iter().zip(table.drawings()) {
             let Some(mut drawn) = draw(table, figure) else {
@@ -167,7 +174,12 @@ fn figures(stored: &Stored) -> Figures {
                 plots.for_each(|(_, plot)| with_obstacles(plot, &obstacles));
             }
             drawings.push((file, sheet(&figure.title, &drawn).into_bytes()));
-            if drawings.len() == 1 || (table.name == QUOTIENTS && first.len() == 1) {
+            let leads = if answered {
+                answers(table, figure)
+            } else {
+                drawings.len() == 1
+            };
+            if leads && first.is_empty() {
                 first.push((figure, drawn));
             } else {
                 others.push(Part::Figure(figure, drawn));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use stosszahl_results::{Cell, Column, Role, Stored, Sweep, Table, headlines};
 
-use crate::sweep::text;
+use crate::sweep::{Numbers, text};
 
 /// Whether a key column is a time, of which the last is taken.
 fn is_time(name: &str) -> bool {
@@ -73,7 +73,12 @@ fn estimates(table: &Table) -> Vec<(Column, Cell)> {
 }
 
 /// The table of a sweep; points that are not finished have empty cells.
-pub(crate) fn summary(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> Table {
+pub(crate) fn summary(
+    sweep: &Sweep,
+    points: &[Option<Stored>],
+    keys: &[&String],
+    numbers: &Numbers,
+) -> Table {
     let mut table = Table::new(
         "sweep",
         "One row for each point of the sweep: the last value of each estimate",
@@ -94,7 +99,14 @@ pub(crate) fn summary(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]
     }));
     table = table
         .note("verdict", "", "What the first conclusion of the point is")
-        .note("conclusion", "", "It in words");
+        .note("conclusion", "", "It in words")
+        .note("difference", "1", "Difference that was chosen before the run: that at the last time, or in the last window")
+        .note("difference_se", "1", "Its standard error")
+        .note("difference_low", "1", "Lower end of its interval at the level of the point alone")
+        .note("difference_high", "1", "Upper end")
+        .note("corrected_low", "1", "Lower end of its interval that is corrected for all points (Benjamini and Hochberg)")
+        .note("corrected_high", "1", "Upper end")
+        .note("corrected_verdict", "", "agree, differ or undecided by the corrected interval");
     let found: Vec<BTreeMap<String, (Column, Cell)>> = (points.iter())
         .map(|stored| {
             let tables = stored.iter().flat_map(|stored| &stored.tables);
@@ -110,7 +122,9 @@ pub(crate) fn summary(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]
             }
         }
     }
-    for ((point, stored), found) in sweep.points.iter().zip(points).zip(found) {
+    for (((point, stored), found), number) in
+        sweep.points.iter().zip(points).zip(found).zip(numbers)
+    {
         let mut row = vec![Cell::Text(point.name.clone())];
         row.extend(keys.iter().map(|key| match point.values.get(*key) {
             Some(Value::Number(value)) if is_number(key) => {
@@ -130,6 +144,20 @@ pub(crate) fn summary(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]
             Some([]) => row.extend([Cell::Empty, Cell::Empty]),
             None => row.extend([Cell::Text("not finished".into()), Cell::Empty]),
         }
+        row.extend(match number {
+            Some((number, corrected)) => {
+                let ends = [corrected.own, corrected.corrected].into_iter();
+                let ends = ends.flat_map(|ends| {
+                    ends.map_or([Cell::Empty, Cell::Empty], |ends| ends.map(Cell::Number))
+                });
+                let mut cells = vec![Cell::Number(number.difference)];
+                cells.push(number.standard_error.map_or(Cell::Empty, Cell::Number));
+                cells.extend(ends);
+                cells.push(Cell::Text(corrected.kind.name().to_owned()));
+                cells
+            }
+            None => vec![Cell::Empty; 7],
+        });
         let cells = table.columns[first..].iter().map(|column| {
             let known = found.get(&*column.name);
             known.map_or(Cell::Empty, |one| one.1.clone())

@@ -8,18 +8,17 @@ use std::path::Path;
 use maud::{Markup, html};
 use serde_json::Value;
 use stosszahl_results::{
-    Axis, Cell, Column, Figure, MANIFEST_FILE, Mark, REPORT_FILE, Role, SWEEP_TABLE, Scale, Stored,
-    Sweep, SweepPoint, Table, Verdict, VerdictKind, headlines,
+    Axis, Cell, Column, ComparedNumber, Figure, MANIFEST_FILE, Mark, REPORT_FILE, Role,
+    SWEEP_TABLE, Scale, Stored, Sweep, SweepPoint, Table, Verdict, VerdictKind, headlines,
 };
 
+use crate::discoveries::{Corrected, corrected};
 use crate::figure::{Drawn, draw};
 use crate::page;
 use crate::sheet::sheet;
-use crate::words::number;
+use crate::words::{self, number};
 use crate::{Guard, Report, ReportError, run, summary};
 
-/// The table in which engines are compared.
-const QUOTIENTS: &str = "comparison";
 /// Name of the column that says which point a row is of.
 const POINT: &str = "point";
 
@@ -39,23 +38,35 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     let all: Vec<(Table, &Figure, String)> = (common(&points).into_iter())
         .map(|(like, figure, file)| (gather(sweep, &points, &keys, like, figure), figure, file))
         .collect();
-    // What answers the question of a sweep: the comparison of engines, or else what is measured first, against the swept keys.
-    let drawn = |(table, figure, file): &(Table, &Figure, String)| {
-        let (table, figure) = trend(table, &keys, figure)?;
-        Some((
-            table.name.clone(),
-            draw(&table, &figure)?,
-            figure,
-            file.clone(),
-        ))
+    let question = points.iter().flatten().next();
+    let question = question.map(|stored| stored.manifest.question.clone());
+    let question = question.unwrap_or_default();
+    let answers = |table: &Table, figure: &Figure| {
+        table.name == question.table && figure.y.column == question.column
     };
-    let trends: Vec<_> = all.iter().filter_map(drawn).collect();
-    let answer = trends
-        .iter()
-        .position(|one| one.0 == QUOTIENTS)
-        .unwrap_or(0);
-    let (first, others): (Vec<_>, Vec<_>) =
-        (trends.iter().zip(0..)).partition(|one| one.1 == answer);
+    // What answers the question against the swept keys: as a map where two keys span one, and as curves with error bars.
+    let drawn = |(table, figure, file): &(Table, &Figure, String)| {
+        let (rows, trend, map) = trend(table, &keys, figure)?;
+        let leads = answers(table, figure);
+        let curves = map.is_none() || leads;
+        let map = map.map(|map| (map, file.clone()));
+        let trend = curves.then(|| (trend, file.replace(".svg", "-curves.svg")));
+        let drawn = [map, trend].into_iter().flatten();
+        let drawn = drawn.filter_map(|(figure, file)| Some((draw(&rows, &figure)?, figure, file)));
+        Some((leads, drawn.collect::<Vec<_>>()))
+    };
+    let mut trends: Vec<_> = all.iter().filter_map(drawn).collect();
+    if !trends.iter().any(|one| one.0)
+        && let Some(first) = trends.first_mut()
+    {
+        first.0 = true;
+    }
+    let flat = |leads: bool| {
+        let some = trends.iter().filter(move |one| one.0 == leads);
+        some.flat_map(|one| &one.1).collect::<Vec<_>>()
+    };
+    let (first, others) = (flat(true), flat(false));
+    let numbers = corrections(&points);
     let mut drawings: Vec<(String, Vec<u8>)> = Vec::new();
     let mut next = |drawn: &Drawn, figure: &Figure, file: String| {
         drawings.push((file, sheet(&figure.title, drawn).into_bytes()));
@@ -63,13 +74,14 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     };
     let content = html! {
         h1 { (sweep.title) }
+        @if !question.text.is_empty() { p.lead { (question.text) } }
         p.lead { "A sweep of " (sweep.points.len()) " points, of which " (finished) " are finished. Each point has a report of its own." }
         (page::warnings(&changed(sweep, &points)))
-        (tally(&points))
-        @for ((_, drawn, figure, file), _) in &first { (next(drawn, figure, file.clone())) }
-        (overview(sweep, &points, &keys))
+        (tally(&points, &numbers))
+        @for (drawn, figure, file) in &first { (next(drawn, figure, file.clone())) }
+        (overview(sweep, &points, &keys, &numbers))
         @if !others.is_empty() { h2 { "Against what was swept" } }
-        @for ((_, drawn, figure, file), _) in &others { (next(drawn, figure, file.clone())) }
+        @for (drawn, figure, file) in &others { (next(drawn, figure, file.clone())) }
         h2 { "At each point" }
         @for (table, figure, file) in &all {
             @let figure = at_each(figure);
@@ -78,7 +90,7 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
         }
         (page::case_file(&sweep.case_text))
     };
-    let summary = summary::summary(sweep, &points, &keys);
+    let summary = summary::summary(sweep, &points, &keys, &numbers);
     drawings.push((SWEEP_TABLE.to_owned(), summary.to_csv()?));
     Ok(Report {
         page: page::document(&sweep.title, &content, None),
@@ -151,20 +163,68 @@ fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     files.collect()
 }
 
-/// At how many points the first conclusion is of each kind.
-fn tally(points: &[Option<Stored>]) -> Markup {
+/// Number of a point, with its own interval and the corrected one; `None` of points that compare nothing, or whose comparison is void.
+pub(crate) type Numbers = Vec<Option<(ComparedNumber, Corrected)>>;
+
+/// Numbers of all points, corrected for how many there are.
+fn corrections(points: &[Option<Stored>]) -> Numbers {
+    let number = |stored: &Option<Stored>| {
+        let first = conclusion(stored.as_ref()?)?;
+        let sound = first.kind != VerdictKind::Void;
+        first.number.clone().filter(|_| sound)
+    };
+    let numbers: Vec<_> = points.iter().map(number).collect();
+    let found = corrected(&numbers);
+    numbers
+        .into_iter()
+        .zip(found)
+        .map(|(a, b)| a.zip(b))
+        .collect()
+}
+
+/// At how many points the number of the question is of each kind, corrected for all points; void points beside them.
+fn tally(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     let mut kinds: Vec<(VerdictKind, usize)> = Vec::new();
-    for verdict in points.iter().flatten().filter_map(conclusion) {
-        match kinds.iter_mut().find(|one| one.0 == verdict.kind) {
+    for (stored, number) in points.iter().zip(numbers) {
+        let kind = match (stored, number) {
+            (_, Some((_, corrected))) => corrected.kind,
+            (Some(stored), None) => match conclusion(stored) {
+                Some(verdict) => verdict.kind,
+                None => continue,
+            },
+            (None, None) => continue,
+        };
+        match kinds.iter_mut().find(|one| one.0 == kind) {
             Some(one) => one.1 += 1,
-            None => kinds.push((verdict.kind, 1)),
+            None => kinds.push((kind, 1)),
         }
     }
+    let first = numbers.iter().flatten().next();
     html! {
         @if !kinds.is_empty() {
             p.headline { @for (kind, count) in &kinds { (page::kind(*kind)) " at " (count) @if *count == 1 { " point. " } @else { " points. " } } }
         }
+        @if let Some((number, _)) = first {
+            p {
+                "Judged is the " (number.quantity) " " (number.place) " at each point. Intervals are corrected for " (numbers.iter().flatten().count())
+                " points: of the points that are called agree or differ, a share of " (words::number(number.level, 2))
+                " at most is so by chance, on average (Benjamini and Hochberg)."
+            }
+        }
     }
+}
+
+/// A number with its own interval and the corrected one, in per cent where it is relative.
+fn interval(number: &ComparedNumber, ends: Option<[f64; 2]>) -> String {
+    let (scale, unit) = if number.relative {
+        (100.0, " %")
+    } else {
+        (1.0, "")
+    };
+    ends.map_or("–".to_owned(), |[low, high]| {
+        let [low, high] = [low, high].map(|end| words::number(scale * end, 3));
+        format!("{low} to {high}{unit}")
+    })
 }
 
 /// A key that a narrow screen may break after its dots and low lines.
@@ -173,7 +233,13 @@ fn breakable(key: &str) -> Markup {
 }
 
 /// List of the points with their values, first verdicts and links.
-fn overview(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> Markup {
+fn overview(
+    sweep: &Sweep,
+    points: &[Option<Stored>],
+    keys: &[&String],
+    numbers: &Numbers,
+) -> Markup {
+    let some = numbers.iter().flatten().next().is_some();
     html! {
         h2 { "Points" }
         p { "A number leads to the report of the point." }
@@ -181,11 +247,25 @@ fn overview(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> Marku
             thead { tr {
                 th.text scope="col" { "point" }
                 @for key in keys { th scope="col" { (breakable(key)) } }
-                th.text scope="col" { "verdict" }
+                @if some {
+                    th scope="col" { "difference" } th scope="col" { "interval of the point" } th scope="col" { "corrected" }
+                    th.text scope="col" { "corrected verdict" }
+                }
+                th.text scope="col" { "verdict of the point" }
             } }
-            tbody { @for ((point, stored), number) in sweep.points.iter().zip(points).zip(1..) { tr {
+            tbody { @for (((point, stored), judged), number) in sweep.points.iter().zip(points).zip(numbers).zip(1..) { tr {
                 td.text { @if stored.is_some() { a href=(link(&point.name)) title=(point.name) { (number) } } @else { (number) } }
                 @for key in keys { td { (text(point.values.get(*key))) } }
+                @if some {
+                    @match judged {
+                        Some((number, corrected)) => {
+                            td { (interval(number, Some([number.difference; 2])).split(" to").next().unwrap_or("")) @if number.relative { " %" } }
+                            td { (interval(number, corrected.own)) } td { (interval(number, corrected.corrected)) }
+                            td.text { (page::kind(corrected.kind)) }
+                        }
+                        None => { td { "–" } td { "–" } td { "–" } td.text { "–" } }
+                    }
+                }
                 td.text.long {
                     @match stored.as_ref().map(conclusion) {
                         Some(Some(verdict)) => { (page::kind(verdict.kind)) " " (verdict.sentence) }
@@ -294,7 +374,13 @@ fn at_each(figure: &Figure) -> Figure {
 }
 
 /// The last value in time of each curve against the swept key that has the most values.
-fn trend(all: &Table, keys: &[&String], figure: &Figure) -> Option<(Table, Figure)> {
+///
+/// Beside the curves there is a map where two keys have several values.
+fn trend(
+    all: &Table,
+    keys: &[&String],
+    figure: &Figure,
+) -> Option<(Table, Figure, Option<Figure>)> {
     let x = &*figure.x.column;
     if figure.mark == Mark::Map
         || !(x == "time" || x.starts_with("window") || x.starts_with("elapsed"))
@@ -336,20 +422,17 @@ fn trend(all: &Table, keys: &[&String], figure: &Figure) -> Option<(Table, Figur
             None => rows.push(row.clone()),
         }
     }
-    let mut others = varied.iter().filter(|key| **key != swept);
+    let others = varied.iter().filter(|key| **key != swept);
+    let others: Vec<_> = others.map(|key| (*key).to_owned().into()).collect();
     // Two keys with several values each span a map.
-    if let [one, other] = varied[..]
-        && [one, other].iter().all(|key| distinct(key) > 2)
-        && let Some(map) = map(all, figure, &curves, [one, other])
-    {
-        return Some((
-            Table {
-                rows,
-                ..all.clone()
-            },
-            map,
-        ));
-    }
+    let map = match varied[..] {
+        [one, other] if [one, other].iter().all(|key| distinct(key) > 2) => {
+            map(all, figure, &curves, [one, other])
+        }
+        _ => None,
+    };
+    let engines = figure.panels.iter();
+    let engines = engines.filter(|name| name.starts_with("engine"));
     let trend = Figure {
         title: format!("{} at the end, against {swept}", figure.y.label).into(),
         caption: "The last value of each point.".into(),
@@ -358,26 +441,19 @@ fn trend(all: &Table, keys: &[&String], figure: &Figure) -> Option<(Table, Figur
             label: swept.to_owned().into(),
             scale: Scale::Linear,
         },
-        panels: others
-            .by_ref()
-            .map(|key| (*key).to_owned().into())
-            .collect(),
-        curves: figure
-            .panels
-            .iter()
-            .filter(|name| name.starts_with("engine"))
+        panels: Vec::new(),
+        curves: engines
             .chain(&figure.curves)
             .cloned()
+            .chain(others)
             .collect(),
         ..figure.clone()
     };
-    Some((
-        Table {
-            rows,
-            ..all.clone()
-        },
-        trend,
-    ))
+    let table = Table {
+        rows,
+        ..all.clone()
+    };
+    Some((table, trend, map))
 }
 
 /// A map over two swept keys; none if they are no numbers.

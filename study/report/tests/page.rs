@@ -190,6 +190,7 @@ fn verdict(kind: VerdictKind) -> Verdict {
     Verdict {
         topic: format!("topic {}", kind.name()),
         sentence: "ED (exact) and DSMC contact point: <script>alert(1)</script> within 2 %.".into(),
+        number: None,
         kind,
     }
 }

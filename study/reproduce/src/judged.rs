@@ -154,7 +154,7 @@ impl<'a> Judged<'a> {
             remark: paper.remark.as_deref(),
             summary: self.count(),
             kind: self.of.kind(),
-            false_alarm: paper.false_alarm,
+            family_wise_error_rate: paper.family_wise_error_rate,
             figures: figures.collect(),
             runs: runs.collect(),
         }

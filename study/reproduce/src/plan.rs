@@ -161,7 +161,7 @@ impl<'a> Reproduction<'a> {
                 all.add(place, figure)?;
             }
         }
-        all.level = file.paper.false_alarm / count.max(1) as f64;
+        all.level = file.paper.family_wise_error_rate / count.max(1) as f64;
         Ok(all)
     }
 

@@ -29,9 +29,9 @@ pub use identity::{Keys, RunId};
 pub use list::half_written;
 pub use manifest::{
     Derived, EngineWork, FORMAT, Fingerprint, FramesEntry, MANIFEST_FILE, Machine, Manifest,
-    Program, REPORT_FILE, SWEEP_FILE, SWEEP_TABLE, Snapshot, Start, StartTest, Stored, Sweep,
-    SweepPoint, TableEntry, TimeUnit, changed_files,
+    Program, Question, REPORT_FILE, SWEEP_FILE, SWEEP_TABLE, Snapshot, Start, StartTest, Stored,
+    Sweep, SweepPoint, TableEntry, TimeUnit, changed_files,
 };
 pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
-pub use verdict::{Verdict, VerdictKind, headlines};
+pub use verdict::{ComparedNumber, Verdict, VerdictKind, headlines};
 pub use words::{unsigned_zero, with_decimals};

@@ -37,6 +37,9 @@ pub struct Manifest {
     pub fingerprint: Fingerprint,
     /// Title of the run, plain text.
     pub title: String,
+    /// Question that the run answers, and where the answer stands.
+    #[serde(default)]
+    pub question: Question,
     /// The case file, verbatim.
     pub case_text: String,
     /// The case as it was run, with every default filled in.
@@ -73,6 +76,17 @@ pub struct Manifest {
     pub frames: Vec<FramesEntry>,
     /// The tables; set when the run is finished.
     pub tables: Vec<TableEntry>,
+}
+
+/// Question of a run, and the number that answers it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Question {
+    /// The question in words; empty if none is asked.
+    pub text: String,
+    /// Table that has the answer; empty if nothing is compared.
+    pub table: String,
+    /// Its column.
+    pub column: String,
 }
 
 /// Name and version of a program.

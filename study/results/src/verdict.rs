@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// A conclusion in words.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// What the conclusion is about.
     pub topic: String,
@@ -11,17 +11,43 @@ pub struct Verdict {
     pub sentence: String,
     /// Its kind.
     pub kind: VerdictKind,
+    /// The number that it is about, chosen before the run; `None` if nothing is compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub number: Option<ComparedNumber>,
+}
+
+/// Difference that a verdict is about, at the place that is chosen before the run: the last time, or the last window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ComparedNumber {
+    /// Quantity in words, such as "energy".
+    pub quantity: String,
+    /// Place in words, such as "at t = 20".
+    pub place: String,
+    /// Whether the difference is a share of the quantity.
+    pub relative: bool,
+    /// The difference.
+    pub difference: f64,
+    /// Its standard error over replicas, or blocks of time.
+    pub standard_error: Option<f64>,
+    /// Degrees of freedom of the standard error; `None` where it is known without replicas.
+    pub degrees_of_freedom: Option<u64>,
+    /// Largest difference that counts as agreement.
+    pub margin: f64,
+    /// Difference beyond which an interval must lie to be called one.
+    pub differ_beyond: f64,
+    /// Chance that the interval of the verdict misses this difference.
+    pub level: f64,
 }
 
 /// Kind of a conclusion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum VerdictKind {
-    /// The compared quantities agree within the margin that the sentence names.
+    /// The whole interval of the difference lies inside the margin that the sentence names.
     Agree,
-    /// They differ beyond their errors.
+    /// The whole interval lies on one side of zero, or of the margin where that is asked for.
     Differ,
-    /// The errors are too wide to tell.
+    /// The interval allows both; the sentence says which bound holds.
     Undecided,
     /// The result must be read with care.
     Warning,
@@ -31,16 +57,15 @@ pub enum VerdictKind {
     Void,
 }
 
-/// The conclusion that answers the question of a case, and up to three that come next, of those in the order of the judge; numbers
-/// for information and warnings are none.
+/// The conclusion that answers the question of a case, and up to three that come next. The first is the first that compares, even if it
+/// is void: its place is never given to another without a word. Void ones come last of the others; numbers for information and warnings
+/// are none.
 pub fn headlines(verdicts: &[Verdict]) -> Vec<&Verdict> {
-    let rank = |verdict: &&Verdict| match verdict.kind {
-        VerdictKind::Agree | VerdictKind::Differ | VerdictKind::Undecided => Some(0),
-        VerdictKind::Void => Some(1),
-        VerdictKind::Note | VerdictKind::Warning => None,
-    };
-    let mut all: Vec<_> = verdicts.iter().filter(|one| rank(one).is_some()).collect();
-    all.sort_by_key(rank);
+    let compares = |one: &&Verdict| !matches!(one.kind, VerdictKind::Note | VerdictKind::Warning);
+    let mut all: Vec<_> = verdicts.iter().filter(compares).collect();
+    if let Some((_, others)) = all.split_first_mut() {
+        others.sort_by_key(|one| one.kind == VerdictKind::Void);
+    }
     all.truncate(4);
     all
 }

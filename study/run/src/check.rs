@@ -12,6 +12,7 @@ use crate::engines;
 use crate::measure::{BadOption, Finished, Measure, Runs, share_of_others};
 use crate::measures;
 use crate::plan::{Cost, EnginePlan, Kept, Looks, Plan, PlanError, Quantity, available_memory};
+use crate::question;
 use crate::words::short;
 
 /// Trials for each collision from which a scheme is called slow.
@@ -46,6 +47,8 @@ pub struct Outline {
     pub point: String,
     /// Quantities that follow from the case, in its units.
     pub derived: Vec<Quantity>,
+    /// Measurement whose verdict is the headline.
+    pub leading: &'static str,
     /// Names of the engines.
     pub engines: Vec<&'static str>,
     /// Names of the measures.
@@ -104,7 +107,19 @@ impl<'a> Planned<'a> {
         planned
             .require_own_tables()
             .map_err(|error| refused(point, &error))?;
+        let tables = |leading: usize| planned.tables_of(leading);
+        question::check(&planned.plan, &planned.measures, tables)
+            .map_err(|error| refused(point, &error))?;
         Ok(planned)
+    }
+
+    /// Tables of one measure, by its place.
+    fn tables_of(&self, place: usize) -> Vec<Table> {
+        let name = self.measures.get(place).map(|measure| measure.name());
+        let own = self.tables_of_measures().into_iter();
+        own.filter(|(measure, _)| Some(measure.name()) == name)
+            .map(|(_, table)| table)
+            .collect()
     }
 
     /// Refuses two measures of which each would write the table of the other.
@@ -251,14 +266,19 @@ impl<'a> Planned<'a> {
         plan.cost(threads, &kept, &looks, figures)
     }
 
-    /// What it means on this many threads, with verdicts of a chance `level` of a false alarm each.
-    pub fn outline(&self, threads: usize, level: f64) -> Outline {
+    /// What it means on this many threads.
+    pub fn outline(&self, threads: usize) -> Outline {
+        let level = level(self);
         let replicas = self.plan.case.replicas as usize;
         let spreads = self.measures.iter().flat_map(|one| one.spreads(&self.plan));
         Outline {
             title: self.plan.case.title.clone(),
             point: self.point.name.clone(),
             derived: self.plan.derived(),
+            leading: (self
+                .measures
+                .get(question::leading(&self.plan, &self.measures)))
+            .map_or("", |measure| measure.name()),
             engines: self.plan.engines.iter().map(|one| one.name).collect(),
             measures: self.measures.iter().map(|one| one.name()).collect(),
             replicas: self.plan.case.replicas,
@@ -287,18 +307,12 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// The chance of a false alarm that each verdict of a case has: that of the case, shared by all verdicts of all points of its sweep
-/// (Bonferroni), so that it is known before anything is run.
-pub fn level(planned: &[Planned<'_>]) -> f64 {
-    let tests = |one: &Planned<'_>| {
-        let measures = one.measures.iter();
-        measures
-            .map(|measure| measure.tests(&one.plan))
-            .sum::<usize>()
-    };
-    let all: usize = planned.iter().map(tests).sum();
-    let false_alarm = planned.iter().map(|one| one.plan.case.verdict.false_alarm);
-    false_alarm.fold(1.0, f64::min) / all.max(1) as f64
+/// Chance of a false difference that each verdict of a point has: that of the point, shared by all of its verdicts (Bonferroni), so that
+/// it is known before anything is run. Points of a sweep do not share it: there the rate of false discoveries is controlled.
+pub fn level(planned: &Planned<'_>) -> f64 {
+    let measures = planned.measures.iter();
+    let all: usize = measures.map(|one| one.tests(&planned.plan)).sum();
+    planned.plan.case.verdict.family_wise_error_rate / all.max(1) as f64
 }
 
 /// Plans all points of a case.

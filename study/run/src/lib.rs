@@ -30,6 +30,7 @@ mod places;
 pub mod plan;
 mod point;
 pub mod power;
+mod question;
 pub mod run;
 pub mod schedule;
 pub mod start;

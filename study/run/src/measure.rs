@@ -8,10 +8,12 @@ use std::cell::OnceCell;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use stosszahl_case::format::DifferBeyond;
 use stosszahl_model::{Interrupt, Moments, Observer, Particles, Simulation};
 use stosszahl_results::frames::Frame;
 use stosszahl_results::{Snapshot, Table, Verdict};
 
+use crate::judge::Rule;
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
 
@@ -424,18 +426,41 @@ impl Finished {
     }
 }
 
+/// Rule of a case with one of its margins.
+fn rule(plan: &Plan, level: f64, margin: f64) -> Rule {
+    let differ_beyond = match plan.case.verdict.differ_beyond {
+        DifferBeyond::Zero => 0.0,
+        DifferBeyond::Margin => margin,
+    };
+    Rule {
+        level,
+        margin,
+        differ_beyond,
+    }
+}
+
 /// All engines and replicas of a case, as one measure sees them.
 pub struct Runs<'a> {
     /// Position of the measure among those of the case.
     pub measure: usize,
-    /// Chance of a false alarm that each verdict has: an equal share of `verdict.false_alarm`, by Bonferroni over all verdicts of
-    /// the case and of all points of its sweep.
+    /// Chance of a false difference that each verdict has: an equal share of `verdict.family_wise_error_rate`, by Bonferroni over all
+    /// verdicts of the point.
     pub level: f64,
     /// By engine, then by replica.
     pub finished: &'a [Vec<Finished>],
 }
 
 impl<'a> Runs<'a> {
+    /// Rule of relative differences in a case.
+    pub fn rule(&self, plan: &Plan) -> Rule {
+        rule(plan, self.level, plan.case.verdict.tolerance)
+    }
+
+    /// Rule of numbers that are zero under chaos, in their own unit.
+    pub fn absolute_rule(&self, plan: &Plan) -> Rule {
+        rule(plan, self.level, plan.case.verdict.absolute_tolerance)
+    }
+
     /// The records of all replicas of an engine, by its position in the plan.
     ///
     /// # Panics

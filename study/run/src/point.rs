@@ -11,7 +11,7 @@ use stosszahl_case::format::TimeUnit;
 use stosszahl_case::{CaseFile, Kind};
 use stosszahl_results::{
     Derived, EngineWork, Existing, FORMAT, FramesEntry, Machine, Manifest, Place, Program,
-    SNAPSHOTS, Start, StartTest, Table, Verdict, engine_title,
+    Question, SNAPSHOTS, Start, StartTest, Table, Verdict, engine_title,
 };
 
 use crate::check::Planned;
@@ -23,6 +23,7 @@ use crate::judge;
 use crate::measure::{Finished, Runs};
 use crate::pieces::{self, Desk, Piece, Replica};
 use crate::plan::Plan;
+use crate::question;
 use crate::run::{Options, PointSummary, RunError};
 use crate::start::StartReport;
 
@@ -112,9 +113,22 @@ impl Job<'_> {
         )))
     }
 
+    /// Title of what is run here: of a point of a sweep, with what is set there.
+    fn title(&self) -> String {
+        let (title, name) = (&self.planned.plan.case.title, self.place.name());
+        let alone = name.is_empty() || *title != self.file.title();
+        if alone {
+            title.clone()
+        } else {
+            let set = name.replace('=', " = ").replace(',', ", ");
+            format!("{title}: {set}")
+        }
+    }
+
     /// Tells that it begins.
     pub(crate) fn begin(&self) {
         let plan = &self.planned.plan;
+        // The title of what is run, with what was set from outside.
         let name = if self.place.name().is_empty() {
             &plan.case.title
         } else {
@@ -361,14 +375,26 @@ impl Job<'_> {
         let mut verdicts: Vec<Verdict> = judge::start(&unequilibrated(&all.starts))
             .into_iter()
             .collect();
+        let leading = question::leading(plan, &planned.measures);
+        let mut asked = Question::default();
+        let mut later: Vec<Verdict> = Vec::new();
         for (measure, known) in planned.measures.iter().enumerate() {
             let runs = Runs {
                 measure,
                 level,
                 finished: &all.finished,
             };
-            let own = known.tables(plan, &runs);
-            verdicts.extend(known.verdicts(plan, &runs, &own));
+            let mut own = known.tables(plan, &runs);
+            let said = known.verdicts(plan, &runs, &own);
+            for table in &mut own {
+                label_times(table, plan);
+            }
+            if measure == leading {
+                asked = question::of(plan, file.question(), &own);
+                verdicts.extend(said);
+            } else {
+                later.extend(said);
+            }
             for (snapshot, text) in known.snapshots(plan, &runs) {
                 place.write(&snapshot.file, text.as_bytes())?;
                 snapshots.push(snapshot);
@@ -380,6 +406,7 @@ impl Job<'_> {
             }
             tables.extend(own);
         }
+        verdicts.extend(later);
         for column in tables.iter_mut().flat_map(|table| &mut table.columns) {
             column.unit = plan.table_unit(&column.unit);
         }
@@ -390,7 +417,8 @@ impl Job<'_> {
                 version: env!("CARGO_PKG_VERSION").into(),
                 commit: options.commit.to_owned(),
             },
-            title: plan.case.title.clone(),
+            title: self.title(),
+            question: asked,
             case_text: file.text.clone(),
             case: as_json(plan),
             kind: kind_name(plan.kind).to_owned(),
@@ -419,6 +447,31 @@ impl Job<'_> {
         place.remove_checkpoints()?;
         options.progress.end(number);
         Ok(self.summary(false, began, manifest.verdicts, manifest.warnings))
+    }
+}
+
+/// Labels axes of times with the unit of time of the case: "t/t0", "lag/t0".
+fn label_times(table: &mut Table, plan: &Plan) {
+    let unit = match plan.time_unit {
+        TimeUnit::Case => return,
+        TimeUnit::Haff => "t0",
+        TimeUnit::MeanFreeTime => "mean free time",
+    };
+    let times: Vec<_> = (table.columns.iter())
+        .filter(|column| column.unit == "time")
+        .map(|column| column.name.clone())
+        .collect();
+    for figure in &mut table.figures {
+        for axis in [&mut figure.x, &mut figure.y] {
+            if times.contains(&axis.column) {
+                let symbol = if axis.label == "time" {
+                    "t"
+                } else {
+                    &axis.label
+                };
+                axis.label = format!("{symbol}/{unit}").into();
+            }
+        }
     }
 }
 

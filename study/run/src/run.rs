@@ -24,7 +24,7 @@ const MOST_THREADS: usize = 1024;
 /// Keys of a case that change nothing in the folder, and those that change only how the same numbers are shown.
 const KEYS: Keys<'static> = Keys {
     ignored: &["run.checkpoint_seconds"],
-    output: &["title", "verdict", "measure.fields.windows"],
+    output: &["title", "question", "verdict", "measure.fields.windows"],
 };
 /// How a case is run.
 pub struct Options<'a> {
@@ -312,14 +312,13 @@ impl Opened {
         planned: &'a [Planned<'a>],
         options: &'a Options<'a>,
     ) -> Vec<Job<'a>> {
-        let level = level(planned);
         let both = planned.iter().zip(self.folder.places()).enumerate();
         let job = |(number, (planned, place))| Job {
             file,
             planned,
             place,
             number,
-            level,
+            level: level(planned),
             options,
         };
         both.map(job).collect()
@@ -370,7 +369,7 @@ fn index(file: &CaseFile) -> Sweep {
     });
     Sweep {
         format: FORMAT,
-        title: file.points[0].case.title.clone(),
+        title: file.title(),
         case_text: file.text.clone(),
         kind: kind_name(file.points[0].case.kind()).to_owned(),
         points: points.collect(),

@@ -154,8 +154,8 @@ fn values_out_of_range_are_refused() {
                 "did you mean \"haff\"?",
             ),
             (
-                &["verdict.false_alarm=0.5"],
-                "verdict.false_alarm",
+                &["verdict.family_wise_error_rate=0.5"],
+                "verdict.family_wise_error_rate",
                 "at least 1e-12 and below 0.5",
             ),
             (
@@ -837,7 +837,6 @@ fn relations_of_gases_without_positions_are_checked() {
 #[test]
 fn missing_keys_are_named() {
     for (without, key) in [
-        ("title = \"Disks\"\n", "title"),
         ("until = 10\n", "run.until"),
         ("[run]\nuntil = 10\n", "run"),
         ("number = 1000\n", "gas.number"),

@@ -2,7 +2,7 @@
 
 use stosszahl_results::{Estimate, Verdict, VerdictKind};
 
-use super::{OUTSIDE, half_width, short, verdict, with_error, within};
+use super::{Rule, interval_of, short, verdict, with_error, within};
 
 /// What a paper says of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,21 +47,23 @@ impl Said {
         }
     }
 
-    /// What a number with its error says of it, with a chance `level` of a false alarm.
+    /// Verdict on a number with its error, by the one rule at this level.
     ///
-    /// A value differs if its deviation is larger than the margin and than the interval, in which the error of the paper counts too; it
-    /// agrees if the deviation is within the margin, and half its interval of 95 % is. A bound holds if the interval of 95 % lies beyond
-    /// it, and does not if the interval at `level` lies on its other side. One-sided intervals have the whole chance on one side.
+    /// A value agrees if the whole interval of the difference lies inside the margin, which is how well the paper can be read, and differs
+    /// if it lies beyond the margin; the error of the paper counts. A bound holds if the whole interval lies beyond it, and does not
+    /// if the interval lies on its other side.
     pub fn kind(self, found: &Estimate, level: f64) -> VerdictKind {
         let Some(ours) = found.value.filter(|value| value.is_finite()) else {
             return VerdictKind::Undecided;
         };
         let side = |excess: f64| {
-            // Half the chance outside of an interval is on either side.
-            let half = |chance: f64| half_width(found, (2.0 * chance).min(1.0));
-            match half(OUTSIDE).zip(half(level)) {
-                Some((usual, _)) if excess >= usual => VerdictKind::Agree,
-                Some((_, half)) if excess < -half => VerdictKind::Differ,
+            let off = Estimate {
+                value: Some(excess),
+                ..*found
+            };
+            match interval_of(&off, level).ends {
+                Some([low, _]) if low >= 0.0 => VerdictKind::Agree,
+                Some([_, high]) if high < 0.0 => VerdictKind::Differ,
                 _ => VerdictKind::Undecided,
             }
         };
@@ -77,7 +79,12 @@ impl Said {
                     standard_error: ours_se.map(|se| se.hypot(error.unwrap_or(0.0))),
                     ..*found
                 };
-                within(&off, margin, level)
+                let rule = Rule {
+                    level,
+                    margin,
+                    differ_beyond: margin,
+                };
+                within(&off, &rule)
             }
             Self::Above(bound) => side(ours - bound),
             Self::Below(bound) => side(bound - ours),
@@ -89,9 +96,14 @@ impl Said {
 pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64) -> Verdict {
     let kind = said.kind(found, level);
     let value = found.value.unwrap_or(f64::NAN);
+    let freedom = match found.replicas {
+        Some(replicas) if replicas > 1 => format!(" ({} degrees of freedom)", replicas - 1),
+        _ => String::new(),
+    };
     let ours = match found.standard_error {
         Some(0.0) => digits(value),
-        error => with_error(value, error),
+        Some(error) => with_error(value, Some(error)) + &freedom,
+        None => with_error(value, None),
     };
     let words = said.words();
     let sentence = match (kind, said) {
@@ -108,9 +120,9 @@ pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64)
         (VerdictKind::Differ, _) => format!("Found {ours} is not {words}."),
         (_, Said::Value { margin, .. }) => {
             let margin = short(margin);
-            format!("Whether {ours} is {words} within {margin} cannot be told.")
+            format!("Whether {ours} is {words} within {margin} is undecided.")
         }
-        (_, _) => format!("Whether {ours} is {words} cannot be told."),
+        (_, _) => format!("Whether {ours} is {words} is undecided."),
     };
     verdict(topic, sentence, kind)
 }
@@ -137,6 +149,7 @@ mod tests {
             said(value).kind(&estimate(found, error, None), 0.001)
         };
         assert_eq!(kind(1.0, 0.001, 1.01), VerdictKind::Agree);
+        assert_eq!(kind(1.0, 0.002, 1.018), VerdictKind::Undecided);
         assert_eq!(kind(1.0, 0.001, 1.1), VerdictKind::Differ);
         assert_eq!(kind(1.0, 0.001, 0.9), VerdictKind::Differ);
         // 3.3 standard errors are the interval at this level.

@@ -12,7 +12,7 @@ use stosszahl_results::{Estimate, Table, Verdict, table};
 
 use super::course::{self, Course, Looking, Sample, Window};
 use super::{PARTS, fewest_parts, over};
-use crate::judge::{self, in_units, title, with_interval};
+use crate::judge::{self, Rule, Unit, interval_of, kind_of, title, with_interval};
 use crate::measure::{self, BadOption, Measure, Moment, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan, SpeciesPlan};
 
@@ -115,7 +115,7 @@ impl Measure for Boundaries {
 
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let all = One::all(plan, runs).into_iter();
-        all.flat_map(|one| one.drag().into_iter().chain(one.balance(runs.level)))
+        all.flat_map(|one| one.drag().into_iter().chain(one.balance(&runs.rule(plan))))
             .collect()
     }
 }
@@ -215,7 +215,7 @@ impl<'a> One<'a> {
     }
 
     /// What splitting and merging of simulators added over the whole run.
-    fn balance(&self, level: f64) -> Option<Verdict> {
+    fn balance(&self, rule: &Rule) -> Option<Verdict> {
         let last = self.records.iter().filter_map(|record| record.given.last());
         let given: Vec<_> = last
             .filter_map(|all| all.iter().find(|one| one.name == BALANCE))
@@ -223,12 +223,25 @@ impl<'a> One<'a> {
         let sum = |of: fn(&BoundaryFlux) -> f64| over(given.iter().map(|one| Some(of(one))));
         let particles = sum(|one| one.particles);
         let energy = sum(|one| one.energy).times(self.plan.scale.energy);
-        let fair = |found: Estimate| found.value.map(|_| judge::zero(&found, level));
-        let kind = judge::together([fair(particles)?, fair(energy)?]);
+        // Shares of what the gas had at the start; two numbers share the level.
+        let count = self.plan.count() as f64;
+        let thermal = 0.5 * self.plan.dimension as f64 * self.plan.temperature;
+        let whole = count * thermal * self.plan.scale.energy;
+        let half = rule.at_level(0.5 * rule.level);
+        let share = |found: &Estimate, whole: f64| {
+            let interval = interval_of(&found.times(1.0 / whole), half.level);
+            (
+                Unit::Relative.interval(&interval),
+                kind_of(interval.decide(&half)),
+            )
+        };
+        particles.value.zip(energy.value)?;
+        let [(added, first), (heat, second)] = [share(&particles, count), share(&energy, whole)];
+        let kind = judge::together([first, second]);
         let sentence = format!(
-            "Over the whole run it added {} particles and the energy {}; on average it adds nothing.",
-            in_units(&particles, 1.0),
-            in_units(&energy, 1.0)
+            "Over the whole run it added {added} of the particles and {heat} of the energy of the start; the margin is {} and on \
+             average it adds nothing.",
+            judge::margin(rule.margin)
         );
         let topic = format!("splitting and merging, {}", title(self.engine.name));
         Some(judge::verdict(topic, sentence, kind))

@@ -1,16 +1,17 @@
 //! A gas without positions against theory: each quantity at the time of its worst deviation, and the verdicts.
 //!
-//! A deviation counts as a difference if it is larger than the tolerance of the case *and* than its interval at the level of the
-//! verdict, all times and species of a quantity together. It counts as agreement if it is within the tolerance and half its
-//! interval of 95 % is too. All else is undecided: the error is unknown, or too wide to tell.
+//! The rule is that of [`crate::judge`], all times and species of a quantity together.
 
+use stosszahl_analysis::compare::Interval;
 use stosszahl_case::Kind;
 use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind, table};
 
 use super::gas::{self, Record};
 use super::time_averaged_displacement as averaged;
 use super::{over, species};
-use crate::judge::{Point, short, verdict, warning, with_error, worst, zero};
+use crate::judge::{
+    Point, Rule, Unit, bound, interval_of, kind_of, short, verdict, warning, with_error, worst,
+};
 use crate::measure::{BadOption, Measure, NoOptions, Runs, described};
 use crate::plan::Plan;
 use crate::theory::homogeneous;
@@ -125,12 +126,13 @@ struct Row {
     /// Number of the species, from 0; none for the gas as a whole.
     species: Option<usize>,
     point: Point,
+    interval: Interval,
     kind: VerdictKind,
 }
 
 impl Row {
     fn size(&self) -> f64 {
-        self.point.deviation().abs()
+        bound(&self.interval, self.kind)
     }
 }
 
@@ -141,7 +143,8 @@ struct Found<'a> {
     gas: Vec<gas::Row>,
     species: Vec<species::Row>,
     averaged: Vec<averaged::Row>,
-    level: f64,
+    rule: Rule,
+    absolute_rule: Rule,
 }
 
 impl<'a> Found<'a> {
@@ -155,21 +158,23 @@ impl<'a> Found<'a> {
             species: species.unwrap_or_default(),
             averaged: averaged::rows(plan, &runs.find(0)),
             records,
-            level: runs.level,
+            rule: runs.rule(plan),
+            absolute_rule: runs.absolute_rule(plan),
         }
     }
 
     /// All comparisons.
     fn rows(&self) -> Vec<Row> {
-        let tolerance = self.plan.case.verdict.tolerance;
         let mut rows: Vec<Row> = Vec::new();
         // A quantity is judged for each species, and some for the gas as a whole.
-        let level = self.level / (self.plan.species.len() + 1) as f64;
+        let parts = (self.plan.species.len() + 1) as f64;
+        let rule = self.rule.at_level(self.rule.level / parts);
         let mut add = |quantity, species, points: Vec<Point>| {
-            rows.extend(worst(&points, tolerance, level).map(|(&point, kind)| Row {
+            rows.extend(worst(&points, &rule).map(|(&point, interval, kind)| Row {
                 quantity,
                 species,
                 point,
+                interval,
                 kind,
             }));
         };
@@ -204,28 +209,31 @@ impl<'a> Found<'a> {
             add(Quantity::Correlation, species, correlation);
             add(Quantity::TimeAveraged, species, averaged.collect());
         }
-        // The cumulant is an absolute quantity near zero: only its standard error counts.
+        // The cumulant is near zero, so that its margin is absolute.
         let cumulant = self.cumulant().map(|point| {
             let off = Estimate {
                 replicas: point.replicas,
                 ..Estimate::of(point.measured - point.theory, point.total_error())
             };
-            (Quantity::Cumulant, point, zero(&off, self.level))
+            let rule = &self.absolute_rule;
+            let interval = interval_of(&off, rule.level);
+            let kind = kind_of(interval.decide(rule));
+            (Quantity::Cumulant, point, interval, kind)
         });
-        let decay = self
-            .decay()
-            .map(|point| (Quantity::Decay, point, point.outcome(tolerance, self.level)));
-        rows.extend(
-            [cumulant, decay]
-                .into_iter()
-                .flatten()
-                .map(|(quantity, point, kind)| Row {
-                    quantity,
-                    species: None,
-                    point,
-                    kind,
-                }),
-        );
+        let decay = self.decay().map(|point| {
+            let interval = point.interval(self.rule.level);
+            let kind = kind_of(interval.decide(&self.rule));
+            (Quantity::Decay, point, interval, kind)
+        });
+        rows.extend([cumulant, decay].into_iter().flatten().map(
+            |(quantity, point, interval, kind)| Row {
+                quantity,
+                species: None,
+                point,
+                interval,
+                kind,
+            },
+        ));
         rows
     }
 
@@ -322,7 +330,8 @@ impl<'a> Found<'a> {
                 );
                 let sentence = format!(
                     "From t = {time} on the fourth cumulant is {measured}; {theory} have {theirs}, the simplest formula (van Noije & \
-                     Ernst) {simplest:.4}."
+                     Ernst) {simplest:.4}; the margin is {}.",
+                    short(self.absolute_rule.margin)
                 );
                 (sentence, all.kind)
             }
@@ -343,20 +352,14 @@ impl<'a> Found<'a> {
                     self.caveat(quantity, rows, orders),
                 );
                 let sentence = format!(
-                    "Against {theory}, the largest deviation beyond {tolerance} % is {place}{more}.{caveat}"
+                    "Against {theory}, the deviation that is surest not zero is {place}{more}; the margin is {tolerance} %.{caveat}"
                 );
                 (sentence, VerdictKind::Differ)
             }
-            _ if agree > 0 => {
-                let wide = match rows.len() - agree {
-                    0 => String::new(),
-                    wide => format!(
-                        " Of {wide} species the errors, or what one order more changes, are too wide to tell."
-                    ),
-                };
+            _ if agree == rows.len() => {
                 let place = place(Some(VerdictKind::Agree))?;
                 let sentence = format!(
-                    "Against {theory}, deviations are within {tolerance} %; the largest is {place}.{wide}"
+                    "Against {theory}, deviations are within {tolerance} %, errors included; the widest is {place}."
                 );
                 (sentence, VerdictKind::Agree)
             }
@@ -412,27 +415,25 @@ impl<'a> Found<'a> {
 
     /// A deviation with its place.
     fn place(&self, row: &Row) -> String {
-        let z = row.point.z().map_or_else(
-            || "error unknown".to_owned(),
-            |z| format!("{z:.1} standard errors"),
-        );
         // How far the velocities are from those that theory assumes.
         let before = |known: &&species::Row| {
             Some(known.species) == row.species && known.time <= row.point.time
         };
         let cumulant = self.species.iter().rfind(before);
         let cumulant = cumulant.and_then(|known| known.fourth_cumulant.value);
-        let cumulant = cumulant.map_or(String::new(), |a2| format!(", fourth cumulant {a2:.3}"));
+        let cumulant = cumulant.map_or(String::new(), |a2| {
+            format!(", where the fourth cumulant is {a2:.3}")
+        });
         let species = match row.species {
             Some(number) if self.plan.species.len() > 1 => {
-                let mass = short(self.plan.species[number].mass);
-                format!("species {} (mass {mass})", number + 1)
+                let species = &self.plan.species[number];
+                format!("species {} (mass {})", species.name, short(species.mass))
             }
             _ => "the gas as a whole".to_owned(),
         };
         format!(
-            "{:+.2} % for {species} at t = {} ({z}{cumulant})",
-            100.0 * row.point.deviation(),
+            "{} for {species} at t = {}{cumulant}",
+            Unit::Relative.interval(&row.interval),
             short(row.point.time)
         )
     }

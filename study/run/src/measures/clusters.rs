@@ -139,7 +139,7 @@ impl Measure for Clusters {
 
     fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let records: Vec<&Record> = runs.records(0);
-        let mut list = steady::steady_state(plan, &records, runs.level);
+        let mut list = steady::steady_state(plan, &records, &runs.rule(plan));
         let last = records.iter().filter_map(|record| record.samples.last());
         let refused: f64 = last.map(|sample| sample.of("refused")).sum();
         if refused > 0.0 {

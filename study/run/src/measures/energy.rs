@@ -6,7 +6,7 @@ use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
 use super::over;
-use crate::judge::{self, Pair, Places, title};
+use crate::judge::{self, Comparison, Pair, Places, Unit, title};
 use crate::measure::{Measure, NoOptions, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
@@ -100,8 +100,8 @@ impl Measure for Energy {
             of_one: square.sqrt(),
             source: "that of as many independent particles; clusters make it several times wider"
                 .into(),
-            wanted: 0.05,
-            // Backwards from the last time, and single times.
+            wanted: plan.case.verdict.tolerance,
+            // Half of the level belongs to the last time.
             tests: 2,
             relative: true,
         };
@@ -115,15 +115,16 @@ impl Measure for Energy {
         }
         let times = plan.sample_times();
         let judge = |topic: String, a: &str, b: &str, pairs: &[Vec<(f64, f64)>]| {
-            let pair = Pair {
+            let comparison = Comparison {
                 topic: &topic,
                 a,
                 b,
                 quantity: "energy",
-                places: Places::Times(&times),
-                level: runs.level,
+                unit: Unit::Relative,
+                rule: runs.rule(plan),
             };
-            pair.judge(pairs)
+            let places = Places::Times(&times);
+            Pair { comparison, places }.judge(pairs)
         };
         let mut list = Vec::new();
         for (a, b) in pairs_of(plan) {
@@ -134,9 +135,12 @@ impl Measure for Energy {
                 found.map(|found| void_for(found, plan, &[&plan.engines[a], &plan.engines[b]])),
             );
         }
-        let laws: Option<Vec<f64>> = times.iter().map(|&time| plan.haff_ratio(time)).collect();
-        for (engine, records) in runs.each::<Record>(plan).filter(|_| laws.is_some()) {
-            let laws = laws.iter().flatten().enumerate();
+        for (engine, records) in runs.each::<Record>(plan) {
+            let laws: Option<Vec<f64>> = (times.iter())
+                .map(|&time| plan.haff_ratio(time * plan.rate_ratio(engine)))
+                .collect();
+            let Some(laws) = laws else { continue };
+            let laws = laws.iter().enumerate();
             let at = |(sample, &law): (usize, &f64)| {
                 let ratio = |record: &&Record| (energy_ratio(record, sample), law);
                 records.iter().map(ratio).collect()
@@ -152,7 +156,7 @@ impl Measure for Energy {
 
 /// A comparison of engines, void if one of them has large errors of its own.
 pub(super) fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> Verdict {
-    match engines.iter().find_map(|engine| plan.own_errors(engine)) {
+    match plan.void_reason(engines) {
         Some(reason) => judge::void(found, &reason),
         None => found,
     }
@@ -189,7 +193,7 @@ fn energy(plan: &Plan, runs: &Runs<'_>) -> Table {
         value "collisions_per_particle", "1", "Collisions of a particle since the start; two for each pair collision";
         with_theory "energy_ratio", "1",
             "Kinetic energy per particle over that of the start, K/K(0); theory is Haff's law with its Sonine factor, \
-             (1 + (1 + 3 a2/16) t/t0)^-2";
+             (1 + (1 + 3 a2/16) t/t0)^-2, at the collision rate that the scheme sets";
         estimate "fourth_cumulant", "1", "Fourth cumulant a2 of the velocities; zero for a Maxwellian";
         note "replicas", "1", "Replicas";
     }
@@ -208,7 +212,8 @@ fn energy(plan: &Plan, runs: &Runs<'_>) -> Table {
                     .iter()
                     .map(|record| Some(energy_ratio(record, sample))),
             );
-            let ratio = ratio.against(plan.haff_ratio(time));
+            let law = plan.haff_ratio(time * plan.rate_ratio(engine));
+            let ratio = ratio.against(law);
             let cumulant = of(|sample| sample.fourth_cumulant);
             table.add((
                 engine.name,
@@ -236,19 +241,25 @@ fn comparison(plan: &Plan, runs: &Runs<'_>) -> Table {
         value "energy_ratio_a", "1", "K/K(0) of the first";
         value "energy_ratio_b", "1", "K/K(0) of the second";
         estimate "quotient", "1", "Quotient of the means over replicas, with its jackknife error";
+        note "quotient_low", "1", "Lower end of its interval, all times together at the level of the verdict";
+        note "quotient_high", "1", "Upper end";
         note "z", "1", "Difference from one in standard errors of a normal number: paired t test";
         note "verdict", "", "agree, a higher, a lower or undecided; all times together";
+        note "replicas", "1", "Replicas";
     }
     .figure(Figure::curves("Energies of two engines", x, y).by(&["engine_a", "engine_b"]));
     let times = plan.sample_times();
     for (a, b) in pairs_of(plan) {
         let pairs = paired(runs, [a, b], times.len());
-        let found = quotients(&pairs, runs.level);
+        let found = quotients(&pairs, &runs.rule(plan));
         for ((&time, pairs), found) in times.iter().zip(&pairs).zip(found) {
             let mean = |of: fn(&(f64, f64)) -> f64| over(pairs.iter().map(|pair| Some(of(pair))));
             let names = [a, b].map(|engine| plan.engines[engine].name);
             let ratios = (mean(|pair| pair.0).value, mean(|pair| pair.1).value);
-            let quotient = (found.quotient.value, found.quotient.standard_error, found.z);
+            let [low, high] =
+                (found.off.ends).map_or([None; 2], |ends| ends.map(|end| Some(1.0 + end)));
+            let estimate = (found.quotient.value, found.quotient.standard_error);
+            let quotient = (estimate, (low, high), found.z);
             table.add((
                 names[0],
                 names[1],
@@ -256,6 +267,7 @@ fn comparison(plan: &Plan, runs: &Runs<'_>) -> Table {
                 ratios,
                 quotient,
                 found.verdict.name(),
+                pairs.len(),
             ));
         }
     }

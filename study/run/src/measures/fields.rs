@@ -187,7 +187,14 @@ impl Measure for Fields {
         let views: Vec<View<'_>> = (found.iter())
             .map(|(sums, free_shares)| View::new(plan, sums, free_shares, &window))
             .collect();
-        verdicts::all(plan, counts, &steady, (&window, &views), tables, runs.level)
+        verdicts::all(
+            plan,
+            counts,
+            &steady,
+            (&window, &views),
+            tables,
+            &runs.rule(plan),
+        )
     }
 }
 

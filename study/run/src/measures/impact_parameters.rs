@@ -204,9 +204,9 @@ impl Measure for ImpactParameters {
             // Of a uniform number it is 12 times that of its mean, sqrt(1/12).
             of_one: (12.0 / (0.5 * each * (plan.count() * engine.copies()) as f64)).sqrt(),
             source: "that of as many independent collisions as theory expects; clusters make it 2 to 9 times wider".into(),
-            wanted: 0.02,
-            // Trend and shape in each window.
-            tests: 2 * self.options(plan).0.len(),
+            wanted: plan.case.verdict.absolute_tolerance,
+            // Slopes have half of the level, and the last window half of that.
+            tests: if self.options(plan).0.len() > 1 { 4 } else { 2 },
             relative: false,
         }
         };
@@ -218,12 +218,10 @@ impl Measure for ImpactParameters {
         let mut list = Vec::new();
         for (engine, records) in runs.each::<Record>(plan) {
             let tests = tests(&spans, &records);
-            let words = judge::impact_words(&tests, runs.level);
             let name = title(engine.name);
             let topic = format!("impact parameters, {name}");
-            list.push(judge::impact_parameters(
-                topic, name, &tests, &words, runs.level,
-            ));
+            let rule = runs.absolute_rule(plan);
+            list.push(judge::impact_parameters(&topic, name, &tests, &rule));
         }
         if plan.has_theory() {
             list.extend(pairs_of(plan).filter_map(|pair| split(plan, runs, &spans, pair.into())));
@@ -304,11 +302,20 @@ fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
         note "chi_squared", "1", "Chi-squared against chaos, as if collisions were independent; it grows with the over-dispersion";
         note "degrees_of_freedom", "1", "Its degrees of freedom";
         note "verdict", "", "uniform, grazing excess, central excess, uneven, undecided, one replica or too few collisions; all windows together";
-    };
+        note "replicas", "1", "Replicas";
+    }
+    .figure(
+        Figure::curves(
+            "Slope of P(b/d)",
+            Axis::logarithmic("window_end", "end of the window"),
+            Axis::linear("slope", "slope of P(b/d)"),
+        )
+        .line("molecular chaos", 0.0),
+    );
     for (engine, records) in runs.each::<Record>(plan) {
         let tests = tests(spans, &records);
-        let words = judge::impact_words(&tests, runs.level);
-        for (number, (one, word)) in tests.iter().zip(words).enumerate() {
+        let judged = judge::impact_windows(&tests, &runs.absolute_rule(plan));
+        for (number, (one, word)) in tests.iter().zip(judged.words).enumerate() {
             let (windows, total) = (window(&records, number), one.collisions);
             let (counts, key) = (counts(&windows), (engine.name, one.window));
             let width = counts.len() as f64;
@@ -344,7 +351,9 @@ fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
                 pearson.map_or(0, |test| test.degrees_of_freedom),
             );
             summary.add((
-                key, total, one.slope, mean, p_values, dispersion, pearson, word,
+                (key, total, one.slope),
+                (mean, p_values, dispersion),
+                (pearson, word, windows.len()),
             ));
         }
     }

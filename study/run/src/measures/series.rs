@@ -7,7 +7,9 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, tab
 
 use super::course::{self, Course, Looking, Sample, Share, Window};
 use super::over;
-use crate::judge::{self, Pair, Places, Point, against_theory, in_units, title};
+use crate::judge::{
+    self, Comparison, Pair, Places, Point, Rule, Unit, against_theory, holds_zero, in_units, title,
+};
 use crate::measure::{BadOption, Measure, NoOptions, Probe, Recorder, Runs, described};
 use crate::plan::{EnginePlan, Plan};
 use crate::theory::flow;
@@ -17,9 +19,6 @@ pub struct Series;
 
 /// Largest relative change of an energy that is kept.
 const KEPT: f64 = 1e-10;
-
-/// Largest relative deviation of the temperature of a settled column from theory.
-const SETTLED: f64 = 0.01;
 
 impl Measure for Series {
     described!(
@@ -86,10 +85,10 @@ impl Measure for Series {
         let steady = course::steady::<Course>(plan, runs, |course| course);
         let window = Window::last(plan, course::blocks(plan, None), &steady);
         let all: Vec<(&EnginePlan, Vec<&Course>)> = runs.each(plan).collect();
-        let (mut list, level) = (Vec::new(), runs.level);
+        let (mut list, rule) = (Vec::new(), runs.rule(plan));
         // In a periodic gas the measurement of the energy compares the engines.
         for other in (1..all.len()).filter(|_| plan.kind == Kind::Flow) {
-            list.extend(engines_agree(plan, [&all[0], &all[other]], level));
+            list.extend(engines_agree(plan, [&all[0], &all[other]], &rule));
         }
         for (engine, runs) in &all {
             let one = One {
@@ -97,7 +96,7 @@ impl Measure for Series {
                 engine,
                 runs,
                 window: &window,
-                level,
+                rule,
             };
             list.extend(one.energy());
             list.extend(one.cooling());
@@ -239,7 +238,11 @@ pub(crate) fn cooling<'a>(
 }
 
 /// Temperatures of two engines at a dozen times.
-fn engines_agree(plan: &Plan, both: [&(&EnginePlan, Vec<&Course>); 2], level: f64) -> Vec<Verdict> {
+fn engines_agree(
+    plan: &Plan,
+    both: [&(&EnginePlan, Vec<&Course>); 2],
+    rule: &Rule,
+) -> Vec<Verdict> {
     const TIMES: usize = 12;
     let freedom = course::freedom(plan);
     let ([a, b], runs) = (both.map(|one| title(one.0.name)), both.map(|one| &one.1));
@@ -257,14 +260,16 @@ fn engines_agree(plan: &Plan, both: [&(&EnginePlan, Vec<&Course>); 2], level: f6
             both.map(|(a, b)| (at(a, sample), at(b, sample))).collect()
         });
         let pairs: Vec<Vec<(f64, f64)>> = pairs.collect();
-        let pair = Pair {
+        let comparison = Comparison {
             topic: &format!("{quantity}, {a} against {b}"),
             a,
             b,
             quantity,
-            places: Places::Times(&times),
-            level,
+            unit: Unit::Relative,
+            rule: *rule,
         };
+        let places = Places::Times(&times);
+        let pair = Pair { comparison, places };
         let positive = pairs.iter().flatten().all(|&(a, b)| a > 0.0 && b > 0.0);
         pair.judge(&pairs).filter(|_| positive)
     };
@@ -281,7 +286,7 @@ struct One<'a> {
     engine: &'a EnginePlan,
     runs: &'a [&'a Course],
     window: &'a Window,
-    level: f64,
+    rule: Rule,
 }
 
 impl One<'_> {
@@ -327,7 +332,8 @@ impl One<'_> {
             Ok(theory) => theory.unwrap_or_default(),
             Err(error) => return vec![judge::no_theory(topic, error)],
         };
-        let (freedom, tolerance) = (course::freedom(self.plan), self.plan.case.verdict.tolerance);
+        let freedom = course::freedom(self.plan);
+        let name = title(self.engine.name);
         let test =
             |of: &dyn Fn(&Share) -> Option<f64>, expected: fn(&Temperatures) -> f64, what: &str| {
                 let theory = theory
@@ -342,16 +348,10 @@ impl One<'_> {
                             let found = mean(self.runs, index, |sample| of(&sample.total()));
                             Point::of(self.runs[0][index].time, &found.against(Some(theory)))
                         });
-                let subject = format!("The temperature of {what}");
+                let quantity = format!("temperature of {what}");
                 let points: Vec<Point> = points.collect();
-                against_theory(
-                    &topic,
-                    &subject,
-                    "the two-temperature theory",
-                    &points,
-                    tolerance,
-                    self.level,
-                )
+                let words = [name, "the two-temperature theory", &quantity];
+                against_theory(&topic, words, &points, &self.rule)
             };
         let translation = test(
             &|share| Some(share.temperature(freedom)),
@@ -371,7 +371,7 @@ impl One<'_> {
         let topic = self.topic("settled column");
         match flow::column(self.plan, self.engine) {
             Ok(column) => {
-                let found = column.map(|column| [self.settled(topic, &column), self.overshoot()]);
+                let found = column.map(|column| [self.settled(&topic, &column), self.overshoot()]);
                 found.into_iter().flatten().flatten().collect()
             }
             Err(error) => vec![judge::no_theory(topic, &error)],
@@ -388,18 +388,19 @@ impl One<'_> {
         }))
     }
 
-    fn settled(&self, topic: String, column: &Column) -> Option<Verdict> {
+    fn settled(&self, topic: &str, column: &Column) -> Option<Verdict> {
         let freedom = course::freedom(self.plan);
         let found = self.inside(|sample| sample.total().temperature(freedom));
         let start = self.plan.temperature;
         let found = found.against(Some(column.temperature())).times(1.0 / start);
         let point = Point::of(self.window.times[0], &found)?;
-        let ratio = in_units(&found, 1.0);
-        let subject = format!(
-            "The temperature ({ratio} of the start, {:.4} by theory)",
+        let quantity = format!(
+            "temperature ({} of the start, {:.4} by theory)",
+            in_units(&found, 1.0),
             point.theory
         );
-        let mut verdict = against_theory(topic, &subject, "theory", &[point], SETTLED, self.level)?;
+        let words = [title(self.engine.name), "theory", &quantity];
+        let mut verdict = against_theory(topic, words, &[point], &self.rule)?;
         if !self.window.steady {
             verdict.kind = VerdictKind::Undecided;
             verdict.sentence += " It is not steady yet.";
@@ -424,10 +425,10 @@ impl One<'_> {
             replicas: rest.replicas,
             ..Estimate::of(depth, error)
         };
-        let open = match judge::zero(&found, self.level) {
+        let open = match holds_zero(&found, self.rule.level) {
             _ if lowest + 1 == samples => "; it is still falling at the end",
             _ if !self.window.steady => "; it is not at rest yet",
-            VerdictKind::Agree => "; the error is too wide to tell that from none",
+            Some(true) => "; the error is too wide to tell that from none",
             _ => "",
         };
         let kind = if open.is_empty() {

@@ -6,6 +6,7 @@ use stosszahl_case::Kind;
 use stosszahl_model::{Grouping, Simulation};
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
+use super::energy::void_for;
 use super::over;
 use crate::judge::{Point, against_theory, title};
 use crate::measure::{self, BadOption, Measure, NoOptions, Probe, Recorder, Runs, described};
@@ -137,17 +138,12 @@ impl Measure for SpeciesTemperatures {
                 let [own, first] = both(&|index, kind| theory[index][kind]);
                 let found = ratio(&sampled.collect::<Vec<_>>()).against(Some(own / first));
                 let topic = format!("species temperatures, {name}");
-                let subject = format!("{name}, T_{}/T_1 of the early gas,", species + 1);
+                let [one, first] = [species, 0].map(|place| &plan.species[place].name);
+                let quantity = format!("T({one})/T({first}) of the early gas");
                 let points: Vec<Point> = Point::of(times[early[0]], &found).into_iter().collect();
-                let tolerance = plan.case.verdict.tolerance;
-                list.extend(against_theory(
-                    topic,
-                    &subject,
-                    "Enskog's equations",
-                    &points,
-                    tolerance,
-                    runs.level,
-                ));
+                let words = [name, "Enskog's equations", &quantity];
+                let found = against_theory(&topic, words, &points, &runs.rule(plan));
+                list.extend(found.map(|found| void_for(found, plan, &[engine])));
             }
         }
         list

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
 use super::over;
-use crate::judge::{Pair, Places, still_moving, title};
+use crate::judge::{Comparison, Pair, Places, Unit, still_moving, title};
 use crate::measure::{
     self, BadOption, Measure, Moment, NoOptions, Probe, Runs, Stop, described, keeps_record,
 };
@@ -179,14 +179,16 @@ impl Measure for SteadyState {
             }));
             let half = plan.steady_temperature().zip(mean(PARTS / 2, PARTS));
             list.extend(half.and_then(|(law, found)| {
-                let pair = Pair {
+                let comparison = Comparison {
                     topic: &format!("{topic} against theory"),
                     a: name,
                     b: "the steady state of Enskog's theory",
                     quantity: "temperature",
-                    places: Places::Span("in the last half of the run"),
-                    level: runs.level,
+                    unit: Unit::Relative,
+                    rule: runs.rule(plan),
                 };
+                let places = Places::Span("in the last half of the run");
+                let pair = Pair { comparison, places };
                 pair.judge(&[found.iter().map(|&ratio| (ratio, law)).collect()])
             }));
         }

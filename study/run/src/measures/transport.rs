@@ -4,13 +4,12 @@ use serde::Deserialize;
 use stosszahl_analysis::helfand::{Correlations, Helfand, Moments};
 use stosszahl_analysis::theory::ElasticDisks;
 use stosszahl_model::{Collision, Observer, brief};
-use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, table};
+use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
 use super::over;
-use crate::judge::{in_units, title, verdict, within};
+use crate::judge::{Comparison, Finding, Rule, Unit, interval_of, title};
 use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
 use crate::plan::{EngineKind, EnginePlan, Plan};
-use crate::words::percent;
 
 /// Transport coefficients.
 pub struct Transport;
@@ -18,9 +17,6 @@ pub struct Transport;
 /// Mean free times of the largest lag where the case does not say, and the largest share of the run that it may be.
 const LAG: f64 = 20.0;
 const LARGEST_SHARE: f64 = 0.25;
-
-/// How far a coefficient may be from Enskog's and still agree.
-const MARGIN: f64 = 0.05;
 
 /// Over which lags.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
@@ -322,12 +318,8 @@ impl Measure for Transport {
             for one in whole() {
                 let found = one.estimate(&all, points);
                 let found = found.times(1.0 / (one.theory)(&enskog));
-                list.push(against_enskog(
-                    one.name,
-                    title(engine.name),
-                    &found,
-                    runs.level,
-                ));
+                let rule = runs.rule(plan);
+                list.extend(against_enskog(one.name, title(engine.name), &found, rule));
             }
         }
         list
@@ -344,22 +336,27 @@ fn by_replica<T>(records: &[&Record], of: fn(&Helfand) -> Vec<T>) -> Vec<Vec<T>>
     all.map(Option::unwrap_or_default).collect()
 }
 
-/// Whether a coefficient over Enskog's is one within the margin.
-fn against_enskog(name: &str, engine: &str, found: &Estimate, level: f64) -> Verdict {
+/// Verdict on a coefficient over Enskog's.
+fn against_enskog(name: &str, engine: &str, found: &Estimate, rule: Rule) -> Option<Verdict> {
     let name = name.replace('_', " ");
     let off = Estimate {
         value: found.value.map(|found| found - 1.0),
         ..*found
     };
-    let kind = within(&off, MARGIN, level);
-    let said = match kind {
-        VerdictKind::Agree => ", within",
-        VerdictKind::Differ => ", beyond",
-        _ => "; it cannot be told whether that is within",
+    let comparison = Comparison {
+        topic: &format!("{name}, {engine}"),
+        a: engine,
+        b: "Enskog's theory",
+        quantity: &name,
+        unit: Unit::Relative,
+        rule,
     };
-    let (found, margin) = (in_units(found, 1.0), percent(MARGIN));
-    let sentence = format!("The {name} of {engine} is {found} of Enskog's{said} {margin}.");
-    verdict(format!("{name}, {engine}"), sentence, kind)
+    let finding = Finding {
+        interval: interval_of(&off, rule.level),
+        place: "from half of the largest lag on".into(),
+        level: rule.level,
+    };
+    comparison.judge(&[finding], "")
 }
 
 fn coefficient_table() -> Table {

@@ -10,9 +10,16 @@ use stosszahl_results::engine_title;
 use crate::words::short;
 
 use super::data::{EngineKind, EnginePlan, Plan, Quantity, SpeciesPlan, in_space};
+use super::engines::ENOUGH_FOR_ESMC;
 
 /// Below this many simulators per cell the error of a scheme within cells is larger than most of what is compared.
-const FEW: f64 = 5.0;
+const FEW: f64 = 25.0;
+/// The same in flows, whose cells hold ten by default.
+const FEW_IN_FLOWS: f64 = 5.0;
+/// Simulators per particle below which the rate of ESMC is off by more than is compared.
+const FEW_FOR_ESMC: f64 = 0.5 * ENOUGH_FOR_ESMC;
+/// Share of the margin that a known difference may have without a word.
+const UNSEEN: f64 = 0.5;
 /// Cells wider than this many mean free paths carry momentum too far.
 const WIDE: f64 = 2.0;
 /// The same in flows, whose profiles are made by transport.
@@ -91,6 +98,9 @@ impl Plan {
             if let EngineKind::MonteCarlo(parameters) = &engine.kind {
                 self.notable_engine(engine, parameters, &mut list);
             }
+        }
+        if self.kind == Kind::Comparison {
+            self.notable_voids(&mut list);
         }
         list
     }
@@ -293,6 +303,22 @@ impl Plan {
         let EngineKind::MonteCarlo(parameters) = &engine.kind else {
             return None;
         };
+        let name = engine_title(engine.name);
+        match parameters.scheme {
+            _ if self.kind == Kind::Flow => {}
+            Scheme::StochasticDisks { .. } => {
+                return Some(format!(
+                    "{name} is a fluid of its own, whose collision rate is not that of hard disks"
+                ));
+            }
+            Scheme::Esmc(_) if f64::from(parameters.simulators_per_disk) < FEW_FOR_ESMC => {
+                return Some(format!(
+                    "{name} has {} simulators per particle, with which its collision rate is too low",
+                    parameters.simulators_per_disk
+                ));
+            }
+            _ => {}
+        }
         if parameters.scheme.is_across() {
             return None;
         }
@@ -303,13 +329,49 @@ impl Plan {
         let wide = wide.filter(|_| self.kind == Kind::Flow);
         let wide = wide.map(|wide| format!("cells {} mean free paths wide", short(wide)));
         let reasons: Vec<String> = few.into_iter().chain(wide).collect();
-        let name = engine_title(engine.name);
         (!reasons.is_empty()).then(|| format!("{name} has {}", reasons.join(" and ")))
+    }
+
+    /// Collision rate of an engine over that of Enskog's theory, as far as its scheme sets it: that of a thin gas, or of free volume.
+    pub fn rate_ratio(&self, engine: &EnginePlan) -> f64 {
+        let known = engine
+            .parameters()
+            .filter(|one| matches!(one.scheme, Scheme::Boltzmann | Scheme::FreeVolume));
+        known.map_or(1.0, |one| {
+            let packing = self.packing_fraction;
+            let chi = in_space!(self.dimension, S => one.scheme.contact_value::<S>(packing));
+            chi.min(one.largest_contact_value) / self.contact_value
+        })
+    }
+
+    /// Why a comparison of energies of these engines means nothing; `None` if it may mean something. Of one engine it is that with
+    /// theory at the rate of its scheme.
+    pub fn void_reason(&self, engines: &[&EnginePlan]) -> Option<String> {
+        if let Some(reason) = engines.iter().find_map(|engine| self.own_errors(engine)) {
+            return Some(reason);
+        }
+        let [a, b] = engines else { return None };
+        let (x, y) = (self.rate_ratio(a), self.rate_ratio(b));
+        // The energy falls as the inverse square of rate and time.
+        let off = 2.0 * (x / y - 1.0).abs();
+        (self.kind == Kind::Comparison && off > UNSEEN * self.case.verdict.tolerance).then(|| {
+            let (other, ratio) = if x == 1.0 { (b, y) } else { (a, x) };
+            format!(
+                "{} has {:.3} of Enskog's collision rate at this density by its scheme",
+                engine_title(other.name),
+                ratio
+            )
+        })
     }
 
     /// Simulators in a cell, where they are too few.
     fn few_simulators(&self, parameters: &Parameters) -> Option<f64> {
-        Some(self.simulators_per_cell(parameters)).filter(|&simulators| simulators < FEW)
+        let few = if self.kind == Kind::Flow {
+            FEW_IN_FLOWS
+        } else {
+            FEW
+        };
+        Some(self.simulators_per_cell(parameters)).filter(|&simulators| simulators < few)
     }
 
     /// Width of the cells in mean free paths of the uniform gas, where it is too large.

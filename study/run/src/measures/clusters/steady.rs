@@ -1,10 +1,10 @@
 //! The steady state of sticking and breaking, and the power law of its sizes.
 
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_results::{Verdict, VerdictKind};
+use stosszahl_results::Verdict;
 
 use super::{Half, Record, Schedule, Sizes};
-use crate::judge::{Point, note, short, verdict, with_error};
+use crate::judge::{Point, Rule, against_theory, note, with_error};
 use crate::plan::Plan;
 
 /// Numbers of clusters by size, summed over the times of the steady state, and the number of these.
@@ -83,7 +83,7 @@ fn fit_one(sizes: &Sizes, [low, high]: [u32; 2]) -> Option<[f64; 2]> {
 }
 
 /// Whether sticking and breaking have come to a balance, and its power law.
-pub(super) fn steady_state(plan: &Plan, records: &[&Record], level: f64) -> Vec<Verdict> {
+pub(super) fn steady_state(plan: &Plan, records: &[&Record], rule: &Rule) -> Vec<Verdict> {
     let (Some(steady), Some(drift)) = (Schedule::of(plan).steady, drift(records)) else {
         return Vec::new();
     };
@@ -95,23 +95,17 @@ pub(super) fn steady_state(plan: &Plan, records: &[&Record], level: f64) -> Vec<
         theory: 1.0,
         theory_error: None,
     };
-    let tolerance = plan.case.verdict.tolerance;
-    let kind = point.outcome(tolerance, level);
-    let begins = match kind {
-        VerdictKind::Agree => "The gas is steady",
-        VerdictKind::Differ => "The gas is not steady",
-        _ => "The errors are too wide to tell whether the gas is steady",
-    };
-    let mut list = vec![verdict(
+    let mut list: Vec<Verdict> = Vec::new();
+    list.extend(against_theory(
         "steady state",
-        format!(
-            "{begins} from t = {} on, within {} %: the number of clusters in the second half over that in the first is {}.",
-            short(steady.from),
-            100.0 * tolerance,
-            with_error(drift.value, drift.standard_error)
-        ),
-        kind,
-    )];
+        [
+            "The second half of the steady state",
+            "its first half",
+            "number of clusters",
+        ],
+        &[point],
+        rule,
+    ));
     if let Some([exponent, cutoff]) = fit(records, steady.fit_monomers) {
         let [low, high] = steady.fit_monomers;
         let d = plan.dimension as f64;

@@ -9,7 +9,7 @@ use stosszahl_results::{Estimate, Verdict};
 use stosszahl_analysis::fields::Along;
 
 use super::view::{DENSITY, Quantities, SPEED, TEMPERATURE, View};
-use crate::judge::{self, in_units};
+use crate::judge::{self, Rule, in_units};
 use crate::measures::fewest_parts;
 use crate::plan::Plan;
 
@@ -23,6 +23,7 @@ pub(super) struct Channel<'a> {
     rows: usize,
     /// Velocity of the inflow along the channel, in the units of the case.
     entering: f64,
+    rule: Rule,
 }
 
 /// Fewest cells across a channel that show its layers.
@@ -54,6 +55,7 @@ impl<'a> Channel<'a> {
         plan: &'a Plan,
         view: &'a View<'a>,
         [columns, rows]: [usize; 2],
+        rule: &Rule,
     ) -> Option<Self> {
         let case = &plan.case;
         let inflow = entering(case)?;
@@ -65,6 +67,7 @@ impl<'a> Channel<'a> {
             columns,
             rows,
             entering: inflow.velocity.first().copied().unwrap_or(0.0),
+            rule: *rule,
         })
     }
 
@@ -147,44 +150,37 @@ impl<'a> Channel<'a> {
 
     /// How far the two halves are alike, where they must be.
     fn symmetry(&self, topic: String) -> Option<Verdict> {
-        /// Largest mean square of differences over their errors: errors from some forty blocks have ten per cent of error of
-        /// their own.
-        const ALIKE: f64 = 1.3;
         let case = &self.plan.case;
         if case.gravity.is_some() || case.walls.bottom != case.walls.top {
             return None;
         }
-        let (mut chi_squared, mut count) = (0.0, 0.0_f64);
-        for (column, row) in (0..self.columns).flat_map(|x| (0..self.rows / 2).map(move |y| (x, y)))
-        {
-            let pair = [self.at(column, row), self.at(column, self.rows - 1 - row)];
-            for quantity in [SPEED, TEMPERATURE, DENSITY] {
-                let [a, b] = pair.map(|cell| cell[quantity]);
-                let error = a.standard_error.zip(b.standard_error);
-                let error = error.map_or(0.0, |(a, b)| a.hypot(b));
-                if let (Some(x), Some(y), true) = (a.value, b.value, error > 0.0) {
-                    chi_squared += ((x - y) / error).powi(2);
-                    count += 1.0;
-                }
-            }
-        }
-        if count == 0.0 {
-            let unknown = "Errors of the fields are unknown, so mirrored cells are not compared.";
-            return Some(judge::note(topic, unknown));
-        }
-        let mean_square: f64 = chi_squared / count;
+        let (half, columns) = (self.rows / 2, self.columns);
+        let mirrored = (0..columns).flat_map(|x| (0..half).map(move |y| (x, y)));
+        let compared = [
+            (SPEED, "velocity"),
+            (TEMPERATURE, "temperature"),
+            (DENSITY, "density"),
+        ];
+        let both = mirrored.flat_map(|(x, y)| {
+            let pair = [self.at(x, y), self.at(x, self.rows - 1 - y)];
+            compared.map(|(of, name)| {
+                let place = format!("cell {x}, {y} ({name})");
+                (pair.map(|cell| cell[of]), place)
+            })
+        });
+        let both: Vec<_> = both.collect();
         let parts = fewest_parts(
             self.cells
                 .iter()
                 .flat_map(|cell| [SPEED, TEMPERATURE, DENSITY].map(|quantity| &cell[quantity])),
         );
-        let (kind, few) = judge::by_parts(mean_square <= ALIKE, parts);
-        let sentence = format!(
-            "Velocity, temperature and density of mirrored cells differ by {:.3} standard errors (root mean square of {count} \
-             differences, limit {:.3}{few}).",
-            mean_square.sqrt(),
-            ALIKE.sqrt(),
-        );
-        Some(judge::verdict(topic, sentence, kind))
+        let words = [
+            "The lower half",
+            "the upper half",
+            "velocity, temperature and density",
+        ];
+        let unknown = "Errors of the fields are unknown, so mirrored cells are not compared.";
+        let found = judge::profiles(&topic, words, &both, parts, &self.rule);
+        found.or_else(|| Some(judge::note(topic, unknown)))
     }
 }

@@ -7,15 +7,12 @@ use stosszahl_results::{Cell, Estimate, Table, Verdict};
 
 use super::channel::Channel;
 use super::view::{DENSITY, SPEED, TEMPERATURE, View};
-use crate::judge::{self, in_units, title};
+use crate::judge::{self, Rule, Unit, interval_of, kind_of, title};
 use crate::measures::course::Window;
 use crate::measures::energy::void_for;
 use crate::measures::fewest_parts;
 use crate::plan::{EnginePlan, Plan, in_space};
 use crate::theory::flow;
-
-/// Largest relative deviation of a profile, a temperature or a drift from theory.
-const MARGIN: f64 = 0.01;
 
 /// Standard errors by which a packing exceeds the closest one before it is named.
 const SURE: f64 = 4.0;
@@ -64,7 +61,7 @@ pub(super) fn all(
     steady: &[Option<f64>],
     (window, views): (&Window, &[View<'_>]),
     tables: &[Table],
-    level: f64,
+    rule: &Rule,
 ) -> Vec<Verdict> {
     let [_, profiles, ..] = tables else {
         return Vec::new();
@@ -85,7 +82,7 @@ pub(super) fn all(
         let [a, b] = [first, other].map(|engine| title(engine.name));
         let both = [first, other].map(profiles);
         let parts = parts[0].min(parts[1 + index]);
-        let found = profiles_agree([a, b], &both, parts, level);
+        let found = profiles_agree([a, b], &both, parts, rule);
         list.extend(found.map(|found| void_for(found, plan, &[first, other])));
     }
     for ((engine, view), &parts) in plan.engines.iter().zip(views).zip(&parts) {
@@ -93,7 +90,7 @@ pub(super) fn all(
         let all = profiles(engine).into_iter();
         let along: Vec<Row<'_>> = all.filter(|row| row.says("along", "y")).collect();
         let topic = about("barometric profile");
-        list.extend(barometric(plan, topic, &along, parts, level));
+        list.extend(barometric(plan, engine, &topic, &along, parts, rule));
         let cells: Vec<usize> = (0..counts[0] * counts[1]).collect();
         let mean = |quantity| view.mean(&cells, quantity);
         let about_walls = about("thermal walls");
@@ -102,9 +99,9 @@ pub(super) fn all(
             about_walls,
             mean(TEMPERATURE),
             mean(SPEED),
-            level,
+            rule,
         ));
-        if let Some(channel) = Channel::of(plan, view, counts) {
+        if let Some(channel) = Channel::of(plan, view, counts, rule) {
             list.extend(channel.verdicts(about));
         }
     }
@@ -195,7 +192,7 @@ fn profiles_agree(
     pair: [&str; 2],
     rows: &[Vec<Row<'_>>; 2],
     parts: usize,
-    level: f64,
+    rule: &Rule,
 ) -> Option<Verdict> {
     let [first, second] = [0, 1].map(|engine| {
         let all = &rows[engine];
@@ -213,55 +210,28 @@ fn profiles_agree(
     };
     let places: Vec<_> = first.into_iter().zip(second).map(pair_at).collect();
     let topic = format!("density profile, {} against {}", pair[0], pair[1]);
-    let found = judge::profiles(&*topic, pair, &places, parts, level);
+    let found = judge::profiles(&topic, [pair[0], pair[1], "density"], &places, parts, rule);
     let unknown = "Errors of the profiles are unknown, so they are not compared.";
     found.or_else(|| (places.len() > 2).then(|| judge::note(topic, unknown)))
 }
 
-/// The profile of a settled column.
+/// Verdict on the profile of a settled column.
 fn barometric(
     plan: &Plan,
-    topic: String,
+    engine: &EnginePlan,
+    topic: &str,
     rows: &[Row<'_>],
     parts: usize,
-    level: f64,
+    rule: &Rule,
 ) -> Option<Verdict> {
+    plan.grains.gravity?;
     let layer = |row: &Row<'_>| {
-        let (found, theory) = (
-            row.measured("number_density"),
-            row.number("theory_number_density")?,
-        );
-        let error = found.standard_error.map(|error| (error / theory).powi(2));
-        Some((
-            found.value? / theory - 1.0,
-            error,
-            row.number("at").unwrap_or(f64::NAN),
-        ))
+        let theory = Estimate::of(row.number("theory_number_density")?, Some(0.0));
+        Some(([row.measured("number_density"), theory], place(row)))
     };
     let layers: Vec<_> = rows.iter().filter_map(layer).collect();
-    plan.grains.gravity?;
-    let count = layers.len() as f64;
-    let worst = layers
-        .iter()
-        .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
-    let typical = (layers.iter().map(|layer| layer.0 * layer.0).sum::<f64>() / count).sqrt();
-    let noise: Option<f64> = layers.iter().map(|layer| layer.1).sum();
-    let noise = noise.map(|sum| (sum / count).sqrt());
-    let expected = noise.map_or_else(|| "unknown".to_owned(), |n| format!("{:.2} %", 100.0 * n));
-    let sentence = format!(
-        "The density of the layers differs from the barometric one by {:.2} % (root mean square, margin {} %, standard error of a \
-         layer {expected}; at most {:+.2} %, at height {:.3}).",
-        100.0 * typical,
-        100.0 * MARGIN,
-        100.0 * worst.0,
-        worst.2
-    );
-    let found = Estimate {
-        replicas: Some(parts),
-        ..Estimate::of(typical, noise)
-    };
-    let kind = judge::within(&found, MARGIN, level);
-    Some(judge::verdict(topic, sentence, kind))
+    let words = [title(engine.name), "the barometric law", "density"];
+    judge::profiles(topic, words, &layers, parts, rule)
 }
 
 /// An elastic gas between walls of one temperature, by its mean temperature and its drift along the first axis.
@@ -270,25 +240,27 @@ fn walls(
     topic: String,
     temperature: Estimate,
     drift: Estimate,
-    level: f64,
+    rule: &Rule,
 ) -> Option<Verdict> {
     let expected = flow::wall_temperature(plan)?;
     let temperature = temperature.times(1.0 / (expected * plan.scale.energy));
     let thermal = (expected / plan.species[0].mass).sqrt() * plan.scale.speed();
     let drift = drift.times(1.0 / thermal);
-    let sentence = format!(
-        "The gas has {} times the temperature of its walls, and moves along them at {} thermal speeds (margin {MARGIN} for both).",
-        in_units(&temperature, 1.0),
-        in_units(&drift, 1.0)
-    );
-    let within = |found: Estimate, expected: f64| {
+    let half = rule.at_level(0.5 * rule.level);
+    let off = |found: Estimate, expected: f64| {
         let off = Estimate {
             value: found.value.map(|value| value - expected),
             ..found
         };
-        judge::within(&off, MARGIN, 0.5 * level)
+        interval_of(&off, half.level)
     };
-    let kind = judge::together([within(temperature, 1.0), within(drift, 0.0)]);
+    let both = [off(temperature, 1.0), off(drift, 0.0)];
+    let [hotter, faster] = both.map(|one| Unit::Relative.interval(&one));
+    let sentence = format!(
+        "The gas is hotter than its walls by {hotter}, and moves along them at {faster} of the thermal speed; the margin of both is {}.",
+        judge::margin(rule.margin)
+    );
+    let kind = judge::together(both.map(|one| kind_of(one.decide(&half))));
     Some(judge::verdict(topic, sentence, kind))
 }
 

@@ -1,0 +1,79 @@
+//! The question of a case: its words, and the number that answers it.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Case, Kind, Restitution};
+
+/// Question of a case. Its quantity is the headline, the first figure of the report, and the map of a sweep.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Question {
+    /// The question in words. Default: the comment that the file begins with, up to its question mark.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1))]
+    pub text: Option<String>,
+    /// Measurement whose verdict comes first. Default: the energy, or the first that compares.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1))]
+    pub measure: Option<String>,
+    /// Column of one of its tables that the first figure shows. Default: that of its first figure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1))]
+    pub column: Option<String>,
+}
+
+impl Question {
+    /// Whether nothing is asked.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Question in the comment that the text of a case begins with, up to the question mark; `None` without one.
+///
+/// ```
+/// use stosszahl_case::format::leading_question;
+///
+/// let text = "# Does it cool\n# as Haff says?\n# More.\nformat = 2\n";
+/// assert_eq!(leading_question(text).as_deref(), Some("Does it cool as Haff says?"));
+/// assert_eq!(leading_question("# No question.\n"), None);
+/// ```
+pub fn leading_question(text: &str) -> Option<String> {
+    let comment = text.lines().map_while(|line| line.strip_prefix('#'));
+    let words: Vec<&str> = comment.flat_map(str::split_whitespace).collect();
+    let text = words.join(" ");
+    Some(text[..=text.find('?')?].to_owned())
+}
+
+impl Case {
+    /// Title made of what is run: "Free cooling of 2500 disks, packing 0.25, restitution 0.8".
+    pub(crate) fn derived_title(&self) -> String {
+        let particles = if self.gas.dimension == 2 {
+            "disks"
+        } else {
+            "spheres"
+        };
+        let elastic = self.gas.restitution == Restitution::Constant(1.0);
+        let what = match self.kind() {
+            Kind::Flow => "Flow",
+            _ if self.drive.is_some() => "Driven gas",
+            _ if self.thermostat.is_some() => "Gas at constant energy",
+            _ if self.sticking.is_some() => "Aggregation",
+            _ if elastic => "Elastic gas",
+            _ => "Free cooling",
+        };
+        let number = self
+            .gas
+            .number
+            .map_or(String::new(), |number| format!("{number} "));
+        let packing = self.domain.as_ref().and_then(|one| one.packing_fraction);
+        let packing = packing.map_or(String::new(), |packing| format!(", packing {packing}"));
+        let law = match self.gas.restitution {
+            Restitution::Constant(restitution) => format!("restitution {restitution}"),
+            Restitution::Viscoelastic(_) => "viscoelastic".to_owned(),
+            Restitution::Delta(_) => "delta model".to_owned(),
+        };
+        format!("{what} of {number}{particles}{packing}, {law}")
+    }
+}

@@ -1,0 +1,183 @@
+//! Measured values beside theory at several times or places, each with an error of its own.
+
+use stosszahl_analysis::compare::{Interval, Rule};
+use stosszahl_results::{Estimate, Verdict, VerdictKind};
+
+use super::{Comparison, Finding, Unit, kind_of, rank};
+use crate::words::short;
+
+/// Measured value at one time, and its theory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Time of the sample.
+    pub time: f64,
+    /// Measured value.
+    pub measured: f64,
+    /// Its standard error.
+    pub error: Option<f64>,
+    /// Replicas that the error is from; `None` if it is known otherwise.
+    pub replicas: Option<usize>,
+    /// Value of the theory.
+    pub theory: f64,
+    /// Change of the theory from one order less.
+    pub theory_error: Option<f64>,
+}
+
+impl Point {
+    /// Makes a point of an estimate with its theory; `None` unless both are known.
+    pub fn of(time: f64, found: &Estimate) -> Option<Self> {
+        Some(Self {
+            time,
+            measured: found.value?,
+            error: found.standard_error,
+            replicas: found.replicas,
+            theory: found.theory?,
+            theory_error: found.theory_error,
+        })
+    }
+
+    /// Relative deviation from theory.
+    pub fn deviation(&self) -> f64 {
+        self.measured / self.theory - 1.0
+    }
+
+    /// Standard error, to which what is unknown of the theory adds up.
+    pub fn total_error(&self) -> Option<f64> {
+        let error = self.error?;
+        Some(error.hypot(self.theory_error.unwrap_or(0.0)))
+    }
+
+    /// Deviation in standard errors.
+    pub fn z(&self) -> Option<f64> {
+        let total = self.total_error().filter(|&error| error > 0.0)?;
+        Some((self.measured - self.theory) / total)
+    }
+
+    /// Relative deviation with its interval at a level.
+    pub fn interval(&self, level: f64) -> Interval {
+        let error = self.total_error().map(|error| error / self.theory.abs());
+        let freedom = self.replicas.map(|replicas| replicas.saturating_sub(1));
+        Interval::student(self.deviation(), error, freedom, level)
+    }
+
+    /// Verdict on this point alone.
+    pub fn outcome(&self, rule: &Rule) -> VerdictKind {
+        kind_of(self.interval(rule.level).decide(rule))
+    }
+}
+
+/// Points that can be judged, and the rule for each of them, all together by Bonferroni.
+fn usable<'a>(points: &'a [Point], rule: &Rule) -> (Vec<&'a Point>, Rule) {
+    let some = points.iter();
+    let some: Vec<&Point> = some
+        .filter(|point| point.theory != 0.0 && point.deviation().is_finite())
+        .collect();
+    let each = rule.at_level(rule.level / some.len().max(1) as f64);
+    (some, each)
+}
+
+/// Point that decides what all say, with its interval and outcome: differences before doubts before agreement, the largest bound of
+/// those.
+pub fn worst<'a>(points: &'a [Point], rule: &Rule) -> Option<(&'a Point, Interval, VerdictKind)> {
+    let (some, each) = usable(points, rule);
+    let judged = some.into_iter().map(|point| {
+        let interval = point.interval(each.level);
+        let kind = kind_of(interval.decide(&each));
+        (point, interval, kind)
+    });
+    judged.max_by(|a, b| {
+        let size = |one: &(&Point, Interval, VerdictKind)| bound(&one.1, one.2);
+        rank(a.2).cmp(&rank(b.2)).then(size(a).total_cmp(&size(b)))
+    })
+}
+
+/// Bound that decides: that from below of a difference, that from above of all else.
+pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
+    match kind {
+        VerdictKind::Differ => interval.least(),
+        _ => interval.most().unwrap_or(f64::INFINITY),
+    }
+}
+
+/// Verdict on points against a theory; `subject` is what is measured, such as "ED (exact)", and `quantity` its quantity.
+pub fn against_theory(
+    topic: &str,
+    [subject, theory, quantity]: [&str; 3],
+    points: &[Point],
+    rule: &Rule,
+) -> Option<Verdict> {
+    let (some, each) = usable(points, rule);
+    let finding = |point: &&Point| Finding {
+        interval: point.interval(each.level),
+        place: format!("at t = {}", short(point.time)),
+        level: each.level,
+    };
+    let findings: Vec<Finding> = some.iter().map(finding).collect();
+    let all = match some.last() {
+        Some(last) if some.len() > 1 => format!("at all times to t = {}", short(last.time)),
+        _ => String::new(),
+    };
+    let comparison = Comparison {
+        topic,
+        a: subject,
+        b: theory,
+        quantity,
+        unit: Unit::Relative,
+        rule: *rule,
+    };
+    comparison.judge(&findings, &all)
+}
+
+/// Verdict on a relative deviation with its error.
+pub fn within(off: &Estimate, rule: &Rule) -> VerdictKind {
+    kind_of(interval_of(off, rule.level).decide(rule))
+}
+
+/// Interval of an estimate that should be zero.
+pub fn interval_of(off: &Estimate, level: f64) -> Interval {
+    let freedom = off.replicas.map(|replicas| replicas.saturating_sub(1));
+    let value = off.value.unwrap_or(f64::NAN);
+    Interval::student(value, off.standard_error, freedom, level)
+}
+
+/// Whether the interval of a number holds zero: no equivalence, for remarks alone. `None` without an error.
+pub fn holds_zero(found: &Estimate, level: f64) -> Option<bool> {
+    let [low, high] = interval_of(found, level).ends?;
+    Some(low <= 0.0 && high >= 0.0)
+}
+
+/// Verdict on a relative difference of two profiles, all places together by Bonferroni. `places` are both values and where they are,
+/// in words; those without errors are left out, and there is no verdict where all are. Errors come from `parts` blocks of time.
+pub fn profiles(
+    topic: &str,
+    [a, b, quantity]: [&str; 3],
+    places: &[([Estimate; 2], String)],
+    parts: usize,
+    rule: &Rule,
+) -> Option<Verdict> {
+    let differences = places.iter().filter_map(|([a, b], at)| {
+        let [x, y] = [a.value?, b.value?];
+        let off = x / y - 1.0;
+        let error = (a.standard_error? / x).hypot(b.standard_error? / y) * (x / y).abs();
+        (error > 0.0 && off.is_finite()).then_some((off, error, at))
+    });
+    let all: Vec<_> = differences.collect();
+    let level = rule.level / all.len().max(1) as f64;
+    let freedom = Some(parts.saturating_sub(1));
+    let finding = |&(off, error, at): &(f64, f64, &String)| Finding {
+        interval: Interval::student(off, Some(error), freedom, level),
+        place: format!("at {at}"),
+        level,
+    };
+    let findings: Vec<Finding> = all.iter().map(finding).collect();
+    let comparison = Comparison {
+        topic,
+        a,
+        b,
+        quantity,
+        unit: Unit::Relative,
+        rule: *rule,
+    };
+    let everywhere = format!("in all of {} places", findings.len());
+    comparison.at_places(&findings, &everywhere)
+}

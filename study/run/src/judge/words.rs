@@ -1,0 +1,134 @@
+//! Numbers of verdicts in words: values with the digits of their errors, shares, margins.
+
+use stosszahl_analysis::compare::Interval;
+use stosszahl_results::{Estimate, with_decimals};
+
+use crate::words::short;
+
+/// Word for a number that is not finite.
+const UNKNOWN: &str = "unknown";
+/// Size from which numbers are shown with an exponent.
+const LARGE: f64 = 1e6;
+
+/// Digits after the point with which an error shows two of its own. An error below a millionth of the value is none: replicas
+/// that are all alike differ by rounding.
+fn decimals(value: f64, error: f64) -> usize {
+    if error > 1e-6 * value.abs() && error.is_finite() {
+        (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize
+    } else {
+        4
+    }
+}
+
+/// Formats a number with its error, in the digits that the error leaves.
+pub fn with_error(value: f64, error: Option<f64>) -> String {
+    match error.filter(|error| error.is_finite()) {
+        _ if !value.is_finite() => UNKNOWN.to_owned(),
+        Some(error) if value.abs().max(error) >= LARGE => {
+            format!("{} ± {}", short(value), short(error))
+        }
+        Some(error) => with_decimals(value, error, decimals(value, error)),
+        None => format!("{} (error unknown)", short(value)),
+    }
+}
+
+/// Formats an estimate with its error, over a unit.
+pub fn in_units(found: &Estimate, unit: f64) -> String {
+    let error = found.standard_error.map(|error| (error / unit).abs());
+    with_error(found.value.unwrap_or(f64::NAN) / unit, error)
+}
+
+/// Formats a number over a unit with half its interval of 95 %, Student's where its error comes from few parts of the runs.
+pub fn with_interval(found: &Estimate, unit: f64) -> String {
+    let half = super::interval_of(found, 0.05).ends;
+    let half = half.map(|[low, high]| (0.5 * (high - low) / unit).abs());
+    with_error(found.value.unwrap_or(f64::NAN) / unit, half)
+}
+
+/// Formats a quotient with its error.
+pub fn quotient(a: &Estimate, b: &Estimate) -> String {
+    let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
+    let errors = a.standard_error.zip(b.standard_error);
+    let error = errors.map(|(a, b)| (x / y).abs() * (a / x).hypot(b / y));
+    with_error(x / y, error)
+}
+
+/// Formats a relative deviation in per cent, with its error.
+pub fn percent(deviation: f64, error: Option<f64>) -> String {
+    let deviation = 100.0 * deviation;
+    match error.map(|error| 100.0 * error) {
+        _ if !deviation.is_finite() => UNKNOWN.to_owned(),
+        Some(error) if error.is_finite() && deviation.abs().max(error) >= LARGE => {
+            format!("{deviation:+.1e} ± {error:.1e} %")
+        }
+        Some(error) if error.is_finite() => {
+            let digits = decimals(deviation, error).saturating_sub(1);
+            format!("{deviation:+.digits$} ± {error:.digits$} %")
+        }
+        _ if deviation.abs() >= LARGE => format!("{deviation:+.1e} % (error unknown)"),
+        _ => format!("{deviation:+.2} % (error unknown)"),
+    }
+}
+
+/// Rounds up to two digits, or down.
+fn two_digits(value: f64, up: bool) -> f64 {
+    let scale = 10_f64.powf((1.0 - value.log10().floor()).clamp(0.0, 8.0));
+    if up {
+        (value * scale - 1e-9).ceil() / scale
+    } else {
+        (value * scale + 1e-9).floor() / scale
+    }
+}
+
+/// Formats an upper bound in per cent, rounded up.
+pub fn margin(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent.is_nan() || percent >= LARGE {
+        return UNKNOWN.to_owned();
+    }
+    format!("{} %", short(two_digits(percent, true)))
+}
+
+/// Unit of a difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Unit {
+    /// Share of the quantity, shown in per cent.
+    Relative,
+    /// Unit of the quantity, whose size is at most this.
+    Own(f64),
+}
+
+impl Unit {
+    /// Formats a difference with its error and the degrees of freedom of that.
+    pub fn interval(self, one: &Interval) -> String {
+        let value = match self {
+            Self::Relative => percent(one.value, one.standard_error),
+            Self::Own(_) => with_error(one.value, one.standard_error),
+        };
+        match one
+            .degrees_of_freedom
+            .filter(|_| one.standard_error.is_some())
+        {
+            Some(1) => format!("{value} (1 degree of freedom)"),
+            Some(freedom) => format!("{value} ({freedom} degrees of freedom)"),
+            None => value,
+        }
+    }
+
+    /// Formats a bound, rounded up or down.
+    pub(super) fn bound(self, value: f64, up: bool) -> String {
+        match self {
+            Self::Relative if up => margin(value),
+            Self::Relative => format!("{} %", short(two_digits(100.0 * value, false))),
+            Self::Own(_) => short(two_digits(value, up)),
+        }
+    }
+
+    /// Largest size of a difference below which a bound says something.
+    pub(super) fn largest(self) -> f64 {
+        match self {
+            Self::Relative => 1.0,
+            Self::Own(largest) => largest,
+        }
+    }
+}

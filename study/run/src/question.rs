@@ -1,0 +1,85 @@
+//! The question of a case: which measurement answers it, and in which column.
+
+use stosszahl_results::{Question, Table};
+
+use crate::measure::Measure;
+use crate::plan::{Plan, PlanError};
+
+/// Position of the measure whose verdict comes first: the one that the question names; otherwise the first that compares.
+pub(crate) fn leading(plan: &Plan, measures: &[&'static dyn Measure]) -> usize {
+    let place = |wanted: &dyn Fn(&&&'static dyn Measure) -> bool| {
+        let mut all = measures.iter().enumerate();
+        all.find(|(_, measure)| wanted(measure)).map(|one| one.0)
+    };
+    let named = plan.case.question.measure.as_ref();
+    let named = named.and_then(|name| place(&|measure| measure.name() == name));
+    named
+        .or_else(|| place(&|measure| measure.tests(plan) > 0))
+        .unwrap_or(0)
+}
+
+/// Question of a run in words, and where its answer stands among the tables of the leading measure.
+pub(crate) fn of(plan: &Plan, text: Option<String>, tables: &[Table]) -> Question {
+    let wanted = plan.case.question.column.as_deref();
+    let drawn = |table: &Table, column: &str| {
+        let mut figures = table.figures.iter();
+        figures.any(|figure| figure.y.column == column)
+    };
+    // Engines against each other before each by itself.
+    let compared = |table: &&Table| table.find("engine_b").is_some();
+    let mut order: Vec<&Table> = tables.iter().filter(compared).collect();
+    order.extend(tables.iter().filter(|table| !compared(table)));
+    let found = match wanted {
+        Some(column) => {
+            let mut with = order.iter().filter(|table| table.find(column).is_some());
+            let first = with.clone().next();
+            let table = with.find(|table| drawn(table, column)).or(first);
+            table.map(|table| (table.name.to_string(), column.to_owned()))
+        }
+        None => order.iter().find_map(|table| {
+            let figure = table.figures.first()?;
+            Some((table.name.to_string(), figure.y.column.to_string()))
+        }),
+    };
+    let (table, column) = found.unwrap_or_default();
+    Question {
+        text: text.unwrap_or_default(),
+        table,
+        column,
+    }
+}
+
+/// Checks the measure and the column of the question.
+///
+/// # Errors
+/// [`PlanError`] names what is allowed.
+pub(crate) fn check(
+    plan: &Plan,
+    measures: &[&'static dyn Measure],
+    tables: impl FnOnce(usize) -> Vec<Table>,
+) -> Result<(), PlanError> {
+    let asked = &plan.case.question;
+    if let Some(name) = &asked.measure
+        && !measures.iter().any(|measure| measure.name() == name)
+    {
+        let names: Vec<&str> = measures.iter().map(|measure| measure.name()).collect();
+        let allowed = format!("a measurement of this case: {}", names.join(", "));
+        return Err(PlanError::new("question.measure", name.clone(), allowed));
+    }
+    let Some(column) = &asked.column else {
+        return Ok(());
+    };
+    let tables = tables(leading(plan, measures));
+    if tables.iter().any(|table| table.find(column).is_some()) {
+        return Ok(());
+    }
+    let columns = tables.iter().flat_map(|table| &table.columns);
+    let mut names: Vec<&str> = columns
+        .filter(|column| column.role == stosszahl_results::Role::Value)
+        .map(|column| &*column.name)
+        .collect();
+    names.sort_unstable();
+    names.dedup();
+    let allowed = format!("a column of its tables: {}", names.join(", "));
+    Err(PlanError::new("question.column", column.clone(), allowed))
+}

@@ -1,0 +1,433 @@
+//! Rates of *agree* and *differ* where the true difference is nothing, half a margin, one margin or two.
+//!
+//! Replicas are those of real gases, drawn anew from a stored pool: two draws from one pool have no difference whatever the
+//! distribution is, and a known one is planted on them. Profiles are drawn, as means over blocks of time.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use statrs::distribution::{Binomial, DiscreteCDF};
+use stosszahl_analysis::statistics::Estimate as Mean;
+use stosszahl_analysis::windows::{Window, Windows};
+use stosszahl_model::Interrupt;
+use stosszahl_results::{Cell, Estimate, Existing, Stored, Table, Verdict, VerdictKind};
+use stosszahl_study::judge::{self, Comparison, ImpactTest, Pair, Places, Rule, Unit};
+use stosszahl_study::{Options, run_case};
+
+use super::CHANCE;
+use crate::{Done, Findings, Trouble};
+
+/// Chance of a wrong verdict that is stated, for each comparison alone.
+const LEVEL: f64 = 0.05;
+/// True differences in units of the margin.
+const DIFFERENCES: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
+/// Numbers of replicas.
+const REPLICAS: [usize; 3] = [4, 8, 16];
+
+/// Text of a cooling case, of one replica.
+const COOLING: &str = "format = 2
+replicas = 1
+[gas]
+number = 100
+restitution = 0.8
+[box]
+packing_fraction = 0.2
+[start]
+equilibration = 10
+[run]
+until = 20
+[engine.ed]
+[engine.dsmc-contact-point]
+simulators_per_particle = 1
+[measure.energy]
+[measure.impact_parameters]
+";
+
+/// Text of an elastic case, of one replica.
+const ELASTIC: &str = "format = 2
+replicas = 1
+[gas]
+number = 100
+restitution = 1
+[box]
+packing_fraction = 0.2
+[start]
+equilibration = 10
+[run]
+until = 20
+[engine.ed]
+[measure.impact_parameters]
+";
+
+/// One replica of a gas in the pool.
+struct Replica {
+    /// Energy over that of the start, at each sample after the start.
+    energies: Vec<f64>,
+    /// Windows of impact parameters.
+    windows: Vec<Window>,
+}
+
+/// Replicas of one engine, and the times of their samples.
+struct Pool {
+    name: String,
+    times: Vec<f64>,
+    spans: Vec<[f64; 2]>,
+    replicas: Vec<Replica>,
+}
+
+fn failed(error: impl Display) -> Trouble {
+    Trouble::failed(error.to_string())
+}
+
+/// Number in a column of a row.
+fn number(table: &Table, row: &[Cell], column: &str) -> f64 {
+    let place = table.find(column);
+    place
+        .and_then(|place| row[place].number())
+        .unwrap_or(f64::NAN)
+}
+
+/// Rows of one engine.
+fn rows<'a>(table: &'a Table, engine: &'a str) -> impl Iterator<Item = &'a [Cell]> {
+    let place = table.find("engine");
+    let wanted = move |row: &&Vec<Cell>| {
+        place.is_some_and(|place| row[place] == Cell::Text(engine.to_owned()))
+    };
+    table.rows.iter().filter(wanted).map(Vec::as_slice)
+}
+
+/// Windows of impact parameters from the counts of a table.
+fn windows(table: &Table, engine: &str) -> (Vec<[f64; 2]>, Vec<Window>) {
+    let (mut spans, mut windows): (Vec<[f64; 2]>, Vec<Window>) = (Vec::new(), Vec::new());
+    for row in rows(table, engine) {
+        let span = ["window_start", "window_end"].map(|name| number(table, row, name));
+        if spans.last() != Some(&span) {
+            spans.push(span);
+            let mut empty = Windows::new(&[span], 20, 1, 0.0, 1.0).windows;
+            windows.extend(empty.pop());
+        }
+        if let Some(window) = windows.last_mut() {
+            let bin = (20.0 * number(table, row, "bin_low")).round() as usize;
+            put(window, bin, number(table, row, "count") as u64);
+        }
+    }
+    (spans, windows)
+}
+
+/// Puts collisions into a bin of a window.
+fn put(window: &mut Window, bin: usize, count: u64) {
+    let place = (bin as f64 + 0.5) / window.bins.len() as f64;
+    window.bins[bin] += count;
+    window.collisions += count;
+    window.impact += count as f64 * place;
+    window.impact_square += count as f64 * (place * place + 1.0 / 4800.0);
+}
+
+/// Runs single replicas of a case, and keeps what each engine left.
+fn pools(log: &mut Findings, text: &str, name: &str, count: usize) -> Result<Vec<Pool>, Trouble> {
+    let folder = tempfile::tempdir().map_err(failed)?;
+    let mut pools: Vec<Pool> = Vec::new();
+    for seed in 0..count {
+        let set = [format!("seed={}", 1000 + seed)];
+        let file = stosszahl_study::format()
+            .from_text(Path::new("pool.toml"), text, &set)
+            .map_err(failed)?;
+        let options = Options {
+            out: Some(folder.path().join("case")),
+            existing: Existing::Replace,
+            threads: Some(1),
+            force_memory: false,
+            commit: "",
+            stop: &Interrupt::default(),
+            progress: &(),
+        };
+        let summary = run_case(&file, &options).map_err(failed)?;
+        let stored = Stored::read(&summary.folder).map_err(failed)?;
+        let stored = stored.ok_or_else(|| Trouble::failed("no results"))?;
+        let table = |name: &str| stored.tables.iter().find(|table| table.name == name);
+        for engine in &stored.manifest.engines {
+            let title = format!("{name}, {}", engine.engine);
+            let energy = table("energy");
+            let column = |name: &str| -> Vec<f64> {
+                let all = energy.into_iter().flat_map(|table| {
+                    let own = rows(table, &engine.engine);
+                    let later = own.filter(|row| number(table, row, "time") > 0.0);
+                    later.map(|row| number(table, row, name))
+                });
+                all.collect()
+            };
+            let impact = table("impact_parameter");
+            let (spans, windows) =
+                impact.map_or((vec![], vec![]), |table| windows(table, &engine.engine));
+            let known = pools.iter().position(|pool| pool.name == title);
+            let place = known.unwrap_or(pools.len());
+            if known.is_none() {
+                pools.push(Pool {
+                    name: title,
+                    times: column("time"),
+                    spans,
+                    replicas: Vec::new(),
+                });
+            }
+            pools[place].replicas.push(Replica {
+                energies: column("energy_ratio"),
+                windows,
+            });
+        }
+        log.progress((seed + 1) as f64 / count as f64, name);
+    }
+    Ok(pools)
+}
+
+/// What many verdicts were, where the truth is known.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rates {
+    samples: usize,
+    agree: usize,
+    differ: usize,
+    /// Verdicts whose number lies farther from zero than the truth, by its lower bound.
+    missed: usize,
+    /// Sum of estimates over the truth where *differ* was said.
+    inflation: f64,
+}
+
+impl Rates {
+    fn note(&mut self, found: &Verdict, truth: f64) {
+        self.samples += 1;
+        match found.kind {
+            VerdictKind::Agree => self.agree += 1,
+            VerdictKind::Differ => self.differ += 1,
+            _ => {}
+        }
+        let said = bound(&found.sentence);
+        if found.kind == VerdictKind::Differ {
+            self.missed += usize::from(said.is_some_and(|said| said > truth.abs() + 1e-9));
+            let number = found.number.as_ref().map_or(0.0, |one| one.difference);
+            self.inflation += number / truth;
+        }
+    }
+}
+
+/// The bound that a sentence of a difference states.
+fn bound(sentence: &str) -> Option<f64> {
+    let (_, said) = sentence.rsplit_once("at least ")?;
+    let (value, scale) = match said.trim_end_matches('.').strip_suffix(" %") {
+        Some(value) => (value, 0.01),
+        None => (said.trim_end_matches('.'), 1.0),
+    };
+    Some(scale * value.parse::<f64>().ok()?)
+}
+
+/// Draws verdicts for each true difference and each number of replicas, and holds the rates against what is stated.
+fn measure(
+    log: &mut Findings,
+    what: &str,
+    margin: f64,
+    counts: &[usize],
+    mut draw: impl FnMut(&mut Xoshiro256PlusPlus, usize, f64) -> Option<Verdict>,
+) -> Done {
+    let samples = if log.effort.quick { 200 } else { 1000 };
+    let law = Binomial::new(LEVEL, samples as u64).map_err(failed)?;
+    let most = law.inverse_cdf(1.0 - CHANCE) as f64 / samples as f64;
+    for &count in counts {
+        for difference in DIFFERENCES {
+            let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);
+            let truth = difference * margin;
+            let mut rates = Rates::default();
+            for _ in 0..samples {
+                if let Some(found) = draw(&mut stream, count, truth) {
+                    rates.note(&found, truth);
+                }
+            }
+            let share = |number: usize| number as f64 / rates.samples.max(1) as f64;
+            let [agree, differ, missed] = [rates.agree, rates.differ, rates.missed].map(share);
+            let row = format!("{what}, {count} replicas, {difference} margins");
+            let inflation = if rates.differ > 0 && difference > 0.0 {
+                format!(
+                    ", estimate over truth {:.2}",
+                    rates.inflation / rates.differ as f64
+                )
+            } else {
+                String::new()
+            };
+            found!(
+                log;
+                "{row}: agree {:.1}, differ {:.1}, undecided {:.1}, bound missed {:.1} of 100{inflation}",
+                100.0 * agree,
+                100.0 * differ,
+                100.0 * (1.0 - agree - differ),
+                100.0 * missed
+            );
+            must!(log, rates.samples == samples; "{row}: {} verdicts", rates.samples);
+            log.at_most(&format!("{row}: bounds missed"), missed, most);
+            if difference == 0.0 {
+                log.at_most(&format!("{row}: false differ"), differ, most);
+            }
+            if difference >= 1.0 {
+                log.at_most(&format!("{row}: false agree"), agree, most);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Rule of one comparison alone.
+fn rule(margin: f64) -> Rule {
+    Rule::new(LEVEL, margin)
+}
+
+/// Energies of gases that cool: two draws from the pool of one engine, of which the second is lower by what is planted at all times.
+pub(super) fn cooling(log: &mut Findings) -> Done {
+    let count = if log.effort.quick { 24 } else { 400 };
+    let pools = pools(log, COOLING, "cooling", count)?;
+    let counts = if log.effort.quick {
+        &REPLICAS[1..2]
+    } else {
+        &REPLICAS[..]
+    };
+    for pool in &pools {
+        let spread = Mean::over_replicas(
+            &(pool.replicas.iter())
+                .filter_map(|one| Some(one.energies.last()?.ln()))
+                .collect::<Vec<_>>(),
+        );
+        let spread = spread.and_then(|mean| mean.standard_error).unwrap_or(0.0);
+        let spread = spread * (count as f64).sqrt();
+        // A margin that the replicas see: so wide that eight of them find two of it in most cases.
+        let margin = 2.0 * spread;
+        found!(log; "{}: spread of one replica {:.1} %, margin {:.1} %", pool.name, 100.0 * spread, 100.0 * margin);
+        let what = format!("energies, {}", pool.name);
+        measure(log, &what, margin, counts, |stream, replicas, truth| {
+            let mut draw = || &pool.replicas[stream.random_range(0..pool.replicas.len())].energies;
+            let both: Vec<_> = (0..replicas).map(|_| (draw(), draw())).collect();
+            let at = |time: usize| {
+                let pair = |(a, b): &(&Vec<f64>, &Vec<f64>)| (a[time] * (1.0 + truth), b[time]);
+                both.iter().map(pair).collect()
+            };
+            let pairs: Vec<Vec<(f64, f64)>> = (0..pool.times.len()).map(at).collect();
+            let comparison = Comparison {
+                topic: "energy",
+                a: "a",
+                b: "b",
+                quantity: "energy",
+                unit: Unit::Relative,
+                rule: rule(margin),
+            };
+            let places = Places::Times(&pool.times);
+            Pair { comparison, places }.judge(&pairs)
+        })?;
+        // Exact disks have a slope of their own once they cluster.
+        if pool.name.contains("contact-point") {
+            impact(log, pool, counts)?;
+        }
+    }
+    Ok(())
+}
+
+/// Impact parameters of elastic exact disks.
+pub(super) fn elastic(log: &mut Findings) -> Done {
+    let count = if log.effort.quick { 24 } else { 400 };
+    let pools = pools(log, ELASTIC, "elastic", count)?;
+    let counts = if log.effort.quick {
+        &REPLICAS[1..2]
+    } else {
+        &REPLICAS[..]
+    };
+    pools.iter().try_for_each(|pool| impact(log, pool, counts))
+}
+
+/// Impact parameters of replicas from a pool, each turned over by a coin, so that no slope is left, and then tilted.
+fn impact(log: &mut Findings, pool: &Pool, counts: &[usize]) -> Done {
+    // A slope that eight replicas find in most cases where it is two margins.
+    let last = |one: &Replica| one.windows.last().and_then(Window::slope);
+    let slopes: Vec<f64> = pool.replicas.iter().filter_map(last).collect();
+    let squares: f64 = slopes.iter().map(|slope| slope * slope).sum();
+    let margin = 2.0 * (squares / slopes.len().max(1) as f64).sqrt();
+    found!(log; "{}: margin of the slope {margin:.3}", pool.name);
+    let what = format!("P(b/d), {}", pool.name);
+    measure(log, &what, margin, counts, |stream, replicas, truth| {
+        let mut draw = || {
+            let one = &pool.replicas[stream.random_range(0..pool.replicas.len())];
+            let over: bool = stream.random();
+            let tilt = |window: &Window| tilted(window, over, truth);
+            one.windows.iter().map(tilt).collect::<Vec<_>>()
+        };
+        let drawn: Vec<Vec<Window>> = (0..replicas).map(|_| draw()).collect();
+        let test = |(place, &span): (usize, &[f64; 2])| {
+            let all: Vec<&Window> = drawn.iter().map(|one| &one[place]).collect();
+            ImpactTest::of(span, &all)
+        };
+        let tests: Vec<ImpactTest> = pool.spans.iter().enumerate().map(test).collect();
+        Some(judge::impact_parameters(
+            "P(b/d)",
+            "a",
+            &tests,
+            &rule(margin),
+        ))
+    })
+}
+
+/// A window whose density is turned over, and multiplied with one of a slope.
+fn tilted(window: &Window, over: bool, slope: f64) -> Window {
+    let bins = window.bins.len();
+    let mut tilted = Window {
+        bins: vec![0; bins],
+        collisions: 0,
+        impact: 0.0,
+        impact_square: 0.0,
+        ..window.clone()
+    };
+    for (bin, &count) in window.bins.iter().enumerate() {
+        let bin = if over { bins - 1 - bin } else { bin };
+        let place = (bin as f64 + 0.5) / bins as f64;
+        let factor = 1.0 + slope * (place - 0.5);
+        put(
+            &mut tilted,
+            bin,
+            (count as f64 * factor.max(0.0)).round() as u64,
+        );
+    }
+    tilted
+}
+
+/// Profiles of twenty places, means over forty blocks of time of two engines.
+pub(super) fn profiles(log: &mut Findings) -> Done {
+    const BLOCKS: usize = 40;
+    const PLACES: usize = 20;
+    const SPREAD: f64 = 0.06;
+    const MARGIN: f64 = 0.05;
+    measure(
+        log,
+        "profiles",
+        MARGIN,
+        &[BLOCKS],
+        |stream, blocks, truth| {
+            let mut mean = |centre: f64| {
+                let values: Vec<f64> = (0..blocks)
+                    .map(|_| centre * (1.0 + SPREAD * stream.sample::<f64, _>(StandardNormal)))
+                    .collect();
+                let mean = Mean::over_replicas(&values);
+                mean.map_or(Estimate::default(), |mean| {
+                    Estimate::of(mean.value, mean.standard_error)
+                })
+            };
+            let place = |place: usize| {
+                let centre = 1.0 + 0.1 * place as f64;
+                // The truth at all places, so that agreement is false at each.
+                let pair = [mean(centre * (1.0 + truth)), mean(centre)];
+                (pair, format!("y = {place}"))
+            };
+            let places: Vec<_> = (0..PLACES).map(place).collect();
+            judge::profiles(
+                "profile",
+                ["a", "b", "density"],
+                &places,
+                blocks,
+                &rule(MARGIN),
+            )
+        },
+    )
+}
