@@ -11,7 +11,7 @@ use crate::case::CaseFile;
 use crate::error::CommandError;
 use crate::model::Interrupt;
 use crate::progress::Display;
-use crate::report::write_held_report;
+use crate::report::{corrected, write_held_report};
 use crate::results::{Existing, REPORT_FILE, Verdict, VerdictKind, headlines};
 use crate::study::{
     Options, PointSummary, Progress, RunError, RunPart, Summary, merge_parts, read_part, run_case,
@@ -120,12 +120,47 @@ fn finish(
             say(&line)?;
         }
     }
+    if brief && !printed.quiet {
+        say(&together(&summary.points))?;
+    }
     Ok(say(&page)?)
 }
 
-/// Returns the lines of a point: all of them, or the first conclusions, warnings, and the number of
-/// further lines. With `brief`, for a point among others, it is only the first conclusion and
-/// warnings.
+/// What the points of a sweep say together: how many are of which kind when their intervals are corrected for all of them.
+fn together(points: &[PointSummary]) -> String {
+    let first = |point: &PointSummary| headlines(&point.verdicts).first().copied().cloned();
+    let heads: Vec<Option<Verdict>> = points.iter().map(first).collect();
+    let void = |one: &Verdict| one.kind == VerdictKind::Void;
+    let sound = |one: &Option<Verdict>| {
+        let one = one.as_ref().filter(|one| !void(one))?;
+        one.number.clone()
+    };
+    let found = corrected(&heads.iter().map(sound).collect::<Vec<_>>());
+    let count = |kind| {
+        let all = found.iter().flatten();
+        all.filter(|one| one.kind == kind).count()
+    };
+    let kinds = [
+        VerdictKind::Agree,
+        VerdictKind::Differ,
+        VerdictKind::Undecided,
+    ];
+    let mut parts: Vec<String> = (kinds.iter())
+        .map(|&kind| format!("{} {}", count(kind), kind.name()))
+        .collect();
+    let voids = heads.iter().flatten().filter(|one| void(one)).count();
+    if voids > 0 {
+        parts.push(format!("{voids} void"));
+    }
+    format!(
+        "{} points, corrected for all of them (Benjamini and Hochberg): {}",
+        points.len(),
+        parts.join(", ")
+    )
+}
+
+/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are; of a point
+/// among others only the first conclusion and warnings.
 fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
     let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
