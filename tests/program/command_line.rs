@@ -49,7 +49,7 @@ fn a_comparison_gives_tables_and_a_report() {
     let desk = Desk::new(COOLING);
     let said = desk.done("run case.toml");
     assert!(
-        said.out.contains("ED (exact)") && said.out.contains("DSMC Enskog"),
+        said.out.contains("ED (exact)") && said.out.contains("DSMC free volume"),
         "{}",
         said.out
     );
@@ -61,12 +61,13 @@ fn a_comparison_gives_tables_and_a_report() {
     for line in "\
         energy engine,time,collisions_per_particle,energy_ratio,energy_ratio_se,energy_ratio_theory,fourth_cumulant,\
         fourth_cumulant_se,replicas\n\
-        comparison engine_a,engine_b,time,energy_ratio_a,energy_ratio_b,quotient,quotient_se,z,verdict\n\
+        comparison engine_a,engine_b,time,energy_ratio_a,energy_ratio_b,quotient,quotient_se,quotient_low,quotient_high,z,verdict,\
+        replicas\n\
         structure_factor engine,time,k,structure_factor,structure_factor_se,modes\n\
         pair_correlation engine,time,r_over_d,g,g_se\n\
         impact_parameter engine,window_start,window_end,bin_low,bin_high,count,density,density_se,density_theory\n\
         impact_parameter_summary engine,window_start,window_end,collisions,slope,slope_se,mean_b_over_d,\
-        trend_p_value,shape_p_value,over_dispersion,chi_squared,degrees_of_freedom,verdict"
+        trend_p_value,shape_p_value,over_dispersion,chi_squared,degrees_of_freedom,verdict,replicas"
         .lines()
     {
         let (table, columns) = line.split_once(' ').expect("a table and its columns");

@@ -217,9 +217,10 @@ fn open_boxes_and_spheres_are_no_periodic_disks() {
     desk.done("run case.toml --out out");
     // The same file of spheres, by an engine of spheres.
     desk.write("start.xyz", xyz("pbc=\"T T T\"", -2.0, 0.7));
-    let spheres = case
-        .replace("[gas]", "[gas]\ndimension = 3")
-        .replace("[engine.ed]", "[engine.dsmc-boltzmann]");
+    let spheres = case.replace("[gas]", "[gas]\ndimension = 3").replace(
+        "[engine.ed]",
+        "[engine.dsmc-boltzmann]\nsimulators_per_particle = 1",
+    );
     desk.write(
         "spheres.toml",
         format!("{spheres}[measure.snapshots]\ntimes = [0]\n"),

@@ -49,8 +49,13 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
         let (rows, trend, map) = trend(table, &keys, figure)?;
         let leads = answers(table, figure);
         let curves = map.is_none() || leads;
+        // Where there is a map, it has the name of the figure.
+        let of_curves = match map {
+            Some(_) => file.replace(".svg", "-curves.svg"),
+            None => file.clone(),
+        };
         let map = map.map(|map| (map, file.clone()));
-        let trend = curves.then(|| (trend, file.replace(".svg", "-curves.svg")));
+        let trend = curves.then_some((trend, of_curves));
         let drawn = [map, trend].into_iter().flatten();
         let drawn = drawn.filter_map(|(figure, file)| Some((draw(&rows, &figure)?, figure, file)));
         Some((leads, drawn.collect::<Vec<_>>()))

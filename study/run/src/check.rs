@@ -47,8 +47,8 @@ pub struct Outline {
     pub point: String,
     /// Quantities that follow from the case, in its units.
     pub derived: Vec<Quantity>,
-    /// Measurement whose verdict is the headline.
-    pub leading: &'static str,
+    /// Measurement whose verdict is the headline, and the engine that it is about where the case names one.
+    pub leading: String,
     /// Names of the engines.
     pub engines: Vec<&'static str>,
     /// Names of the measures.
@@ -275,10 +275,7 @@ impl<'a> Planned<'a> {
             title: self.plan.case.title.clone(),
             point: self.point.name.clone(),
             derived: self.plan.derived(),
-            leading: (self
-                .measures
-                .get(question::leading(&self.plan, &self.measures)))
-            .map_or("", |measure| measure.name()),
+            leading: question::headline(&self.plan, &self.measures),
             engines: self.plan.engines.iter().map(|one| one.name).collect(),
             measures: self.measures.iter().map(|one| one.name()).collect(),
             replicas: self.plan.case.replicas,

@@ -241,7 +241,7 @@ fn flows_resolve_their_free_path_or_say_so() {
     assert!((0.48..0.52).contains(&width), "{width}");
     assert!((9.5..11.0).contains(&simulators), "{simulators}");
     assert_eq!(fine.warnings, Vec::<String>::new());
-    assert!(fine.own_errors(&fine.engines[0]).is_none());
+    assert!(fine.numerical_error(&fine.engines[0]).is_none());
     // More particles than simulators are asked for have one each, in cells that hold ten.
     let many = WALLS
         .replace("460", "4600000")
@@ -264,7 +264,7 @@ fn flows_resolve_their_free_path_or_say_so() {
             .filter(|one| one.contains(words))
             .count();
         assert_eq!(named, 1, "{:?}", plan.warnings);
-        let said = plan.own_errors(&plan.engines[1]).expect("a reason");
+        let said = plan.numerical_error(&plan.engines[1]).expect("a reason");
         assert!(said.contains(reason), "{said}");
         let (_, verdicts) = measured(&plan, "fields");
         let compared = verdicts

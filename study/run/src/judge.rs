@@ -241,6 +241,9 @@ impl Comparison<'_> {
                     }
                 ),
             };
+            let a = a
+                .strip_prefix("The ")
+                .map_or(a.to_owned(), |rest| format!("the {rest}"));
             let sentence = format!(
                 "Whether {a} and {b} agree in {quantity} within {within} is undecided: {number}{bound}."
             );

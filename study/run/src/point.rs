@@ -385,12 +385,13 @@ impl Job<'_> {
                 finished: &all.finished,
             };
             let mut own = known.tables(plan, &runs);
-            let said = known.verdicts(plan, &runs, &own);
+            let mut said = known.verdicts(plan, &runs, &own);
             for table in &mut own {
                 label_times(table, plan);
             }
             if measure == leading {
                 asked = question::of(plan, file.question(), &own);
+                question::put_first(plan, &mut said);
                 verdicts.extend(said);
             } else {
                 later.extend(said);

@@ -1,6 +1,6 @@
 //! The question of a case: which measurement answers it, and in which column.
 
-use stosszahl_results::{Question, Table};
+use stosszahl_results::{Question, Table, Verdict, engine_title};
 
 use crate::measure::Measure;
 use crate::plan::{Plan, PlanError};
@@ -16,6 +16,27 @@ pub(crate) fn leading(plan: &Plan, measures: &[&'static dyn Measure]) -> usize {
     named
         .or_else(|| place(&|measure| measure.tests(plan) > 0))
         .unwrap_or(0)
+}
+
+/// Verdict that is the headline, before the run: name of its measure, and the engine of the question.
+pub(crate) fn headline(plan: &Plan, measures: &[&'static dyn Measure]) -> String {
+    let measure = measures.get(leading(plan, measures));
+    let measure = measure.map_or("", |measure| measure.name());
+    match &plan.case.question.engine {
+        Some(engine) => format!("{measure}, {}", engine_title(engine)),
+        None => measure.to_owned(),
+    }
+}
+
+/// Moves the first verdict about the engine of the question to the front.
+pub(crate) fn put_first(plan: &Plan, verdicts: &mut [Verdict]) {
+    let Some(engine) = &plan.case.question.engine else {
+        return;
+    };
+    let title = engine_title(engine);
+    if let Some(place) = (verdicts.iter()).position(|one| one.topic.contains(title)) {
+        verdicts[..=place].rotate_right(1);
+    }
 }
 
 /// Question of a run in words, and where its answer stands among the tables of the leading measure.
@@ -49,7 +70,7 @@ pub(crate) fn of(plan: &Plan, text: Option<String>, tables: &[Table]) -> Questio
     }
 }
 
-/// Checks the measure and the column of the question.
+/// Checks the measure, the engine and the column of the question.
 ///
 /// # Errors
 /// [`PlanError`] names what is allowed.
@@ -65,6 +86,13 @@ pub(crate) fn check(
         let names: Vec<&str> = measures.iter().map(|measure| measure.name()).collect();
         let allowed = format!("a measurement of this case: {}", names.join(", "));
         return Err(PlanError::new("question.measure", name.clone(), allowed));
+    }
+    if let Some(engine) = &asked.engine
+        && !plan.engines.iter().any(|one| one.name == engine)
+    {
+        let names: Vec<&str> = plan.engines.iter().map(|one| one.name).collect();
+        let allowed = format!("an engine of this case: {}", names.join(", "));
+        return Err(PlanError::new("question.engine", engine.clone(), allowed));
     }
     let Some(column) = &asked.column else {
         return Ok(());

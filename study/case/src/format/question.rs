@@ -17,6 +17,10 @@ pub struct Question {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]
     pub measure: Option<String>,
+    /// Engine whose verdict in this measurement comes first, against the first engine where engines are compared. Default: the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1))]
+    pub engine: Option<String>,
     /// Column of one of its tables that the first figure shows. Default: that of its first figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]

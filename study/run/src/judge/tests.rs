@@ -105,7 +105,7 @@ fn a_difference_that_vanishes_is_stated_where_it_was() {
     assert_eq!(found.kind, VerdictKind::Differ);
     assert!(
         found.sentence.contains("at 1 of 3 times: +2")
-            && found.sentence.contains("at t = 2, at least 1"),
+            && found.sentence.contains("at t = 2, at least 20 %"),
         "{}",
         found.sentence
     );
@@ -232,7 +232,7 @@ fn impact_parameters_are_judged_over_replicas() {
             flat,
             VerdictKind::Agree,
             "uniform",
-            "within 0.02: 0.0002 ± 0.0011 (3 degrees of freedom) from t = 1 to 5, below 0.0083",
+            "within 0.02: 0.0003 ± 0.0011 (3 degrees of freedom) from t = 1 to 5, below 0.0086",
         ),
         (
             curved,

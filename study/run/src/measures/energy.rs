@@ -3,7 +3,7 @@
 use stosszahl_analysis::compare::quotients;
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_case::Kind;
-use stosszahl_results::{Axis, Figure, Table, Verdict, table};
+use stosszahl_results::{Axis, Figure, Table, Verdict, VerdictKind, table};
 
 use super::over;
 use crate::judge::{self, Comparison, Pair, Places, Unit, title};
@@ -131,8 +131,9 @@ impl Measure for Energy {
             let [x, y] = [a, b].map(|engine| title(plan.engines[engine].name));
             let pairs = paired(runs, [a, b], times.len());
             let found = judge(format!("energy, {x} against {y}"), x, y, &pairs);
+            let engines = [&plan.engines[a], &plan.engines[b]];
             list.extend(
-                found.map(|found| void_for(found, plan, &[&plan.engines[a], &plan.engines[b]])),
+                found.map(|found| with_rates(void_for(found, plan, &engines), plan, engines)),
             );
         }
         for (engine, records) in runs.each::<Record>(plan) {
@@ -154,9 +155,10 @@ impl Measure for Energy {
     }
 }
 
-/// A comparison of engines, void if one of them has large errors of its own.
+/// A comparison of engines, void if the numerical error of one of them is larger than the margin.
 pub(super) fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> Verdict {
-    match plan.void_reason(engines) {
+    let mut reasons = (engines.iter()).filter_map(|engine| plan.numerical_error(engine));
+    match reasons.next() {
         Some(reason) => judge::void(found, &reason),
         None => found,
     }
@@ -165,6 +167,21 @@ pub(super) fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> 
 /// Whether nothing can change the energy but rounding.
 fn keeps_energy(plan: &Plan) -> bool {
     plan.law.is_elastic() && plan.kind != Kind::Flow
+}
+
+/// Names the part of a difference that follows from the collision rates of the theories of two engines.
+fn with_rates(found: Verdict, plan: &Plan, engines: [&EnginePlan; 2]) -> Verdict {
+    let last = plan.sample_times().last().copied();
+    let rates = last.and_then(|time| plan.stated_rates(engines, time));
+    match rates {
+        Some(rates) if matches!(found.kind, VerdictKind::Differ | VerdictKind::Undecided) => {
+            Verdict {
+                sentence: format!("{} {rates}", found.sentence),
+                ..found
+            }
+        }
+        _ => found,
+    }
 }
 
 /// Pairs of engines, each once.

@@ -25,7 +25,7 @@ use stosszahl_results::{Table, table};
 
 use super::over;
 use crate::measure::{Finished, Measure, NoOptions, Probe, Recorder, Runs, described};
-use crate::plan::{EngineKind, EnginePlan, Plan, in_space};
+use crate::plan::{EngineKind, EnginePlan, Plan, RATE_ERROR_IN_A_CELL, in_space};
 
 /// The error budget.
 pub struct ErrorBudget;
@@ -258,7 +258,7 @@ impl Budget<'_> {
             ));
         }
         let count = plan.simulators_per_cell(parameters);
-        let (value, estimate) = ((count, "simulators"), 1.0 / (3.0 * count));
+        let (value, estimate) = ((count, "simulators"), RATE_ERROR_IN_A_CELL / count);
         let reason = "pairs of a cell are few and meet again: error of the collision rate";
         let source = Source::new("simulators per cell", value, estimate, reason);
         (!parameters.scheme.is_across()).then_some(source)

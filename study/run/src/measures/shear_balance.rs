@@ -2,6 +2,7 @@
 
 use stosszahl_results::{Table, Verdict, VerdictKind, engine_title, table};
 
+use crate::judge;
 use crate::measure::{self, BadOption, Measure, NoOptions, Runs, described};
 use crate::plan::Plan;
 
@@ -58,18 +59,17 @@ impl Measure for ShearBalance {
             let worst = all?.into_iter().map(f64::abs).reduce(f64::max)?;
             let closes = worst <= ROUNDING;
             let words = if closes { "closes to" } else { "is off by" };
-            Some(Verdict {
-                topic: format!("energy balance, {}", engine_title(engine.name)),
-                sentence: format!(
-                    "Work of the shear flow, dissipation and change of energy: the balance {words} {worst:.1e} of the turnover; \
-                     rounding leaves up to {ROUNDING:.0e}."
-                ),
-                kind: if closes {
-                    VerdictKind::Note
-                } else {
-                    VerdictKind::Warning
-                },
-            })
+            let kind = if closes {
+                VerdictKind::Note
+            } else {
+                VerdictKind::Warning
+            };
+            let sentence = format!(
+                "Work of the shear flow, dissipation and change of energy: the balance {words} {worst:.1e} of the turnover; \
+                 rounding leaves up to {ROUNDING:.0e}."
+            );
+            let topic = format!("energy balance, {}", engine_title(engine.name));
+            Some(judge::verdict(topic, sentence, kind))
         };
         let all = plan.engines.iter().zip(runs.finished);
         all.filter_map(verdict).collect()

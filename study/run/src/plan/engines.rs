@@ -89,10 +89,10 @@ pub(crate) fn in_cells<'a>(case: &'a mut Case, name: &str) -> Option<&'a mut Mon
     written.as_mut()
 }
 
-/// Simulators in a cell with which the rate of a scheme within cells is off by less than a per cent: its error is 0.4 over that number.
+/// Simulators in a cell with which the rate of a scheme within cells is off by less than a per cent: its error is a third over that number.
 const ENOUGH_IN_A_CELL: f64 = 50.0;
 /// Simulators for each particle with which the rate of ESMC is off by less than a per cent: its error is 0.3 over that number.
-pub(super) const ENOUGH_FOR_ESMC: f64 = 64.0;
+const ENOUGH_FOR_ESMC: f64 = 64.0;
 
 /// A Monte Carlo engine: what is written, over the defaults of its scheme.
 fn monte_carlo<S: Space>(

@@ -10,16 +10,18 @@ use stosszahl_results::engine_title;
 use crate::words::short;
 
 use super::data::{EngineKind, EnginePlan, Plan, Quantity, SpeciesPlan, in_space};
-use super::engines::ENOUGH_FOR_ESMC;
 
-/// Below this many simulators per cell the error of a scheme within cells is larger than most of what is compared.
-const FEW: f64 = 25.0;
-/// The same in flows, whose cells hold ten by default.
+/// Relative error of the collision rate of a scheme within cells, times the simulators in a cell: that of 1.27 disks at packing 0.25, 26 %,
+/// with displaced partners and with the free volume of each cell.
+pub(crate) const RATE_ERROR_IN_A_CELL: f64 = 1.0 / 3.0;
+/// Relative error of the collision rate of ESMC, times the simulators for each particle.
+const RATE_ERROR_OF_ESMC: f64 = 0.3;
+/// Relative error of the kinetic energy over that of the collision rate: late in free cooling K is proportional to the rate to the -2.
+const ENERGY_OVER_RATE: f64 = 2.0;
+/// Simulators in a cell of a flow below which its profiles stand for nothing; ten is the default.
 const FEW_IN_FLOWS: f64 = 5.0;
-/// Simulators per particle below which the rate of ESMC is off by more than is compared.
-const FEW_FOR_ESMC: f64 = 0.5 * ENOUGH_FOR_ESMC;
-/// Share of the margin that a known difference may have without a word.
-const UNSEEN: f64 = 0.5;
+/// Share of the margin that the stated collision rate of a scheme may take before `check` names it.
+const NOTABLE_RATE: f64 = 0.5;
 /// Cells wider than this many mean free paths carry momentum too far.
 const WIDE: f64 = 2.0;
 /// The same in flows, whose profiles are made by transport.
@@ -100,7 +102,7 @@ impl Plan {
             }
         }
         if self.kind == Kind::Comparison {
-            self.notable_voids(&mut list);
+            self.notable_errors(&mut list);
         }
         list
     }
@@ -266,11 +268,10 @@ impl Plan {
         if parameters.scheme.is_across() {
             return;
         }
-        if let Some(simulators) = self.few_simulators(parameters) {
+        if let Some(simulators) = self.few_in_a_flow(parameters) {
             list.push(format!(
                 "{name}: {} simulators per cell, so its collision rate may be off by tens of per cent and its pairs \
-                 meet again and again; a difference to ED says nothing about chaos by itself. More simulators_per_particle or \
-                 a larger cell_size make it smaller",
+                 meet again and again; profiles of it are void. More simulators_per_particle or a larger cell_size make it smaller",
                 short(simulators)
             ));
         }
@@ -298,41 +299,101 @@ impl Plan {
         }
     }
 
-    /// Why a Monte Carlo engine does not stand for molecular chaos, where its own errors are too large for that.
-    pub fn own_errors(&self, engine: &EnginePlan) -> Option<String> {
+    /// Numerical error of a Monte Carlo engine that makes its comparisons void: larger than the margin of the case. `None` if the engine
+    /// stands for what its scheme states.
+    ///
+    /// Numerical are few simulators, wide cells in a flow, and the penetrable disks of `dsmc-stochastic-disks`. That a scheme has by its
+    /// theory another collision rate than hard disks ([`Plan::rate_ratio`]) is no such error: a comparison measures it.
+    pub fn numerical_error(&self, engine: &EnginePlan) -> Option<String> {
         let EngineKind::MonteCarlo(parameters) = &engine.kind else {
             return None;
         };
         let name = engine_title(engine.name);
-        match parameters.scheme {
-            _ if self.kind == Kind::Flow => {}
+        if self.kind == Kind::Flow {
+            if parameters.scheme.is_across() {
+                return None;
+            }
+            let few = self.few_in_a_flow(parameters);
+            let few = few.map(|few| format!("{} simulators in a cell", short(few)));
+            // Profiles of a flow are made by transport.
+            let wide = self.wide_cells(parameters);
+            let wide = wide.map(|wide| format!("cells {} mean free paths wide", short(wide)));
+            let reasons: Vec<String> = few.into_iter().chain(wide).collect();
+            return (!reasons.is_empty()).then(|| format!("{name} has {}", reasons.join(" and ")));
+        }
+        let each = f64::from(parameters.simulators_per_disk);
+        let (error, has) = match parameters.scheme {
+            Scheme::Collisionless => return None,
             Scheme::StochasticDisks { .. } => {
                 return Some(format!(
-                    "{name} is a fluid of its own, whose collision rate is not that of hard disks"
+                    "{name} is a fluid of penetrable disks, whose collision rate is not that of hard disks"
                 ));
             }
-            Scheme::Esmc(_) if f64::from(parameters.simulators_per_disk) < FEW_FOR_ESMC => {
-                return Some(format!(
-                    "{name} has {} simulators per particle, with which its collision rate is too low",
-                    parameters.simulators_per_disk
-                ));
+            Scheme::Esmc(_) => (
+                ENERGY_OVER_RATE * RATE_ERROR_OF_ESMC / each,
+                format!("{} simulators per particle", short(each)),
+            ),
+            Scheme::ContactPoint { .. } => {
+                let diameter = 2.0 * self.mean_radius();
+                let excess = in_space!(self.dimension, S => parameters
+                    .excess_of_repeated_pairs::<S>(self.packing_fraction, diameter, self.restitution));
+                (excess, format!("{} simulators per particle", short(each)))
             }
-            _ => {}
-        }
-        if parameters.scheme.is_across() {
-            return None;
-        }
-        let few = self.few_simulators(parameters);
-        let few = few.map(|few| format!("{} simulators in a cell", short(few)));
-        // Profiles of a flow are made by transport.
-        let wide = self.wide_cells(parameters);
-        let wide = wide.filter(|_| self.kind == Kind::Flow);
-        let wide = wide.map(|wide| format!("cells {} mean free paths wide", short(wide)));
-        let reasons: Vec<String> = few.into_iter().chain(wide).collect();
-        (!reasons.is_empty()).then(|| format!("{name} has {}", reasons.join(" and ")))
+            Scheme::Boltzmann | Scheme::FreeVolume | Scheme::Enskog(_) => {
+                let simulators = self.simulators_per_cell(parameters);
+                (
+                    ENERGY_OVER_RATE * RATE_ERROR_IN_A_CELL / simulators,
+                    format!("{} simulators in a cell", short(simulators)),
+                )
+            }
+        };
+        let margin = self.case.verdict.tolerance;
+        (error > margin).then(|| {
+            format!(
+                "{name} has {has}, which put energies off by some {} %, more than the margin of {} %",
+                (100.0 * error).round(),
+                short(100.0 * margin)
+            )
+        })
     }
 
-    /// Collision rate of an engine over that of Enskog's theory, as far as its scheme sets it: that of a thin gas, or of free volume.
+    /// Names engines whose comparisons will be void, and differences that follow from the stated collision rate of a scheme.
+    fn notable_errors(&self, list: &mut Vec<String>) {
+        for engine in &self.engines {
+            if let Some(reason) = self.numerical_error(engine) {
+                list.push(format!(
+                    "{reason}: its comparisons are void. {}",
+                    match engine.parameters().map(|one| one.scheme) {
+                        Some(Scheme::StochasticDisks { .. }) =>
+                            "A larger stiffness brings it nearer to hard disks",
+                        Some(scheme) if scheme.is_across() =>
+                            "More simulators_per_particle make the error smaller",
+                        _ =>
+                            "More simulators_per_particle or a larger cell_size make the error smaller",
+                    }
+                ));
+                continue;
+            }
+            let (ratio, end) = (self.rate_ratio(engine), self.case.run.until);
+            let off = ENERGY_OVER_RATE * (ratio - 1.0).abs();
+            if off > NOTABLE_RATE * self.case.verdict.tolerance {
+                let energy = self.energy_by_rates(ratio, 1.0, end);
+                let energy = energy.map_or(String::new(), |energy| {
+                    format!(
+                        ": its energy is then {} times that of a gas with Enskog's rate at the end",
+                        short(1.0 + energy)
+                    )
+                });
+                list.push(format!(
+                    "{}: its theory has {ratio:.3} of Enskog's collision rate at this density{energy}. A difference to exact disks \
+                     contains that",
+                    engine_title(engine.name)
+                ));
+            }
+        }
+    }
+
+    /// Collision rate of an engine over that of Enskog's theory, as far as its theory sets it: that of a dilute gas, or of free volume.
     pub fn rate_ratio(&self, engine: &EnginePlan) -> f64 {
         let known = engine
             .parameters()
@@ -344,34 +405,38 @@ impl Plan {
         })
     }
 
-    /// Why a comparison of energies of these engines means nothing; `None` if it may mean something. Of one engine it is that with
-    /// theory at the rate of its scheme.
-    pub fn void_reason(&self, engines: &[&EnginePlan]) -> Option<String> {
-        if let Some(reason) = engines.iter().find_map(|engine| self.own_errors(engine)) {
-            return Some(reason);
-        }
-        let [a, b] = engines else { return None };
-        let (x, y) = (self.rate_ratio(a), self.rate_ratio(b));
-        // The energy falls as the inverse square of rate and time.
-        let off = 2.0 * (x / y - 1.0).abs();
-        (self.kind == Kind::Comparison && off > UNSEEN * self.case.verdict.tolerance).then(|| {
-            let (other, ratio) = if x == 1.0 { (b, y) } else { (a, x) };
-            format!(
-                "{} has {:.3} of Enskog's collision rate at this density by its scheme",
-                engine_title(other.name),
-                ratio
-            )
-        })
+    /// Relative difference in energy at `time` of two gases that cool by Haff's law at these collision rates, over Enskog's; `None` where
+    /// the law does not hold.
+    fn energy_by_rates(&self, a: f64, b: f64, time: f64) -> Option<f64> {
+        Some(self.haff_ratio(time * a)? / self.haff_ratio(time * b)? - 1.0)
     }
 
-    /// Simulators in a cell, where they are too few.
-    fn few_simulators(&self, parameters: &Parameters) -> Option<f64> {
-        let few = if self.kind == Kind::Flow {
-            FEW_IN_FLOWS
-        } else {
-            FEW
-        };
-        Some(self.simulators_per_cell(parameters)).filter(|&simulators| simulators < few)
+    /// Sentence on the part of a difference in energy of two engines that follows from the collision rates of their theories; `None` if
+    /// both have Enskog's, or nearly so.
+    pub fn stated_rates(&self, [a, b]: [&EnginePlan; 2], time: f64) -> Option<String> {
+        let rates = [a, b].map(|engine| self.rate_ratio(engine));
+        let off = ENERGY_OVER_RATE * (rates[0] / rates[1] - 1.0).abs();
+        if self.kind != Kind::Comparison || off <= NOTABLE_RATE * self.case.verdict.tolerance {
+            return None;
+        }
+        let by = [a, b].into_iter().zip(rates).filter(|one| one.1 != 1.0);
+        let by: Vec<String> = by
+            .map(|(engine, rate)| format!("{rate:.3} ({})", engine_title(engine.name)))
+            .collect();
+        let difference = self.energy_by_rates(rates[0], rates[1], time);
+        let gives = difference.map_or(String::new(), |difference| {
+            format!(", which gives {:+.0} % by Haff's law", 100.0 * difference)
+        });
+        Some(format!(
+            "Theory has {} of Enskog's collision rate{gives}.",
+            by.join(" and ")
+        ))
+    }
+
+    /// Simulators in a cell of a flow, where they are too few.
+    fn few_in_a_flow(&self, parameters: &Parameters) -> Option<f64> {
+        let few = |&simulators: &f64| self.kind == Kind::Flow && simulators < FEW_IN_FLOWS;
+        Some(self.simulators_per_cell(parameters)).filter(few)
     }
 
     /// Width of the cells in mean free paths of the uniform gas, where it is too large.
