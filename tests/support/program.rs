@@ -318,6 +318,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("luding-1998-unbiased", "gas.number=100 run.until=1"),
     ("map-onset", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.2 measure.impact_parameters.windows=[[0,0.2]]"),
     ("map-quick", "replicas=2 box.critical_lengths=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
+    ("map-shear", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.2 box.shear_rate=0.5 run.until=4 engine.dsmc-enskog.simulators_per_particle=4 measure.stress.blocks=4 measure.stress.looks=3 measure.impact_parameters.windows=[[2,4]]"),
     ("map-uniform", "replicas=2 box.critical_lengths=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
     ("map-waves", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5"),
     ("mixture-cooling", "gas.volume=5e3 power_law.monomers=500 verdict.sonine_orders=1 run.until=10"),

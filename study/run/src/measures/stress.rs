@@ -1,5 +1,7 @@
 //! Pressure tensor: kinetic and collisional part, pressure, normal stress difference; the equation of state of a gas.
 
+use std::iter;
+
 use serde::Deserialize;
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_analysis::statistics::Moments as Spread;
@@ -151,9 +153,21 @@ fn pressure_theory(plan: &Plan, engine: &EnginePlan, temperature: f64) -> Option
     Some(1.0 + 0.5 * contact * (1.0 + coefficient + added_speed / approach))
 }
 
-/// Kinetic part, collisional part and both of a quantity over n T, from sums over replicas or blocks; the error is the larger
-/// one of that over replicas and that over blocks.
+/// Kinetic part, collisional part and both of a quantity over n T.
 fn estimates(records: &[&StressRecorder], quantity: &Quantity, dimension: usize) -> [Estimate; 3] {
+    let picks: [fn([f64; 2]) -> f64; 3] = [|p| p[0], |p| p[1], |p| p[0] + p[1]];
+    picks.map(|pick| {
+        ratio(records, |one| {
+            let parts = [one.kinetic, one.collisional];
+            let above = pick(parts.map(|tensor| (quantity.of)(&tensor, dimension)));
+            [above, one.thermal(dimension)]
+        })
+    })
+}
+
+/// Estimate of a ratio of sums over replicas or blocks; the error is the larger one of that over replicas and that over
+/// blocks. Spans whose lower sum is not above zero do not count.
+fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> Estimate {
     let of_record = |record: &&StressRecorder| {
         let blocks = record.blocks().iter();
         blocks.fold(StressIntegrals::default(), |sum, block| sum.plus(block))
@@ -164,27 +178,52 @@ fn estimates(records: &[&StressRecorder], quantity: &Quantity, dimension: usize)
         .flat_map(|record| record.blocks())
         .copied()
         .collect();
-    let parts = |one: &StressIntegrals| {
-        [one.kinetic, one.collisional].map(|tensor| (quantity.of)(&tensor, dimension))
+    let pseudo = |all: &[StressIntegrals]| {
+        let sums = all.iter().map(&of).filter(|sums| sums[1] > 0.0);
+        of_sums(&sums.collect::<Vec<_>>(), |[above, below]| above / below)
     };
-    let pseudo = |all: &[StressIntegrals], pick: fn([f64; 2]) -> f64| {
-        let known = all.iter().filter(|one| one.thermal(dimension) > 0.0);
-        let sums: Vec<[f64; 2]> = known
-            .map(|one| [pick(parts(one)), one.thermal(dimension)])
-            .collect();
-        of_sums(&sums, |[above, below]| above / below)
+    let mut found = over(pseudo(&replicas).into_iter().map(Some));
+    let spread: Spread = pseudo(&blocks).into_iter().collect();
+    found.standard_error = match (found.standard_error, spread.standard_error()) {
+        (Some(a), Some(b)) => Some(a.max(b)),
+        (a, b) => a.or(b),
     };
-    let picks: [fn([f64; 2]) -> f64; 3] = [|p| p[0], |p| p[1], |p| p[0] + p[1]];
-    picks.map(|pick| {
-        let mut found = over(pseudo(&replicas, pick).into_iter().map(Some));
-        let spread: Spread = pseudo(&blocks, pick).into_iter().collect();
-        let of_blocks = spread.standard_error();
-        found.standard_error = match (found.standard_error, of_blocks) {
-            (Some(a), Some(b)) => Some(a.max(b)),
-            (a, b) => a.or(b),
-        };
-        found
-    })
+    found
+}
+
+/// Means over the same span of time in a uniform shear flow.
+fn sheared_state(plan: &Plan, runs: &Runs<'_>, rate: f64) -> Table {
+    let mut table = table! {
+        "sheared_state", "Temperature, viscosity and dissipation of uniform shear flow, over the span of the stress; errors over replicas and blocks of time.";
+        key "engine", "", "Engine";
+        estimate "reduced_temperature", "1", "T/(m a^2 d^2), with the mean mass m and the mean diameter d";
+        estimate "viscosity", "1", "Shear viscosity -P_xy/a over n T/|a|";
+        estimate "dissipation", "1", "Energy that collisions take from a particle in the time 1/|a|, over T; the viscosity over n T/|a| where the state is steady";
+        note "replicas", "1", "Replicas";
+    };
+    let (dimension, count) = (plan.dimension, plan.count() as f64);
+    let diameter = 2.0 * plan.mean_radius();
+    let squared = (rate * diameter).powi(2) * count;
+    for (engine, records) in runs.each::<Record>(plan) {
+        let records: Vec<&StressRecorder> =
+            records.into_iter().filter_map(Option::as_ref).collect();
+        let temperature = ratio(&records, |one| {
+            [one.thermal(dimension), one.duration * squared]
+        });
+        let viscosity = ratio(&records, |one| {
+            let stress = one.kinetic[(1, 0)] + one.collisional[(1, 0)];
+            [-stress * rate.signum(), one.thermal(dimension)]
+        });
+        let dissipation = ratio(&records, |one| {
+            [one.energy_lost / rate.abs(), one.thermal(dimension)]
+        });
+        table.add((
+            engine.name,
+            [temperature, viscosity, dissipation],
+            records.len(),
+        ));
+    }
+    table
 }
 
 impl Measure for Stress {
@@ -283,6 +322,7 @@ impl Measure for Stress {
                 ));
             }
         }
-        vec![table]
+        let flow = plan.grains.shear_rate.map(|rate| sheared_state(plan, runs, rate));
+        iter::once(table).chain(flow).collect()
     }
 }
