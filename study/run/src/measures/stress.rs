@@ -322,7 +322,10 @@ impl Measure for Stress {
                 ));
             }
         }
-        let flow = plan.grains.shear_rate.map(|rate| sheared_state(plan, runs, rate));
+        let flow = plan
+            .grains
+            .shear_rate
+            .map(|rate| sheared_state(plan, runs, rate));
         iter::once(table).chain(flow).collect()
     }
 }
