@@ -233,16 +233,17 @@ where
         check_numbers::<P, F>(&scene, &simulators)?;
         let (weight, sizes) = (1.0 / copies as f64, scene.sizes());
         let [mean_diameter, moment_ratio, mean_mass, ball] = means.averages();
+        let volume = boundaries.free_volume(&domain, 0.5 * mean_diameter);
         // What flows in may be denser than what is there.
         let packing_fraction = means
-            .packing_fraction(weight / domain.volume())
+            .packing_fraction(weight / volume)
             .max(boundaries.densest(scene.sizes()));
         let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
         let grid = grid(
             &parameters,
             domain,
             parameters.cells(&domain, packing_fraction, mean_diameter),
-            means.expected(packing_fraction * domain.volume() / weight),
+            means.expected(packing_fraction * volume / weight),
             [2.0 * sizes.largest_radius(), radius],
         );
         let means_of_all = [0.5 * mean_diameter, mean_mass];

@@ -1,12 +1,15 @@
 //! Boundary conditions of a box, as users give them.
 
-use stosszahl_model::walls::Obstacle;
+use stosszahl_model::walls::{FreeArea, Obstacle};
 use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
 
 use super::inflow::Inflow;
 use super::weights::Weights;
 use crate::parameters::{Displacement, EngineError, Parameters};
 use crate::scheme::{Neighbourhood, Scheme};
+
+/// Least share of a box that counts as free.
+const LEAST_SHARE: f64 = 1e-9;
 
 /// Where a wall stops a particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,6 +78,25 @@ impl<S: Space> Boundaries<S> {
             |inflow: &Inflow<S>| inflow.density * S::ball(sizes.radius(sizes.tag(inflow.like)));
         // What is no number is found later.
         inflows.map(packing).fold(0.0, f64::max)
+    }
+
+    /// Volume of a box in which centres of particles of a radius can be beside obstacles \[length^D\]. What walls take is not
+    /// left out.
+    pub(crate) fn free_volume(&self, domain: &Domain<S>, radius: f64) -> f64 {
+        let all = domain.volume();
+        if self.obstacles.is_empty() {
+            return all;
+        }
+        let clearance = match self.clearance {
+            Clearance::Centre => 0.0,
+            Clearance::Radius => radius,
+        };
+        let sides = [0, 1].map(|axis| domain.lengths()[axis]);
+        let periodic = [0, 1].map(|axis| domain.is_periodic(axis));
+        let area = FreeArea::new(&self.obstacles, sides, periodic, clearance);
+        // Without room particles are refused where they are.
+        let share = area.between([0.0; 2], sides) / (sides[0] * sides[1]);
+        all * share.max(LEAST_SHARE)
     }
 
     /// Whether all fits the box and the scheme.

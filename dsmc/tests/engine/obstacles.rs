@@ -372,6 +372,31 @@ fn a_grain_inside_an_obstacle_is_named() {
     assert!(said.contains("obstacle 0: reaches from (8.5"), "{said}");
 }
 
+/// Default cells follow the free path in the area that bodies leave: those of the gas in that area alone.
+#[test]
+fn default_cells_follow_the_free_area() {
+    let scene = grains(0.1, 1.0, Smooth, no_gravity());
+    let domain = Domain::<Plane>::periodic(vector![40.0, 40.0]).expect("a box");
+    let bodies = vec![block([10.0, 0.0], [40.0, 40.0], SPECULAR)];
+    let state = outside(gas(&scene, domain, 0.0, 4000, 1.0, 1), &bodies, 0.05);
+    let parameters = Parameters {
+        cell_size: None,
+        ..PARAMETERS
+    };
+    for (clearance, width) in [(Clearance::Centre, 10.0), (Clearance::Radius, 9.9)] {
+        let boundaries = around(bodies.clone(), clearance);
+        let engine: Engine<Disks> =
+            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+                .expect("an engine");
+        let packing = state.bodies.len() as f64 * Plane::ball(0.05) / (40.0 * width);
+        let wanted = parameters.cells(&domain, packing, 0.1);
+        let found = engine.grid().counts().map(|count| count as usize);
+        assert_eq!(found, wanted, "{clearance:?}");
+        // Spread over the whole box, the gas would have a path four times as long.
+        assert!(wanted[0] > 2 * parameters.cells(&domain, packing / 4.0, 0.1)[0]);
+    }
+}
+
 /// Counts by cell are all that the tally has, within and across cells.
 #[test]
 fn counts_by_cell_add_up() {
