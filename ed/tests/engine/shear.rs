@@ -7,10 +7,10 @@ use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
     Body, Budget, Constant, Domain, GrainSizes, Grains, Interrupt, Kind, Law, Monodisperse,
     Particle, Particles, PerPair, Physics, Plane, Rough, Scene, Shear, Sheared, Sizes, Smooth,
-    Species, State, Surface, Viscoelastic, initial,
+    Species, State, Surface, Viscoelastic,
 };
 
-use crate::support::Journal;
+use crate::support::{Journal, maxwellian};
 
 type ShearedScene<C, Z> = Scene<Plane, C, Law, Z, Sheared>;
 
@@ -96,18 +96,7 @@ fn gas<P: Physics<Space = Plane>>(
             bodies.push(body);
         }
     }
-    let mut state = State {
-        time: 0.0,
-        domain,
-        bodies,
-    };
-    initial::maxwellian(
-        scene,
-        &mut state,
-        1.0,
-        &mut streams.at(Purpose::Velocities, [0, 0]),
-    );
-    state
+    maxwellian(scene, domain, bodies, streams)
 }
 
 /// Compares the engine with all pairs: the collisions must be the same at the same times, and so

@@ -7,8 +7,8 @@ use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Obstacle, Outline, Vibration, Wall, Walls};
 use stosszahl_model::{
-    Body, Collision, Constant, Free, Gravity, Kind, Law, Monodisperse, Observer, Physics, Plane,
-    Rebound, Rough, Scene, Sizes, Smooth, Species, State, Surface,
+    Body, Collision, Constant, Domain, Free, Gravity, Kind, Law, Monodisperse, Observer, Physics,
+    Plane, Rebound, Rough, Scene, Sizes, Smooth, Species, State, Surface,
 };
 
 /// Disks and particles with the types that programs use which read cases: an engine takes seconds
@@ -171,17 +171,7 @@ pub fn gas<P: Physics<Space = Plane>>(
             .expect("a free place");
         bodies.push(Body::new(at, Vector2::zeros()));
     }
-    let mut state = State {
-        time: 0.0,
-        domain,
-        bodies,
-    };
-    initial::maxwellian(
-        scene,
-        &mut state,
-        1.0,
-        &mut streams.at(Purpose::Velocities, [0, 0]),
-    );
+    let mut state = maxwellian(scene, domain, bodies, streams);
     for disk in 0..count {
         let tag = sizes.tag(disk);
         let mut stream = streams.at(Purpose::Spins, [0, disk as u64]);
@@ -189,6 +179,23 @@ pub fn gas<P: Physics<Space = Plane>>(
             (scene.surface()).thermal_spin(1.0, sizes.mass(tag), sizes.radius(tag), &mut stream);
         state.bodies[disk].spin = spin;
     }
+    state
+}
+
+/// State of bodies with velocities at temperature 1.
+pub fn maxwellian<P: Physics<Space = Plane>>(
+    scene: &P,
+    domain: Domain<Plane>,
+    bodies: Vec<Body<P>>,
+    streams: Streams,
+) -> State<P> {
+    let mut state = State {
+        time: 0.0,
+        domain,
+        bodies,
+    };
+    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    initial::maxwellian(scene, &mut state, 1.0, &mut stream);
     state
 }
 
