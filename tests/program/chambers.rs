@@ -55,9 +55,9 @@ impl Partition {
     fn height(&self, x: f64) -> f64 {
         let corners = self.corners();
         let pairs = corners.iter().zip(&corners[1..]);
-        let mut heights = pairs.filter_map(|([x0, y0], [x1, y1])| {
-            ((*x0..=*x1).contains(&x)).then(|| y0 + (y1 - y0) * (x - x0) / (x1 - x0))
-        });
+        let mut heights = pairs
+            .filter(|([x0, _], [x1, _])| (*x0..=*x1).contains(&x))
+            .map(|([x0, y0], [x1, y1])| y0 + (y1 - y0) * (x - x0) / (x1 - x0));
         heights.next().expect("a place in the box")
     }
 
@@ -158,7 +158,7 @@ fn chambers_keep_their_temperatures() {
 fn cells_that_cannot_tell_sides_apart_are_refused() {
     let tooth = |tooth: u32| {
         let x = 41.0 + 0.06 * f64::from(tooth);
-        [x, if tooth % 2 == 0 { 23.0 } else { 27.0 }]
+        [x, if tooth.is_multiple_of(2) { 23.0 } else { 27.0 }]
     };
     let teeth: Vec<[f64; 2]> = (0..300).map(tooth).collect();
     let desk = Desk::new(&format!(

@@ -106,8 +106,8 @@ simulators_per_particle = 4
 ///
 /// The known values are those of an independent Boltzmann Monte Carlo simulation, with an error of some 0.5 %; at packing 0.005
 /// Enskog's corrections are below 1 %, and 400 disks lose 1/N to their total momentum. 0.01 n T is allowed for all that, and Student's t
-/// with seven degrees of freedom at a false alarm of 1e-3, 5.41, times the measured standard error; more than 0.03 n T in all would let
-/// the stress of restitution 0.9 pass (0.295 instead of 0.387), so that fails too.
+/// with seven degrees of freedom at a false alarm of 1e-3, 5.41, times the measured standard error; more than 0.045 n T in all would be
+/// half of the way to the stress of restitution 0.9 (0.295 instead of 0.387), so that fails too.
 #[test]
 fn dilute_sheared_gases_have_one_stress() {
     let desk = Desk::new(
@@ -147,7 +147,7 @@ simulators_per_particle = 4
             println!("{} {quantity}: {value:.4} ± {error:.4}", engines[row]);
             let allowed = 0.01 + 5.41 * error;
             assert!((value - known).abs() < allowed, "{value} ± {error}");
-            assert!(allowed < 0.03, "the error bar {error} is too wide");
+            assert!(allowed < 0.045, "the error bar {error} is too wide");
         }
     }
 }

@@ -179,7 +179,7 @@ fn collisions_take_what_they_tell() {
     }
 }
 
-/// Means over time of P/(n T), and a/nu_0 with nu_0 = n T/eta_0, of a dilute steady gas: (a*, xx, yy, zz, -xy), by block.
+/// Blocks of a dilute steady gas, each with the means over time of `a/nu_0`, `nu_0 = n T/eta_0`, and of `P/(n T)`: xx, yy, zz, -xy.
 fn steady_state(flow: Flow, restitution: f64, blocks: usize) -> Vec<[f64; 5]> {
     let boundaries = Boundaries::default();
     let grains = flow.grains(restitution);
