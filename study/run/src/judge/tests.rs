@@ -244,7 +244,7 @@ fn impact_parameters_are_judged_over_replicas() {
             wide,
             VerdictKind::Undecided,
             "undecided",
-            "is undecided: 0.05 ± 0.11 (3 degrees of freedom) from t = 1 to 5, below 0.86",
+            "is undecided: 0.05 ± 0.10 (3 degrees of freedom) from t = 1 to 5, below 0.83",
         ),
         (
             one,
