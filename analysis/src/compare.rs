@@ -263,7 +263,7 @@ fn quantiles(rows: &[&[f64]], level: f64) -> Vec<f64> {
 ///
 /// // One number at many times is one test.
 /// let values = [0.3, -0.2, 0.5, 0.1];
-/// let alike = joint_quantile(&[&values; 20], 0.05);
+/// let alike = joint_quantile(&[&values[..]; 20], 0.05);
 /// assert!((alike - quantile(0.05, Some(3))).abs() < 1e-6);
 /// // Numbers that have nothing to do with each other are as many as there are.
 /// let (one, other) = ([1.0, -1.0, 1.0, -1.0], [1.0, 1.0, -1.0, -1.0]);
