@@ -126,7 +126,8 @@ fn finish(
     Ok(say(&page)?)
 }
 
-/// What the points of a sweep say together: how many are of which kind when their intervals are corrected for all of them.
+/// Sentence about all points of a sweep: the number of each kind of verdict, with intervals that are
+/// corrected for all points.
 fn together(points: &[PointSummary]) -> String {
     let first = |point: &PointSummary| headlines(&point.verdicts).first().copied().cloned();
     let heads: Vec<Option<Verdict>> = points.iter().map(first).collect();
@@ -159,8 +160,8 @@ fn together(points: &[PointSummary]) -> String {
     )
 }
 
-/// What a point says: all of it, or the conclusions that come first, warnings, and how many more lines there are; of a point
-/// among others only the first conclusion and warnings.
+/// Lines about a point: all verdicts if `verbose`, else the leading conclusions, warnings and the
+/// number of further lines; if `brief`, the first conclusion and warnings alone.
 fn lines(point: &PointSummary, verbose: bool, brief: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
     let told = |one: &Verdict| line(one.kind.name(), &one.sentence);

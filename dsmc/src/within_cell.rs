@@ -73,7 +73,7 @@ struct Report<'a, P: Physics> {
 }
 
 impl<P: Physics> Report<'_, P> {
-    /// Counts the trials and collisions of a cell of so many simulators.
+    /// Counts the trials and collisions of a cell; `count` is the number of its simulators.
     #[inline(always)]
     fn close(&mut self, cell: &Cell, count: u64, trials: u64, collisions: u64) {
         let tally = &mut self.tally;
@@ -320,9 +320,12 @@ where
         cell.weight
     }
 
-    /// Collides a cell in a uniform shear flow that partners feel: the line of centres is drawn first, all directions alike, and
-    /// the pair collides with the speed at which it approaches along it, the flow over the contact distance included
-    /// (Montanero & Santos, Phys. Rev. E 54, 438 (1996), doi:10.1103/PhysRevE.54.438). Returns the particles of each simulator.
+    /// Collides a cell in a uniform shear flow that partners feel, and returns the particles of each
+    /// simulator.
+    ///
+    /// The line of centres is drawn first, all directions alike. The pair collides at a rate
+    /// proportional to its speed of approach along that line, which includes the flow over the contact
+    /// distance (Montanero & Santos, Phys. Rev. E 54, 438 (1996), doi:10.1103/PhysRevE.54.438).
     #[inline(never)]
     fn collide_in_flow<F: Follow<P::Space>>(
         &self,

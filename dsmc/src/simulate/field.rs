@@ -1,8 +1,8 @@
 //! Gravity or a uniform shear flow, chosen when a gas begins: one type of engine for both.
 
-use stosszahl_model::{Field, Grains, Gravity, Invalid, Scene, Sheared, Space, Species, Surface};
-
-use stosszahl_model::Law;
+use stosszahl_model::{
+    Field, Grains, Gravity, Invalid, Law, Scene, Sheared, Space, Species, Surface,
+};
 
 /// Field of a gas that may be sheared.
 #[derive(Clone, Copy, Debug)]

@@ -224,8 +224,8 @@ fn steady_state(flow: Flow, restitution: f64, blocks: usize) -> Vec<[f64; 5]> {
 }
 
 /// Stress and temperature of dilute sheared gases against an independent Boltzmann Monte Carlo simulation, whose own error is .5 %.
-/// Allowed: 1 % of n T, which has room for both errors and that of cells and steps; five standard errors of the blocks must be below
-/// that, so that the bound is met by chance at most once in 10^4 times by a value that is 2 % off.
+/// Allowed: 1 % of n T, which has room for both errors and that of cells and steps. Five standard errors of the blocks must be below
+/// that: a value that is 2 % off then passes by chance at most once in 10^4 times.
 #[test]
 fn dilute_sheared_gases_have_the_stress_of_the_boltzmann_equation() {
     let rows = [

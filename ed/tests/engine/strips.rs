@@ -5,7 +5,6 @@ use rand::RngExt;
 use stosszahl_ed::{
     Boundaries, Checkpoint, Dissipation, Engine, StripSettings, StripedEngine, simulate,
 };
-use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Outline, Wall};
 use stosszahl_model::{
@@ -13,7 +12,7 @@ use stosszahl_model::{
     Physics, Plane, Rebound, State,
 };
 
-use crate::support::{bounces, disks, down, grains, obstacle, rough, vibrates, walled};
+use crate::support::{bounces, disks, down, grains, maxwellian, obstacle, rough, vibrates, walled};
 
 /// Creates a gas of this many unit disks, at least, on a jittered lattice, without those that
 /// overlap obstacles; as wide as it is high over `aspect`.
@@ -54,14 +53,7 @@ fn lattice<P: Physics<Space = Plane>>(
             }
         }
     }
-    let mut state = State {
-        time: 0.0,
-        domain,
-        bodies,
-    };
-    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
-    initial::maxwellian(scene, &mut state, 1.0, &mut stream);
-    state
+    maxwellian(scene, domain, bodies, streams)
 }
 
 /// Result of a run: its checkpoint, and all its collisions.

@@ -144,7 +144,7 @@ pub enum Fault {
     },
     /// A required key is missing.
     MissingKey {
-        /// What its absence stands for, such as a default that does not go with other keys.
+        /// Meaning of the absence, such as a default that does not go with other keys.
         found: Option<String>,
         /// What should be there.
         allowed: String,

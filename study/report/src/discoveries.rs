@@ -97,7 +97,8 @@ mod tests {
         }
     }
 
-    /// Against the plain procedure on p values: the largest k with p_(k) <= q k/m.
+    /// Intervals find the differences that the procedure on p values finds: the largest k with
+    /// p_(k) <= q k/m.
     #[test]
     fn differences_are_those_of_benjamini_and_hochberg() {
         for shift in [0.0, 0.5, 1.0, 1.7] {

@@ -137,7 +137,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
 
 /// The figures of a run.
 struct Figures {
-    /// That of the question, or else the first.
+    /// Figure of the question, or the first of the run without one.
     first: Markup,
     /// All others, each with its table below.
     others: Markup,

@@ -266,7 +266,7 @@ impl<'a> Planned<'a> {
         plan.cost(threads, &kept, &looks, figures)
     }
 
-    /// What it means on this many threads.
+    /// Outline of the planned case on this many threads.
     pub fn outline(&self, threads: usize) -> Outline {
         let level = level(self);
         let replicas = self.plan.case.replicas as usize;

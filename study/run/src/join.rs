@@ -2,7 +2,7 @@
 //! writes its tables.
 //!
 //! A replica is a function of the case, and what it leaves is kept as a checkpoint holds it, so tables are the bytes of
-//! [`crate::run_case`], whoever did what. A process that died leaves its claims, its checkpoints and its journal: another one supersedes
+//! [`crate::run_case`], whichever process did which part. A process that died leaves its claims, its checkpoints and its journal: another one supersedes
 //! the claims, goes on from copies of the checkpoints, and reads the journal ([`stosszahl_results::FolderWorker`]).
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -79,7 +79,7 @@ fn task_name(job: &Job<'_>, replica: u64) -> String {
     job.place.task(&format!("replica-{replica}"))
 }
 
-/// What a thread does next.
+/// Next step of a thread.
 enum NextStep {
     Replica(Piece, TaskClaim),
     Finish(usize, TaskClaim),
@@ -94,8 +94,9 @@ struct TaskQueue<'a> {
     options: &'a Options<'a>,
     folder: &'a Folder,
     worker: &'a FolderWorker,
-    /// Points, the costliest first.
+    /// Numbers of the points, the costliest first.
     order: Vec<usize>,
+    /// State that the threads of this process share.
     state: Mutex<QueueState>,
 }
 
@@ -108,7 +109,7 @@ struct QueueState {
 #[derive(Default)]
 struct PointState {
     began: Option<Instant>,
-    /// What this process has done.
+    /// Journal of the replicas that this process has done.
     journal: Option<Arc<Journal>>,
     /// Replicas that the progress knows as done.
     told: Vec<bool>,
@@ -181,7 +182,7 @@ impl<'a> TaskQueue<'a> {
         }
     }
 
-    /// Finds the next task: one that nobody has claimed, and else one whose process was lost.
+    /// Finds the next task: one without a claim, or else one whose process was lost.
     fn next_step(&self) -> Result<NextStep, RunError> {
         let mut state = self.state();
         if state.failure.is_some() {
@@ -290,7 +291,7 @@ impl<'a> TaskQueue<'a> {
         let folder = job.place.path();
         let left = pool.install(|| job.desk(&folder, &guard).work(piece));
         match guard() {
-            // This process stood still for too long; the other one has gone on from its checkpoint.
+            // This process stood still for too long; the other one has resumed from its checkpoint.
             Err(error @ ResultsError::TakenOver { .. }) => {
                 self.options.progress.note(&error.to_string());
                 return Ok(());

@@ -27,12 +27,14 @@ const DIFFERENCES: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
 /// Numbers of replicas.
 const REPLICAS: [usize; 3] = [4, 8, 16];
 
-/// Text of a cooling case, of one replica.
-const COOLING: &str = "format = 2
+/// Text of a case of one replica: a gas of this restitution, with these engines and measures.
+fn case_text(restitution: f64, engines_and_measures: &str) -> String {
+    format!(
+        "format = 2
 replicas = 1
 [gas]
 number = 100
-restitution = 0.8
+restitution = {restitution}
 [box]
 packing_fraction = 0.2
 [start]
@@ -40,27 +42,11 @@ equilibration = 10
 [run]
 until = 20
 [engine.ed]
-[engine.dsmc-contact-point]
-simulators_per_particle = 1
-[measure.energy]
+{engines_and_measures}
 [measure.impact_parameters]
-";
-
-/// Text of an elastic case, of one replica.
-const ELASTIC: &str = "format = 2
-replicas = 1
-[gas]
-number = 100
-restitution = 1
-[box]
-packing_fraction = 0.2
-[start]
-equilibration = 10
-[run]
-until = 20
-[engine.ed]
-[measure.impact_parameters]
-";
+"
+    )
+}
 
 /// One replica of a gas in the pool.
 struct Replica {
@@ -282,7 +268,8 @@ fn rule(margin: f64) -> Rule {
 /// Energies of gases that cool: two draws from the pool of one engine, of which the second is lower by what is planted at all times.
 pub(super) fn cooling(log: &mut Findings) -> Done {
     let count = if log.effort.quick { 24 } else { 400 };
-    let pools = pools(log, COOLING, "cooling", count)?;
+    let chaos = "[engine.dsmc-contact-point]\nsimulators_per_particle = 1\n[measure.energy]";
+    let pools = pools(log, &case_text(0.8, chaos), "cooling", count)?;
     let counts = if log.effort.quick {
         &REPLICAS[1..2]
     } else {
@@ -330,7 +317,7 @@ pub(super) fn cooling(log: &mut Findings) -> Done {
 /// Impact parameters of elastic exact disks.
 pub(super) fn elastic(log: &mut Findings) -> Done {
     let count = if log.effort.quick { 24 } else { 400 };
-    let pools = pools(log, ELASTIC, "elastic", count)?;
+    let pools = pools(log, &case_text(1.0, ""), "elastic", count)?;
     let counts = if log.effort.quick {
         &REPLICAS[1..2]
     } else {
