@@ -111,6 +111,7 @@ equilibration = 0
 until = 0.004
 samples = 2
 [engine.dsmc-boltzmann]
+simulators_per_particle = 1
 [measure.snapshots]
 times = []
 [measure.frames]
