@@ -11,7 +11,6 @@ use crate::case::CaseFile;
 use crate::case::format::share;
 use crate::report::{Listed, Listing, ReportError, listing, write_report};
 use crate::results::{Existing, Manifest, changed_files, quantity_title, write_file};
-use crate::study::crew::Crew;
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
 use crate::study::run::needed_memory;
@@ -61,7 +60,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Reference { folders } => print_reference(&folders),
         Command::Manual { folder } => manual(&folder),
         Command::Frontier { frontier, joining } => read(&frontier.case)
-            .and_then(|file| measure_frontier(&frontier, &file, None, joining.lost_after())),
+            .and_then(|file| measure_frontier(&frontier, &file, joining.lost_after())),
         Command::Reproduce(arguments) => reproduce(&arguments),
     };
     ended(done)
@@ -319,15 +318,14 @@ fn figure(value: f64) -> String {
     }
 }
 
-/// Measures the settings around a case, in this process or with the help of others, and prints the
-/// results.
+/// Measures the settings around a case, alone or together with the processes that share the results
+/// folder, and prints the results.
 ///
 /// # Errors
 /// [`CommandError`] of the sweep or of its report.
 pub fn measure_frontier(
     arguments: &FrontierArguments,
     file: &CaseFile,
-    crew: Option<&dyn Crew>,
     join: Option<Duration>,
 ) -> Result<(), CommandError> {
     let target = share(&arguments.target_error).ok_or_else(|| CommandError::Target {
@@ -346,7 +344,6 @@ pub fn measure_frontier(
     let stop = listen("stopped; the same command goes on with the runs that are kept");
     let options = frontier::Options {
         interrupt: &stop,
-        crew,
         join,
         kinds,
         target,

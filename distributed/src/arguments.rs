@@ -1,16 +1,16 @@
 //! The command line as typed.
 
-use clap::{Args, Parser, Subcommand};
-use stosszahl::arguments::{FrontierArguments, RunArguments};
+use clap::{Parser, Subcommand};
+use stosszahl::arguments::RunArguments;
 
-/// stosszahl over MPI: replicas and points of sweeps on many machines.
+/// stosszahl over MPI: one large Monte Carlo gas on many machines.
 #[derive(Debug, Parser)]
 #[command(
     name = "stosszahl-mpi",
     version,
-    after_help = "Begin with:\n  mpirun -n 4 stosszahl-mpi run cases/quick.toml\n  srun stosszahl-mpi run cases/quick.toml --threads 8\n\n\
-                  All processes need the results folder. With Open MPI, `mpirun --enable-recovery` lets a run go on without a \
-                  process that was killed.\n\n\
+    after_help = "Begin with:\n  mpirun -n 4 stosszahl-mpi run CASE\n  srun stosszahl-mpi run CASE --threads 8\n\n\
+                  All processes need the results folder. Replicas and points of sweeps need no MPI: `stosszahl run CASE --join`, \
+                  started any number of times, shares them.\n\n\
                   Exit codes: 0 done, 1 the run failed, 2 the input was refused, 130 stopped (continue with --resume)."
 )]
 pub struct Arguments {
@@ -22,39 +22,16 @@ pub struct Arguments {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run a case: tables are the bytes of `stosszahl run`, for any number of processes and
-    /// threads.
+    /// Run a case with each Monte Carlo gas in cells held by all processes together: tables are the
+    /// bytes of `stosszahl run`, for any number of processes and threads.
     Run {
         /// As for `stosszahl run`; threads are those of each process.
         #[command(flatten)]
         run: RunArguments,
-        /// Options of all processes.
-        #[command(flatten)]
-        shared: Together,
-    },
-    /// Measure speed against error around a case: tables are those of `stosszahl frontier`, but for
-    /// times.
-    Frontier {
-        /// As for `stosszahl frontier`; threads are those of each process.
-        #[command(flatten)]
-        frontier: FrontierArguments,
-        /// Seconds of silence after which a process is lost: others make its runs.
+        /// Seconds of silence after which a process counts as hanging: the job ends.
         #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
-        lost_after: f64,
+        rank_timeout: f64,
     },
-}
-
-/// Options of the work of several processes, and the time after which one counts as lost.
-#[derive(Debug, Args)]
-pub struct Together {
-    /// Seconds of silence after which a process is lost: its work is done by others, or, with one
-    /// gas, the job ends.
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
-    pub lost_after: f64,
-    /// All processes hold one gas after the other together, in place of one replica each: for a
-    /// large gas of Monte Carlo in cells.
-    #[arg(long)]
-    pub one_gas: bool,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

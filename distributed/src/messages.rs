@@ -1,4 +1,4 @@
-//! Messages between the processes of a run.
+//! The case as a message from the root to the other processes.
 
 use std::path::PathBuf;
 
@@ -41,35 +41,6 @@ impl Case {
         let read = study::format().from_text(&self.path, &self.text, &self.overrides);
         read.map_err(|error| error.to_string())
     }
-}
-
-/// Message from the root to another process.
-#[derive(Debug, Serialize, Deserialize)]
-pub enum ToOther {
-    /// Case to be run.
-    Case(Case),
-    /// Order with its number; its record comes back with that number.
-    Order(u64, #[serde(with = "serde_bytes")] Vec<u8>),
-    /// End of the work.
-    End {
-        /// True if all processes close MPI together: not if one was lost.
-        together: bool,
-    },
-}
-
-/// Message from another process to the root.
-#[derive(Debug, Serialize, Deserialize)]
-pub enum ToRoot {
-    /// The case is planned; this many orders can be executed at once.
-    Ready(usize),
-    /// The case cannot be run here, with the reason.
-    Failed(String),
-    /// Record of an order, with its number.
-    Record(u64, #[serde(with = "serde_bytes")] Vec<u8>),
-    /// This process was asked to stop; orders without a record are for others.
-    Leaves,
-    /// Number of collisions since the last report.
-    Progress(u64),
 }
 
 /// Serialises a message.

@@ -1,12 +1,12 @@
-//! Ten bundled cases, shortened, over processes: as replicas handed out, and with each gas in all
-//! processes. Their tables are those of one process.
+//! Bundled cases with gases in cells, shortened, over processes. Their tables are those of one
+//! process.
 
 use std::path::Path;
 
 use crate::support::{Scratch, alone, job, succeeds, tables};
 
 /// Cases, and settings that make them short.
-const CASES: [(&str, &[&str]); 10] = [
+const CASES: [(&str, &[&str]); 8] = [
     ("quick", &["--until=1", "--replicas=3"]),
     (
         "luding-1998",
@@ -24,24 +24,6 @@ const CASES: [(&str, &[&str]); 10] = [
             "--until=0.5",
             "--replicas=2",
             "--set=engine.dsmc-contact-point.simulators_per_particle=8",
-        ],
-    ),
-    (
-        "mixture-cooling",
-        &[
-            "--until=5",
-            "--replicas=2",
-            "--set=power_law.monomers=1000",
-            "--set=gas.volume=1e4",
-        ],
-    ),
-    (
-        "aggregation-fragmentation",
-        &[
-            "--until=20",
-            "--replicas=2",
-            "--set=gas.volume=1e5",
-            "--set=measure.clusters.steady_from=5",
         ],
     ),
     (
@@ -82,9 +64,8 @@ const CASES: [(&str, &[&str]); 10] = [
     ),
 ];
 
-/// Number of processes, and threads of each.
-const CREWS: [(usize, usize); 10] = [
-    (1, 1),
+/// Layouts: number of processes, and threads of each.
+const LAYOUTS: [(usize, usize); 8] = [
     (2, 1),
     (3, 1),
     (4, 1),
@@ -93,39 +74,36 @@ const CREWS: [(usize, usize); 10] = [
     (2, 2),
     (3, 2),
     (4, 2),
-    (8, 2),
 ];
 
-/// Compares a case over some numbers of processes, as replicas and as one gas, with one process.
-fn assert_same(number: usize, replicas: &[(usize, usize)], one_gas: &[(usize, usize)]) {
+/// Compares a case over some layouts with one process.
+fn assert_same(number: usize, layouts: &[(usize, usize)]) {
     let (case, short) = CASES[number];
     let scratch = Scratch::new("");
     let wanted = alone(case, short, &scratch.out("alone"));
-    let ways = replicas.iter().map(|crew| (crew, None));
-    let ways = ways.chain(one_gas.iter().map(|crew| (crew, Some("--one-gas"))));
-    for (&(ranks, threads), way) in ways {
-        let name = format!("{ranks}-{threads}{}", way.unwrap_or_default());
+    for &(ranks, threads) in layouts {
+        let name = format!("{ranks}-{threads}");
         let (out, threads) = (scratch.out(&name), threads.to_string());
         let mut arguments = vec!["run", case, "--out", &out, "--threads", &threads];
-        arguments.extend(short.iter().chain(&way));
+        arguments.extend(short);
         succeeds(job(ranks, &[], &arguments));
         assert!(tables(Path::new(&out)) == wanted, "{case}: {name}");
     }
 }
 
-/// Each case with one crew as replicas and another as one gas, so that all crews come.
+/// Each case in one layout, so that all layouts come.
 #[test]
 fn bundled_cases_are_the_same_bytes_over_processes() {
     for number in 0..CASES.len() {
-        let other = CREWS.len() - 1 - number;
-        assert_same(number, &CREWS[number..=number], &CREWS[other..=other]);
+        let layout = LAYOUTS.len() - 1 - number;
+        assert_same(number, &LAYOUTS[layout..=layout]);
     }
 }
 
 #[test]
-#[ignore = "200 jobs, eight minutes: distributed/test.sh --include-ignored"]
-fn bundled_cases_are_the_same_bytes_over_all_crews() {
+#[ignore = "64 jobs, some three minutes: distributed/test.sh --include-ignored"]
+fn bundled_cases_are_the_same_bytes_in_all_layouts() {
     for number in 0..CASES.len() {
-        assert_same(number, &CREWS, &CREWS);
+        assert_same(number, &LAYOUTS);
     }
 }

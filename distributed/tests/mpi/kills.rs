@@ -13,29 +13,6 @@ use stosszahl::model::random::{Purpose, Streams};
 
 use crate::support::{Scratch, ends, job, kill, processes, said, started, succeeds, tables};
 
-/// A sweep with a prepared start, exact dynamics and Monte Carlo.
-const SWEEP: &str = r#"
-format = 2
-title = "a sweep"
-replicas = 4
-[gas]
-number = 400
-restitution = 0.9
-[box]
-packing_fraction = 0.2
-[start]
-equilibration = 20
-[run]
-until = 40
-samples = 8
-checkpoint_seconds = 0.02
-[engine.ed]
-[engine.dsmc-boltzmann]
-[measure.impact_parameters]
-[[sweep]]
-"gas.restitution" = [0.7, 0.9]
-"#;
-
 /// Gases that several processes hold: pairs within cells, in neighbourhoods and across cells.
 const GASES: &str = r#"
 format = 2
@@ -65,7 +42,7 @@ simulators_per_particle = 1
 const LEGS: usize = 8;
 
 /// Kills jobs of a case until this many were ended by it.
-fn assert_survives(case: &str, way: &[&str], seed: u64, kills: usize) {
+fn assert_survives(case: &str, seed: u64, kills: usize) {
     let scratch = Scratch::new(case);
     let wanted = scratch.alone();
     let mut draw = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
@@ -74,7 +51,6 @@ fn assert_survives(case: &str, way: &[&str], seed: u64, kills: usize) {
         assert!(leg < LEGS * kills, "{killed} of {kills} kills ended a job");
         let out = scratch.out(&format!("chain-{chain}"));
         let mut arguments = vec!["run", &scratch.case, "--out", &out, "--threads", "1"];
-        arguments.extend(way);
         if Path::new(&out).join("run.json").exists() {
             arguments.push("--resume");
         }
@@ -107,20 +83,14 @@ fn assert_survives(case: &str, way: &[&str], seed: u64, kills: usize) {
 }
 
 #[test]
-fn replicas_killed_at_ten_moments_leave_the_same_bytes() {
-    assert_survives(SWEEP, &[], 1, 10);
+fn gases_killed_at_ten_moments_leave_the_same_bytes() {
+    assert_survives(GASES, 2, 10);
 }
 
 #[test]
-fn one_gas_killed_at_ten_moments_leaves_the_same_bytes() {
-    assert_survives(GASES, &["--one-gas"], 2, 10);
-}
-
-#[test]
-#[ignore = "three hundred jobs, some ten minutes: distributed/test.sh --include-ignored"]
+#[ignore = "a hundred and fifty jobs, some five minutes: distributed/test.sh --include-ignored"]
 fn jobs_killed_at_many_moments_leave_the_same_bytes() {
     for seed in 3..6 {
-        assert_survives(SWEEP, &[], seed, 50);
-        assert_survives(GASES, &["--one-gas"], seed, 50);
+        assert_survives(GASES, seed, 50);
     }
 }

@@ -2,8 +2,6 @@
 //! processes that hang.
 
 mod cases;
-mod ensembles;
-mod frontier;
+mod decomposed;
 mod kills;
-mod one_gas;
 mod support;

@@ -118,15 +118,6 @@ pub fn appears(out: &str, name: &str) {
     wait_for(name, || Path::new(out).join(name).exists());
 }
 
-/// Waits for a file of a results folder whose name begins so.
-pub fn appears_like(out: &str, start: &str) {
-    wait_for(start, || {
-        let files = fs::read_dir(out).into_iter().flatten().flatten();
-        let mut names = files.map(|file| file.file_name().to_string_lossy().into_owned());
-        names.any(|name| name.starts_with(start))
-    });
-}
-
 fn wait_for(name: &str, is_there: impl Fn() -> bool) {
     let began = Instant::now();
     while !is_there() {

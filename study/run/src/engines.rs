@@ -15,7 +15,7 @@ use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
 
-use crate::holders::Holders;
+use crate::decomposed::RankGroup;
 use crate::measure::Needs;
 use crate::measures;
 use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
@@ -156,9 +156,9 @@ pub fn begin(
     needs: Needs,
     from: From<'_>,
     interrupt: &Interrupt,
-    holders: Option<(&Holders, u64)>,
+    group: Option<(&RankGroup, u64)>,
 ) -> Result<Box<dyn Simulation>, BeginError> {
-    let made = made(plan, engine, streams, needs, from, interrupt, holders);
+    let made = made(plan, engine, streams, needs, from, interrupt, group);
     let mut gas = made.map_err(|error| error.in_units(plan))?;
     gas.stop_on(interrupt);
     gas.use_threads(threads_each(
@@ -182,7 +182,7 @@ pub(crate) fn hold(
     streams: Streams,
     needs: Needs,
     interrupt: &Interrupt,
-    holders: &Arc<dyn Ranks>,
+    ranks: &Arc<dyn Ranks>,
 ) -> Result<(), BeginError> {
     let EngineKind::MonteCarlo(parameters) = &engine.kind else {
         return Ok(());
@@ -194,7 +194,7 @@ pub(crate) fn hold(
         &gas,
         count,
         lengths,
-        holders,
+        ranks,
         interrupt,
         measures::sum,
     )?)
@@ -224,10 +224,10 @@ fn made(
     needs: Needs,
     from: From<'_>,
     interrupt: &Interrupt,
-    holders: Option<(&Holders, u64)>,
+    group: Option<(&RankGroup, u64)>,
 ) -> Result<Box<dyn Simulation>, BeginError> {
     // Not before this process has all that it needs, or the others would wait for it.
-    let call = || holders.map(|(all, replica)| all.call(replica, engine));
+    let call = || group.map(|(all, replica)| all.call(replica, engine));
     match &engine.kind {
         EngineKind::EventDriven { contact_time, .. } => {
             let dissipation = if *contact_time > 0.0 {

@@ -17,8 +17,8 @@ use stosszahl_model::{Budget, Failure, Interrupt, Moments, Observer, Particles, 
 
 use crate::collision_rate::RateWindow;
 use crate::control::{Content, Control, Rollback, Set};
+use crate::decomposed::RankGroup;
 use crate::engines::{self, From as Source};
-use crate::holders::Holders;
 use crate::kicks::Kicks;
 use crate::measure::{Finished, Measure, Moment, Needs, Probe, Stop};
 use crate::measures::extended_xyz;
@@ -151,17 +151,17 @@ impl Part<'_> {
     /// # Errors
     /// [`PartError`]; the checkpoint stays.
     pub fn run(&self, control: &Control<'_, Saved>) -> Result<Finished, PartError> {
-        self.run_among(control, None)
+        self.run_in(control, None)
     }
 
-    /// The same where several processes hold the gas, of which this is the first.
+    /// Runs to the end a gas that the processes of `group` hold together.
     ///
     /// # Errors
     /// As [`Self::run`].
-    pub(crate) fn run_among(
+    pub(crate) fn run_in(
         &self,
         control: &Control<'_, Saved>,
-        holders: Option<&Holders>,
+        group: Option<&RankGroup>,
     ) -> Result<Finished, PartError> {
         let (plan, streams) = (self.plan, self.streams());
         let schedule = schedule(plan, self.measures);
@@ -184,10 +184,10 @@ impl Part<'_> {
                 seconds: saved.seconds,
                 bytes: saved.bytes,
                 rate: saved.rate,
-                ..Course::new(self, probes, source, interrupt, holders)?
+                ..Course::new(self, probes, source, interrupt, group)?
             }
         } else {
-            Course::begin(self, interrupt, holders)?
+            Course::begin(self, interrupt, group)?
         };
         let drive = Kicks::new(plan, streams)?;
         let mut rollback = Rollback::default();
@@ -231,10 +231,10 @@ impl<'a> Course<'a> {
     pub(crate) fn begin(
         part: &'a Part<'a>,
         interrupt: &'a Interrupt,
-        holders: Option<&Holders>,
+        group: Option<&RankGroup>,
     ) -> Result<Self, PartError> {
         let source = Source::Start(part.start);
-        let mut course = Self::new(part, part.probes(), source, interrupt, holders)?;
+        let mut course = Self::new(part, part.probes(), source, interrupt, group)?;
         for (probe, measure) in course.probes.iter_mut().zip(part.measures) {
             if measure.looks_at(part.plan, part.replica) {
                 let mut moment = Moment::new(0.0, &mut *course.gas);
@@ -250,12 +250,12 @@ impl<'a> Course<'a> {
         probes: Vec<Box<dyn Probe>>,
         source: Source<'_>,
         interrupt: &'a Interrupt,
-        holders: Option<&Holders>,
+        group: Option<&RankGroup>,
     ) -> Result<Self, PartError> {
         let (plan, engine, streams) = (part.plan, part.engine, part.streams());
-        let holders = holders.map(|all| (all, part.replica));
+        let group = group.map(|all| (all, part.replica));
         let needs = part.needs();
-        let gas = engines::begin(plan, engine, streams, needs, source, interrupt, holders)?;
+        let gas = engines::begin(plan, engine, streams, needs, source, interrupt, group)?;
         Ok(Self {
             part,
             interrupt,

@@ -15,8 +15,8 @@ use stosszahl_results::{Folder, FolderWorker, Manifest, ResultsError, TaskClaim,
 use crate::check::Planned;
 use crate::follow::PartError;
 use crate::journal::Journal;
-use crate::pieces::{Piece, seconds};
 use crate::point::Job;
+use crate::replica_task::{ReplicaTask, seconds};
 use crate::run::{Opened, Options, PointSummary, RunError, Summary, prepare, require_memory};
 
 /// Name of the task of writing the tables of a point.
@@ -43,7 +43,7 @@ pub fn run_joined(
     let jobs = opened.jobs(file, &planned, options);
     let folder = opened.folder();
     let worker = folder.worker();
-    let worker = worker.ok_or_else(|| RunError::Crew("the folder is not shared".into()))?;
+    let worker = worker.ok_or_else(|| RunError::Processes("the folder is not shared".into()))?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()?;
@@ -81,7 +81,7 @@ fn task_name(job: &Job<'_>, replica: u64) -> String {
 
 /// Next step of a thread.
 enum NextStep {
-    Replica(Piece, TaskClaim),
+    Replica(ReplicaTask, TaskClaim),
     Finish(usize, TaskClaim),
     /// All is claimed by processes that are alive.
     Wait,
@@ -171,7 +171,7 @@ impl<'a> TaskQueue<'a> {
                     pause = (2 * pause).min(LOOKS[1]);
                     continue;
                 }
-                Ok(NextStep::Replica(piece, claim)) => self.work_on(pool, piece, &claim),
+                Ok(NextStep::Replica(task, claim)) => self.work_on(pool, task, &claim),
                 Ok(NextStep::Finish(point, claim)) => self.finish(point, &claim),
                 Err(error) => Err(error),
             };
@@ -231,19 +231,19 @@ impl<'a> TaskQueue<'a> {
             return Ok(None);
         }
         let mut is_open = false;
-        for piece in job.pieces() {
-            let task = task_name(job, piece.replica);
-            if tasks.is_done(&task) {
-                if !std::mem::replace(&mut state.told[piece.replica as usize], true) {
-                    job.tell_done(piece);
+        for task in job.tasks() {
+            let name = task_name(job, task.replica);
+            if tasks.is_done(&name) {
+                if !std::mem::replace(&mut state.told[task.replica as usize], true) {
+                    job.tell_done(task);
                 }
                 continue;
             }
             is_open = true;
-            if tasks.is_claimed(&task) != claimed {
+            if tasks.is_claimed(&name) != claimed {
                 continue;
             }
-            if let Some(claim) = self.worker.claim(&claims, &task)? {
+            if let Some(claim) = self.worker.claim(&claims, &name)? {
                 // Others may have finished the point, and removed its claims, since they were read.
                 if job.place.has_manifest() {
                     job.place.remove_claims();
@@ -254,7 +254,10 @@ impl<'a> TaskQueue<'a> {
                     job.begin();
                 }
                 let attempt = claim.generation;
-                return Ok(Some(NextStep::Replica(Piece { attempt, ..piece }, claim)));
+                return Ok(Some(NextStep::Replica(
+                    ReplicaTask { attempt, ..task },
+                    claim,
+                )));
             }
         }
         if is_open {
@@ -268,14 +271,14 @@ impl<'a> TaskQueue<'a> {
     fn work_on(
         &self,
         pool: &rayon::ThreadPool,
-        piece: Piece,
+        task: ReplicaTask,
         claim: &TaskClaim,
     ) -> Result<(), RunError> {
-        let job = &self.jobs[piece.point];
-        let task = task_name(job, piece.replica);
+        let job = &self.jobs[task.point];
+        let name = task_name(job, task.replica);
         let claims = self.folder.claims();
-        if piece.attempt > 0 && job.entries()?.contains_key(&piece.replica) {
-            return Ok(self.worker.mark_done(&claims, &task)?);
+        if task.attempt > 0 && job.entries()?.contains_key(&task.replica) {
+            return Ok(self.worker.mark_done(&claims, &name)?);
         }
         let guard = || {
             self.folder.require_same()?;
@@ -284,12 +287,12 @@ impl<'a> TaskQueue<'a> {
             }
             Err(ResultsError::TakenOver {
                 path: job.place.path(),
-                task: task.clone(),
+                task: name.clone(),
             })
         };
-        job.claim(piece, 0)?;
+        job.claim(task, 0)?;
         let folder = job.place.path();
-        let left = pool.install(|| job.desk(&folder, &guard).work(piece));
+        let left = pool.install(|| job.context(&folder, &guard).work(task));
         match guard() {
             // This process stood still for too long; the other one has resumed from its checkpoint.
             Err(error @ ResultsError::TakenOver { .. }) => {
@@ -303,9 +306,9 @@ impl<'a> TaskQueue<'a> {
         {
             return left.map(drop);
         }
-        let journal = self.journal(piece.point)?;
-        job.keep(&journal, piece, &left)?;
-        Ok(self.worker.mark_done(&claims, &task)?)
+        let journal = self.journal(task.point)?;
+        job.keep(&journal, task, &left)?;
+        Ok(self.worker.mark_done(&claims, &name)?)
     }
 
     /// The journal of this process, made with the first replica of the point.
@@ -328,16 +331,16 @@ impl<'a> TaskQueue<'a> {
         }
         let mut entries = job.entries()?;
         let mut replicas = Vec::new();
-        for piece in job.pieces() {
-            let Some(bytes) = entries.remove(&piece.replica) else {
+        for task in job.tasks() {
+            let Some(bytes) = entries.remove(&task.replica) else {
                 return Err(RunError::Incomplete(format!(
                     "{}: replica {} is marked as done, and no journal has it; remove {} and join again",
                     job.place.path().display(),
-                    piece.replica,
+                    task.replica,
                     self.folder.claims().display()
                 )));
             };
-            replicas.push(job.restore(piece, &bytes)?);
+            replicas.push(job.restore(task, &bytes)?);
         }
         if !self.worker.holds(claim) {
             return Ok(());

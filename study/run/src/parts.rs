@@ -13,7 +13,7 @@ use stosszahl_results::Folder;
 
 use crate::check::format;
 use crate::journal::{Journal, JournalOwner};
-use crate::pieces::Piece;
+use crate::replica_task::ReplicaTask;
 use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory, run_ids};
 
 /// Name of the file that describes a part.
@@ -98,16 +98,16 @@ pub fn run_part(
         .map_err(|error| RunError::Incomplete(format!("{PART_FILE}: {error}")))?;
     opened.folder().write(PART_FILE, &text)?;
     let mut journals = Vec::new();
-    let mut own: Vec<Piece> = Vec::new();
+    let mut own: Vec<ReplicaTask> = Vec::new();
     let (mut number, mut replicas) = (0, 0);
     for job in &jobs {
         let (journal, there) = job.journal()?;
-        for piece in job.pieces() {
+        for task in job.tasks() {
             let is_own = number % part.of as usize == part.number as usize - 1;
             number += 1;
             replicas += usize::from(is_own);
-            if is_own && !there.contains_key(&piece.replica) {
-                own.push(piece);
+            if is_own && !there.contains_key(&task.replica) {
+                own.push(task);
             }
         }
         journals.push(journal);
@@ -117,18 +117,18 @@ pub fn run_part(
         .num_threads(threads)
         .build()?;
     let done: Result<(), RunError> = pool.install(|| {
-        own.into_par_iter().try_for_each(|piece| {
-            let job = &jobs[piece.point];
-            job.claim(piece, 0)?;
+        own.into_par_iter().try_for_each(|task| {
+            let job = &jobs[task.point];
+            job.claim(task, 0)?;
             let folder = job.place.path();
             let guard = || job.place.folder().require_same();
-            let left = job.desk(&folder, &guard).work(piece);
+            let left = job.context(&folder, &guard).work(task);
             if let Err(error) = &left
                 && !error.is_of_gas()
             {
                 return left.map(drop);
             }
-            job.keep(&journals[piece.point], piece, &left)
+            job.keep(&journals[task.point], task, &left)
         })
     });
     done?;
@@ -207,9 +207,9 @@ pub fn merge_parts(
     let mut points = Vec::new();
     for (job, mut entries) in jobs.iter().zip(left) {
         let (began, mut replicas) = (Instant::now(), Vec::new());
-        for piece in job.pieces() {
-            if let Some(bytes) = entries.remove(&piece.replica) {
-                replicas.push(job.restore(piece, &bytes)?);
+        for task in job.tasks() {
+            if let Some(bytes) = entries.remove(&task.replica) {
+                replicas.push(job.restore(task, &bytes)?);
             }
         }
         points.push(job.finish(replicas, began)?);

@@ -16,14 +16,15 @@ use stosszahl_results::{
 
 use crate::check::Planned;
 use crate::control::WriteGuard;
+use crate::decomposed::RankGroup;
 use crate::follow::PartError;
 use crate::gauge::Gauge;
 use crate::journal::{self, Journal, JournalOwner};
 use crate::judge;
 use crate::measure::{Finished, Runs};
-use crate::pieces::{self, Desk, Piece, Replica};
 use crate::plan::Plan;
 use crate::question;
+use crate::replica_task::{self, Replica, ReplicaTask, TaskContext};
 use crate::run::{Options, PointSummary, RunError};
 use crate::start::StartReport;
 
@@ -59,35 +60,40 @@ struct Done {
 }
 
 impl Job<'_> {
-    /// Its replicas, as pieces of work.
-    pub(crate) fn pieces(&self) -> impl Iterator<Item = Piece> + use<> {
+    /// Returns the tasks of the point, one for each replica.
+    pub(crate) fn tasks(&self) -> impl Iterator<Item = ReplicaTask> + use<> {
         let point = self.number;
-        (0..self.planned.plan.case.replicas).map(move |replica| Piece {
+        (0..self.planned.plan.case.replicas).map(move |replica| ReplicaTask {
             point,
             replica,
             attempt: 0,
         })
     }
 
-    /// Notes the files that a piece may write.
+    /// Registers the files that a task may write.
     ///
     /// # Errors
     /// [`RunError::Results`] if the folder cannot be written.
-    pub(crate) fn claim(&self, piece: Piece, processes: usize) -> Result<(), RunError> {
-        Ok(pieces::claim(
+    pub(crate) fn claim(&self, task: ReplicaTask, processes: usize) -> Result<(), RunError> {
+        Ok(replica_task::claim(
             self.place,
             &self.planned.plan,
-            piece,
+            task,
             processes,
         )?)
     }
 
-    /// Where its pieces are worked on, in a folder.
-    pub(crate) fn desk<'d>(&'d self, folder: &'d Path, guard: &'d WriteGuard<'d>) -> Desk<'d> {
-        Desk {
+    /// Returns the environment of its tasks in a folder.
+    pub(crate) fn context<'d>(
+        &'d self,
+        folder: &'d Path,
+        guard: &'d WriteGuard<'d>,
+    ) -> TaskContext<'d> {
+        TaskContext {
             planned: self.planned,
             folder,
-            guard: Some(guard),
+            guard,
+            group: None,
             fingerprint: self.place.fingerprint(),
             number: self.number,
             stop: self.options.stop,
@@ -139,11 +145,12 @@ impl Job<'_> {
             .begin(self.number, name, Gauge::of(plan));
     }
 
-    /// Runs it on the threads of the present pool.
+    /// Runs the point on the threads of the current pool, with its gases in cells held by the
+    /// processes of `group` if there is one.
     ///
     /// # Errors
     /// [`RunError`]; checkpoints stay.
-    pub(crate) fn run(&self) -> Result<PointSummary, RunError> {
+    pub(crate) fn run(&self, group: Option<&RankGroup>) -> Result<PointSummary, RunError> {
         let began = Instant::now();
         if let Some(summary) = self.complete()? {
             return Ok(summary);
@@ -151,22 +158,31 @@ impl Job<'_> {
         self.begin();
         let folder = self.place.path();
         let guard = || self.place.folder().require_same();
-        let desk = self.desk(&folder, &guard);
+        let context = TaskContext {
+            group,
+            ..self.context(&folder, &guard)
+        };
+        let processes = group.map_or(0, RankGroup::size);
         let (journal, mut there) = self.journal()?;
-        let all: Vec<(Piece, Option<Result<Replica, RunError>>)> = self
-            .pieces()
-            .map(|piece| (piece, there.remove(&piece.replica)))
+        let all: Vec<(ReplicaTask, Option<Result<Replica, RunError>>)> = self
+            .tasks()
+            .map(|task| (task, there.remove(&task.replica)))
             .collect();
-        let replicas = all.into_par_iter().map(|(piece, left)| {
+        let one = |(task, left)| {
             if let Some(left) = left {
                 return left;
             }
-            self.claim(piece, 0)?;
-            let left = desk.work(piece);
-            self.keep(&journal, piece, &left)?;
+            self.claim(task, processes)?;
+            let left = context.work(task);
+            self.keep(&journal, task, &left)?;
             left
-        });
-        self.finish(replicas.collect(), began)
+        };
+        let replicas = if group.is_some() {
+            all.into_iter().map(one).collect()
+        } else {
+            all.into_par_iter().map(one).collect()
+        };
+        self.finish(replicas, began)
     }
 
     /// The owner of its journals.
@@ -186,12 +202,12 @@ impl Job<'_> {
         let path = self.place.claim(&journal::name())?;
         let interval = self.planned.plan.case.run.checkpoint_seconds;
         let (journal, _) = Journal::open(&path, self.journal_owner(), interval)?;
-        pieces::adopt(&self.place.path());
+        replica_task::adopt(&self.place.path());
         let mut there = BTreeMap::new();
         for (replica, bytes) in self.entries()? {
-            let piece = self.piece(replica);
-            there.insert(replica, self.restore(piece, &bytes)?);
-            self.tell_done(piece);
+            let task = self.task(replica);
+            there.insert(replica, self.restore(task, &bytes)?);
+            self.tell_done(task);
         }
         Ok((journal, there))
     }
@@ -214,56 +230,57 @@ impl Job<'_> {
         Ok(Journal::read_all(&self.place.path(), self.journal_owner())?)
     }
 
-    fn piece(&self, replica: u64) -> Piece {
-        Piece {
+    fn task(&self, replica: u64) -> ReplicaTask {
+        ReplicaTask {
             point: self.number,
             replica,
             attempt: 0,
         }
     }
 
-    /// What a piece left, from its bytes: its records, or why its gas could not go on.
+    /// Restores the result of a task from its bytes: its records, or the failure of its gas.
     ///
     /// # Errors
     /// [`RunError`] if the bytes cannot be read.
     pub(crate) fn restore(
         &self,
-        piece: Piece,
+        task: ReplicaTask,
         bytes: &[u8],
     ) -> Result<Result<Replica, RunError>, RunError> {
         let folder = self.place.path();
         let guard = || self.place.folder().require_same();
-        match self.desk(&folder, &guard).restore(piece, bytes) {
+        match self.context(&folder, &guard).restore(task, bytes) {
             Err(error) if !error.is_of_gas() => Err(error),
             left => Ok(left),
         }
     }
 
-    /// Tells the progress that a piece is done.
-    pub(crate) fn tell_done(&self, piece: Piece) {
-        for part in pieces::numbers(&self.planned.plan, piece) {
+    /// Reports a finished task to the progress.
+    pub(crate) fn tell_done(&self, task: ReplicaTask) {
+        for part in replica_task::numbers(&self.planned.plan, task) {
             self.options.progress.tell(self.number, part, 1.0, 0);
         }
     }
 
-    /// Keeps what a piece left in a journal, if it is finished or its gas cannot go on; its checkpoints are not needed any more then.
+    /// Adds the result of a task to a journal if it is finished or its gas has failed, and removes its
+    /// checkpoints then.
     ///
     /// # Errors
     /// [`RunError`] if it cannot be written.
     pub(crate) fn keep(
         &self,
         journal: &Journal,
-        piece: Piece,
+        task: ReplicaTask,
         left: &Result<Replica, RunError>,
     ) -> Result<(), RunError> {
         if left.as_ref().is_err_and(|error| !error.is_of_gas()) {
             return Ok(());
         }
-        let bytes = pieces::record(left)
-            .map_err(|error| RunError::Crew(format!("the record of a piece: {error}")))?;
+        let bytes = replica_task::record(left)
+            .map_err(|error| RunError::Incomplete(format!("the record of a task: {error}")))?;
         self.place.folder().require_same()?;
-        journal.add(piece.replica, &bytes)?;
-        pieces::forget(&self.place.path(), &self.planned.plan, piece);
+        journal.add(task.replica, &bytes)?;
+        replica_task::forget(&self.place.path(), &self.planned.plan, task);
         Ok(())
     }
 

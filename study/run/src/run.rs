@@ -125,9 +125,15 @@ pub enum RunError {
     /// Replicas of a run are missing, or a part of it cannot be read.
     #[error("{0}")]
     Incomplete(String),
-    /// The processes of a run cannot go on together.
+    /// The processes that share a run cannot go on together.
     #[error("{0}")]
-    Crew(String),
+    Processes(String),
+    /// No gas of the case can be held by several processes.
+    #[error(
+        "no gas of this case can be held by several processes; allowed: Monte Carlo engines in cells, [engine.dsmc-...] with a \
+         [box]. Several processes share the replicas of any case with `stosszahl run --join`"
+    )]
+    NothingToDecompose,
     /// One replica failed, or all of them.
     #[error("replica {replica}, {part}: {source}")]
     Replica {
@@ -154,9 +160,11 @@ impl RunError {
     /// Whether the case is to blame, which cannot be started.
     pub fn is_refusal(&self) -> bool {
         match self {
-            Self::Case(_) | Self::Threads { .. } | Self::Memory { .. } | Self::Incomplete(_) => {
-                true
-            }
+            Self::Case(_)
+            | Self::Threads { .. }
+            | Self::Memory { .. }
+            | Self::Incomplete(_)
+            | Self::NothingToDecompose => true,
             Self::Replica { source, .. } => source.is_refusal(),
             Self::Pilot(source) => source.is_refusal(),
             _ => false,
@@ -184,7 +192,7 @@ pub fn run_case(file: &CaseFile, options: &Options<'_>) -> Result<Summary, RunEr
     let mut points = Vec::new();
     for chunk in opened.jobs(file, &planned, options).chunks(side_by_side) {
         let done: Result<Vec<PointSummary>, RunError> =
-            pool.install(|| chunk.par_iter().map(Job::run).collect());
+            pool.install(|| chunk.par_iter().map(|job| job.run(None)).collect());
         points.extend(done?);
     }
     Ok(opened.summary(points))

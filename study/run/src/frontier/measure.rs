@@ -14,7 +14,6 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
-use stosszahl_case::CaseFile;
 use stosszahl_model::{Interrupt, Particle, Particles};
 use stosszahl_results::FolderWorker;
 
@@ -22,8 +21,6 @@ use super::FrontierError;
 use super::kept_runs::{KeptRuns, RunKey, task_of};
 use super::quantity::{MEASURES, observe};
 use super::setting::{Setting, engine};
-use super::sweep::check;
-use crate::crew::{Crew, Hand, Work, write};
 use crate::measure::Measure;
 use crate::plan::{EngineKind, Plan, PlanError};
 use crate::unsaved::{Unsaved, measures, resized};
@@ -76,8 +73,6 @@ pub(crate) struct Workshop<'a> {
     pub kept: &'a KeptRuns,
     /// Executor of runs in this process.
     pub runner: Runner<'a>,
-    /// Transport to other processes that make runs too, if there are any.
-    pub crew: Option<&'a dyn Crew>,
     /// CPU time after which no run is begun \[s\].
     pub limit: f64,
     /// CPU time so far \[s\].
@@ -230,26 +225,19 @@ impl Bench<'_> {
     /// Executes jobs until none is left or the budget is spent.
     fn work(self) -> Result<Vec<Option<Found>>, FrontierError> {
         let runner = &self.workshop.runner;
-        let here = |order: &[u8]| self.take(order, &runner.work(order));
-        if let Some(crew) = self.workshop.crew {
-            crew.work(&self, runner.slots(), &here);
-        } else if let Some(worker) = self.workshop.kept.worker() {
-            thread::scope(|scope| {
-                for _ in 0..runner.slots() {
-                    scope.spawn(|| self.work_shared(worker, &here));
-                }
-            });
-        } else {
-            thread::scope(|scope| {
-                for _ in 0..runner.slots() {
-                    scope.spawn(|| {
+        let worker = self.workshop.kept.worker();
+        thread::scope(|scope| {
+            for _ in 0..runner.threads {
+                scope.spawn(|| match worker {
+                    Some(worker) => self.work_shared(worker),
+                    None => {
                         while let Some(order) = self.next() {
-                            here(&order);
+                            self.work_on(&order);
                         }
-                    });
-                }
-            });
-        }
+                    }
+                });
+            }
+        });
         if runner.interrupt.is_raised() {
             return Err(FrontierError::Interrupted);
         }
@@ -260,12 +248,12 @@ impl Bench<'_> {
 
     /// Executes jobs that this process can claim, until all are done by some process or the budget
     /// is spent.
-    fn work_shared(&self, worker: &FolderWorker, here: &(dyn Fn(&[u8]) + Sync)) {
+    fn work_shared(&self, worker: &FolderWorker) {
         let mut pause = LOOKS[0];
         while !self.is_finished() && !self.is_over() {
             match self.next_shared(worker) {
                 Ok(Some(order)) => {
-                    here(&order);
+                    self.work_on(&order);
                     pause = LOOKS[0];
                 }
                 Ok(None) => {
@@ -281,7 +269,7 @@ impl Bench<'_> {
 
     /// Takes the jobs that other processes have done, and claims one that is free or whose process
     /// was lost.
-    fn next_shared(&self, worker: &FolderWorker) -> Result<Option<Vec<u8>>, FrontierError> {
+    fn next_shared(&self, worker: &FolderWorker) -> Result<Option<Order>, FrontierError> {
         let kept = self.workshop.kept;
         kept.require_same()?;
         let mut state = self.state();
@@ -323,17 +311,17 @@ impl Bench<'_> {
     }
 
     /// Returns the order of a job.
-    fn order(&self, job: usize) -> Vec<u8> {
+    fn order(&self, job: usize) -> Order {
         let (task, replica) = self.jobs[job];
         let setting = &self.tasks[task].setting;
-        write(&Order {
+        Order {
             job,
             group: self.group,
             kind: setting.engine.kind.clone(),
             disks: setting.disks,
             replica,
             shares: self.shared.contains(&replica),
-        })
+        }
     }
 
     /// Returns true if no further run is to be begun.
@@ -341,10 +329,9 @@ impl Bench<'_> {
         let workshop = self.workshop;
         workshop.spent() >= workshop.limit || workshop.runner.interrupt.is_raised()
     }
-}
 
-impl Work for Bench<'_> {
-    fn next(&self) -> Option<Vec<u8>> {
+    /// Takes the next job of this process; `None` if none is left, or no run is to be begun.
+    fn next(&self) -> Option<Order> {
         if self.is_over() {
             return None;
         }
@@ -357,25 +344,12 @@ impl Work for Bench<'_> {
         Some(self.order(job))
     }
 
-    fn put_back(&self, order: &[u8]) {
-        if let Ok(Order { job, .. }) = postcard::from_bytes(order) {
-            let mut state = self.state();
-            state.held -= 1;
-            state.waiting.push_front(job);
-        }
-    }
-
-    fn take(&self, order: &[u8], record: &[u8]) {
-        let Ok(Order { job, .. }) = postcard::from_bytes(order) else {
-            return;
-        };
-        let read = postcard::from_bytes::<RunRecord>(record);
-        let record = read.unwrap_or_else(|error| RunRecord {
-            found: Err(format!("what a run left: {error}")),
-            spent: 0.0,
-        });
+    /// Executes an order, and keeps its result.
+    fn work_on(&self, order: &Order) {
         let workshop = self.workshop;
+        let record = workshop.runner.work(order);
         workshop.spend(record.spent);
+        let job = order.job;
         let (task, replica) = self.jobs[job];
         // A run that failed because it was to stop says nothing.
         let is_kept = record.found.is_ok() || !workshop.runner.interrupt.is_raised();
@@ -389,32 +363,22 @@ impl Work for Bench<'_> {
         state.done[job] = Some(record.found);
         drop(state);
         if job.is_multiple_of(16) {
-            let label = self.tasks[self.jobs[job].0].setting.label(workshop.plan);
+            let label = self.tasks[task].setting.label(workshop.plan);
             let (run, all) = (job + 1, self.jobs.len());
             (workshop.tell)(&format!("run {run} of {all}: {label}"));
         }
     }
 
-    fn fail(&self, why: String) {
-        let mut state = self.state();
-        state.failure.get_or_insert(FrontierError::Crew(why));
-    }
-
+    /// Returns true if all jobs are done, the budget is spent, or the measurement has failed.
     fn is_finished(&self) -> bool {
         let is_over = self.is_over();
         let state = self.state();
         let is_done = state.held == 0 && (state.waiting.is_empty() || is_over);
         is_done || state.failure.is_some() || self.workshop.runner.interrupt.is_raised()
     }
-
-    fn count(&self) -> (&'static str, [usize; 2]) {
-        let done = self.state().done.iter().flatten().count();
-        ("runs", [done, self.jobs.len()])
-    }
 }
 
-/// Order of a run, for any process or thread.
-#[derive(Serialize, Deserialize)]
+/// Order of a run, for any thread.
 struct Order {
     job: usize,
     group: u64,
@@ -435,7 +399,8 @@ pub(crate) struct RunRecord {
 
 /// Returns the key under which a run is kept: all that its values depend on besides the case.
 fn key(setting: &Setting, replica: u64) -> RunKey {
-    write(&(&setting.engine.kind, setting.disks, replica))
+    // Fails only for types without a length.
+    postcard::to_stdvec(&(&setting.engine.kind, setting.disks, replica)).unwrap_or_default()
 }
 
 /// Start that several settings share, with the CPU and wall time it took.
@@ -553,25 +518,17 @@ impl<'a> Runner<'a> {
             wall_seconds: placed[1] + seconds[1],
         })
     }
-}
 
-impl Hand for Runner<'_> {
-    fn slots(&self) -> usize {
-        self.threads
-    }
-
-    fn work(&self, order: &[u8]) -> Vec<u8> {
-        let Ok(order) = postcard::from_bytes::<Order>(order) else {
-            return Vec::new();
-        };
+    /// Executes an order on a pool of one thread.
+    fn work(&self, order: &Order) -> RunRecord {
         let pools = || self.pools.lock().unwrap_or_else(PoisonError::into_inner);
         let pool = pools().pop();
         let record = match &pool {
-            Some(pool) => pool.install(|| self.run(&order)),
-            None => self.run(&order),
+            Some(pool) => pool.install(|| self.run(order)),
+            None => self.run(order),
         };
         pools().extend(pool);
-        write(&record)
+        record
     }
 }
 
@@ -583,20 +540,6 @@ fn timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
     let seconds = [cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64()];
     *spent += seconds[0];
     (done, seconds)
-}
-
-/// Plans the case in a further process, which then makes runs of the frontier.
-///
-/// # Errors
-/// [`FrontierError`] if the case is refused here, or threads cannot be started.
-pub fn assist<T>(
-    file: &CaseFile,
-    threads: usize,
-    interrupt: &Interrupt,
-    work: impl FnOnce(&dyn Hand) -> T,
-) -> Result<T, FrontierError> {
-    let plan = check(file)?;
-    Ok(work(&Runner::new(&plan, threads, interrupt)?))
 }
 
 /// Median of some numbers; NaN without numbers.

@@ -38,10 +38,8 @@ use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_results::{Folder, ResultsError, Table};
 
-use crate::crew::Crew;
 use crate::plan::PlanError;
 
-pub use measure::assist;
 pub use quantity::Kind;
 
 /// Options of the measurement of a frontier.
@@ -69,8 +67,6 @@ pub struct Options<'a> {
     pub join: Option<Duration>,
     /// Interrupt that stops the measurement within a second; the runs that are done are kept.
     pub interrupt: &'a Interrupt,
-    /// Transport to other processes that make runs too: they call [`assist`] with the same case.
-    pub crew: Option<&'a dyn Crew>,
 }
 
 /// Results of a frontier.
@@ -130,9 +126,6 @@ pub enum FrontierError {
     /// Threads cannot be started.
     #[error("threads: {0}")]
     Pool(#[from] rayon::ThreadPoolBuildError),
-    /// Another process failed to do its part.
-    #[error("{0}")]
-    Crew(String),
     /// The kept ensemble or the journal of kept runs is not usable.
     #[error("{0}; remove the file to make its runs anew")]
     Kept(#[source] SnapshotError),

@@ -268,7 +268,6 @@ pub(crate) fn sweep(
     let kept = open(&plan, options)?;
     let workshop = Workshop {
         kept: &kept,
-        crew: options.crew,
         groups: AtomicU64::new(0),
         plan: &plan,
         runner: Runner::new(&plan, options.threads, options.interrupt)?,

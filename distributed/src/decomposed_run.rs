@@ -1,4 +1,4 @@
-//! `run --one-gas`: the first process manages the run, and all hold each of its gases in cells
+//! Run of a case in all processes: the root manages it, and all hold each of its gases in cells
 //! together.
 
 use std::process::ExitCode;
@@ -11,16 +11,16 @@ use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl::progress::Display;
 use stosszahl::results::Existing;
 use stosszahl::study::Options;
-use stosszahl::study::holders::{hold_gases, run_holding};
+use stosszahl::study::decomposed::{run_decomposed, serve_subdomains};
 
+use crate::heartbeat::Heartbeat;
 use crate::messages::{Case, read, write};
-use crate::pulse::Pulse;
 use crate::world::{Traffic, World};
 
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
 pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
-    let _pulse = Pulse::start(&world, patience);
+    let _heartbeat = Heartbeat::start(&world, patience);
     let ranks: Arc<dyn Ranks> = world.clone();
     let began = Instant::now();
     let code = if world.rank() == 0 {
@@ -57,7 +57,7 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
     let done = file.and_then(|file| {
         let display = Display::new();
         commands::run(arguments, &file, &stop, &display, |file, options| {
-            run_holding(file, options, ranks)
+            run_decomposed(file, options, ranks)
         })
     });
     commands::ended(done)
@@ -80,5 +80,5 @@ fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
         progress: &(),
         commit: "",
     };
-    let _ = hold_gases(file.as_ref().map_err(Clone::clone), &options, ranks);
+    let _ = serve_subdomains(file.as_ref().map_err(Clone::clone), &options, ranks);
 }

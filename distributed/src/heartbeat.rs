@@ -3,6 +3,7 @@
 //!
 //! A thread of its own beats, so that hours of work between two exchanges do not count as a loss.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
@@ -13,18 +14,20 @@ use mpi::traits::{Communicator as _, Destination as _, Source as _};
 use stosszahl::commands::note;
 use stosszahl::dsmc::Ranks as _;
 
-use crate::link::{BEAT, listened};
+use crate::ROOT;
 use crate::world::World;
 
+/// Time between two heartbeats.
+const BEAT: Duration = Duration::from_millis(500);
 /// Time between two checks for the end.
 const LOOK: Duration = Duration::from_millis(2);
 /// Tag of heartbeats.
 const BEATS: Tag = 1;
 
 /// Heartbeat of a process that is alive.
-const LIVES: u8 = 0;
+const ALIVE: u8 = 0;
 /// Heartbeat of a process that ends.
-const LEAVES: u8 = 1;
+const LEAVING: u8 = 1;
 
 /// Process whose heartbeat is watched.
 struct Peer {
@@ -33,13 +36,18 @@ struct Peer {
     has_left: bool,
 }
 
+/// Returns the ranks that a process listens to: the root to all others, and the others to the root.
+fn listened(me: i32, size: i32) -> Range<i32> {
+    if me == ROOT { ROOT + 1..size } else { ROOT..1 }
+}
+
 /// Heartbeat of this process, until it is dropped.
-pub struct Pulse {
+pub struct Heartbeat {
     is_over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Pulse {
+impl Heartbeat {
     /// Starts the heartbeat; it ends the job if nothing is heard of another process for `patience`.
     pub fn start(world: &Arc<World>, patience: Duration) -> Self {
         let is_over = Arc::new(AtomicBool::new(false));
@@ -50,7 +58,7 @@ impl Pulse {
     }
 }
 
-impl Drop for Pulse {
+impl Drop for Heartbeat {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::SeqCst);
         if let Some(thread) = self.thread.take() {
@@ -69,7 +77,7 @@ fn beat(world: &World, patience: Duration, is_over: &AtomicBool) {
     let mut peers: Vec<Peer> = ranks.map(peer).collect();
     loop {
         let ends = is_over.load(Ordering::SeqCst);
-        tell(world, &peers, if ends { LEAVES } else { LIVES });
+        tell(world, &peers, if ends { LEAVING } else { ALIVE });
         if ends {
             return;
         }
@@ -77,7 +85,7 @@ fn beat(world: &World, patience: Duration, is_over: &AtomicBool) {
         let silent = |one: &&Peer| !one.has_left && one.heard.elapsed() > patience;
         if let Some(Peer { rank, .. }) = peers.iter().find(silent) {
             note(&format!(
-                "error: rank {rank} stands still: nothing was heard of it for {} s; the job ends, and --resume goes on from the last checkpoint",
+                "error: rank {rank} hangs: nothing was heard of it for {} s; the job ends, and --resume continues from the last checkpoint",
                 patience.as_secs_f64()
             ));
             world.call(|world| world.abort(1));
@@ -112,7 +120,7 @@ fn listen(world: &World, peers: &mut [Peer]) {
             .find(|one| one.rank == status.source_rank())
         {
             peer.heard = Instant::now();
-            peer.has_left = what == LEAVES;
+            peer.has_left = what == LEAVING;
         }
     }
 }

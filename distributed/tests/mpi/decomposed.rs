@@ -67,6 +67,22 @@ simulators_per_particle = 2
 [measure.structure_factor]
 "#;
 
+/// Disks from a file.
+const FROM_FILE: &str = r#"
+format = 2
+title = "disks from a file"
+replicas = 2
+[gas]
+[box]
+[start]
+placement = "file"
+file = "start.csv"
+[run]
+until = 50
+[engine.ed]
+[engine.dsmc-boltzmann]
+"#;
+
 #[test]
 fn tables_are_the_same_bytes_for_any_number_of_processes() {
     for case in [CHANNEL, BOX] {
@@ -74,15 +90,7 @@ fn tables_are_the_same_bytes_for_any_number_of_processes() {
         let wanted = scratch.alone();
         for (ranks, threads) in [("1", "2"), ("2", "1"), ("3", "1")] {
             let out = scratch.out(ranks);
-            let arguments = [
-                "run",
-                &scratch.case,
-                "--one-gas",
-                "--out",
-                &out,
-                "--threads",
-                threads,
-            ];
+            let arguments = ["run", &scratch.case, "--out", &out, "--threads", threads];
             let ranks = ranks.parse().expect("a number");
             succeeds(job(ranks, &[], &arguments));
             assert!(tables(Path::new(&out)) == wanted, "{ranks} ranks");
@@ -173,15 +181,7 @@ fn looks_at_a_gas_gather_no_particles() {
 
 /// Returns a job in which some processes hold each gas.
 fn held(ranks: usize, scratch: &Scratch, out: &str) -> Output {
-    let arguments = [
-        "run",
-        &scratch.case,
-        "--one-gas",
-        "--threads",
-        "1",
-        "--out",
-        out,
-    ];
+    let arguments = ["run", &scratch.case, "--threads", "1", "--out", out];
     let output = done(job(ranks, &[], &arguments));
     assert!(output.status.success(), "{}", said(&output));
     output
@@ -191,25 +191,25 @@ fn held(ranks: usize, scratch: &Scratch, out: &str) -> Output {
 fn refusals_end_all_processes() {
     let scratch = Scratch::new(&BOX.replace("restitution = 0.9", "restitution = 9"));
     let out = scratch.out("refused");
-    let output = done(job(
-        3,
-        &[],
-        &["run", &scratch.case, "--one-gas", "--out", &out],
-    ));
+    let output = done(job(3, &[], &["run", &scratch.case, "--out", &out]));
     let text = said(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert_eq!(text.matches("gas.restitution").count(), 1, "{text}");
+    let output = done(job(3, &[], &["run", &scratch.case, "--nonsense"]));
+    let text = said(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert_eq!(text.matches("unexpected argument").count(), 1, "{text}");
 }
 
 /// A process that hangs ends the job, with its number; so does the first.
 #[test]
-fn a_process_that_stands_still_ends_the_job() {
+fn a_process_that_hangs_ends_the_job() {
     let scratch =
         Scratch::new(&CHANNEL.replace("until = 1\n", "until = 40\ncheckpoint_seconds = 0.1\n"));
     for rank in [0, 1] {
         let out = scratch.out(&format!("still-{rank}"));
-        let arguments = ["run", &scratch.case, "--one-gas", "--out", &out];
-        let arguments = [&arguments[..], &["--threads", "1", "--lost-after", "2"]].concat();
+        let arguments = ["run", &scratch.case, "--out", &out];
+        let arguments = [&arguments[..], &["--threads", "1", "--rank-timeout", "2"]].concat();
         let child = started(job(3, &[], &arguments));
         let ids = processes(&out, 3);
         appears(&out, "checkpoints");
@@ -219,27 +219,19 @@ fn a_process_that_stands_still_ends_the_job() {
         ends(&output);
         assert!(!output.status.success(), "{text}");
         assert!(
-            text.contains(&format!("error: rank {rank} stands still")),
+            text.contains(&format!("error: rank {rank} hangs")),
             "{text}"
         );
     }
 }
 
-/// A slow process, which has the processor only now and then, is no lost one.
+/// A slow process, which has the processor only now and then, does not end the job.
 #[test]
 fn a_slow_process_is_waited_for() {
     let scratch = Scratch::new(CHANNEL);
     let wanted = scratch.alone();
     let out = scratch.out("slow");
-    let arguments = [
-        "run",
-        &scratch.case,
-        "--one-gas",
-        "--out",
-        &out,
-        "--threads",
-        "1",
-    ];
+    let arguments = ["run", &scratch.case, "--out", &out, "--threads", "1"];
     let child = started(job(2, &[], &arguments));
     slow_down(processes(&out, 2)[1]);
     let output = child.wait_with_output().expect("an end");
@@ -262,7 +254,7 @@ fn a_full_disk_of_any_process_ends_the_run() {
              if [ $OMPI_COMM_WORLD_RANK = {rank} ]; then trap '' XFSZ; ulimit -f 8; fi"
         );
         let name = format!("full-{rank}");
-        let arguments = ["run", "case.toml", "--one-gas", "--out", &name];
+        let arguments = ["run", "case.toml", "--out", &name];
         let arguments = [&arguments[..], &["--threads", "1"]].concat();
         let output = done(scripted(2, &scratch, &words, &arguments));
         let text = said(&output);
@@ -273,7 +265,7 @@ fn a_full_disk_of_any_process_ends_the_run() {
             "{text}"
         );
         assert_eq!(text.matches("error:").count(), 1, "{text}");
-        let arguments = ["run", &scratch.case, "--one-gas", "--out", &out, "--resume"];
+        let arguments = ["run", &scratch.case, "--out", &out, "--resume"];
         succeeds(job(3, &[], &arguments));
         assert!(tables(Path::new(&out)) == wanted, "rank {rank}");
     }
@@ -300,7 +292,7 @@ fn shards_that_cannot_be_used_are_named() {
     let wanted = scratch.alone();
     for alone in [true, false] {
         let out = scratch.out(&format!("shards-{alone}"));
-        let arguments = ["run", &scratch.case, "--one-gas", "--out", &out];
+        let arguments = ["run", &scratch.case, "--out", &out];
         let child = started(job(3, &[], &[&arguments[..], &["--threads", "1"]].concat()));
         let ids = processes(&out, 3);
         appears(&out, "checkpoints/replica-0-dsmc-boltzmann.snapshot");
@@ -351,4 +343,40 @@ fn shards_that_cannot_be_used_are_named() {
         };
         assert!(found == wanted);
     }
+}
+
+/// A start file that only rank 0 has is refused by name, with the rank that lacks it.
+#[test]
+fn all_need_the_start_file() {
+    let scratch = Scratch::new(FROM_FILE);
+    let disks = (0..16).map(|disk| format!("{},{}\n", 2 * (disk % 4) + 1, 2 * (disk / 4) + 1));
+    let text = format!("# box: 8 8\nx,y\n{}", disks.collect::<String>());
+    fs::write(scratch.out("start.csv"), text).expect("a start file");
+    let out = scratch.out("hidden");
+    let (folder, _) = scratch.case.rsplit_once('/').expect("a folder");
+    let words = format!("if [ $OMPI_COMM_WORLD_RANK = 1 ]; then cd /; else cd {folder}; fi");
+    let arguments = ["run", "case.toml", "--out", &out];
+    let output = done(scripted(3, &scratch, &words, &arguments));
+    let text = said(&output);
+    assert!(!output.status.success(), "{text}");
+    assert!(
+        text.contains("rank 1: ") && text.contains("start.csv"),
+        "{text}"
+    );
+    assert_eq!(text.matches("error:").count(), 1, "{text}");
+}
+
+/// A case without a gas in cells has nothing to decompose: the refusal names the command that
+/// shares its replicas.
+#[test]
+fn exact_dynamics_alone_is_refused() {
+    let scratch = Scratch::new(&FROM_FILE.replace("[engine.dsmc-boltzmann]\n", ""));
+    let text = "# box: 8 8\nx,y\n1,1\n5,5\n";
+    fs::write(scratch.out("start.csv"), text).expect("a start file");
+    let out = scratch.out("exact");
+    let output = done(job(2, &[], &["run", &scratch.case, "--out", &out]));
+    let text = said(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert_eq!(text.matches("stosszahl run --join").count(), 1, "{text}");
+    assert!(!Path::new(&out).exists(), "{text}");
 }

@@ -1,9 +1,9 @@
-//! The pieces that the work of a run is cut into, and where what they leave is put: the same for threads of this process and
-//! for other processes.
+//! Tasks of a run: one replica of one point each, with its start and all engines that run from it.
 //!
-//! A piece is one replica of one point: its start, and all engines that run from it. It needs the plan of the point and a
-//! folder for its checkpoints. What it leaves are its records, as a checkpoint of a finished part holds them, or why it failed;
-//! both can be sent as bytes ([`record`], [`Desk::restore`]). Whoever holds the results folder puts them together.
+//! A task needs the plan of its point and a folder for its checkpoints. It yields the records of its
+//! engines, as the checkpoint of a finished engine holds them, or the reason of its failure. Both
+//! are kept as bytes in a journal ([`record`], [`TaskContext::restore`]), by threads of this process
+//! and by other processes alike.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,8 +20,8 @@ use crate::check::Planned;
 use crate::control::{
     CheckpointFile, CheckpointOrigin, Content, Control, Progress, Set, WriteGuard,
 };
+use crate::decomposed::RankGroup;
 use crate::follow::{Elsewhere, Part, PartError, Saved, prepare};
-use crate::holders::Holders;
 use crate::measure::Finished;
 use crate::plan::{EngineKind, EnginePlan, Plan};
 use crate::run::RunError;
@@ -29,49 +29,52 @@ use crate::start::{Preparation, StartReport, is_prepared};
 
 /// One replica of one point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Piece {
-    /// The point, from 0 in the order of the case.
+pub struct ReplicaTask {
+    /// Number of the point, from 0 in the order of the case.
     pub point: usize,
-    /// The replica, from 0.
+    /// Number of the replica, from 0.
     pub replica: u64,
-    /// How often it was begun before by a process that was lost. What that one still writes must not meet what this one writes.
+    /// Number of earlier attempts by processes that were lost. Checkpoints of each attempt have names
+    /// of their own, as such a process may still write.
     pub attempt: u32,
 }
 
-/// What a finished replica leaves: how it started, and its engines in the order of the plan.
+/// Result of a finished replica: the report on its start, and its engines in the order of the plan.
 pub(crate) type Replica = (Option<StartReport>, Vec<Finished>);
 
-/// Where the pieces of a point are worked on.
+/// Environment in which the tasks of a point run.
 #[derive(Clone, Copy)]
-pub(crate) struct Desk<'a> {
-    /// The point.
+pub(crate) struct TaskContext<'a> {
+    /// Plan of the point.
     pub planned: &'a Planned<'a>,
-    /// Its folder.
+    /// Folder of the point.
     pub folder: &'a Path,
-    /// Says whether checkpoints may still be written; `None` if another process holds the folder.
-    pub guard: Option<&'a WriteGuard<'a>>,
-    /// Hash of all that decides the numbers, and of the point.
+    /// Check that this process may still write checkpoints.
+    pub guard: &'a WriteGuard<'a>,
+    /// Processes that hold each gas in cells together; `None` if this process holds it alone.
+    pub group: Option<&'a RankGroup>,
+    /// Hash of the point and of all that decides its numbers.
     pub fingerprint: &'a [u8; 32],
-    /// Its number, for the progress.
+    /// Number of the point, for the progress.
     pub number: usize,
-    /// Raised to stop within a second.
+    /// Interrupt that stops the task within a second.
     pub stop: &'a Interrupt,
-    /// Who sees the progress.
+    /// Display of the progress.
     pub progress: &'a dyn Progress,
 }
 
-/// A piece as bytes.
+/// Result of a task in the form in which it is kept.
 #[derive(Serialize, Deserialize)]
 enum Record {
     Done(Option<StartReport>, Vec<Saved>),
     Failed(String, Elsewhere),
 }
 
-/// The checkpoint of a part of a piece, within the folder of the point.
-fn checkpoint(piece: Piece, part: &str) -> String {
-    let Piece {
+/// Returns the path of a checkpoint inside the folder of the point.
+fn checkpoint(task: ReplicaTask, part: &str) -> String {
+    let ReplicaTask {
         replica, attempt, ..
-    } = piece;
+    } = task;
     match attempt {
         0 => format!("{CHECKPOINTS}/replica-{replica}-{part}.snapshot"),
         _ => format!("{CHECKPOINTS}/replica-{replica}-{part}.attempt-{attempt}.snapshot"),
@@ -86,7 +89,7 @@ fn parts(plan: &Plan) -> impl Iterator<Item = &str> {
         .chain(plan.engines.iter().map(|engine| engine.name))
 }
 
-/// Notes the files that a piece may write, and makes their folder. To be called before it is begun, here or elsewhere. So many
+/// Notes the files that a task may write, and makes their folder. To be called before it is begun, here or elsewhere. So many
 /// processes write shards of its gases in cells.
 ///
 /// # Errors
@@ -94,29 +97,31 @@ fn parts(plan: &Plan) -> impl Iterator<Item = &str> {
 pub(crate) fn claim(
     place: Place<'_>,
     plan: &Plan,
-    piece: Piece,
+    task: ReplicaTask,
     processes: usize,
 ) -> Result<(), ResultsError> {
-    parts(plan).try_for_each(|part| place.claim(&checkpoint(piece, part)).map(drop))?;
+    parts(plan).try_for_each(|part| place.claim(&checkpoint(task, part)).map(drop))?;
     let in_cells = |engine: &&EnginePlan| matches!(engine.kind, EngineKind::MonteCarlo(_));
     for engine in plan.engines.iter().filter(in_cells) {
-        for stem in Set::ALL.map(|set| set.stem(&checkpoint(piece, engine.name))) {
+        for stem in Set::ALL.map(|set| set.stem(&checkpoint(task, engine.name))) {
             (0..processes).try_for_each(|rank| place.claim(&shard_name(&stem, rank)).map(drop))?;
         }
     }
     Ok(())
 }
 
-/// Removes the checkpoints of a piece that is finished. What cannot be removed goes with the run.
-pub(crate) fn forget(folder: &Path, plan: &Plan, piece: Piece) {
-    for attempt in 0..=piece.attempt {
+/// Removes the checkpoints of a finished task. Those that cannot be removed are deleted at the end of
+/// the run.
+pub(crate) fn forget(folder: &Path, plan: &Plan, task: ReplicaTask) {
+    for attempt in 0..=task.attempt {
         for part in parts(plan) {
-            let _ = fs::remove_file(folder.join(checkpoint(Piece { attempt, ..piece }, part)));
+            let _ = fs::remove_file(folder.join(checkpoint(ReplicaTask { attempt, ..task }, part)));
         }
     }
 }
 
-/// Gives the latest checkpoints of pieces that were begun again the names of first attempts. To be called while no other process works in
+/// Renames the latest checkpoints of repeated tasks to those of first attempts. To be called while no
+/// other process works in
 /// the folder.
 pub(crate) fn adopt(folder: &Path) {
     let checkpoints = folder.join(CHECKPOINTS);
@@ -147,10 +152,10 @@ pub(crate) fn adopt(folder: &Path) {
     }
 }
 
-/// The numbers of the parts of a piece in the progress: its start, then its engines.
-pub(crate) fn numbers(plan: &Plan, piece: Piece) -> std::ops::Range<usize> {
+/// Returns the numbers of the parts of a task in the progress: its start, then its engines.
+pub(crate) fn numbers(plan: &Plan, task: ReplicaTask) -> std::ops::Range<usize> {
     let parts = plan.engines.len() + 1;
-    let first = piece.replica as usize * parts;
+    let first = task.replica as usize * parts;
     first..first + parts
 }
 
@@ -159,7 +164,7 @@ pub(crate) fn seconds(plan: &Plan) -> f64 {
     plan.engines.iter().map(|engine| plan.seconds(engine)).sum()
 }
 
-/// What a piece left, as bytes.
+/// Serialises the result of a task.
 ///
 /// # Errors
 /// If a record cannot be written, which is an error of the program.
@@ -177,33 +182,22 @@ pub(crate) fn record(left: &Result<Replica, RunError>) -> Result<Vec<u8>, postca
     postcard::to_stdvec(&record)
 }
 
-impl Desk<'_> {
-    /// Does a piece: the engines side by side, on the threads of the present pool.
+impl TaskContext<'_> {
+    /// Runs a replica: its engines side by side on the threads of the current pool, or one after
+    /// the other where several processes hold each gas in cells.
     ///
     /// # Errors
     /// [`RunError::Replica`]; checkpoints stay.
-    pub(crate) fn work(&self, piece: Piece) -> Result<Replica, RunError> {
-        self.work_among(piece, None)
-    }
-
-    /// The same where several processes hold each gas in cells: one engine after the other.
-    ///
-    /// # Errors
-    /// As [`Self::work`].
-    pub(crate) fn work_among(
-        &self,
-        piece: Piece,
-        holders: Option<&Holders>,
-    ) -> Result<Replica, RunError> {
+    pub(crate) fn work(&self, task: ReplicaTask) -> Result<Replica, RunError> {
         let plan = &self.planned.plan;
         let failed = |part: &str, source: PartError| RunError::Replica {
-            replica: piece.replica,
+            replica: task.replica,
             part: part.to_owned(),
             source: Box::new(source),
         };
-        let first = numbers(plan, piece).start;
+        let first = numbers(plan, task).start;
         let (report, start) = if is_prepared(plan) {
-            let made = self.start(piece, first);
+            let made = self.start(task, first);
             let (report, start) = made.map_err(|error| failed("start", error))?;
             (Some(report), Some(start))
         } else {
@@ -217,10 +211,10 @@ impl Desk<'_> {
         });
         let one = |index| {
             let engine = &plan.engines[index];
-            let run = self.engine(piece, index, first + 1 + index, start.as_ref(), holders);
+            let run = self.engine(task, index, first + 1 + index, start.as_ref());
             Ok((index, run.map_err(|error| failed(engine.name, error))?))
         };
-        let mut runs: Vec<(usize, Finished)> = if holders.is_some() {
+        let mut runs: Vec<(usize, Finished)> = if self.group.is_some() {
             order
                 .into_iter()
                 .map(one)
@@ -232,12 +226,12 @@ impl Desk<'_> {
         Ok((report, runs.into_iter().map(|(_, run)| run).collect()))
     }
 
-    /// The checkpoint of a part. A piece that is begun again goes on from a copy of what was left.
-    fn checkpoint(&self, piece: Piece, part: &str) -> PathBuf {
-        let path = self.folder.join(checkpoint(piece, part));
+    /// Returns the checkpoint of a part. A repeated task resumes from a copy of the latest attempt.
+    fn checkpoint(&self, task: ReplicaTask, part: &str) -> PathBuf {
+        let path = self.folder.join(checkpoint(task, part));
         if !path.exists() {
-            let mut before = (0..piece.attempt).rev().map(|attempt| {
-                let left = checkpoint(Piece { attempt, ..piece }, part);
+            let mut before = (0..task.attempt).rev().map(|attempt| {
+                let left = checkpoint(ReplicaTask { attempt, ..task }, part);
                 self.folder.join(left)
             });
             if let Some(left) = before.find(|left| left.exists()) {
@@ -250,47 +244,46 @@ impl Desk<'_> {
 
     fn control<'c, T: Content>(
         &'c self,
-        piece: Piece,
+        task: ReplicaTask,
         part: &str,
         tell: &'c (dyn Fn(f64, u64) + Sync),
     ) -> Control<'c, T> {
         let case = &self.planned.plan.case;
         let file = CheckpointFile {
-            path: self.checkpoint(piece, part),
+            path: self.checkpoint(task, part),
             run: *self.fingerprint,
             origin: CheckpointOrigin {
-                replica: piece.replica,
+                replica: task.replica,
                 part: part.to_owned(),
                 seed: case.seed,
             },
-            guard: self.guard,
+            guard: Some(self.guard),
         };
         Control::new(Some(file), case.run.checkpoint_seconds, self.stop, tell)
     }
 
     /// The start of a replica, equilibrated.
-    fn start(&self, piece: Piece, part: usize) -> Result<(StartReport, Particles), PartError> {
+    fn start(&self, task: ReplicaTask, part: usize) -> Result<(StartReport, Particles), PartError> {
         let tell = |share, collisions| self.progress.tell(self.number, part, share, collisions);
-        let control: Control<'_, Preparation> = self.control(piece, "start", &tell);
-        prepare(&self.planned.plan, piece.replica, &control)
+        let control: Control<'_, Preparation> = self.control(task, "start", &tell);
+        prepare(&self.planned.plan, task.replica, &control)
     }
 
     fn engine(
         &self,
-        piece: Piece,
+        task: ReplicaTask,
         index: usize,
         number: usize,
         start: Option<&Particles>,
-        holders: Option<&Holders>,
     ) -> Result<Finished, PartError> {
         if self.stop.is_raised() {
             return Err(PartError::Interrupted);
         }
         let tell = |share, collisions| self.progress.tell(self.number, number, share, collisions);
         let busy = |activity: &str| self.progress.tell_activity(self.number, number, activity);
-        let part = self.part(piece.replica, index, start);
-        let control = self.control(piece, part.engine.name, &tell);
-        part.run_among(&control.with_activity(&busy), holders)
+        let part = self.part(task.replica, index, start);
+        let control = self.control(task, part.engine.name, &tell);
+        part.run_in(&control.with_activity(&busy), self.group)
     }
 
     fn part<'p>(&'p self, replica: u64, index: usize, start: Option<&'p Particles>) -> Part<'p> {
@@ -304,13 +297,13 @@ impl Desk<'_> {
         }
     }
 
-    /// What a piece left, here before or elsewhere, from its bytes.
+    /// Restores the result of a task from its bytes.
     ///
     /// # Errors
-    /// Why the piece failed, or that its record cannot be read.
-    pub(crate) fn restore(&self, piece: Piece, bytes: &[u8]) -> Result<Replica, RunError> {
+    /// The error of the task, if it failed; otherwise that its record cannot be read.
+    pub(crate) fn restore(&self, task: ReplicaTask, bytes: &[u8]) -> Result<Replica, RunError> {
         let failed = |part: String, source: PartError| RunError::Replica {
-            replica: piece.replica,
+            replica: task.replica,
             part,
             source: Box::new(source),
         };
@@ -319,7 +312,7 @@ impl Desk<'_> {
             Ok(Record::Done(report, engines)) if engines.len() == plan.engines.len() => {
                 let engines = engines.into_iter().enumerate().map(|(index, saved)| {
                     let name = plan.engines[index].name;
-                    let part = self.part(piece.replica, index, None);
+                    let part = self.part(task.replica, index, None);
                     part.restore(saved)
                         .map_err(|error| failed(name.to_owned(), error))
                 });

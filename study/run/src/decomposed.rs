@@ -1,0 +1,176 @@
+//! Runs in which several processes hold each Monte Carlo gas in cells together, one gas after the other.
+//!
+//! The first process does all that a run does ([`run_decomposed`]). When it begins a gas in cells, it
+//! calls the others, which plan the same case and hold their subdomains of the gas
+//! ([`serve_subdomains`]). Exact dynamics and gases without positions stay in the first. Tables are
+//! the bytes of [`crate::run_case`].
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use stosszahl_case::CaseFile;
+use stosszahl_dsmc::{Ranks, from_first, gather_from_all};
+use stosszahl_model::random::Streams;
+
+use crate::check::Planned;
+use crate::engines::hold;
+use crate::follow::Part;
+use crate::plan::{EngineKind, EnginePlan};
+use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory};
+
+/// Processes that hold the gases of a point together, as the first of them sees them.
+#[derive(Clone)]
+pub struct RankGroup {
+    ranks: Arc<dyn Ranks>,
+    point: usize,
+}
+
+/// Gas that all processes hold next.
+#[derive(Serialize, Deserialize)]
+struct Call {
+    point: usize,
+    replica: u64,
+    /// Name of the engine.
+    engine: String,
+}
+
+/// Sends a call to all other processes; `None` ends their part of the run.
+fn send_call(ranks: &dyn Ranks, call: Option<&Call>) {
+    // Fails only for types without a length.
+    from_first(ranks, postcard::to_stdvec(&call).unwrap_or_default());
+}
+
+impl RankGroup {
+    /// Number of processes.
+    pub(crate) fn size(&self) -> usize {
+        self.ranks.size()
+    }
+
+    /// Calls the other processes to the gas of an engine, and returns all of them.
+    pub(crate) fn call(&self, replica: u64, engine: &EnginePlan) -> &Arc<dyn Ranks> {
+        let (point, engine) = (self.point, engine.name.to_owned());
+        let call = Call {
+            point,
+            replica,
+            engine,
+        };
+        send_call(&*self.ranks, Some(&call));
+        &self.ranks
+    }
+}
+
+/// Guard that ends the part of the other processes when it is dropped.
+struct Release<'a>(&'a dyn Ranks);
+
+impl Drop for Release<'_> {
+    fn drop(&mut self) {
+        send_call(self.0, None);
+    }
+}
+
+/// Checks that all processes are ready; the error is that of the lowest rank that is not.
+fn require_all_ready<T>(ranks: &dyn Ranks, mine: &Result<T, RunError>) -> Result<(), RunError> {
+    let mine = mine.as_ref().err().map(ToString::to_string);
+    let all = gather_from_all(ranks, postcard::to_stdvec(&mine).unwrap_or_default());
+    for (rank, bytes) in all.iter().enumerate() {
+        let why: Option<String> = postcard::from_bytes(bytes)
+            .unwrap_or_else(|_| Some("a message of another program".to_owned()));
+        if let Some(why) = why {
+            return Err(RunError::Processes(format!("rank {rank}: {why}")));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a case of which several processes would hold no gas.
+fn require_gas_in_cells(planned: &[Planned<'_>], processes: usize) -> Result<(), RunError> {
+    let mut engines = planned.iter().flat_map(|one| &one.plan.engines);
+    let is_in_cells = |engine: &EnginePlan| matches!(engine.kind, EngineKind::MonteCarlo(_));
+    if processes == 1 || engines.any(is_in_cells) {
+        return Ok(());
+    }
+    Err(RunError::NothingToDecompose)
+}
+
+/// Runs all points of a case into a results folder, with each gas in cells held by all of these
+/// processes. The caller is the first of them; the others call [`serve_subdomains`].
+///
+/// # Errors
+/// As [`crate::run_case`]; [`RunError::Processes`] if another process cannot hold its subdomain, and
+/// [`RunError::NothingToDecompose`] for a case without a gas in cells.
+pub fn run_decomposed(
+    file: &CaseFile,
+    options: &Options<'_>,
+    ranks: &Arc<dyn Ranks>,
+) -> Result<Summary, RunError> {
+    let prepared = prepare(file, options).and_then(|(planned, threads)| {
+        require_gas_in_cells(&planned, ranks.size())?;
+        let bytes = planned.iter().map(|one| one.cost(threads).bytes);
+        require_memory(bytes.fold(0.0, f64::max), options)?;
+        Ok((planned, threads))
+    });
+    let ready = require_all_ready(&**ranks, &prepared);
+    let (planned, threads) = prepared?;
+    ready?;
+    let _release = Release(&**ranks);
+    let opened = Opened::new(file, &planned, options)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let mut points = Vec::new();
+    for job in opened.jobs(file, &planned, options) {
+        let group = RankGroup {
+            ranks: ranks.clone(),
+            point: job.number,
+        };
+        points.push(pool.install(|| job.run(Some(&group)))?);
+    }
+    Ok(opened.summary(points))
+}
+
+/// Plans the case in another process, and holds its subdomain of each gas that the first begins.
+/// `file` is the case, or the reason why it cannot be read here.
+///
+/// # Errors
+/// As [`crate::run_case`]; the first process is told.
+pub fn serve_subdomains(
+    file: Result<&CaseFile, String>,
+    options: &Options<'_>,
+    ranks: &Arc<dyn Ranks>,
+) -> Result<(), RunError> {
+    let prepared = file
+        .map_err(RunError::Processes)
+        .and_then(|file| prepare(file, options));
+    let ready = require_all_ready(&**ranks, &prepared);
+    let (planned, threads) = prepared?;
+    ready?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    pool.install(|| {
+        loop {
+            let bytes = from_first(&**ranks, Vec::new());
+            let call: Option<Call> = postcard::from_bytes(&bytes).unwrap_or(None);
+            let Some(call) = call else {
+                return Ok(());
+            };
+            let planned = &planned[call.point];
+            let plan = &planned.plan;
+            let Some(engine) = (plan.engines.iter()).find(|engine| engine.name == call.engine)
+            else {
+                let name = call.engine;
+                return Err(RunError::Processes(format!("no engine is called {name}")));
+            };
+            let part = Part {
+                plan,
+                engine,
+                measures: &planned.measures,
+                replica: call.replica,
+                start: None,
+            };
+            let streams = Streams::new(plan.case.seed, call.replica);
+            // The first process reports the failures of all.
+            let _ = hold(plan, engine, streams, part.needs(), options.stop, ranks);
+        }
+    })
+}
