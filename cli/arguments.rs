@@ -262,7 +262,7 @@ pub struct RunArguments {
     pub force: bool,
     /// Start even if the case needs more memory than is free.
     #[arg(long)]
-    pub force_memory: bool,
+    pub ignore_memory_limit: bool,
     /// Amount of output at the end.
     #[command(flatten)]
     pub printed: Printed,
@@ -348,7 +348,7 @@ pub struct ReproduceArguments {
     pub force: bool,
     /// Start even if a case needs more memory than is free.
     #[arg(long)]
-    pub force_memory: bool,
+    pub ignore_memory_limit: bool,
 }
 
 /// `stosszahl frontier`.

@@ -200,7 +200,7 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
             out: None,
             existing: Existing::Refuse,
             threads: None,
-            force_memory: false,
+            ignore_memory_limit: false,
             stop: &stop,
             progress: &display,
             commit: "",

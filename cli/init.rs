@@ -43,7 +43,7 @@ dimension = 3              # spheres; 2 for disks
 number = {number:<17} # particles; diameter and mass are 1, and the temperature of the start is 1
 volume = {volume:<17?} # filled to {packing}
 restitution = {restitution:<12?} # of a collision: 1 is elastic
-contact_values = "dense"   # collisions as frequent as at this density; "dilute" for the Boltzmann equation
+pair_correlation = "enskog"   # collisions as frequent as at this density; "dilute" for the Boltzmann equation
 
 [run]
 until = {until:<18?} # in the unit of time of the case

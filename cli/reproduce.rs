@@ -48,7 +48,7 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
         out: None,
         existing: Existing::Refuse,
         threads: arguments.threads.map(usize::from),
-        force_memory: arguments.force_memory,
+        ignore_memory_limit: arguments.ignore_memory_limit,
         stop: &stop,
         progress: &display,
         commit: env!("STOSSZAHL_COMMIT"),

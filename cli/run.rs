@@ -65,7 +65,7 @@ fn options_of<'a>(
             _ => Existing::Refuse,
         },
         threads: arguments.threads.map(usize::from),
-        force_memory: arguments.force_memory,
+        ignore_memory_limit: arguments.ignore_memory_limit,
         stop,
         progress,
         commit: env!("STOSSZAHL_COMMIT"),
@@ -268,7 +268,7 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
             Existing::Refuse
         },
         threads: None,
-        force_memory: false,
+        ignore_memory_limit: false,
         stop: &stop,
         progress: &display,
         commit: env!("STOSSZAHL_COMMIT"),

@@ -67,10 +67,10 @@ fn parameters(scheme: Scheme, cell: Option<f64>) -> Parameters {
         scheme,
         displacement: Displacement::None,
         cell_size: cell,
-        simulators_per_disk: 1,
+        simulators_per_particle: 1,
         copies: Copies::Independent,
-        steps_per_crossing: 4.0,
-        largest_contact_value: 10.0,
+        steps_per_cell_crossing: 4.0,
+        max_contact_value: 10.0,
     }
 }
 

@@ -75,7 +75,7 @@ fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
         out: None,
         existing: Existing::Refuse,
         threads: arguments.threads.map(usize::from),
-        force_memory: arguments.force_memory,
+        ignore_memory_limit: arguments.ignore_memory_limit,
         stop: &stop,
         progress: &(),
         commit: "",

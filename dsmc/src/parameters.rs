@@ -43,13 +43,13 @@ pub struct Parameters {
     /// diameters; across, what makes the search for partners fast.
     pub cell_size: Option<f64>,
     /// Simulators for each particle.
-    pub simulators_per_disk: u32,
+    pub simulators_per_particle: u32,
     /// How they start, if several.
     pub copies: Copies,
     /// Steps in which a mean free time passes and, for pairs within cells, in which the fastest simulator crosses a cell.
-    pub steps_per_crossing: f64,
+    pub steps_per_cell_crossing: f64,
     /// Limit on chi.
-    pub largest_contact_value: f64,
+    pub max_contact_value: f64,
 }
 
 impl Parameters {
@@ -71,10 +71,10 @@ impl Parameters {
             scheme,
             displacement,
             cell_size: None,
-            simulators_per_disk: 1,
+            simulators_per_particle: 1,
             copies: Copies::Independent,
-            steps_per_crossing: steps,
-            largest_contact_value: limit,
+            steps_per_cell_crossing: steps,
+            max_contact_value: limit,
         }
     }
 
@@ -82,18 +82,23 @@ impl Parameters {
         let check = |name, value: f64, good: bool, allowed| {
             Invalid::unless(good, name, value, allowed).map(|_| ())
         };
-        let copies = f64::from(self.simulators_per_disk);
-        check("simulators_per_disk", copies, copies >= 1.0, "at least 1")?;
-        let steps = self.steps_per_crossing;
+        let copies = f64::from(self.simulators_per_particle);
         check(
-            "steps_per_crossing",
+            "simulators_per_particle",
+            copies,
+            copies >= 1.0,
+            "at least 1",
+        )?;
+        let steps = self.steps_per_cell_crossing;
+        check(
+            "steps_per_cell_crossing",
             steps,
             (1.0..=1e6).contains(&steps),
             "from 1 to 1e6",
         )?;
-        let limit = self.largest_contact_value;
+        let limit = self.max_contact_value;
         check(
-            "largest_contact_value",
+            "max_contact_value",
             limit,
             (1.0..=1e9).contains(&limit),
             "from 1 to 1e9",
@@ -142,7 +147,7 @@ impl Parameters {
         let chi = self
             .scheme
             .contact_value::<S>(packing_fraction)
-            .min(self.largest_contact_value);
+            .min(self.max_contact_value);
         diameter * S::mean_free_path(packing_fraction.max(1e-12), chi)
     }
 
@@ -165,7 +170,7 @@ impl Parameters {
             let path = self.mean_free_path::<S>(packing_fraction, diameter);
             let half = 0.5 * diameter;
             let held = shell::<S>(packing_fraction, diameter, half);
-            let copies = f64::from(self.simulators_per_disk);
+            let copies = f64::from(self.simulators_per_particle);
             let around = copies * density::<S>(packing_fraction, diameter) * S::ball(half);
             let least = half * (CHOICE / around).powf(1.0 / S::DIMENSION as f64);
             let narrow = (half * SHELL / held).max(least).min(half);
@@ -180,7 +185,7 @@ impl Parameters {
             Scheme::ContactPoint { .. } => {
                 // One or two simulators in a cell, or the radius.
                 let density = density::<S>(packing_fraction, diameter);
-                let each = 1.5 / (density * f64::from(self.simulators_per_disk));
+                let each = 1.5 / (density * f64::from(self.simulators_per_particle));
                 let radius = self.partner_radius::<S>(packing_fraction, diameter);
                 each.powf(1.0 / S::DIMENSION as f64).max(radius)
             }
@@ -195,7 +200,7 @@ impl Parameters {
     pub fn partners<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let radius = self.partner_radius::<S>(packing_fraction, diameter);
         let each = shell::<S>(packing_fraction, diameter, radius);
-        (f64::from(self.simulators_per_disk) * each).max(1.0)
+        (f64::from(self.simulators_per_particle) * each).max(1.0)
     }
 
     /// Relative excess of the kinetic energy at `t_0` in a gas that cools at a constant restitution r, since two simulators
@@ -236,7 +241,7 @@ impl Parameters {
         let most = f64::from(MOST_COPIES);
         // As narrow as the reach of many simulators is.
         let many = Self {
-            simulators_per_disk: MOST_COPIES,
+            simulators_per_particle: MOST_COPIES,
             ..Self::for_scheme(scheme)
         };
         let partners = many.partners::<S>(packing_fraction, diameter);

@@ -38,7 +38,7 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
     state: &State<P>,
     streams: Streams,
 ) -> Vec<SimulatorOf<P, F>> {
-    let copies = parameters.simulators_per_disk as usize;
+    let copies = parameters.simulators_per_particle as usize;
     let sizes = scene.sizes().repeated(copies);
     let count = state.bodies.len();
     let mut simulators = Vec::with_capacity(count * copies);

@@ -83,7 +83,7 @@ where
         streams: Streams,
     ) -> Result<Self, EngineError> {
         parameters.check()?;
-        if parameters.simulators_per_disk > 1 && !boundaries.obstacles.is_empty() {
+        if parameters.simulators_per_particle > 1 && !boundaries.obstacles.is_empty() {
             return Err(EngineError::Boundary {
                 scheme: parameters.scheme.name(),
                 what: "several simulators of each particle from one state, and obstacles",
@@ -111,7 +111,7 @@ where
         streams: Streams,
     ) -> Result<Self, EngineError> {
         parameters.check()?;
-        let wanted = parameters.simulators_per_disk as usize;
+        let wanted = parameters.simulators_per_particle as usize;
         let alike = |a: &State<P>, b: &State<P>| {
             a.bodies.len() == b.bodies.len() && a.time == b.time && a.domain == b.domain
         };
@@ -147,7 +147,7 @@ where
     ) -> Result<Self, EngineError> {
         let sizes = scene
             .sizes()
-            .repeated(parameters.simulators_per_disk as usize);
+            .repeated(parameters.simulators_per_particle as usize);
         let means = Means::of::<P>(&sizes, simulators.len(), &boundaries.inflows);
         let checkpoint = Checkpoint {
             time: state.time,
@@ -215,7 +215,7 @@ where
         fresh: Option<usize>,
     ) -> Result<Self, EngineError> {
         check_choices(scene, parameters, &domain, boundaries)?;
-        let copies = parameters.simulators_per_disk as usize;
+        let copies = parameters.simulators_per_particle as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
         let Checkpoint {
             time,
@@ -249,7 +249,7 @@ where
         let means_of_all = [0.5 * mean_diameter, mean_mass];
         let surroundings = Surroundings::new(&scene, boundaries, &grid, means_of_all, time)?;
         let gas = Gas {
-            limit: parameters.largest_contact_value,
+            limit: parameters.max_contact_value,
             counts: grid.counts(),
             cell: grid.cell_volume(),
             width: grid.narrowest(),

@@ -169,7 +169,7 @@ where
             crossing
         };
         // A gas at rest: any step, that can be added to another.
-        (step / self.parameters.steps_per_crossing).min(1e150)
+        (step / self.parameters.steps_per_cell_crossing).min(1e150)
     }
 
     /// Speeds and energy of the present state, for the length of the next step.

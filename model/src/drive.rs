@@ -57,7 +57,7 @@ impl Drive {
     /// Returns the changes of velocity \[length/time\] in kick number `number`, by the index of the
     /// particle.
     ///
-    /// `copies` is the number of gases that stand one after the other in the scene: the momentum of
+    /// `simulator_start` is the number of gases that stand one after the other in the scene: the momentum of
     /// each is kept by itself, and kicks of the first are those of a gas that stands alone. With N
     /// particles in a gas, each component has the variance `2 heating interval/(D m) . N/(N - 1)`,
     /// where the last factor makes up for what the mean takes away, by the share of its mass from

@@ -154,14 +154,14 @@ impl Progress for Seen {
 /// Runs a case and writes its report. Progress is called with the share that is done, from 0 to 1,
 /// the collisions so far, and new notes. Returns the folder, whether it is a sweep, and notes.
 #[pyfunction]
-#[pyo3(signature = (case, *, out, existing, threads, force_memory, progress))]
+#[pyo3(signature = (case, *, out, existing, threads, ignore_memory_limit, progress))]
 pub fn run(
     py: Python<'_>,
     case: Given,
     out: Option<PathBuf>,
     existing: &str,
     threads: Option<usize>,
-    force_memory: bool,
+    ignore_memory_limit: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(PathBuf, bool)> {
     let file = case.read(py)?;
@@ -188,7 +188,7 @@ pub fn run(
             out,
             existing,
             threads,
-            force_memory,
+            ignore_memory_limit,
             stop: &stop.soon,
             progress: &seen,
             commit: env!("STOSSZAHL_COMMIT"),

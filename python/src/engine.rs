@@ -192,21 +192,22 @@ impl Engine {
 
     /// Creates Monte Carlo in cells.
     #[staticmethod]
-    #[pyo3(signature = (gas, name, *, cell_size, steps_per_crossing, largest_contact_value, stiffness, partner_radius))]
+    #[pyo3(signature = (gas, name, *, cell_size, steps_per_cell_crossing, max_contact_value, stiffness, partner_radius))]
     fn in_cells(
         gas: &Gas,
         name: &str,
         cell_size: Option<f64>,
-        steps_per_crossing: Option<f64>,
-        largest_contact_value: Option<f64>,
+        steps_per_cell_crossing: Option<f64>,
+        max_contact_value: Option<f64>,
         stiffness: Option<f64>,
         partner_radius: Option<f64>,
     ) -> PyResult<Self> {
         let defaults = MonteCarlo::defaults(&gas.0, scheme(name, stiffness, partner_radius)?);
         let parameters = Parameters {
             cell_size,
-            steps_per_crossing: steps_per_crossing.unwrap_or(defaults.steps_per_crossing),
-            largest_contact_value: largest_contact_value.unwrap_or(defaults.largest_contact_value),
+            steps_per_cell_crossing: steps_per_cell_crossing
+                .unwrap_or(defaults.steps_per_cell_crossing),
+            max_contact_value: max_contact_value.unwrap_or(defaults.max_contact_value),
             ..defaults
         };
         let engine = MonteCarlo::with(&gas.0, parameters).map_err(Raise::raise)?;

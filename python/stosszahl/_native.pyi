@@ -50,8 +50,8 @@ class Engine:
         name: str,
         *,
         cell_size: float | None,
-        steps_per_crossing: float | None,
-        largest_contact_value: float | None,
+        steps_per_cell_crossing: float | None,
+        max_contact_value: float | None,
         stiffness: float | None,
         partner_radius: float | None,
     ) -> Engine: ...
@@ -82,7 +82,7 @@ def run(
     out: str | PathLike[str] | None,
     existing: str,
     threads: int | None,
-    force_memory: bool,
+    ignore_memory_limit: bool,
     progress: Callable[[float, int, list[str]], Any] | None,
 ) -> tuple[str, bool]: ...
 def report(folder: str | PathLike[str]) -> str: ...

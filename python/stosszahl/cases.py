@@ -154,7 +154,7 @@ def run(
     progress: bool | Progress = True,
     resume: bool = False,
     force: bool = False,
-    force_memory: bool = False,
+    ignore_memory_limit: bool = False,
 ) -> Results:
     """Runs a case, writes its folder with tables and report, and returns the results.
 
@@ -182,7 +182,7 @@ def run(
         Goes on from the checkpoints of a run that was stopped.
     force : bool
         Replaces an existing folder.
-    force_memory : bool
+    ignore_memory_limit : bool
         Starts even if the case needs more memory than is free.
 
     Raises
@@ -210,7 +210,7 @@ def run(
     existing = "resume" if resume else "force" if force else "refuse"
     try:
         written, _ = _native.run(
-            whole, out=folder, existing=existing, threads=threads_of(threads), force_memory=force_memory, progress=hear
+            whole, out=folder, existing=existing, threads=threads_of(threads), ignore_memory_limit=ignore_memory_limit, progress=hear
         )
     except KeyboardInterrupt:
         raise KeyboardInterrupt("stopped; run(..., resume=True) goes on from the checkpoints") from None

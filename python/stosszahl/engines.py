@@ -245,8 +245,8 @@ class MonteCarlo(Engine):
         scheme: str = "contact-point",
         *,
         cell_size: float | None = None,
-        steps_per_crossing: float | None = None,
-        largest_contact_value: float | None = None,
+        steps_per_cell_crossing: float | None = None,
+        max_contact_value: float | None = None,
         stiffness: float | None = None,
         partner_radius: float | None = None,
     ) -> MonteCarlo:
@@ -261,9 +261,9 @@ class MonteCarlo(Engine):
             ``"esmc"``, ``"stochastic-disks"`` or ``"contact-point"``; see ``docs/engines.md``.
         cell_size : float, optional
             Smallest side of a cell [length].
-        steps_per_crossing : float, optional
+        steps_per_cell_crossing : float, optional
             Time steps in a mean free time, and in which the fastest particle crosses a cell.
-        largest_contact_value : float, optional
+        max_contact_value : float, optional
             Limit on the factor by which density raises the collision rate.
         stiffness : float, optional
             Of stochastic disks.
@@ -277,8 +277,8 @@ class MonteCarlo(Engine):
             gas_of(gas)._handle,
             scheme,
             cell_size=optional_number("cell_size", cell_size),
-            steps_per_crossing=optional_number("steps_per_crossing", steps_per_crossing),
-            largest_contact_value=optional_number("largest_contact_value", largest_contact_value),
+            steps_per_cell_crossing=optional_number("steps_per_cell_crossing", steps_per_cell_crossing),
+            max_contact_value=optional_number("max_contact_value", max_contact_value),
             stiffness=optional_number("stiffness", stiffness),
             partner_radius=optional_number("partner_radius", partner_radius),
         )

@@ -67,21 +67,21 @@ def test_freud_and_ovito(notebook):
     assert all(0.05 < np.mean(one.min(axis=-1) < 0.7) < 0.3 for one in pictures)
 
 
-def test_flow_past_disc(root, tmp_path):
+def test_flow_past_disk(root, tmp_path):
     pytest.importorskip("vtk")
     if "DISPLAY" not in os.environ and not (ctypes.util.find_library("EGL") or ctypes.util.find_library("OSMesa")):
         pytest.skip("vtk finds neither EGL nor OSMesa to draw with")
     (tmp_path / "cases").symlink_to(root / "cases")
-    script = root / "python/notebooks/flow_past_disc.py"
+    script = root / "python/notebooks/flow_past_disk.py"
     done = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "3200 cells around time 12" in done.stdout
     picture = plt.imread(tmp_path / done.stdout.splitlines()[-1])[..., :3]
     assert picture.shape == (720, 1200, 3)
-    # The disc is grey in the middle of each panel, 15 pixels are a unit of length, and (14, 10) lies at 210 and 150 from its corner.
+    # The disk is grey in the middle of each panel, 15 pixels are a unit of length, and (14, 10) lies at 210 and 150 from its corner.
     for x, y in ((0, 0), (600, 0), (0, 360), (600, 360)):
         assert np.allclose(picture[y + 150, x + 210], 0.6, atol=0.01)
-    # Before the disc the shock is hot, which is bright; the stream is not.
+    # Before the disk the shock is hot, which is bright; the stream is not.
     for x, y in ((0, 0), (600, 0), (0, 360)):
         before, stream = (picture[y + 135 : y + 165, x + at : x + at + 15].mean() for at in (150, 15))
         assert before > stream + 0.1

@@ -128,15 +128,15 @@ fn windings_of_other_disks_are_refused() {
     );
 }
 
-fn parameters(cell: f64, simulators_per_disk: u32, displacement: Displacement) -> Parameters {
+fn parameters(cell: f64, simulators_per_particle: u32, displacement: Displacement) -> Parameters {
     Parameters {
         scheme: Scheme::Enskog(Neighbourhood::Mean),
         displacement,
         cell_size: Some(cell),
-        simulators_per_disk,
+        simulators_per_particle,
         copies: Copies::Independent,
-        steps_per_crossing: 8.0,
-        largest_contact_value: 10.0,
+        steps_per_cell_crossing: 8.0,
+        max_contact_value: 10.0,
     }
 }
 

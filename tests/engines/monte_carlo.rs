@@ -16,10 +16,10 @@ const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Enskog(Neighbourhood::Mean),
     displacement: Displacement::None,
     cell_size: Some(20.0),
-    simulators_per_disk: 1,
+    simulators_per_particle: 1,
     copies: Copies::Independent,
-    steps_per_crossing: 4.0,
-    largest_contact_value: 10.0,
+    steps_per_cell_crossing: 4.0,
+    max_contact_value: 10.0,
 };
 
 /// Observer that counts collisions in bins of |b|/d and sums the quantities that theory knows.
@@ -171,7 +171,7 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
             displacement: Displacement::Diameter,
             cell_size: Some(10.0),
             // Short steps, so that hardly a disk collides twice in one.
-            steps_per_crossing: 100.0,
+            steps_per_cell_crossing: 100.0,
             ..PARAMETERS
         };
         let start = as_kinds(&gas(Arrangement::Disordered, count, 0.25, seed));
@@ -223,9 +223,11 @@ fn one_species_is_a_gas_of_equal_disks() {
     };
     let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
     let schemes = Scheme::ALL.map(|scheme| (scheme, 2));
-    for (scheme, simulators_per_disk) in [(Scheme::CONTACT_POINT, 16)].into_iter().chain(schemes) {
+    for (scheme, simulators_per_particle) in
+        [(Scheme::CONTACT_POINT, 16)].into_iter().chain(schemes)
+    {
         let parameters = Parameters {
-            simulators_per_disk,
+            simulators_per_particle,
             ..Parameters::for_scheme(scheme)
         };
         let after = |displacements: bool| {
@@ -296,12 +298,12 @@ fn mixtures_continue_to_the_same_bits() {
 
 #[test]
 fn checkpoints_continue_to_the_same_bits() {
-    for simulators_per_disk in [1, 3] {
+    for simulators_per_particle in [1, 3] {
         let parameters = Parameters {
             scheme: Scheme::FreeVolume,
             displacement: Displacement::Diameter,
             cell_size: None,
-            simulators_per_disk,
+            simulators_per_particle,
             ..PARAMETERS
         };
         let mut whole = engine(0.8, 1500, 0.25, 6, parameters);
@@ -330,7 +332,7 @@ fn several_simulators_keep_energy_and_momentum_of_the_start() {
         0.25,
         6,
         Parameters {
-            simulators_per_disk: 5,
+            simulators_per_particle: 5,
             ..PARAMETERS
         },
     );
@@ -346,7 +348,7 @@ fn meaningless_parameters_are_refused() {
     let state = gas(Arrangement::Disordered, 10, 0.1, 1);
     for parameters in [
         Parameters {
-            simulators_per_disk: 0,
+            simulators_per_particle: 0,
             ..PARAMETERS
         },
         Parameters {
@@ -354,11 +356,11 @@ fn meaningless_parameters_are_refused() {
             ..PARAMETERS
         },
         Parameters {
-            steps_per_crossing: f64::NAN,
+            steps_per_cell_crossing: f64::NAN,
             ..PARAMETERS
         },
         Parameters {
-            largest_contact_value: 0.5,
+            max_contact_value: 0.5,
             ..PARAMETERS
         },
     ] {

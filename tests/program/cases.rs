@@ -46,7 +46,7 @@ fn every_case_is_valid_and_asks_a_question() {
         let earlier = CaseFile::read(&path, &[half]).map(drop);
         earlier.unwrap_or_else(|error| panic!("{error}"));
         desk.write("case.toml", &file.text);
-        let said = desk.done("check case.toml --guess");
+        let said = desk.done("check case.toml --no-timing");
         assert!(said.out.contains("memory"), "{name}: {}", said.out);
     }
 }
@@ -223,7 +223,7 @@ fn species_follow_from_rules() {
     let second = law("down").species[1].clone();
     assert_eq!((second.count, second.mass), (125, 2.0));
     assert!((2.0 * second.radius - 2.0_f64.cbrt()).abs() < 1e-15);
-    let sizes = "[continuous]\nnumber = 40000\ndistribution = \"log-normal\"\nrelative_width = 0.3\ngroups = 8\n";
+    let sizes = "[polydisperse]\nnumber = 40000\ndistribution = \"log-normal\"\nrelative_width = 0.3\ngroups = 8\n";
     let continuous = plan(&(gas.to_owned() + sizes), &[]);
     assert_eq!(continuous.species.len(), 8);
     assert!(continuous.species.iter().all(|group| group.count == 5000));

@@ -170,7 +170,7 @@ fn cells_that_cannot_tell_sides_apart_are_refused() {
         "the rule: cells of at most 10, where partners on different sides of a body can be told apart",
     ];
     for command in [
-        "check case.toml --guess",
+        "check case.toml --no-timing",
         "check case.toml",
         "run case.toml --out out",
     ] {

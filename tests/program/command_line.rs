@@ -195,7 +195,7 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
     (COOLING, "[measure.snapshots]", "[measure.fields]", &["measure.fields"]),
     (MIXTURE, "restitution = 0.8", "restitution = 1.8", &["gas.restitution = 1.8", "from 0 to 1"]),
     (MIXTURE, "volume = 2e4", "volume = 1e300", &["case.toml:"]),
-    (MIXTURE, "volume = 2e4", "volume = 100\ncontact_values = \"dense\"", &["gas.volume = 100", "less than all"]),
+    (MIXTURE, "volume = 2e4", "volume = 100\npair_correlation = \"enskog\"", &["gas.volume = 100", "less than all"]),
     (MIXTURE, "particles = 20", "particles = 0", &["measure.time_averaged_displacement.particles"]),
     (WALLS, "number = 60", "number = 600", &["case.toml"]),
     (WALLS, "right = \"specular\"", "right = \"open\"", &["walls.right", "ed"]),
@@ -287,19 +287,6 @@ fn options_take_whole_numbers_with_exponents() {
     desk.done("run case.toml --out short --replicas 2e0 --seed 1e3 --until 1 --threads 1e0");
     let energy = |out: &str| fs::read(desk.path(out).join("energy.csv")).expect("a table");
     assert_eq!(energy("plain"), energy("short"));
-}
-
-/// A case of format 1 is refused, with an explanation of its keys.
-#[test]
-fn a_case_of_format_1_is_explained() {
-    let desk = Desk::new(
-        "format = 1\ntitle = \"old\"\n[gas]\ndisks = 100\npacking_fraction = 0.25\nrestitution = 0.8\n\
-         [run]\nuntil = 1\n[engine.ed]\n",
-    );
-    desk.refused(
-        "run case.toml",
-        &["format 2", "gas.number", "box.packing_fraction"],
-    );
 }
 
 /// Start files that are damaged, or do not fit the case, are named.

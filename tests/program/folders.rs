@@ -472,7 +472,7 @@ impl Stopped {
             out: Some(out.to_owned()),
             existing: Existing::Resume,
             threads: Some(1),
-            force_memory: false,
+            ignore_memory_limit: false,
             stop: &stop,
             progress: &(),
             commit: "",
@@ -625,7 +625,7 @@ fn a_checkpoint_of_another_replica_is_named() {
 fn what_two_measures_would_write_is_refused_before_the_run() {
     let desk = Desk::new(crate::support::program::MIXTURE);
     let line = "case.toml --replicas 1 --set measure.energy={}";
-    for command in ["check --guess", "run --out out"] {
+    for command in ["check --no-timing", "run --out out"] {
         desk.refused(
             &format!("{command} {line}"),
             &[

@@ -178,7 +178,7 @@ fn each_replica_is_done_once() {
                     out: Some(folder.path().join("out")),
                     existing: Existing::Refuse,
                     threads: Some(1),
-                    force_memory: false,
+                    ignore_memory_limit: false,
                     stop: &stop,
                     progress,
                     commit: "",

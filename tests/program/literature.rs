@@ -128,7 +128,7 @@ fn theory_of_a_mixture_is_that_of_the_library() {
     let orders = mixture.affordable_orders();
     assert_eq!(orders, 6);
     let curves = mixture.solve(orders, &[1.0, 2.0], &times).expect("smooth");
-    for column in ["temperature_theory", "displacement_square_theory"] {
+    for column in ["temperature_theory", "mean_squared_displacement_theory"] {
         for (row, found) in species.numbers(column).into_iter().enumerate() {
             let (moment, k) = (&curves[row / 2], number[row] as usize - 1);
             let exact = match column {
@@ -150,7 +150,7 @@ fn theory_of_a_mixture_is_that_of_the_library() {
     let averaged = Columns::read(&desk.path("out"), "time_averaged_displacement");
     assert!(
         averaged
-            .numbers("displacement_square")
+            .numbers("mean_squared_displacement")
             .iter()
             .all(|&square| square > 0.0)
     );
@@ -165,8 +165,8 @@ const TWO: &str =
 const CONTENTS: [(&str, &str, &str); 8] = [
     ("two", "dimension = 3", TWO),
     ("two disks", "dimension = 2", TWO),
-    ("two, dense", "dimension = 3\ncontact_values = \"dense\"", TWO),
-    ("two disks, dense", "dimension = 2\ncontact_values = \"dense\"", TWO),
+    ("two, dense", "dimension = 3\npair_correlation = \"enskog\"", TWO),
+    ("two disks, dense", "dimension = 2\npair_correlation = \"enskog\"", TWO),
     ("pairs", "dimension = 3", "species = [{ number = 20000 }, { number = 20000, mass = 4, diameter = 1.5874 }]\n\
         pair = [{ species = [1, 2], restitution = 0.6 }, { species = [2, 2], restitution = 1 }]\n"),
     ("three", "dimension = 3", "species = [{ number = 20000 }, { number = 20000, mass = 4, diameter = 1.5874 }, \
@@ -174,7 +174,7 @@ const CONTENTS: [(&str, &str, &str); 8] = [
     ("hundred", "dimension = 3",
      "replicas = 16\npower_law = { monomers = 20000, exponent = 1, largest_mass = 100 }\n"),
     ("continuous", "dimension = 3",
-     "continuous = { number = 60000, distribution = \"log-normal\", relative_width = 0.4, groups = 8 }\n"),
+     "polydisperse = { number = 60000, distribution = \"log-normal\", relative_width = 0.4, groups = 8 }\n"),
 ];
 
 /// Partial temperatures follow the kinetic equations: to the error of their Sonine expansion where
@@ -242,8 +242,8 @@ fn clusters_keep_mass_and_energy_in_their_tables() {
     let out = desk.path("out");
     let clusters = Columns::read(&out, "clusters");
     let column = |name| clusters.numbers(name);
-    let (energy, stuck) = (column("energy_ratio"), column("stuck_energy"));
-    let (shattered, heated) = (column("shattered_energy"), column("heating_energy"));
+    let (energy, stuck) = (column("energy_ratio"), column("aggregation_loss"));
+    let (shattered, heated) = (column("fragmentation_loss"), column("heating_energy"));
     for row in 0..energy.len() {
         // Elastic bounces; some thousand events, each closed to a few roundings of energies below
         // ten.

@@ -155,6 +155,6 @@ fn what_does_not_fit_is_refused() {
     let text = "format = 2\ntitle = \"too large\"\nreplicas = 2\n[gas]\ndimension = 3\nnumber = 2000000000\nvolume = 1e11\n\
                 restitution = 0.9\n[run]\nuntil = 1\n[measure.displacement]\n";
     let desk = Desk::new(text);
-    desk.refused("run case.toml", &["GiB", "--force-memory"]);
+    desk.refused("run case.toml", &["GiB", "--ignore-memory-limit"]);
     assert!(!desk.path("results").exists());
 }

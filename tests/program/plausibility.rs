@@ -11,9 +11,9 @@ fn flow(gas: &str, more: &str) -> String {
     )
 }
 
-/// Returns the lines of `check --guess` that begin with a word, without it.
+/// Returns the lines of `check --no-timing` that begin with a word, without it.
 fn lines(text: &str, word: &str) -> Vec<String> {
-    let said = Desk::new(text).done("check case.toml --guess").out;
+    let said = Desk::new(text).done("check case.toml --no-timing").out;
     let lines = said
         .lines()
         .filter_map(|line| line.trim().strip_prefix(word));
@@ -109,7 +109,7 @@ fn a_guess_refuses_what_a_run_refuses() {
     ] {
         let desk = Desk::new(text);
         for line in [
-            "check case.toml --guess",
+            "check case.toml --no-timing",
             "check case.toml",
             "run case.toml --out out",
         ] {
@@ -155,7 +155,9 @@ fn a_guess_says_what_it_does_not_know() {
 fn bundled_cases_are_plausible() {
     for case in ["luding-1998", "vibrated-box"] {
         let desk = Desk::new("");
-        let said = desk.done(&format!("check {CASES}/{case}.toml --guess")).out;
+        let said = desk
+            .done(&format!("check {CASES}/{case}.toml --no-timing"))
+            .out;
         for word in ["falls for ever", "contact_time is", "units = \"si\""] {
             assert!(!said.contains(word), "{case}: {said}");
         }

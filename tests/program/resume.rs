@@ -62,7 +62,7 @@ pub(crate) fn run(
         out: Some(out.to_owned()),
         existing,
         threads: Some(threads),
-        force_memory: false,
+        ignore_memory_limit: false,
         stop: &progress.stop,
         progress: &progress,
         commit: "",

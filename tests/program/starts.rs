@@ -37,7 +37,7 @@ fn a_start_file_with_velocities_is_the_start() {
     let boxed = format!("{FROM_FILE}[measure.snapshots]\ntimes = [0]\n[box]\n");
     let desk = Desk::new(&boxed);
     desk.write("start.csv", file);
-    let said = desk.done("check case.toml --guess").out;
+    let said = desk.done("check case.toml --no-timing").out;
     for words in [
         "mean velocity",
         "moved into it by whole sides: 1",
@@ -68,7 +68,7 @@ fn a_start_file_with_velocities_is_the_start() {
     desk.write("walls.toml", format!("{boxed}{walls}"));
     desk.refused("run walls.toml --out walls", &["particle 2", "x = -3"]);
     desk.write("start.csv", desk.text("start.csv").replace("-3,7", "3,7"));
-    let said = desk.done("check walls.toml --guess").out;
+    let said = desk.done("check walls.toml --no-timing").out;
     assert!(!said.contains("start.file:"), "{said}");
     desk.done("run walls.toml --out walls");
     let text = desk.text("walls/snapshots/ed-0.xyz");

@@ -111,7 +111,7 @@ fn times_of_snapshots_are_over_haffs_time() {
 fn cases_in_si_have_units_of_si() {
     let text = collapsing(true).replace("until = 1e6", "until = 0.01");
     let desk = Desk::new(&text.replace("restitution = 0.1", "restitution = 0.9"));
-    let said = desk.done("check case.toml --guess").out;
+    let said = desk.done("check case.toml --no-timing").out;
     for line in said
         .lines()
         .filter(|line| line.starts_with("  ") && !line.contains(':'))

@@ -51,7 +51,7 @@ fn a_refusal_says_the_rule_and_what_may_be_meant() {
 #[test]
 fn a_case_without_a_format_is_told_what_to_write() {
     let desk = Desk::new(&COOLING.replace("format = 2\n", ""));
-    let said = desk.say("check case.toml --guess");
+    let said = desk.say("check case.toml --no-timing");
     assert_eq!(said.code, Some(2));
     assert!(
         said.err.contains("write `format = 2` in its first line"),
@@ -105,14 +105,14 @@ fn what_a_setting_does_to_a_sweep_is_told() {
         "\"gas\" = [{ number = 400, restitution = 0.8 }, { number = 500, restitution = 0.9 }]",
     );
     desk.refused(
-        "check case.toml --guess --set gas.number=100",
+        "check case.toml --no-timing --set gas.number=100",
         &[
             "--set gas.number=100",
             "the case sweeps \"gas\", the whole table that holds this key",
         ],
     );
     let desk = swept("\"run.until\" = [10, 20]");
-    let said = desk.done("check case.toml --guess --until 3");
+    let said = desk.done("check case.toml --no-timing --until 3");
     assert!(
         said.err.contains(
             "run.until is set from outside, so that the sweep of the case over it is left out"
@@ -122,7 +122,7 @@ fn what_a_setting_does_to_a_sweep_is_told() {
     );
     assert!(!said.out.contains("2 points"), "{}", said.out);
     // Another key leaves the sweep as it is, and nothing is told.
-    let said = desk.done("check case.toml --guess --set gas.number=100");
+    let said = desk.done("check case.toml --no-timing --set gas.number=100");
     assert!(
         said.out.contains("2 points") && said.err.is_empty(),
         "{} {}",
@@ -214,10 +214,10 @@ fn a_damaged_mark_of_a_folder_is_named() {
 fn chances_of_a_false_alarm_are_large_enough_to_be_computed() {
     let desk = Desk::new(COOLING);
     desk.refused(
-        "check case.toml --guess --set verdict.family_wise_error_rate=1e-99",
+        "check case.toml --no-timing --set verdict.family_wise_error_rate=1e-99",
         &["of at least 1e-12"],
     );
-    desk.done("check case.toml --guess --set verdict.family_wise_error_rate=1e-12");
+    desk.done("check case.toml --no-timing --set verdict.family_wise_error_rate=1e-12");
 }
 
 /// A limit on the size of files is an error that names the file.
@@ -246,7 +246,7 @@ fn a_file_beyond_the_limit_is_named() {
 fn forces_and_contact_times_beyond_all_reason_are_refused() {
     let desk = Desk::new(WALLS);
     desk.refused(
-        "check case.toml --guess --set gravity.acceleration=[0,-1e100]",
+        "check case.toml --no-timing --set gravity.acceleration=[0,-1e100]",
         &[
             "gravity.acceleration",
             "a fall through the box gives",
@@ -260,5 +260,5 @@ fn forces_and_contact_times_beyond_all_reason_are_refused() {
             "from 0 to run.until = 20",
         ],
     );
-    desk.done("check case.toml --guess --set gravity.acceleration=[0,-1e3]");
+    desk.done("check case.toml --no-timing --set gravity.acceleration=[0,-1e3]");
 }

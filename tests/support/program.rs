@@ -116,9 +116,9 @@ volume = 2e5
 restitution = 1
 [[species]]
 number = 2000
-[sticking]
-stick_below = 4
-break_above = 12
+[aggregation]
+aggregate_below = 4
+fragment_above = 12
 [thermostat]
 interval = 5
 [run]
@@ -153,7 +153,7 @@ top = { temperature = 2, sliding = [0.5, 0] }
 [gravity]
 acceleration = [0, -0.5]
 [[obstacle]]
-disc = { centre = [10, 10], radius = 2 }
+circle = { centre = [10, 10], radius = 2 }
 [[obstacle]]
 polyline = [[2, 5], [6, 4]]
 temperature = 1
@@ -299,10 +299,10 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("contact-time", "replicas=2 gas.number=100 run.until=1 run.samples_per_decade=12 engine.ed.contact_time=1e-3 measure.impact_parameters.windows=[[0,1]] measure.contacts.windows=[[0,1]]"),
     ("delta-model", "replicas=2 gas.number=100 run.until=4 measure.stress.blocks=4 measure.stress.looks=3"),
     ("dense-240", "start.equilibration=1 run.until=0.5"),
-    ("density-ladder", "replicas=2 box.critical_lengths=0.8 box.packing_fraction=0.25 engine.dsmc-contact-point.simulators_per_particle=1 run.until=0.5"),
+    ("density-ladder", "replicas=2 box.width_over_critical_length=0.8 box.packing_fraction=0.25 engine.dsmc-contact-point.simulators_per_particle=1 run.until=0.5"),
     ("driven", "gas.number=100 run.until=1"),
     ("elastic", "gas.number=100 run.until=1"),
-    ("flow-past-disc", "gas.number=400 run.until=2 run.samples=20 measure.fields.blocks=10"),
+    ("flow-past-disk", "gas.number=400 run.until=2 run.samples=20 measure.fields.blocks=10"),
     ("haff-3d", "species.1.number=500 gas.volume=5e3 verdict.sonine_orders=1 run.until=2"),
     ("kawasaki-1985-channel-gas", FLOW),
     ("kawasaki-1985-channel-granular", FLOW),
@@ -317,9 +317,9 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("luding-1998-fig3b", "replicas=2 start.equilibration=1 run.until=0.5"),
     ("luding-1998-unbiased", "gas.number=100 run.until=1"),
     ("map-onset", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.2 measure.impact_parameters.windows=[[0,0.2]]"),
-    ("map-quick", "replicas=2 box.critical_lengths=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
+    ("map-quick", "replicas=2 box.width_over_critical_length=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
     ("map-shear", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.2 box.shear_rate=0.5 run.until=4 engine.dsmc-enskog.simulators_per_particle=4 measure.stress.blocks=4 measure.stress.looks=3 measure.impact_parameters.windows=[[2,4]]"),
-    ("map-uniform", "replicas=2 box.critical_lengths=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
+    ("map-uniform", "replicas=2 box.width_over_critical_length=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
     ("map-waves", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5"),
     ("mixture-cooling", "gas.volume=5e3 power_law.monomers=500 verdict.sonine_orders=1 run.until=10"),
     ("mpemba", "replicas=2 gas.number=100 run.until=10"),

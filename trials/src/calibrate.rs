@@ -325,7 +325,7 @@ fn elastic(log: &mut Findings) -> Done {
             out: Some(folder.path().join("case")),
             existing: Existing::Replace,
             threads: None,
-            force_memory: false,
+            ignore_memory_limit: false,
             commit: "",
             stop: &Interrupt::default(),
             progress: &(),

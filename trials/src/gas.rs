@@ -35,10 +35,10 @@ pub const PLAIN: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
     displacement: Displacement::None,
     cell_size: None,
-    simulators_per_disk: 1,
+    simulators_per_particle: 1,
     copies: Copies::Independent,
-    steps_per_crossing: 4.0,
-    largest_contact_value: 10.0,
+    steps_per_cell_crossing: 4.0,
+    max_contact_value: 10.0,
 };
 
 /// Creates a scene of smooth particles in free flight.

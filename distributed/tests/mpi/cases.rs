@@ -54,7 +54,7 @@ const CASES: [(&str, &[&str]); 8] = [
         ],
     ),
     (
-        "flow-past-disc",
+        "flow-past-disk",
         &[
             "--until=2",
             "--replicas=2",

@@ -303,8 +303,8 @@ impl<P: Grains<Sizes = Clusters>> Counts<P> for Sticking {
     fn census(&self, gas: &Gas<P>) -> Option<Census> {
         let ledger = self.ledger;
         let ledger = [
-            ("stuck_energy", ledger.stuck),
-            ("shattered_energy", ledger.shattered),
+            ("aggregation_loss", ledger.stuck),
+            ("fragmentation_loss", ledger.shattered),
             ("mergers", ledger.mergers as f64),
             ("shatterings", ledger.shatterings as f64),
             ("refused", ledger.refused as f64),

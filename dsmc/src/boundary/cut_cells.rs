@@ -12,7 +12,7 @@
 //!   two of its points. Parts are then united where no edge crosses their convex hull.
 //! * **Discs** hide what is behind an inscribed polygon that is at most a tenth of a cell from
 //!   their circle.
-//! * **Area**: exact between straight edges; around discs and the rounded corners of the room for
+//! * **Area**: exact between straight edges; around disks and the rounded corners of the room for
 //!   centres the error is below `1e-3` of a cell.
 //!
 //! Areas are those of the centres of particles of the mean radius. A sub-cell without room for them
@@ -590,7 +590,7 @@ mod tests {
     }
 
     /// Free areas of all cells add up to that of the box: exact between straight edges, to 1e-3 of
-    /// a cell for each cell around discs and the rounded corners of the room for centres, of which
+    /// a cell for each cell around disks and the rounded corners of the room for centres, of which
     /// there are some twenty.
     #[test]
     fn areas_add_up() {
@@ -607,11 +607,11 @@ mod tests {
         let exact = whole - wedge - star;
         let found = room(straight(), 0.0);
         assert!((found - exact).abs() < 1e-9, "{found} {exact}");
-        let disc = || Outline::Disc {
+        let disk = || Outline::Circle {
             centre: vector![6.3, 4.1],
             radius: 2.2,
         };
-        let small = || Outline::Disc {
+        let small = || Outline::Circle {
             centre: vector![1.1, 1.2],
             radius: 0.3,
         };
@@ -620,7 +620,7 @@ mod tests {
                 .iter()
                 .map(|r| PI * (r + clearance) * (r + clearance))
                 .sum();
-            let found = whole - room(vec![disc(), small()], clearance);
+            let found = whole - room(vec![disk(), small()], clearance);
             assert!((found - exact).abs() < 20.0 * 3e-3, "{found} {exact}");
         }
         let plate = Outline::Segment {
@@ -632,14 +632,14 @@ mod tests {
         assert!((found - exact).abs() < 4.0 * 3e-3, "{found} {exact}");
     }
 
-    /// A disc hides what is behind it: pairs on opposite sides of it are in different sub-cells.
+    /// A disk hides what is behind it: pairs on opposite sides of it are in different sub-cells.
     #[test]
     fn a_disc_hides_what_is_behind_it() {
-        let disc = Outline::Disc {
+        let disk = Outline::Circle {
             centre: vector![5.0, 3.75],
             radius: 0.5,
         };
-        let (obstacles, grid) = standing(vec![disc]);
+        let (obstacles, grid) = standing(vec![disk]);
         let cuts = cuts(&obstacles, &grid, 0.0);
         let cut = cuts
             .split(grid.cell_at(vector![5.0, 3.75]))

@@ -11,7 +11,7 @@ use crate::parameters::EngineError;
 
 type Point = Vector2<f64>;
 
-/// Fewest corners of a polygon that stands for a disc.
+/// Fewest corners of a polygon that stands for a disk.
 const LEAST_CORNERS: f64 = 4.0;
 
 /// Depth in an obstacle, over the sides of the box, that is taken for rounding.
@@ -132,7 +132,7 @@ impl Standing {
         (gap < (corners[1] - middle).norm()).then_some(near)
     }
 
-    /// All edges, by their ends; those of polygons inscribed in discs, at most `sagitta` from the circle.
+    /// All edges, by their ends; those of polygons inscribed in disks, at most `sagitta` from the circle.
     pub(super) fn edges(&self, sagitta: f64) -> Vec<[Point; 2]> {
         let mut edges = Vec::new();
         for obstacle in self.all.all() {
@@ -140,7 +140,7 @@ impl Standing {
                 Outline::Segment { ends } => ends.to_vec(),
                 Outline::Polyline { points } => points.clone(),
                 Outline::Polygon { points } => [&points[..], &points[..1]].concat(),
-                Outline::Disc { centre, radius } => {
+                Outline::Circle { centre, radius } => {
                     let half_angle = (1.0 - sagitta / radius).max(-1.0).acos();
                     let count = (PI / half_angle).ceil().max(LEAST_CORNERS) as u32;
                     let corner = |corner: u32| {
@@ -192,7 +192,7 @@ impl<'a> ClosedRegion<'a> {
     fn is_straight(&self) -> bool {
         let mut near = self.near.iter().map(|&number| &self.all.all.all()[number]);
         self.clearance == 0.0
-            && near.all(|obstacle| !matches!(obstacle.outline(), Outline::Disc { .. }))
+            && near.all(|obstacle| !matches!(obstacle.outline(), Outline::Circle { .. }))
     }
 
     /// Area of a region that no edge crosses, as far as it is open to centres \[length^2\]. Where it is open in part, it is quartered

@@ -26,10 +26,10 @@ const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
     displacement: Displacement::None,
     cell_size: None,
-    simulators_per_disk: 1,
+    simulators_per_particle: 1,
     copies: Copies::Independent,
-    steps_per_crossing: 4.0,
-    largest_contact_value: 100.0,
+    steps_per_cell_crossing: 4.0,
+    max_contact_value: 100.0,
 };
 
 const SCHEMES: [Scheme; 3] = [
@@ -395,7 +395,7 @@ fn elastic_rate_and_pressure_are_enskogs() {
     ] {
         let parameters = Parameters {
             cell_size,
-            simulators_per_disk: simulators,
+            simulators_per_particle: simulators,
             ..PARAMETERS
         };
         let found: Vec<_> = (0..gases)
@@ -445,7 +445,7 @@ fn structure(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64
 #[test]
 fn many_simulators_have_the_structure_of_disks() {
     let parameters = Parameters {
-        simulators_per_disk: 16,
+        simulators_per_particle: 16,
         ..PARAMETERS
     };
     let found: Vec<_> = (0..6)
@@ -476,7 +476,7 @@ fn repeated_pairs_leave_the_energy_that_is_estimated() {
     for (packing, simulators) in [(0.03, 200_000), (0.25, 80_000)] {
         let gas = |copies: u32| {
             let parameters = Parameters {
-                simulators_per_disk: copies,
+                simulators_per_particle: copies,
                 ..PARAMETERS
             };
             let seeds: Vec<u64> = (0..12).collect();
@@ -595,7 +595,7 @@ fn unequal_disks_meet_at_the_rates_of_a_mixture() {
             let state = start::<Unequal>(disks as usize, Vector2::new(side, side), seed);
             let temperature = state.kinetic_energy(&scene) / f64::from(disks);
             let parameters = Parameters {
-                simulators_per_disk: simulators,
+                simulators_per_particle: simulators,
                 cell_size,
                 ..PARAMETERS
             };
@@ -628,10 +628,10 @@ fn threads_and_stops_change_nothing() {
     let state = start::<Equal<Plane>>(20_000, Vector2::new(250.0, 255.0), 2);
     let streams = Streams::new(5, 0);
     let single = SCHEMES.map(|scheme| (scheme, 1));
-    for (scheme, simulators_per_disk) in single.into_iter().chain([(SCHEMES[0], 16)]) {
+    for (scheme, simulators_per_particle) in single.into_iter().chain([(SCHEMES[0], 16)]) {
         let parameters = Parameters {
             scheme,
-            simulators_per_disk,
+            simulators_per_particle,
             ..PARAMETERS
         };
         let run = |threads: usize, stop: bool| {
@@ -692,7 +692,7 @@ fn coherent_copies_keep_long_waves() {
     let own = amplitude(&state);
     for (copies, kept) in [(Copies::Coherent, true), (Copies::Independent, false)] {
         let parameters = Parameters {
-            simulators_per_disk: 16,
+            simulators_per_particle: 16,
             copies,
             ..PARAMETERS
         };

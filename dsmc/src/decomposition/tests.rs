@@ -203,10 +203,10 @@ fn parameters(scheme: Scheme, cell: f64) -> Parameters {
         scheme,
         displacement: Displacement::None,
         cell_size: Some(cell),
-        simulators_per_disk: 1,
+        simulators_per_particle: 1,
         copies: Copies::Independent,
-        steps_per_crossing: 3.0,
-        largest_contact_value: 10.0,
+        steps_per_cell_crossing: 3.0,
+        max_contact_value: 10.0,
     }
 }
 
@@ -259,7 +259,7 @@ fn a_gas_in_space_is_the_same_for_any_number_of_processes() {
     }
 }
 
-/// A channel of rough disks that flow in and fall between a vibrating floor and a wall, around a disc, with simulators of several
+/// A channel of rough disks that flow in and fall between a vibrating floor and a wall, around a disk, with simulators of several
 /// weights.
 #[test]
 fn a_flow_is_the_same_for_any_number_of_processes() {
@@ -275,13 +275,13 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
     let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 });
     floor.sliding = vector![0.3, 0.0];
     floor.vibration = Vibration::new(0.3, 1.1).ok();
-    let disc = Outline::Disc {
+    let disk = Outline::Circle {
         centre: vector![6.0, 2.5],
         radius: 0.8,
     };
-    let disc = Obstacle::new(disc, Rebound::Diffuse { temperature: 1.2 }).expect("an obstacle");
+    let disk = Obstacle::new(disk, Rebound::Diffuse { temperature: 1.2 }).expect("an obstacle");
     let boundaries = Boundaries {
-        obstacles: vec![disc.clone()],
+        obstacles: vec![disk.clone()],
         walls: Walls::new(&[
             [Face::Open; 2],
             [Face::Wall(floor), Face::Wall(Wall::specular())],
@@ -306,7 +306,7 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
     state.domain = boundaries.walls.domain(vector![12.0, 5.0]).expect("a box");
     state
         .bodies
-        .retain(|body| !disc.holds(body.position) && body.position[1] > 0.7);
+        .retain(|body| !disk.holds(body.position) && body.position[1] > 0.7);
     let legs = Legs {
         steps: 8,
         count: 3,
@@ -320,20 +320,20 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
     });
 }
 
-/// A partition that cuts cells, with a slit and a disc in it: density windows of one process hold sub-cells of others.
+/// A partition that cuts cells, with a slit and a disk in it: density windows of one process hold sub-cells of others.
 #[test]
 fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
     let plate = |from: [f64; 2], to: [f64; 2]| Outline::Segment {
         ends: [from.into(), to.into()],
     };
-    let disc = Outline::Disc {
+    let disk = Outline::Circle {
         centre: vector![40.3, 52.1],
         radius: 3.0,
     };
     let outlines = [
         plate([0.0, 41.3], [70.0, 41.3]),
         plate([73.0, 41.3], [149.0, 47.0]),
-        disc,
+        disk,
     ];
     let law = Rebound::Restitutive {
         restitution: 0.9,

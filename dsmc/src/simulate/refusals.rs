@@ -78,7 +78,7 @@ fn of<P: Physics>(
         return Ok(());
     };
     require_room(&surroundings, gas.parameters.scheme)?;
-    let weight = 1.0 / f64::from(gas.parameters.simulators_per_disk);
+    let weight = 1.0 / f64::from(gas.parameters.simulators_per_particle);
     for (number, source) in surroundings.sources().iter().enumerate() {
         source.check_number(
             number,

@@ -84,10 +84,10 @@ const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
     displacement: Displacement::None,
     cell_size: Some(2.0),
-    simulators_per_disk: 1,
+    simulators_per_particle: 1,
     copies: Copies::Independent,
-    steps_per_crossing: 4.0,
-    largest_contact_value: 10.0,
+    steps_per_cell_crossing: 4.0,
+    max_contact_value: 10.0,
 };
 
 /// Both engines after two runs, and again for other tiles.
@@ -355,7 +355,7 @@ fn virial_is_that_of_the_displacement() {
         let parameters = Parameters {
             displacement,
             cell_size: Some(10.0),
-            steps_per_crossing: 20.0,
+            steps_per_cell_crossing: 20.0,
             ..PARAMETERS
         };
         let mut engine =

@@ -137,7 +137,7 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
                 .parameters
                 .scheme
                 .contact_value::<P::Space>(packing)
-                .min(self.parameters.largest_contact_value);
+                .min(self.parameters.max_contact_value);
             let mut stream = bundle.at(cell as u64);
             total += self.collide_cell(range, step / volume, [chi, packing], &mut stream);
         }

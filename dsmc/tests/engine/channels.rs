@@ -12,8 +12,8 @@ type Disks = Grains<Plane, Smooth>;
 const AROUND_POINTS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
     cell_size: None,
-    steps_per_crossing: 6.0,
-    largest_contact_value: 100.0,
+    steps_per_cell_crossing: 6.0,
+    max_contact_value: 100.0,
     ..PARAMETERS
 };
 
@@ -69,7 +69,7 @@ fn disks_in_channels_collide_as_often_as_the_engine_says() {
         for copies in [1, 4] {
             let (boundaries, state) = channel(packing, width, 1200 / copies as usize);
             let parameters = Parameters {
-                simulators_per_disk: copies,
+                simulators_per_particle: copies,
                 ..AROUND_POINTS
             };
             let streams = Streams::new(1, 0);

@@ -21,7 +21,7 @@ type Disks = Grains<Plane, Smooth>;
 const ACROSS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
     cell_size: None,
-    largest_contact_value: 100.0,
+    max_contact_value: 100.0,
     ..PARAMETERS
 };
 
@@ -85,7 +85,7 @@ fn stops_change_nothing(
     };
     let through = run(false);
     // The number of simulators at the stop is another than at the start: what tiles must not follow.
-    let started = state.bodies.len() * parameters.simulators_per_disk as usize;
+    let started = state.bodies.len() * parameters.simulators_per_particle as usize;
     assert!(through.0.abs_diff(started) > started / 5, "{}", through.0);
     assert!(through.3.collisions > 100, "{:?}", through.3);
     assert!(through == run(true));
@@ -137,7 +137,7 @@ fn an_empty_channel_fills() {
     };
     for copies in [1, 4] {
         let parameters = Parameters {
-            simulators_per_disk: copies,
+            simulators_per_particle: copies,
             ..ACROSS
         };
         let mut engine: Engine<Disks> =
@@ -190,9 +190,9 @@ fn a_long_step_can_be_broken_off() {
     ] {
         let parameters = Parameters {
             scheme,
-            simulators_per_disk: 64,
+            simulators_per_particle: 64,
             cell_size: Some(200.0),
-            steps_per_crossing: 1.0,
+            steps_per_cell_crossing: 1.0,
             ..ACROSS
         };
         let mut engine = Engine::<Disks>::new(&scene, parameters, &state, Streams::new(1, 0))

@@ -191,7 +191,7 @@ fn splits_and_merges_are_fair() {
     };
     let scene = grains(1e-3, 1.0, Smooth, no_gravity());
     let parameters = Parameters {
-        steps_per_crossing: 1.0,
+        steps_per_cell_crossing: 1.0,
         ..PARAMETERS
     };
     let gases = 24;
@@ -268,13 +268,13 @@ fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
     let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 });
     floor.sliding = vector![0.3, 0.0];
     floor.vibration = Vibration::new(0.3, 1.1).ok();
-    let disc = Outline::Disc {
+    let disk = Outline::Circle {
         centre: vector![6.0, 2.5],
         radius: 0.8,
     };
-    let disc = Obstacle::new(disc, Rebound::Diffuse { temperature: 1.2 }).expect("an obstacle");
+    let disk = Obstacle::new(disk, Rebound::Diffuse { temperature: 1.2 }).expect("an obstacle");
     let boundaries = Boundaries {
-        obstacles: vec![disc.clone()],
+        obstacles: vec![disk.clone()],
         walls: Walls::new(&[
             [Face::Open; 2],
             [Face::Wall(floor), Face::Wall(Wall::specular())],
@@ -298,7 +298,7 @@ fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
     for body in &mut state.bodies {
         body.position[0] = place(body.position[0]);
     }
-    state.bodies.retain(|body| !disc.holds(body.position));
+    state.bodies.retain(|body| !disk.holds(body.position));
     let streams = Streams::new(9, 0);
     let run = |threads: usize, per_tile: Option<usize>, stop: bool| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);

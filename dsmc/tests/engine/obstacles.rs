@@ -21,9 +21,9 @@ fn obstacle(outline: Outline, law: Rebound) -> Obstacle {
     Obstacle::new(outline, law).expect("an obstacle")
 }
 
-fn disc(x: f64, y: f64, radius: f64) -> Obstacle {
+fn disk(x: f64, y: f64, radius: f64) -> Obstacle {
     let centre = vector![x, y];
-    obstacle(Outline::Disc { centre, radius }, SPECULAR)
+    obstacle(Outline::Circle { centre, radius }, SPECULAR)
 }
 
 fn block(low: [f64; 2], high: [f64; 2], law: Rebound) -> Obstacle {
@@ -67,8 +67,8 @@ fn outside(mut state: State<Disks>, obstacles: &[Obstacle], radius: f64) -> Stat
 #[test]
 fn a_gas_around_obstacles_stays_in_equilibrium() {
     let obstacles = vec![
-        disc(5.0, 5.0, 2.0),
-        disc(0.75, 0.75, 0.75),
+        disk(5.0, 5.0, 2.0),
+        disk(0.75, 0.75, 0.75),
         block([9.0, 2.0], [10.0, 4.0], SPECULAR),
         obstacle(
             Outline::Segment {
@@ -237,8 +237,8 @@ fn a_grain_slides_down_a_slope() {
     assert!((given - vector![1.0, 1.0]).norm() < 1e-6, "{given}");
 }
 
-/// Grains that lose half of their speed in every contact fall into a funnel with a disc in it, and come to rest in wedges
-/// between its sides, the disc and the floor: the run ends, no grain is in an obstacle or outside, the energy only falls, and
+/// Grains that lose half of their speed in every contact fall into a funnel with a disk in it, and come to rest in wedges
+/// between its sides, the disk and the floor: the run ends, no grain is in an obstacle or outside, the energy only falls, and
 /// what boundaries and weight gave is what is there.
 #[test]
 fn grains_come_to_rest_in_wedges() {
@@ -251,14 +251,14 @@ fn grains_come_to_rest_in_wedges() {
         obstacle(Outline::Polygon { points }, law)
     };
     let centre = vector![5.2, 2.0];
-    let disc = Outline::Disc {
+    let disk = Outline::Circle {
         centre,
         radius: 0.7,
     };
     let obstacles = vec![
         polygon([[0.0, 0.0], [4.5, 0.0], [0.0, 5.0]]),
         polygon([[5.5, 0.0], [10.0, 0.0], [10.0, 2.0]]),
-        obstacle(disc, law),
+        obstacle(disk, law),
     ];
     for clearance in [Clearance::Centre, Clearance::Radius] {
         let boundaries = Boundaries {
@@ -317,7 +317,7 @@ fn grains_come_to_rest_in_wedges() {
 /// In three dimensions obstacles are prisms: spheres around a cylinder keep their energy, stay out, and fill the rest.
 #[test]
 fn spheres_flow_around_a_cylinder() {
-    let boundaries = around::<Volume>(vec![disc(3.0, 3.0, 1.5)], Clearance::Centre);
+    let boundaries = around::<Volume>(vec![disk(3.0, 3.0, 1.5)], Clearance::Centre);
     let density = 100.0;
     let scene = grains(sphere_for_unit_path(density), 1.0, Smooth, no_gravity());
     let domain = Domain::periodic(vector![6.0, 6.0, 3.0]).expect("a box");
@@ -354,7 +354,7 @@ fn a_grain_inside_an_obstacle_is_named() {
             .map(|_| ())
             .map_err(|error| error.to_string())
     };
-    let two = || vec![disc(3.0, 3.0, 1.0), disc(5.0, 5.0, 2.0)];
+    let two = || vec![disk(3.0, 3.0, 1.0), disk(5.0, 5.0, 2.0)];
     assert_eq!(start(&state, two(), Clearance::Centre), Ok(()));
     let said = start(&state, two(), Clearance::Radius).expect_err("overlaps");
     assert!(
@@ -368,7 +368,7 @@ fn a_grain_inside_an_obstacle_is_named() {
         "{said}"
     );
     let said =
-        start(&state, vec![disc(9.5, 5.0, 1.0)], Clearance::Centre).expect_err("reaches out");
+        start(&state, vec![disk(9.5, 5.0, 1.0)], Clearance::Centre).expect_err("reaches out");
     assert!(said.contains("obstacle 0: reaches from (8.5"), "{said}");
 }
 

@@ -19,10 +19,10 @@ const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
     displacement: Displacement::None,
     cell_size: None,
-    simulators_per_disk: 1,
+    simulators_per_particle: 1,
     copies: Copies::Independent,
-    steps_per_crossing: 4.0,
-    largest_contact_value: 10.0,
+    steps_per_cell_crossing: 4.0,
+    max_contact_value: 10.0,
 };
 
 const DENSITY: f64 = 0.01;
@@ -239,7 +239,7 @@ fn copies_and_partners_across_cells_spin_too() {
             let parameters = Parameters {
                 scheme,
                 copies,
-                simulators_per_disk: 2,
+                simulators_per_particle: 2,
                 ..PARAMETERS
             };
             let mut engine: Spinning<Volume> =

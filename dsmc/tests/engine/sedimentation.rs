@@ -113,7 +113,7 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
     }
     let parameters = Parameters {
         cell_size: Some(0.5),
-        steps_per_crossing: 1.0,
+        steps_per_cell_crossing: 1.0,
         ..PARAMETERS
     };
     let mut engine: Engine<Column, Followed> =

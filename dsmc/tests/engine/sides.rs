@@ -210,7 +210,7 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
                 let scene = grains(0.2, 1.0, Smooth, no_gravity());
                 let parameters = Parameters {
                     scheme,
-                    simulators_per_disk: SETS,
+                    simulators_per_particle: SETS,
                     ..PARAMETERS
                 };
                 let streams = Streams::new(1, 0);
@@ -326,7 +326,7 @@ fn a_partition_shields_a_gas_from_a_sliding_wall() {
     }
 }
 
-/// A comb of plates in cells that hold several teeth, and a disc: the same bytes for any number of
+/// A comb of plates in cells that hold several teeth, and a disk: the same bytes for any number of
 /// threads, and for cells grouped otherwise.
 #[test]
 fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
@@ -336,7 +336,7 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
             plate(&[[x, 2.0], [x + 0.1, 5.3]])
         })
         .collect();
-    obstacles.push(obstacle(Outline::Disc {
+    obstacles.push(obstacle(Outline::Circle {
         centre: vector![8.0, 4.0],
         radius: 0.7,
     }));
@@ -491,7 +491,7 @@ fn bodies_that_cannot_be_told_apart_are_refused() {
     let said = refusal(one(), mean).to_string();
     assert!(said.contains("mean density of the whole box"), "{said}");
     let copies = Parameters {
-        simulators_per_disk: 2,
+        simulators_per_particle: 2,
         ..PARAMETERS
     };
     let said = refusal(one(), copies).to_string();

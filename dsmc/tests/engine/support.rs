@@ -18,10 +18,10 @@ pub const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
     displacement: Displacement::None,
     cell_size: Some(1.0),
-    simulators_per_disk: 1,
+    simulators_per_particle: 1,
     copies: Copies::Independent,
-    steps_per_crossing: 3.0,
-    largest_contact_value: 10.0,
+    steps_per_cell_crossing: 3.0,
+    max_contact_value: 10.0,
 };
 
 /// Particles of one diameter and of mass one, however many.

@@ -561,7 +561,7 @@ fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
     let parameters = Parameters {
         scheme,
         cell_size: None,
-        simulators_per_disk: 8,
+        simulators_per_particle: 8,
         ..PARAMETERS
     };
     let mut engine: Engine<Disks> = Engine::start_between(
@@ -633,7 +633,7 @@ fn several_simulators_start_evenly_between_walls() {
     let domain = domain(&boundaries, [10.0, 10.0]);
     let state = |seed| gas::<Disks>(&scene, domain, 0.0, 200, 1.0, seed);
     let parameters = Parameters {
-        simulators_per_disk: 64,
+        simulators_per_particle: 64,
         ..PARAMETERS
     };
     let streams = Streams::new(1, 0);
@@ -648,7 +648,7 @@ fn several_simulators_start_evenly_between_walls() {
         assert!((mean - 5.0).abs() < 4.4 * error, "{axis}: {mean}");
     }
     let two = Parameters {
-        simulators_per_disk: 2,
+        simulators_per_particle: 2,
         ..PARAMETERS
     };
     let sets = [state(1), state(2)];

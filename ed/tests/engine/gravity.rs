@@ -27,7 +27,7 @@ fn energy<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
 #[test]
 fn energy_is_conserved_and_no_disk_gets_out() {
     let mut boundaries = closed();
-    boundaries.obstacles.push(obstacle(Outline::Disc {
+    boundaries.obstacles.push(obstacle(Outline::Circle {
         centre: vector![8.0, 4.0],
         radius: 1.0,
     }));
@@ -83,7 +83,7 @@ fn a_bouncing_ball_keeps_its_height() {
     assert!(engine.worst_overlap() < 1e-12);
 }
 
-/// A ball at rest on the floor, one let fall, and one on top of a disc: with a contact time they
+/// A ball at rest on the floor, one let fall, and one on top of a disk: with a contact time they
 /// settle after finitely many contacts and stay; without one they are a collapse, which is
 /// reported.
 #[test]
@@ -91,13 +91,13 @@ fn a_ball_comes_to_rest() {
     let mut boundaries = walled([Some([Wall::specular(); 2]), Some([bounces(0.6, 0.5); 2])]);
     boundaries.obstacles.push(
         stosszahl_model::walls::Obstacle::new(
-            Outline::Disc {
+            Outline::Circle {
                 centre: vector![7.0, 2.0],
                 radius: 1.0,
             },
             bounces(0.6, 1.0).rebound,
         )
-        .expect("a disc"),
+        .expect("a disk"),
     );
     let (weight, contact_time) = (1.5, 1e-3);
     let scene = grains(Smooth, 0.6, down(weight));

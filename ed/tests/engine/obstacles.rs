@@ -15,11 +15,11 @@ use crate::support::{
 #[test]
 fn obstacles_are_seen_across_the_periodic_boundary() {
     let mut boundaries = Boundaries::periodic();
-    boundaries.obstacles.push(obstacle(Outline::Disc {
+    boundaries.obstacles.push(obstacle(Outline::Circle {
         centre: vector![0.5, 5.0],
         radius: 0.5,
     }));
-    // Against the disc from the left, across the boundary.
+    // Against the disk from the left, across the boundary.
     let state = alone(&boundaries, [8.0, 8.0], [6.0, 5.0], [1.0, 0.0]);
     let scene = grains(Smooth, 1.0, down(0.0));
     let mut engine =
@@ -202,7 +202,7 @@ fn very_unequal_disks_find_their_boundaries() {
             boundaries.obstacles.push(obstacle(Outline::Polygon {
                 points: vec![vector![4.0, 0.0], vector![6.0, 0.0], vector![5.0, 2.0]],
             }));
-            boundaries.obstacles.push(obstacle(Outline::Disc {
+            boundaries.obstacles.push(obstacle(Outline::Circle {
                 centre: vector![0.5, 6.0],
                 radius: 0.5,
             }));

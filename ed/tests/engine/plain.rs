@@ -89,7 +89,7 @@ fn gravity() {
 #[test]
 fn obstacles() {
     let all = vec![
-        obstacle(Outline::Disc {
+        obstacle(Outline::Circle {
             centre: vector![2.0, 5.0],
             radius: 1.5,
         }),

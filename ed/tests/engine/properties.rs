@@ -124,7 +124,7 @@ impl Recipe {
             let centre = vector![centre[0], centre[1]];
             let arm = |turn: f64| vector![(angle + turn).cos(), (angle + turn).sin()] * size;
             let outline = match kind {
-                0 => Outline::Disc {
+                0 => Outline::Circle {
                     centre,
                     radius: size,
                 },

@@ -231,11 +231,11 @@ fn walls_obstacles_gravity_and_spin() {
         Some([vibrates(bounces(0.9, 0.5), 0.05, 1.0), diffuse]),
     ]);
     channel.obstacles = vec![
-        obstacle(Outline::Disc {
+        obstacle(Outline::Circle {
             centre: vector![30.0, 40.0],
             radius: 6.0,
         }),
-        obstacle(Outline::Disc {
+        obstacle(Outline::Circle {
             centre: vector![60.0, 90.0],
             radius: 3.0,
         }),

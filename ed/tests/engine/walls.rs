@@ -161,7 +161,7 @@ fn diffuse_walls_give_their_temperature() {
 fn starting_afresh_is_a_cut() {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
     let mut boundaries = walled([None, Some([vibrates(bounces(0.9, 0.5), 0.3, 0.7), diffuse])]);
-    boundaries.obstacles.push(obstacle(Outline::Disc {
+    boundaries.obstacles.push(obstacle(Outline::Circle {
         centre: vector![1.0, 5.0],
         radius: 0.8,
     }));
@@ -283,11 +283,11 @@ fn boundaries_that_do_not_fit_are_refused() {
     let state = |at: [f64; 2]| alone(&boundaries, lengths, at, [0.0, 0.0]);
     let scene = || disks(1.0);
     let mut with = closed();
-    with.obstacles.push(obstacle(Outline::Disc {
+    with.obstacles.push(obstacle(Outline::Circle {
         centre: vector![1.0, 1.0],
         radius: 0.5,
     }));
-    with.obstacles.push(obstacle(Outline::Disc {
+    with.obstacles.push(obstacle(Outline::Circle {
         centre: vector![4.0, 3.0],
         radius: 0.5,
     }));
@@ -303,7 +303,7 @@ fn boundaries_that_do_not_fit_are_refused() {
         ),
         "{error}"
     );
-    with.obstacles.push(obstacle(Outline::Disc {
+    with.obstacles.push(obstacle(Outline::Circle {
         centre: vector![4.0, 3.0],
         radius: 2.5,
     }));

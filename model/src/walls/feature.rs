@@ -1,7 +1,7 @@
-//! The parts of an obstacle that a particle can touch, and when it does: edges, corners and discs.
+//! The parts of an obstacle that a particle can touch, and when it does: edges, corners and disks.
 //!
 //! All times are roots of the exact flight. Straight flight: a linear equation for an edge and a
-//! quadratic one for a corner or a disc. Parabolic flight: a quadratic and a quartic. The quartic
+//! quadratic one for a corner or a disk. Parabolic flight: a quadratic and a quartic. The quartic
 //! is not solved by a formula, which loses digits and roots. Turning points of its derivatives are
 //! found first, from the quadratic upwards. So each root is alone between two turning points and is
 //! bracketed.
@@ -74,7 +74,7 @@ pub struct Edge {
     pub(super) both_sides: bool,
 }
 
-/// A disc, or, with the radius 0, a corner.
+/// A disk, or, with the radius 0, a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Round {
     /// Centre \[length\].
@@ -87,7 +87,7 @@ pub struct Round {
 pub enum Feature {
     /// A straight piece.
     Edge(Edge),
-    /// A corner or a disc.
+    /// A corner or a disk.
     Round(Round),
 }
 
@@ -134,7 +134,7 @@ impl Feature {
         }
     }
 
-    /// Distance of a point from the line of an edge, on either side, or from a disc or corner
+    /// Distance of a point from the line of an edge, on either side, or from a disk or corner
     /// \[length\].
     pub fn distance(&self, point: Vector2<f64>) -> f64 {
         match self {

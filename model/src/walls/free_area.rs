@@ -1,8 +1,8 @@
 //! Free area: the part of a rectangle in which the centres of particles can be beside obstacles.
 //!
 //! The centre of a particle keeps a clearance from an obstacle, so each obstacle takes the area of
-//! its shape, grown by that clearance: discs of a larger radius, solids with a strip along each
-//! edge and a disc at each corner. Along a line across the rectangle the union of all of them is a
+//! its shape, grown by that clearance: disks of a larger radius, solids with a strip along each
+//! edge and a disk at each corner. Along a line across the rectangle the union of all of them is a
 //! set of intervals in closed form. Their length is integrated along the rectangle, piece by piece
 //! between all ends of shapes, by Gauss's rule with eight points, which is halved until it no
 //! longer changes.
@@ -35,8 +35,8 @@ const GAUSS: [[f64; 2]; 4] = [
 /// use nalgebra::vector;
 /// use stosszahl_model::walls::{FreeArea, Obstacle, Outline, Rebound};
 /// let law = Rebound::Restitutive { restitution: 1.0, slip: 1.0 };
-/// let disc = Obstacle::new(Outline::Disc { centre: vector![2.0, 2.0], radius: 0.5 }, law)?;
-/// let area = FreeArea::new(&[disc], [4.0, 4.0], [true, true], 0.5);
+/// let disk = Obstacle::new(Outline::Circle { centre: vector![2.0, 2.0], radius: 0.5 }, law)?;
+/// let area = FreeArea::new(&[disk], [4.0, 4.0], [true, true], 0.5);
 /// assert!((area.between([0.0, 0.0], [4.0, 4.0]) - (16.0 - std::f64::consts::PI)).abs() < 1e-9);
 /// # Ok::<(), stosszahl_model::walls::ObstacleError>(())
 /// ```
@@ -79,7 +79,7 @@ impl FreeArea {
 /// Part of a grown obstacle.
 #[derive(Clone, Debug)]
 enum Shape {
-    Disc {
+    Circle {
         centre: Vector2<f64>,
         radius: f64,
     },
@@ -97,7 +97,7 @@ impl Shape {
         for feature in obstacle.features() {
             match feature {
                 Feature::Round(Round { centre, radius }) if radius + clearance > 0.0 => {
-                    parts.push(Self::Disc {
+                    parts.push(Self::Circle {
                         centre: *centre,
                         radius: radius + clearance,
                     });
@@ -116,7 +116,7 @@ impl Shape {
 
     fn moved(&self, by: Vector2<f64>) -> Self {
         match self {
-            Self::Disc { centre, radius } => Self::Disc {
+            Self::Circle { centre, radius } => Self::Circle {
                 centre: centre + by,
                 radius: *radius,
             },
@@ -128,7 +128,7 @@ impl Shape {
     fn meets(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let overlaps = |axis: usize| {
             let (least, most) = match self {
-                Self::Disc { centre, radius } => (centre[axis] - radius, centre[axis] + radius),
+                Self::Circle { centre, radius } => (centre[axis] - radius, centre[axis] + radius),
                 Self::Solid(points) => points
                     .iter()
                     .map(|point| point[axis])
@@ -145,7 +145,7 @@ impl Shape {
     /// crosses one of two heights.
     fn add_stops(&self, heights: [f64; 2], stops: &mut Vec<f64>) {
         match self {
-            Self::Disc { centre, radius } => {
+            Self::Circle { centre, radius } => {
                 stops.extend([centre.x - radius, centre.x + radius]);
                 for height in heights {
                     let half = (radius.powi(2) - (height - centre.y).powi(2)).sqrt();
@@ -168,7 +168,7 @@ impl Shape {
     /// first.
     fn add_intervals(&self, x: f64, intervals: &mut Vec<[f64; 2]>) {
         match self {
-            Self::Disc { centre, radius } => {
+            Self::Circle { centre, radius } => {
                 let half = (radius.powi(2) - (x - centre.x).powi(2)).sqrt();
                 if half > 0.0 {
                     intervals.push([centre.y - half, centre.y + half]);
@@ -254,7 +254,7 @@ impl Line<'_> {
     }
 
     /// Integral of the free length between two ends \[length^2\]. With the position as `middle -
-    /// half cos(a)` the root at the end of a disc becomes smooth.
+    /// half cos(a)` the root at the end of a disk becomes smooth.
     fn integral(&self, ends: [f64; 2], tolerance: f64) -> f64 {
         let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
         let value = |angle: f64| half * angle.sin() * self.free(middle - half * angle.cos());
@@ -307,8 +307,8 @@ mod tests {
         Obstacle::new(outline, law).expect("an obstacle")
     }
 
-    fn disc(x: f64, y: f64, radius: f64) -> Obstacle {
-        obstacle(Outline::Disc {
+    fn disk(x: f64, y: f64, radius: f64) -> Obstacle {
+        obstacle(Outline::Circle {
             centre: vector![x, y],
             radius,
         })
@@ -332,17 +332,17 @@ mod tests {
         };
         let open = [false; 2];
         close(whole(&[], open, 1.0), 0.0);
-        close(whole(&[disc(4.0, 4.0, 2.0)], open, 0.5), 2.5 * 2.5 * PI);
-        // Two discs of one radius that overlap have a lens in common.
+        close(whole(&[disk(4.0, 4.0, 2.0)], open, 0.5), 2.5 * 2.5 * PI);
+        // Two disks of one radius that overlap have a lens in common.
         let lens = 2.0 * 4.0 * (1.0_f64 / 4.0).acos() - 0.5 * (16.0_f64 - 1.0).sqrt();
-        let both = [disc(4.0, 4.0, 2.0), disc(5.0, 4.0, 2.0)];
+        let both = [disk(4.0, 4.0, 2.0), disk(5.0, 4.0, 2.0)];
         close(whole(&both, open, 0.0), 8.0 * PI - lens);
-        // The disc at a face reaches over it, into the opposite side if the axis is periodic.
-        let edge = [disc(9.0, 4.0, 1.0)];
+        // The disk at a face reaches over it, into the opposite side if the axis is periodic.
+        let edge = [disk(9.0, 4.0, 1.0)];
         close(whole(&edge, [true, false], 1.0), 4.0 * PI);
         let beyond = 4.0 * (0.5_f64).acos() - 3.0_f64.sqrt();
         close(whole(&edge, open, 1.0), 4.0 * PI - beyond);
-        // A solid grows by a strip at each edge and a disc at its corners together.
+        // A solid grows by a strip at each edge and a disk at its corners together.
         let square = [polygon(&[[2.0, 2.0], [5.0, 2.0], [5.0, 5.0], [2.0, 5.0]])];
         close(whole(&square, open, 0.0), 9.0);
         close(whole(&square, open, 0.5), 9.0 + 12.0 * 0.5 + 0.25 * PI);
@@ -378,7 +378,7 @@ mod tests {
             .collect();
         let bent = vec![vector![1.0, 7.0], vector![4.0, 5.5], vector![3.0, 7.9]];
         let obstacles = [
-            disc(2.0, 1.5, 1.3),
+            disk(2.0, 1.5, 1.3),
             polygon(&round),
             obstacle(Outline::Polyline { points: bent }),
             polygon(&[[8.5, 0.1], [9.9, 0.2], [9.0, 3.0]]),

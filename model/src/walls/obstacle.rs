@@ -1,4 +1,4 @@
-//! Obstacles inside the box, in the plane: discs, segments, polylines and polygons.
+//! Obstacles inside the box, in the plane: disks, segments, polylines and polygons.
 
 use crate::{Invalid, brief};
 use nalgebra::Vector2;
@@ -30,8 +30,8 @@ const SHARPEST: f64 = 1e-6;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outline {
-    /// A solid disc.
-    Disc {
+    /// A solid disk.
+    Circle {
         /// Centre \[length\].
         centre: Vector2<f64>,
         /// Radius \[length\].
@@ -60,7 +60,7 @@ impl Outline {
     pub fn moved(&self, by: Vector2<f64>) -> Self {
         let all = |points: &[Vector2<f64>]| points.iter().map(|point| point + by).collect();
         match self {
-            Self::Disc { centre, radius } => Self::Disc {
+            Self::Circle { centre, radius } => Self::Circle {
                 centre: centre + by,
                 radius: *radius,
             },
@@ -142,7 +142,7 @@ impl Obstacle {
         rebound.check()?;
         let points = check_numbers(&outline)?;
         let features = match &outline {
-            Outline::Disc { centre, radius } => vec![Feature::Round(Round {
+            Outline::Circle { centre, radius } => vec![Feature::Round(Round {
                 centre: *centre,
                 radius: *radius,
             })],
@@ -181,7 +181,7 @@ impl Obstacle {
         &self.rebound
     }
 
-    /// Returns the edges, corners and discs of the shape.
+    /// Returns the edges, corners and disks of the shape.
     pub fn features(&self) -> &[Feature] {
         &self.features
     }
@@ -200,9 +200,9 @@ impl Obstacle {
     /// use nalgebra::vector;
     /// use stosszahl_model::walls::{Obstacle, Outline, Rebound};
     /// let law = Rebound::Restitutive { restitution: 1.0, slip: 1.0 };
-    /// let disc = Obstacle::new(Outline::Disc { centre: vector![5.0, 0.0], radius: 1.0 }, law)?;
+    /// let disk = Obstacle::new(Outline::Circle { centre: vector![5.0, 0.0], radius: 1.0 }, law)?;
     /// let zero = vector![0.0, 0.0];
-    /// let hit = disc.first_contact(zero, vector![2.0, 0.0], zero, 0.5, f64::INFINITY).expect("a hit");
+    /// let hit = disk.first_contact(zero, vector![2.0, 0.0], zero, 0.5, f64::INFINITY).expect("a hit");
     /// assert_eq!((hit.time, hit.normal), (1.75, vector![-1.0, 0.0]));
     /// # Ok::<(), stosszahl_model::walls::ObstacleError>(())
     /// ```
@@ -230,7 +230,7 @@ impl Obstacle {
 
     /// Distance of a point from the surface \[length\]; negative inside a solid.
     pub fn clearance(&self, point: Vector2<f64>) -> f64 {
-        if let Outline::Disc { centre, radius } = &self.outline {
+        if let Outline::Circle { centre, radius } = &self.outline {
             return (point - centre).norm() - radius;
         }
         let distances = (self.features.iter()).map(|feature| feature.distance(point));
@@ -245,7 +245,7 @@ impl Obstacle {
     /// Returns true if a point is inside a solid.
     pub fn holds(&self, point: Vector2<f64>) -> bool {
         match &self.outline {
-            Outline::Disc { centre, radius } => (point - centre).norm() < *radius,
+            Outline::Circle { centre, radius } => (point - centre).norm() < *radius,
             Outline::Segment { .. } | Outline::Polyline { .. } => false,
             Outline::Polygon { points } => {
                 let points: Vec<Vector> = points.iter().map(|&point| point.into()).collect();
@@ -268,7 +268,7 @@ impl Obstacle {
     /// Area that the obstacle takes from the gas \[length^2\].
     pub fn area(&self) -> f64 {
         match &self.outline {
-            Outline::Disc { radius, .. } => std::f64::consts::PI * radius * radius,
+            Outline::Circle { radius, .. } => std::f64::consts::PI * radius * radius,
             Outline::Segment { .. } | Outline::Polyline { .. } => 0.0,
             Outline::Polygon { points } => signed_area(points).abs(),
         }
@@ -382,7 +382,7 @@ fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> 
         })
     };
     let points = match outline {
-        Outline::Disc { centre, radius } => {
+        Outline::Circle { centre, radius } => {
             let is_allowed = *radius > 0.0 && *radius <= 1e100;
             let allowed = "a positive number up to 1e100";
             Invalid::unless(is_allowed, "radius", *radius, allowed)?;

@@ -132,11 +132,6 @@ pub enum Fault {
         /// Message of the TOML reader.
         message: String,
     },
-    /// The case is written in the old format.
-    OldFormat {
-        /// Changes that make it a case of the current format, one line each: `old -> new`.
-        changes: Vec<String>,
-    },
     /// A key that the format does not have.
     UnknownKey {
         /// Allowed keys of that table.
@@ -172,20 +167,6 @@ impl Refusal {
         let close = asked(self.suggestion.as_deref().filter(|_| suggest));
         match &self.fault {
             Fault::Syntax { message } => format!("this is not TOML: {message}"),
-            Fault::OldFormat { changes } if changes.is_empty() => {
-                "this case does not say that it is of format 2; write `format = 2` in its first line"
-                    .to_owned()
-            }
-            Fault::OldFormat { changes } => {
-                let mut text = "this case is not of format 2, which this program reads; \
-                                write `format = 2` and change:"
-                    .to_owned();
-                for change in changes {
-                    text.push_str("\n  ");
-                    text.push_str(change);
-                }
-                text
-            }
             Fault::UnknownKey { allowed } => {
                 let list = allowed.join(", ");
                 match key.rsplit_once('.') {
@@ -317,7 +298,7 @@ pub(crate) fn brief(value: &toml::Value) -> String {
 /// Names in other programs and papers, and the keys and words of the case format that correspond to
 /// them.
 pub const SYNONYMS: &[(&str, &str)] = &[
-    ("aggregation", "sticking"),
+    ("coalescence", "aggregation"),
     ("boundary", "walls"),
     ("boundaries", "walls"),
     ("coefficient_of_restitution", "restitution"),

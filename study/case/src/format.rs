@@ -54,7 +54,7 @@ pub struct Case {
     pub power_law: Option<PowerLaw>,
     /// Every particle with its own size, in gases without positions.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub continuous: Option<Continuous>,
+    pub polydisperse: Option<Continuous>,
     /// Restitution of single pairs of species, in place of `gas.restitution`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pair: Vec<Pair>,
@@ -81,7 +81,7 @@ pub struct Case {
     pub thermostat: Option<Thermostat>,
     /// Particles that stick together and break, in gases without positions.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub sticking: Option<Sticking>,
+    pub aggregation: Option<Aggregation>,
     /// The initial state that all engines share.
     #[serde(default)]
     pub start: Start,

@@ -35,11 +35,11 @@
 pub mod bundled;
 pub mod error;
 pub mod format;
-mod old;
 mod origin;
 mod overrides;
 pub mod paper;
 mod relations;
+mod renamed;
 mod schema;
 mod sweep;
 
@@ -331,10 +331,10 @@ fn check_version(table: &Table) -> Result<(), Problem> {
     });
     match (version, number) {
         (_, Some(VERSION)) => Ok(()),
-        (None, _) | (_, Some(1.0)) => {
-            let changes = old::changes(table);
-            Err(Problem::new(&key, Fault::OldFormat { changes }))
-        }
+        (None, _) => Err(Problem::missing(
+            &key,
+            "write `format = 2` in the first line",
+        )),
         (Some(value), _) => Err(Problem::bad(&key, value, "this program reads format 2")),
     }
 }

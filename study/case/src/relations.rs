@@ -5,7 +5,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use crate::error::Problem;
-use crate::format::{Case, EnergyPart, Face, Kind, Placement, Sticking, TimeUnit, Velocities};
+use crate::format::{Aggregation, Case, EnergyPart, Face, Kind, Placement, TimeUnit, Velocities};
 use crate::origin::{split, value_at};
 
 mod engines;
@@ -46,7 +46,7 @@ pub(crate) fn check(table: &Table, case: &Case, folder: &Path) -> Checked {
     all.obstacles()?;
     all.inflow()?;
     all.engines()?;
-    all.sticking()?;
+    all.aggregation()?;
     all.times()
 }
 
@@ -121,10 +121,10 @@ impl Relations<'_> {
                 self.without(&["gas.particles_per_simulator"], allowed)?;
                 let keys = [
                     "gas.volume",
-                    "gas.contact_values",
+                    "gas.pair_correlation",
                     "power_law",
-                    "continuous",
-                    "sticking",
+                    "polydisperse",
+                    "aggregation",
                     "verdict.sonine_orders",
                 ];
                 self.without(
@@ -271,64 +271,69 @@ impl Relations<'_> {
             return Ok(());
         }
         let allowed = "this key is for grains that spin: give gas.tangential_restitution too";
-        self.without(&["gas.inertia", "start.spin_temperature"], allowed)?;
+        self.without(&["gas.reduced_inertia", "start.spin_temperature"], allowed)?;
         for index in 1..=self.case.inflow.len() {
             self.without(&[&format!("inflow.{index}.spin_temperature")], allowed)?;
         }
         Ok(())
     }
 
-    fn sticking(&self) -> Checked {
+    fn aggregation(&self) -> Checked {
         let case = self.case;
         let until = case.run.until;
-        if let Some(sticking) = &case.sticking {
+        if let Some(aggregation) = &case.aggregation {
             let one = case.species.len() == 1 || case.gas.number.is_some();
             self.ensure(
                 one,
-                "sticking",
+                "aggregation",
                 "particles that stick are the monomers of exactly one species",
             )?;
             let twice = [
                 (
-                    "stick_below_speed",
-                    [sticking.stick_below, sticking.stick_below_speed],
+                    "aggregate_below_speed",
+                    [
+                        aggregation.aggregate_below,
+                        aggregation.aggregate_below_speed,
+                    ],
                 ),
                 (
-                    "break_above_speed",
-                    [sticking.break_above, sticking.break_above_speed],
+                    "fragment_above_speed",
+                    [aggregation.fragment_above, aggregation.fragment_above_speed],
                 ),
             ];
             for (key, thresholds) in twice {
                 let one = thresholds.iter().flatten().count() < 2;
                 let allowed = "a threshold is an energy or a speed, not both";
-                self.ensure(one, format!("sticking.{key}"), allowed)?;
+                self.ensure(one, format!("aggregation.{key}"), allowed)?;
             }
             let normal = EnergyPart::Normal;
-            let sticks_always = sticking
-                .stick_below
-                .or(sticking.stick_below_speed)
+            let sticks_always = aggregation
+                .aggregate_below
+                .or(aggregation.aggregate_below_speed)
                 .is_none();
             let idle = [
-                ("stick_part", sticking.stick_part == normal && sticks_always),
                 (
-                    "break_part",
-                    sticking.break_part == normal && !sticking.breaks(),
+                    "aggregate_energy_part",
+                    aggregation.aggregate_energy_part == normal && sticks_always,
+                ),
+                (
+                    "fragment_energy_part",
+                    aggregation.fragment_energy_part == normal && !aggregation.breaks(),
                 ),
             ];
             for (key, idle) in idle {
-                let allowed =
-                    "a part of the motion is for a threshold: give stick_below or break_above too";
-                self.ensure(!idle, format!("sticking.{key}"), allowed)?;
+                let allowed = "a part of the motion is for a threshold: give aggregate_below or fragment_above too";
+                self.ensure(!idle, format!("aggregation.{key}"), allowed)?;
             }
         }
-        let breaks = case.sticking.as_ref().is_some_and(Sticking::breaks);
+        let breaks = case.aggregation.as_ref().is_some_and(Aggregation::breaks);
         if let Some(thermostat) = &case.thermostat {
             let interval = thermostat.interval;
             let cools = breaks || case.domain.is_some();
             self.ensure(
                 cools && interval < until && until / interval <= 1e7,
                 "thermostat.interval",
-                "an interval below run.until, for at most 10000000 scalings; with [box], or with sticking.break_above",
+                "an interval below run.until, for at most 10000000 scalings; with [box], or with aggregation.fragment_above",
             )?;
         }
         if let Some(drive) = &case.drive {
@@ -359,7 +364,7 @@ impl Relations<'_> {
                 "run.samples sets samples at equal intervals; this is for equal factors of time";
             self.without(&["run.first_sample", "run.samples_per_decade"], allowed)?;
         }
-        let haff = run.time_unit == Some(TimeUnit::Haff) && case.sticking.is_some();
+        let haff = run.time_unit == Some(TimeUnit::Haff) && case.aggregation.is_some();
         let allowed =
             "\"case\" or \"mean-free-time\": a gas that sticks has no cooling time of Haff";
         self.ensure(!haff, "run.time_unit", allowed)?;

@@ -14,6 +14,7 @@ use toml::Value;
 use crate::error::{Fault, Problem, nearest};
 use crate::format::Case;
 use crate::origin::{Key, OUTSIDE, below, dotted};
+use crate::renamed::new_name;
 
 /// Smallest and largest number, so that squares and cubes of what is written are numbers too.
 const SMALLEST: f64 = 1e-100;
@@ -192,7 +193,9 @@ impl Format {
                     let path = shallowest(schema, name)?;
                     Some(dotted(&[key, &path[..]].concat()))
                 };
-                problem.suggestion = close.or_else(inside).or_else(|| self.elsewhere(name));
+                let renamed = new_name(&below(key, name)).map(str::to_owned);
+                problem.suggestion =
+                    (renamed.or(close).or_else(inside)).or_else(|| self.elsewhere(name));
                 return Err(problem);
             }
         }

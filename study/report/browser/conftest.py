@@ -12,7 +12,7 @@ KINDS = {
     "comparison": ["quick", "--replicas", "4", "--until", "20"],
     "homogeneous": ["mixture-cooling", "--set", "power_law.monomers=5000", "--until", "100", "--replicas", "3"],
     "flow": ["channel-disks", "--until", "20", "--replicas", "2"],
-    "obstacle": ["flow-past-disc", "--until", "3", "--replicas", "2", "--set", "gas.number=4000"],
+    "obstacle": ["flow-past-disk", "--until", "3", "--replicas", "2", "--set", "gas.number=4000"],
     "sweep": ["haff-3d", "--until", "10", "--replicas", "2"],
     "frontier": ["quick", "--budget", "10s", "--set", "gas.number=400", "--until", "5", "--tests", "1"],
 }

@@ -231,7 +231,7 @@ PIXELS = """(places) => {
 
 
 def test_obstacles_cover_what_they_cover(open_page):
-    """The disc of the case has its centre at (14, 10) and radius 2 in a box of 40 by 20, above particles and fields."""
+    """The disk of the case has its centre at (14, 10) and radius 2 in a box of 40 by 20, above particles and fields."""
     page = open_page("obstacle")
     page.wait_for_selector("#viewer[data-ready]")
     inside = [(14 / 40, 0.5), (12.5 / 40, 0.5), (15.5 / 40, 0.5), (14 / 40, 8.5 / 20), (14 / 40, 11.5 / 20)]
@@ -246,10 +246,10 @@ def test_obstacles_cover_what_they_cover(open_page):
     assert len(maps) >= 4
     for drawn in maps:
         frame = drawn.locator("g.cells").first.bounding_box()
-        disc = drawn.locator("g.obstacles ellipse").bounding_box()
-        assert (disc["x"] - frame["x"]) / frame["width"] == pytest.approx(12 / 40, abs=0.02)
-        assert (disc["y"] - frame["y"]) / frame["height"] == pytest.approx(8 / 20, abs=0.04)
-        assert disc["width"] / frame["width"] == pytest.approx(4 / 40, abs=0.02)
+        disk = drawn.locator("g.obstacles ellipse").bounding_box()
+        assert (disk["x"] - frame["x"]) / frame["width"] == pytest.approx(12 / 40, abs=0.02)
+        assert (disk["y"] - frame["y"]) / frame["height"] == pytest.approx(8 / 20, abs=0.04)
+        assert disk["width"] / frame["width"] == pytest.approx(4 / 40, abs=0.02)
 
 
 def test_the_player_draws_a_fair_sample(open_page):

@@ -123,7 +123,7 @@ impl Map {
     }
 }
 
-/// Draws the obstacles of a case over a map of its plane: discs, polylines and polygons as the case has them.
+/// Draws the obstacles of a case over a map of its plane: disks, polylines and polygons as the case has them.
 pub(crate) fn with_obstacles(plot: &mut Plot, obstacles: &[Value]) {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let range = |axis: &str| [0, 1].map(|end| number(&plot.data[axis]["range"][end]));
@@ -146,9 +146,9 @@ pub(crate) fn with_obstacles(plot: &mut Plot, obstacles: &[Value]) {
     let content = html! {
         (plot.content)
         g.obstacles { @for one in obstacles {
-            @if one["disc"].is_object() {
-                @let [x, y] = place(&one["disc"]["centre"]);
-                @let radius = number(&one["disc"]["radius"]);
+            @if one["circle"].is_object() {
+                @let [x, y] = place(&one["circle"]["centre"]);
+                @let radius = number(&one["circle"]["radius"]);
                 ellipse cx=(format!("{x:.1}")) cy=(format!("{y:.1}")) rx=(format!("{:.1}", radius * across)) ry=(format!("{:.1}", radius * up)) {}
             }
             @if one["polygon"].is_array() { path d=(path(&one["polygon"], "z")) {} }

@@ -159,11 +159,11 @@ fn frame_of(particles: &StartFile, time: f64) -> Frame {
     Frame::new(time, [width, height], [x, y], &dots, usize::MAX)
 }
 
-/// Obstacles of the case as it was run: discs, polylines and polygons.
+/// Obstacles of the case as it was run: disks, polylines and polygons.
 pub(crate) fn obstacles(manifest: &Manifest) -> Vec<Value> {
     let listed = manifest.case.get("obstacle").and_then(Value::as_array);
     let shapes = listed.into_iter().flatten().map(|one| {
-        json!({ "disc": one.get("disc"), "polyline": one.get("polyline"), "polygon": one.get("polygon") })
+        json!({ "circle": one.get("circle"), "polyline": one.get("polyline"), "polygon": one.get("polygon") })
     });
     shapes.collect()
 }

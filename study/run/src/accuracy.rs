@@ -119,12 +119,13 @@ fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<Strin
             continue;
         };
         let choice = search.choose(engine, *asked)?;
-        written.simulators_per_particle = Some(u64::from(choice.parameters.simulators_per_disk));
-        let steps = Some(choice.parameters.steps_per_crossing);
+        written.simulators_per_particle =
+            Some(u64::from(choice.parameters.simulators_per_particle));
+        let steps = Some(choice.parameters.steps_per_cell_crossing);
         if choice.parameters.scheme.is_across() {
             written.steps_per_mean_free_time = steps;
         } else {
-            written.steps_per_crossing = steps;
+            written.steps_per_cell_crossing = steps;
         }
         words.push(choice.words(engine.name, &small, target));
     }
@@ -191,8 +192,8 @@ impl Choice {
         format!(
             "{engine}: {} simulators per particle and {} steps, because a pilot of {} disks and {RUNS} runs found an error of \
              {} ± {} in {what}; {reason}",
-            self.parameters.simulators_per_disk,
-            self.parameters.steps_per_crossing,
+            self.parameters.simulators_per_particle,
+            self.parameters.steps_per_cell_crossing,
             small.count(),
             percent(self.found.systematic),
             percent(self.found.systematic_error),
@@ -255,9 +256,9 @@ impl Search<'_> {
 
     fn choose(&self, engine: &EnginePlan, asked: Parameters) -> Result<Choice, PartError> {
         let mut best: Option<Choice> = None;
-        for simulators_per_disk in SIMULATORS {
+        for simulators_per_particle in SIMULATORS {
             let parameters = Parameters {
-                simulators_per_disk,
+                simulators_per_particle,
                 ..asked
             };
             let choice = self.measure(engine, parameters)?;
@@ -274,10 +275,10 @@ impl Search<'_> {
 
     /// Halves the steps while the target is kept.
     fn fewer_steps(&self, engine: &EnginePlan, mut choice: Choice) -> Result<Choice, PartError> {
-        while choice.parameters.steps_per_crossing >= 2.0 {
-            let steps_per_crossing = 0.5 * choice.parameters.steps_per_crossing;
+        while choice.parameters.steps_per_cell_crossing >= 2.0 {
+            let steps_per_cell_crossing = 0.5 * choice.parameters.steps_per_cell_crossing;
             let parameters = Parameters {
-                steps_per_crossing,
+                steps_per_cell_crossing,
                 ..choice.parameters
             };
             let coarser = self.measure(engine, parameters)?;

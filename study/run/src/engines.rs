@@ -355,7 +355,7 @@ fn branch(plan: &Plan, scheme: Scheme) -> u64 {
 
 /// When particles stick or break.
 fn rule(plan: &Plan) -> Option<Rule> {
-    let written = plan.case.sticking.as_ref()?;
+    let written = plan.case.aggregation.as_ref()?;
     let threshold = |energy: Option<f64>, speed: Option<f64>, part| Threshold {
         limit: match speed {
             Some(speed) => Limit::Speed(speed),
@@ -368,20 +368,20 @@ fn rule(plan: &Plan) -> Option<Rule> {
     };
     Some(Rule {
         stick: threshold(
-            written.stick_below,
-            written.stick_below_speed,
-            written.stick_part,
+            written.aggregate_below,
+            written.aggregate_below_speed,
+            written.aggregate_energy_part,
         ),
         shatter: threshold(
-            written.break_above,
-            written.break_above_speed,
-            written.break_part,
+            written.fragment_above,
+            written.fragment_above_speed,
+            written.fragment_energy_part,
         ),
-        order: match written.first {
-            FirstTest::Stick => Order::StickFirst,
-            FirstTest::Break => Order::BreakFirst,
+        order: match written.check_first {
+            FirstTest::Aggregation => Order::StickFirst,
+            FirstTest::Fragmentation => Order::BreakFirst,
         },
-        retained: written.speed_kept_in_breaking,
+        retained: written.fragment_speed_factor,
         // Monomers are never more than at the start.
         most: plan.count(),
     })

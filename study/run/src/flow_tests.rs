@@ -81,7 +81,7 @@ fn column(table: &Table, name: &str) -> Vec<f64> {
     table.rows.iter().map(number).collect()
 }
 
-/// Half of the box is under four discs.
+/// Half of the box is under four disks.
 const DISCS: &str = "\
     replicas = 2\n[gas]\nnumber = 2000\ndiameter = 0.02\nrestitution = 1\n[box]\nsize = [40, 40]\n\
     [[obstacle]]\ndisc = { centre = [10, 10], radius = 8 }\n[[obstacle]]\ndisc = { centre = [30, 10], radius = 8 }\n\
@@ -89,7 +89,7 @@ const DISCS: &str = "\
     [run]\nuntil = 400\nsamples = 400\n[engine.ENGINE]\n";
 
 /// Density, free path and collisions of a dilute gas are of the area in which its centres can be, 1600 - 4 pi (8 + r)^2; its
-/// packing is of the area that no disc covers. Areas are known to 1e-9 of the box.
+/// packing is of the area that no disk covers. Areas are known to 1e-9 of the box.
 #[test]
 fn a_gas_among_obstacles_has_their_free_area() {
     let close = |found: f64, expected: f64| {
@@ -120,7 +120,7 @@ fn a_gas_among_obstacles_has_their_free_area() {
             continue;
         }
         // A diameter that follows from the free path is that of the same gas.
-        for (act, radius) in [("", 0.0), ("walls_act_on = \"radius\"\n", 0.01)] {
+        for (act, radius) in [("", 0.0), ("wall_contact = \"radius\"\n", 0.01)] {
             let free = 1600.0 - 4.0 * PI * (8.0 + radius) * (8.0 + radius);
             let path = free / (8.0_f64.sqrt() * 0.02 * 2000.0);
             let by_length = DISCS.replace("diameter = 0.02", &format!("mean_free_path = {path}"));
@@ -161,7 +161,7 @@ fn a_packing_fraction_is_of_what_obstacles_leave() {
     assert_eq!(refused.key, "obstacle", "{refused}");
 }
 
-/// The particles of a region cover a share of its free area: a quarter of a disc stands in its corner. Areas are known to 1e-9 of
+/// The particles of a region cover a share of its free area: a quarter of a disk stands in its corner. Areas are known to 1e-9 of
 /// the region.
 #[test]
 fn a_region_has_the_packing_of_its_free_area() {

@@ -562,7 +562,7 @@ fn limited(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
         let share = engine.work.get("share_of_collisions_in_limited_cells").copied()?;
         (share > MANY_LIMITED).then(|| {
             format!(
-                "{}: {:.0} % of the collisions were in cells whose contact value was limited by largest_contact_value; the \
+                "{}: {:.0} % of the collisions were in cells whose contact value was limited by max_contact_value; the \
                  rate there is the limit's, not the density's",
                 engine_title(&engine.engine),
                 100.0 * share

@@ -35,7 +35,7 @@ pub struct Options<'a> {
     /// Threads; all cores by default.
     pub threads: Option<usize>,
     /// Runs although the estimated memory is more than there is.
-    pub force_memory: bool,
+    pub ignore_memory_limit: bool,
     /// Raised to stop within a second.
     pub stop: &'a Interrupt,
     /// Who sees the progress.
@@ -47,7 +47,7 @@ pub struct Options<'a> {
 impl Options<'_> {
     /// Memory that the run may take \[bytes\], as far as that is known and it is asked to keep to it.
     pub(crate) fn free_memory(&self) -> Option<f64> {
-        available_memory().filter(|_| !self.force_memory)
+        available_memory().filter(|_| !self.ignore_memory_limit)
     }
 }
 
@@ -113,7 +113,7 @@ pub enum RunError {
     /// More memory than there is.
     #[error(
         "the run needs about {:.1} GiB and {:.1} GiB are free; fewer particles, simulators or threads need less; \
-         --force-memory runs it all the same",
+         --ignore-memory-limit runs it all the same",
         needed / 1_073_741_824.0, available / 1_073_741_824.0
     )]
     Memory {

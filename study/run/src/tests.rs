@@ -73,7 +73,8 @@ impl Measure for Everything {
     }
     fn needs(&self, plan: &Plan) -> Needs {
         Needs {
-            displacements: plan.kind != stosszahl_case::Kind::Flow && plan.case.sticking.is_none(),
+            displacements: plan.kind != stosszahl_case::Kind::Flow
+                && plan.case.aggregation.is_none(),
             trajectories: 0,
         }
     }
@@ -383,7 +384,7 @@ fn threads_have_a_limit() {
         out: Some(folder.path().join("out")),
         existing: Existing::Refuse,
         threads: Some(1025),
-        force_memory: false,
+        ignore_memory_limit: false,
         stop: &Interrupt::default(),
         progress: &(),
         commit: "",
@@ -695,7 +696,7 @@ fn a_box_in_critical_lengths_says_the_number_of_disks() {
     let file = format!("format = 2\ntitle = \"a test\"\n{file}");
     let file = CaseFile::from_text(Path::new("test.toml"), &file, &[]).expect("a case");
     let refused = Plan::new(&file.points[0].case, Path::new("")).expect_err("no disks");
-    assert_eq!(refused.key, "box.critical_lengths");
+    assert_eq!(refused.key, "box.width_over_critical_length");
 }
 
 /// In SI units a temperature of each species is as good as one of the gas.

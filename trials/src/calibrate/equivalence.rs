@@ -125,7 +125,7 @@ fn pools(log: &mut Findings, text: &str, name: &str, count: usize) -> Result<Vec
             out: Some(folder.path().join("case")),
             existing: Existing::Replace,
             threads: Some(1),
-            force_memory: false,
+            ignore_memory_limit: false,
             commit: "",
             stop: &Interrupt::default(),
             progress: &(),

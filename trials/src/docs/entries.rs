@@ -168,7 +168,7 @@ pub const ENTRIES: &[Entry] = &[
     entry("sedimentation-disks", FLOWS, BOTH, gases::verdicts),
     entry("vibrated-box", FLOWS, BOTH, gases::verdicts),
     entry("channel-disks", FLOWS, BOTH, gases::verdicts),
-    entry("flow-past-disc", FLOWS, &[DSMC], gases::verdicts),
+    entry("flow-past-disk", FLOWS, &[DSMC], gases::verdicts),
     entry("papers", "docs/reproduce.md", ALL_BUT_HALFWAY, papers::all).of(Source::Papers),
     entry("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::kawasaki).of(Source::Papers),
     entry("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::bodrova).of(Source::Papers),

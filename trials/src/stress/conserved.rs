@@ -49,7 +49,7 @@ fn angular(log: &mut Findings) -> Done {
     let middle = vector![0.5 * side, 0.5 * side];
     for mut setup in setups() {
         // Sets of simulators that are moved at random would fill the box.
-        setup.parameters.simulators_per_disk = 1;
+        setup.parameters.simulators_per_particle = 1;
         setup.parameters.cell_size = Some(4.0);
         let mut engine = engine(setup, 1.0, &start)?;
         let [before, size] = angular_momentum(&engine.state(), middle);

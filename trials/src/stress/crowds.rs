@@ -60,7 +60,7 @@ fn packed(log: &mut Findings) -> Done {
         let start = uniform(500, packing, 2)?;
         for limit in [10.0, 100.0] {
             for mut setup in setups() {
-                setup.parameters.largest_contact_value = limit;
+                setup.parameters.max_contact_value = limit;
                 about!(log; "{} at {packing}, limit {limit:e}", setup.name);
                 let mut run = Run::new(setup, 1.0, &start)?;
                 run.steps(10);

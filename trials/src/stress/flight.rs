@@ -88,7 +88,7 @@ fn free_flight(log: &mut Findings) -> Done {
 
 fn gas_of(setup: Setup, simulators: usize) -> Result<State<Disks>, Trouble> {
     uniform(
-        simulators / setup.parameters.simulators_per_disk as usize,
+        simulators / setup.parameters.simulators_per_particle as usize,
         0.2,
         11,
     )

@@ -24,12 +24,12 @@ pub(super) struct Setup {
 
 /// Returns all schemes that collide, each in every way it can be used.
 pub(super) fn setups() -> Vec<Setup> {
-    let setup = |name, scheme, displacement, simulators_per_disk| Setup {
+    let setup = |name, scheme, displacement, simulators_per_particle| Setup {
         name,
         parameters: Parameters {
             scheme,
             displacement,
-            simulators_per_disk,
+            simulators_per_particle,
             ..PLAIN
         },
     };

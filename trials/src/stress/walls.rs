@@ -48,7 +48,7 @@ const STREAMS: u64 = 11;
 const POINTS: Parameters = Parameters {
     scheme: Scheme::Collisionless,
     cell_size: Some(0.5),
-    largest_contact_value: 100.0,
+    max_contact_value: 100.0,
     ..PLAIN
 };
 
@@ -345,7 +345,7 @@ fn fast_wall(log: &mut Findings) -> Done {
 
 fn inside(log: &mut Findings) -> Done {
     let (centre, radius) = (vector![10.0, 10.0], 2.0);
-    let disc = Obstacle::new(Outline::Disc { centre, radius }, bounce(1.0))?;
+    let disk = Obstacle::new(Outline::Circle { centre, radius }, bounce(1.0))?;
     for (third, named) in [
         (vector![12.3, 10.0], "obstacle"),
         (vector![5.0, 0.3], "wall"),
@@ -354,7 +354,7 @@ fn inside(log: &mut Findings) -> Done {
         let places = [vector![3.0, 3.0], vector![3.0, 8.0], third];
         let bodies = places.map(|at| (at, Vector2::zeros()));
         let setting = Setting::new(walled(Wall::specular())?, [20.0; 2], [1.0, 0.0], &bodies)?;
-        let setting = setting.around(&disc);
+        let setting = setting.around(&disk);
         let exact = setting.exact(Dissipation::Scene).err();
         let points = setting.points(POINTS).err();
         for said in [exact.map(|e| e.to_string()), points.map(|e| e.to_string())] {

@@ -32,8 +32,8 @@ type Sweep = (&'static str, f64, Vec<(f64, Parameters)>);
 fn sweeps(method: &Method) -> [Sweep; 3] {
     let base = method.at(Setting::Single);
     let side = (DISKS as f64 * std::f64::consts::FRAC_PI_4 / PACKING).sqrt();
-    let simulators = |simulators_per_disk| Parameters {
-        simulators_per_disk,
+    let simulators = |simulators_per_particle| Parameters {
+        simulators_per_particle,
         ..base
     };
     let many = simulators(MANY);
@@ -42,12 +42,12 @@ fn sweeps(method: &Method) -> [Sweep; 3] {
         let cell_size = Some(side / count);
         (side / count, Parameters { cell_size, ..many })
     });
-    let steps = [1.0, 2.0, 4.0, 8.0].map(|steps_per_crossing: f64| {
+    let steps = [1.0, 2.0, 4.0, 8.0].map(|steps_per_cell_crossing: f64| {
         let parameters = Parameters {
-            steps_per_crossing,
+            steps_per_cell_crossing,
             ..many
         };
-        (steps_per_crossing.recip(), parameters)
+        (steps_per_cell_crossing.recip(), parameters)
     });
     [
         ("weight", 1.0, weights.to_vec()),
@@ -88,7 +88,7 @@ fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], Trouble> {
 /// Number of replicas: all weights have equally many simulators in all, but never few replicas.
 fn replicas(effort: &Effort, parameters: &Parameters) -> u64 {
     let simulators = if effort.quick { 400 } else { 16_000 };
-    (simulators / u64::from(parameters.simulators_per_disk)).max(16)
+    (simulators / u64::from(parameters.simulators_per_particle)).max(16)
 }
 
 /// Runs all sweeps of the schemes.

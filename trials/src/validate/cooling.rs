@@ -95,9 +95,9 @@ pub(super) fn run(log: &mut Findings) -> Done {
         for setting in Setting::ALL {
             let mut parameters = method.at(setting);
             if setting == Setting::Refined {
-                parameters.simulators_per_disk = parameters.simulators_per_disk.max(MANY);
+                parameters.simulators_per_particle = parameters.simulators_per_particle.max(MANY);
             }
-            let copies = parameters.simulators_per_disk;
+            let copies = parameters.simulators_per_particle;
             let replicas = (few / u64::from(copies)).max(many);
             let (found, seconds) = courses(&Simulated(parameters), replicas)?;
             let name = format!("{} {copies}", setting.name());

@@ -88,14 +88,14 @@ impl Method {
             Setting::Refined => self.refined,
             Setting::Own => {
                 return Parameters {
-                    simulators_per_disk: 4,
+                    simulators_per_particle: 4,
                     ..Parameters::for_scheme(self.parameters.scheme)
                 };
             }
         };
         Parameters {
             cell_size: Some(cell),
-            simulators_per_disk: simulators,
+            simulators_per_particle: simulators,
             ..self.parameters
         }
     }
@@ -111,13 +111,13 @@ impl Method {
     }
 
     /// Creates a scheme that claims nothing, in cells of two diameters or finer ones.
-    const fn new(name: &'static str, scheme: Scheme, steps_per_crossing: f64) -> Self {
+    const fn new(name: &'static str, scheme: Scheme, steps_per_cell_crossing: f64) -> Self {
         Self {
             name,
             default: false,
             parameters: Parameters {
                 scheme,
-                steps_per_crossing,
+                steps_per_cell_crossing,
                 ..PLAIN
             },
             refined: (1.0, 16),
@@ -172,7 +172,7 @@ pub const CONTACT_POINT: Method = {
     let scheme = Scheme::ContactPoint { radius: None };
     let mut method = Method::new("contact-point", scheme, 8.0).finer();
     method.default = true;
-    method.parameters.largest_contact_value = 100.0;
+    method.parameters.max_contact_value = 100.0;
     method.claiming([DENSE, DENSE, ALL])
 };
 

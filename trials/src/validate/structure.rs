@@ -106,7 +106,7 @@ fn of_scheme<'a>(
     references: &[Estimate],
 ) -> Done {
     let parameters = Parameters {
-        simulators_per_disk: simulators,
+        simulators_per_particle: simulators,
         ..method.parameters
     };
     let (found, seconds) = over_seeds(0..gases, |seed| {

@@ -128,7 +128,7 @@ impl Subject for ContactPoint {
     fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
         let Parameters { scheme, .. } = CONTACT_POINT.parameters;
         let parameters = Parameters {
-            simulators_per_disk: Parameters::enough_for_chaos::<Plane>(
+            simulators_per_particle: Parameters::enough_for_chaos::<Plane>(
                 scheme,
                 gas.packing,
                 1.0,

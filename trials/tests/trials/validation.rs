@@ -51,15 +51,15 @@ fn elastic(disks_each: usize, parameters: Parameters, seeds: u64) -> [(f64, f64)
 /// 1, 4 and 8 steps a crossing.
 #[test]
 fn displaced_rates_are_those_of_an_independent_program() {
-    for (simulators_per_disk, known, allowance) in [(1, 0.749, 0.02), (4, 0.931, 0.006)] {
+    for (simulators_per_particle, known, allowance) in [(1, 0.749, 0.02), (4, 0.931, 0.006)] {
         let parameters = Parameters {
-            simulators_per_disk,
+            simulators_per_particle,
             ..method("enskog-displaced").at(Setting::Single)
         };
         let [(rate, error), _] = elastic(10_000, parameters, 3);
         assert!(
             error < 0.01 && (rate - known).abs() < 4.0 * error + allowance,
-            "{simulators_per_disk}: {rate} +- {error}"
+            "{simulators_per_particle}: {rate} +- {error}"
         );
     }
 }
@@ -74,8 +74,8 @@ fn virial_is_the_collisional_pressure() {
     for (name, share) in [("enskog-displaced", 1.0), ("enskog", 0.0)] {
         let parameters = Parameters {
             cell_size: Some(3.0),
-            simulators_per_disk: 32,
-            steps_per_crossing: 40.0,
+            simulators_per_particle: 32,
+            steps_per_cell_crossing: 40.0,
             ..method(name).at(Setting::Single)
         };
         let [(rate, _), (pressure, error)] = elastic(500, parameters, 4);

@@ -41,7 +41,7 @@ fn a_disc_is_hit_when_parry_says() {
         if (aside.abs() - 1.0).abs() < 1e-6 {
             continue;
         }
-        let ours = obstacle(Outline::Disc {
+        let ours = obstacle(Outline::Circle {
             centre: vector![0.0, 0.0],
             radius,
         })
@@ -68,7 +68,7 @@ fn a_disc_is_hit_when_parry_says() {
     assert!(hits > 5_000);
 }
 
-/// A segment is for a disc what a capsule is for a point: against parry's closed form for a ray and
+/// A segment is for a disk what a capsule is for a point: against parry's closed form for a ray and
 /// a capsule, which has 3e-15.
 #[test]
 fn a_segment_is_hit_as_a_capsule_by_a_ray() {
@@ -110,7 +110,7 @@ fn a_segment_is_hit_as_a_capsule_by_a_ray() {
 fn shapes(stream: &mut Stream) -> Vec<Obstacle> {
     let corner = 1.0_f64.to_radians();
     vec![
-        obstacle(Outline::Disc {
+        obstacle(Outline::Circle {
             centre: random(stream, 0.5),
             radius: stream.random_range(0.05..0.8),
         }),
@@ -222,7 +222,7 @@ fn rebounds_do_not_leak_or_repeat() {
         points: points[1..].to_vec(),
     });
     let ring = obstacle(Outline::Polyline { points });
-    let disc = obstacle(Outline::Disc {
+    let disk = obstacle(Outline::Circle {
         centre: vector![2.5, 0.8],
         radius: 0.2,
     });
@@ -242,7 +242,7 @@ fn rebounds_do_not_leak_or_repeat() {
         let start = energy(&flight);
         let mut repeated = 0;
         for _ in 0..30_000 {
-            let hit = [&ring, &disc]
+            let hit = [&ring, &disk]
                 .into_iter()
                 .filter_map(|shape| {
                     shape.first_contact(
@@ -264,7 +264,7 @@ fn rebounds_do_not_leak_or_repeat() {
                 - hit.normal * (2.0 * velocity.dot(&hit.normal) / hit.normal.norm_squared());
             assert!(inside.holds(flight.position));
             assert!(ring.clearance(flight.position) > own - 1e-12);
-            assert!(disc.clearance(flight.position) > own - 1e-12);
+            assert!(disk.clearance(flight.position) > own - 1e-12);
         }
         // A walk of 3e4 steps of some roundings each.
         assert!(
@@ -275,13 +275,13 @@ fn rebounds_do_not_leak_or_repeat() {
     }
 }
 
-/// Past a disc, a corner and an edge at a distance of 1e-12 more or less than the radius: hit or
+/// Past a disk, a corner and an edge at a distance of 1e-12 more or less than the radius: hit or
 /// not, and never lost.
 #[test]
 fn grazing_is_told_on_both_sides() {
     let still = vector![0.0, 0.0];
     let shapes = [
-        obstacle(Outline::Disc {
+        obstacle(Outline::Circle {
             centre: still,
             radius: 0.5,
         }),

@@ -19,7 +19,7 @@ fn what_is_no_obstacle_is_refused() {
     let origin = vector![0.0, 0.0];
     let centre = vector![1.0, 1.0];
     for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = refused(Outline::Disc { centre, radius });
+        let error = refused(Outline::Circle { centre, radius });
         assert!(matches!(
             error,
             ObstacleError::Invalid(Invalid {
@@ -89,7 +89,7 @@ fn what_is_no_obstacle_is_refused() {
         slip: 1.0,
     };
     let error = Obstacle::new(
-        Outline::Disc {
+        Outline::Circle {
             centre,
             radius: 1.0,
         },
@@ -167,7 +167,7 @@ fn many_obstacles_are_hit_as_each_of_them() {
         .map(|which| {
             let centre = vector![number(0.0, 10.0), number(0.0, 10.0)];
             let outline = if which % 2 == 0 {
-                Outline::Disc {
+                Outline::Circle {
                     centre,
                     radius: number(0.05, 0.4),
                 }

@@ -18,7 +18,7 @@ pub struct Box {
     /// Width over the critical length of shear waves, the shortest that grow while the gas cools (Enskog theory): below 1 the
     /// gas stays uniform. The number of disks follows from it.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub critical_lengths: Option<f64>,
+    pub width_over_critical_length: Option<f64>,
     /// Shear rate a of a uniform flow u = (a y, 0), by Lees-Edwards boundaries: flow along the first axis, gradient along the second.
     /// Velocities of the start, and all that is measured, are relative to it. In 1/time units of the case; not 0.
     pub shear_rate: Option<f64>,
@@ -146,8 +146,8 @@ pub struct Vibration {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
-    /// A disc.
-    pub disc: Option<Disc>,
+    /// A disk.
+    pub circle: Option<Circle>,
     /// A thin wall of straight pieces: two points or more.
     #[schemars(length(min = 2))]
     pub polyline: Option<Vec<[f64; 2]>>,
@@ -165,13 +165,13 @@ pub struct Obstacle {
     pub temperature: Option<f64>,
 }
 
-/// Disc inside the box.
+/// Circle inside the box.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Disc {
-    /// Centre of the disc.
+pub struct Circle {
+    /// Centre of the disk.
     pub centre: [f64; 2],
-    /// Radius of the disc.
+    /// Radius of the disk.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius: f64,
 }

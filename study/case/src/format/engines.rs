@@ -67,7 +67,7 @@ pub struct MonteCarlo {
     pub simulators_per_particle: Option<u64>,
     /// Time steps in which the fastest particle crosses a cell, and in a mean free time.
     #[schemars(range(min = 1.0, max = 1e6))]
-    pub steps_per_crossing: Option<f64>,
+    pub steps_per_cell_crossing: Option<f64>,
     /// Time steps in which a mean free time passes, of schemes whose partners lie across cells.
     #[schemars(range(min = 1.0, max = 1e6))]
     pub steps_per_mean_free_time: Option<f64>,
@@ -75,20 +75,20 @@ pub struct MonteCarlo {
     /// "inelastic" for d (1 + r)/(2 r).
     pub displacement: Option<Displacement>,
     /// Cells on each side over which the packing fraction of the contact value is taken, or "mean" for the whole box.
-    pub neighbourhood: Option<Neighbourhood>,
+    pub density_window: Option<Neighbourhood>,
     /// Limit on the factor by which the density raises the collision rate.
     #[schemars(range(min = 1.0, max = 1e9))]
-    pub largest_contact_value: Option<f64>,
+    pub max_contact_value: Option<f64>,
     /// Radius around the point of contact from which a partner is drawn \[length\].
     #[schemars(range(min = 0.0))]
     pub partner_radius: Option<f64>,
     /// How several simulators of a particle start.
-    pub copies: Option<Copies>,
+    pub simulator_start: Option<Copies>,
     /// How readily overlapping disks collide, in units of the rate at which the dilute gas has Enskog's collision rate.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
     pub stiffness: Option<f64>,
     /// Where walls act on a particle. Default: on its centre for `dsmc-boltzmann`, otherwise at its radius.
-    pub walls_act_on: Option<WallsActOn>,
+    pub wall_contact: Option<WallsActOn>,
     /// Weights of simulators by region: more simulators where particles are few.
     pub weights: Option<Weights>,
 }
@@ -155,13 +155,13 @@ pub enum WallsActOn {
 pub struct Weights {
     /// The axis across the stripes: "x" or "y".
     pub along: Along,
-    /// Weight in each stripe, over that of the start. This or `stripes`.
+    /// Weight in each stripe, over that of the start. This or `adaptive_stripes`.
     #[schemars(extend("minItems" = 1, "maxItems" = 1000, "items" = json!({"type": "number", "minimum": 1e-3, "maximum": 1e3})))]
     pub factors: Option<Vec<f64>>,
     /// Number of stripes whose weights follow the number of simulators: they double where there are more than twice as many as in the
     /// mean over stripes at the start, and halve where there are fewer than half as many.
     #[schemars(range(min = 2, max = 1000))]
-    pub stripes: Option<u64>,
+    pub adaptive_stripes: Option<u64>,
 }
 
 /// An axis of the plane.

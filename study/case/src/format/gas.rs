@@ -12,7 +12,7 @@ pub struct Gas {
     #[serde(default = "two")]
     #[schemars(range(min = 2, max = 3))]
     pub dimension: u64,
-    /// Number of particles. Left out where species, a start file or `box.critical_lengths` say it.
+    /// Number of particles. Left out where species, a start file or `box.width_over_critical_length` say it.
     #[schemars(range(min = 1, max = 2_000_000_000))]
     pub number: Option<u64>,
     /// Diameter of a particle. Default 1 in reduced units.
@@ -35,7 +35,7 @@ pub struct Gas {
     pub tangential_restitution: Option<f64>,
     /// Moment of inertia over mass times squared radius. Default: 1/2 for disks, 2/5 for spheres.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1.0))]
-    pub inertia: Option<f64>,
+    pub reduced_inertia: Option<f64>,
     /// Volume of a gas without positions; an area in the plane.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub volume: Option<f64>,
@@ -45,7 +45,7 @@ pub struct Gas {
     pub particles_per_simulator: Option<f64>,
     /// How density raises collision rates in a gas without positions.
     #[serde(default)]
-    pub contact_values: ContactValues,
+    pub pair_correlation: PairCorrelation,
     /// Mean free path in the uniform box: all diameters are scaled so that it is this. For `dsmc-boltzmann` alone.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub mean_free_path: Option<f64>,
@@ -122,12 +122,12 @@ impl Viscoelastic {
 /// How density raises collision rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum ContactValues {
+pub enum PairCorrelation {
     /// No effect of density: the Boltzmann equation.
     #[default]
-    Dilute,
+    Boltzmann,
     /// Contact values of mixtures: the Enskog equation.
-    Dense,
+    Enskog,
 }
 
 /// One species of particles.
@@ -245,43 +245,43 @@ pub struct Pair {
 /// When particles stick together or break. Without thresholds every pair that meets sticks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Sticking {
+pub struct Aggregation {
     /// Energy below which pairs stick. Default: they always stick unless they break.
     #[schemars(range(min = 0.0))]
-    pub stick_below: Option<f64>,
-    /// Relative speed below which pairs stick, whatever their masses, in place of `stick_below`.
+    pub aggregate_below: Option<f64>,
+    /// Relative speed below which pairs stick, whatever their masses, in place of `aggregate_below`.
     #[schemars(range(min = 0.0))]
-    pub stick_below_speed: Option<f64>,
-    /// Part of the relative motion that is compared with `stick_below` or its speed.
+    pub aggregate_below_speed: Option<f64>,
+    /// Part of the relative motion that is compared with `aggregate_below` or its speed.
     #[serde(default)]
-    pub stick_part: EnergyPart,
+    pub aggregate_energy_part: EnergyPart,
     /// Energy above which pairs with three monomers or more break into monomers. Default: they never break.
     #[schemars(range(min = 0.0))]
-    pub break_above: Option<f64>,
-    /// Relative speed above which they break, whatever their masses, in place of `break_above`.
+    pub fragment_above: Option<f64>,
+    /// Relative speed above which they break, whatever their masses, in place of `fragment_above`.
     #[schemars(range(min = 0.0))]
-    pub break_above_speed: Option<f64>,
-    /// Part of the relative motion that is compared with `break_above` or its speed.
+    pub fragment_above_speed: Option<f64>,
+    /// Part of the relative motion that is compared with `fragment_above` or its speed.
     #[serde(default)]
-    pub break_part: EnergyPart,
+    pub fragment_energy_part: EnergyPart,
     /// Which test comes first where both hold.
     #[serde(default)]
-    pub first: FirstTest,
+    pub check_first: FirstTest,
     /// Factor of the relative speed in breaking.
     #[serde(default = "super::unit")]
     #[schemars(range(min = 0.0, max = 1.0))]
-    pub speed_kept_in_breaking: f64,
+    pub fragment_speed_factor: f64,
 }
 
-impl Sticking {
+impl Aggregation {
     /// Returns true if some pairs do not stick.
     pub fn may_bounce(&self) -> bool {
-        self.stick_below.is_some() || self.stick_below_speed.is_some() || self.breaks()
+        self.aggregate_below.is_some() || self.aggregate_below_speed.is_some() || self.breaks()
     }
 
     /// Returns true if some pairs break.
     pub fn breaks(&self) -> bool {
-        self.break_above.is_some() || self.break_above_speed.is_some()
+        self.fragment_above.is_some() || self.fragment_above_speed.is_some()
     }
 }
 
@@ -300,9 +300,9 @@ pub enum EnergyPart {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FirstTest {
-    /// Sticking first.
+    /// Aggregation first.
     #[default]
-    Stick,
-    /// Breaking first.
-    Break,
+    Aggregation,
+    /// Fragmentation first.
+    Fragmentation,
 }

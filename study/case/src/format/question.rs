@@ -63,7 +63,7 @@ impl Case {
             Kind::Flow => "Flow",
             _ if self.drive.is_some() => "Driven gas",
             _ if self.thermostat.is_some() => "Gas at constant energy",
-            _ if self.sticking.is_some() => "Aggregation",
+            _ if self.aggregation.is_some() => "Aggregation",
             _ if elastic => "Elastic gas",
             _ => "Free cooling",
         };

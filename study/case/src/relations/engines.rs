@@ -4,18 +4,23 @@ use super::{Checked, Relations};
 use crate::format::{FACES, Face, FaceWord, Kind, MonteCarlo, Neighbourhood, Weights};
 
 /// Keys of all Monte Carlo schemes.
-const ALL: &[&str] = &["simulators_per_particle", "walls_act_on"];
+const ALL: &[&str] = &["simulators_per_particle", "wall_contact"];
 
 /// Keys of schemes with partners within a cell.
-const WITHIN: &[&str] = &["cell_size", "steps_per_crossing", "displacement", "weights"];
+const WITHIN: &[&str] = &[
+    "cell_size",
+    "steps_per_cell_crossing",
+    "displacement",
+    "weights",
+];
 
 /// Keys of each scheme besides those, and whether its partners lie across cells.
 const SCHEMES: [(&str, &[&str], bool); 6] = [
     ("dsmc-boltzmann", &[], false),
-    ("dsmc-free-volume", &["largest_contact_value"], false),
+    ("dsmc-free-volume", &["max_contact_value"], false),
     (
         "dsmc-enskog",
-        &["largest_contact_value", "neighbourhood"],
+        &["max_contact_value", "density_window"],
         false,
     ),
     (
@@ -23,8 +28,8 @@ const SCHEMES: [(&str, &[&str], bool); 6] = [
         &[
             "cell_size",
             "steps_per_mean_free_time",
-            "largest_contact_value",
-            "neighbourhood",
+            "max_contact_value",
+            "density_window",
         ],
         true,
     ),
@@ -38,9 +43,9 @@ const SCHEMES: [(&str, &[&str], bool); 6] = [
         &[
             "cell_size",
             "steps_per_mean_free_time",
-            "largest_contact_value",
+            "max_contact_value",
             "partner_radius",
-            "copies",
+            "simulator_start",
         ],
         true,
     ),
@@ -140,10 +145,10 @@ impl Relations<'_> {
             format!("engine.{name}"),
             "obstacles go with dsmc-boltzmann, dsmc-free-volume, dsmc-enskog and ed",
         )?;
-        let is_mean = matches!(scheme.neighbourhood, Some(Neighbourhood::Whole(_)));
+        let is_mean = matches!(scheme.density_window, Some(Neighbourhood::Whole(_)));
         self.ensure(
             free || !is_mean,
-            format!("engine.{name}.neighbourhood"),
+            format!("engine.{name}.density_window"),
             "a number of cells, whose density ends at obstacles; the mean of the whole box does not",
         )?;
         let disks = name != "dsmc-stochastic-disks" || self.dimension() == 2;
@@ -151,8 +156,8 @@ impl Relations<'_> {
         self.ensure(disks, format!("engine.{name}"), allowed)?;
         let comparison = case.kind() == Kind::Comparison;
         self.ensure(
-            comparison || scheme.copies.is_none(),
-            format!("engine.{name}.copies"),
+            comparison || scheme.simulator_start.is_none(),
+            format!("engine.{name}.simulator_start"),
             "copies are for periodic boxes without gravity and spin",
         )?;
         self.ensure(
@@ -160,7 +165,7 @@ impl Relations<'_> {
             format!("engine.{name}.weights"),
             "weights are for flows: with walls, gravity or grains that spin",
         )?;
-        let one = |all: &Weights| all.factors.is_some() != all.stripes.is_some();
+        let one = |all: &Weights| all.factors.is_some() != all.adaptive_stripes.is_some();
         self.ensure(
             scheme.weights.as_ref().is_none_or(one),
             format!("engine.{name}.weights"),
@@ -168,8 +173,8 @@ impl Relations<'_> {
         )?;
         let bounded = !case.walls.is_periodic() || !free;
         self.ensure(
-            bounded || scheme.walls_act_on.is_none(),
-            format!("engine.{name}.walls_act_on"),
+            bounded || scheme.wall_contact.is_none(),
+            format!("engine.{name}.wall_contact"),
             "this key needs walls or obstacles",
         )
     }

@@ -17,17 +17,20 @@ impl Relations<'_> {
             ("gas.number", case.gas.number.is_some() && !shares),
             ("species", !case.species.is_empty()),
             ("power_law", case.power_law.is_some()),
-            ("continuous", case.continuous.is_some()),
+            ("polydisperse", case.polydisperse.is_some()),
             ("start.placement", file),
             ("start.velocities", dealt),
-            ("box.critical_lengths", self.given("box.critical_lengths")),
+            (
+                "box.width_over_critical_length",
+                self.given("box.width_over_critical_length"),
+            ),
         ];
         let mut given = ways.iter().filter(|way| way.1);
         let Some((first, _)) = given.next() else {
             let allowed = if case.kind() == Kind::Homogeneous {
-                "the number of particles is given here, or by [[species]], [power_law] or [continuous]"
+                "the number of particles is given here, or by [[species]], [power_law] or [polydisperse]"
             } else {
-                "the number of particles is given here, by [[species]], by box.critical_lengths, or by start.placement = \"file\""
+                "the number of particles is given here, by [[species]], by box.width_over_critical_length, or by start.placement = \"file\""
             };
             return self.refuse("gas.number", allowed);
         };
@@ -38,7 +41,10 @@ impl Relations<'_> {
         }
         if !matches!(
             *first,
-            "gas.number" | "start.placement" | "start.velocities" | "box.critical_lengths"
+            "gas.number"
+                | "start.placement"
+                | "start.velocities"
+                | "box.width_over_critical_length"
         ) {
             let keys = ["gas.diameter", "gas.mass", "gas.rms_speed"];
             let allowed = format!("{first} says this; gas.temperature is that of all");
@@ -71,17 +77,17 @@ impl Relations<'_> {
             let total: f64 = masses.map(count).sum();
             self.ensure(total <= MOST, "power_law.monomers", most)?;
         }
-        if let Some(continuous) = &case.continuous {
+        if let Some(continuous) = &case.polydisperse {
             // The smallest diameter of a uniform distribution is the mean less sqrt(3) deviations.
             let uniform = continuous.distribution == Distribution::Uniform;
             self.ensure(
                 !uniform || continuous.relative_width <= 0.57,
-                "continuous.relative_width",
+                "polydisperse.relative_width",
                 "a number above 0, and at most 0.57 where the distribution is uniform",
             )?;
             self.ensure(
                 2 * continuous.groups <= continuous.number,
-                "continuous.groups",
+                "polydisperse.groups",
                 "a whole number from 1 to half of the particles",
             )?;
         }
@@ -238,7 +244,7 @@ impl Relations<'_> {
         if case.units == Units::Si {
             let allowed = "with units = \"si\" this is given: a number above 0";
             let alike = case.species.is_empty() && case.start.file.is_none();
-            if alike && case.power_law.is_none() && case.continuous.is_none() {
+            if alike && case.power_law.is_none() && case.polydisperse.is_none() {
                 self.ensure(gas.diameter.is_some(), "gas.diameter", allowed)?;
                 self.ensure(gas.mass.is_some(), "gas.mass", allowed)?;
             }

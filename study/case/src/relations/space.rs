@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::{Checked, Relations};
 use crate::error::brief_number;
 use crate::format::{
-    ContactValues, Displacement, FACES, Face, FaceWord, Kind, Placement, Restitution, Wall,
+    Displacement, FACES, Face, FaceWord, Kind, PairCorrelation, Placement, Restitution, Wall,
 };
 
 impl Relations<'_> {
@@ -24,7 +24,7 @@ impl Relations<'_> {
                 "particles fill less than all of the volume where contact values are dense; here {}",
                 brief_number(share)
             );
-            let dense = self.case.gas.contact_values == ContactValues::Dense;
+            let dense = self.case.gas.pair_correlation == PairCorrelation::Enskog;
             return self.ensure(!dense || share < 1.0, "gas.volume", allowed);
         };
         let file = self.case.start.placement == Placement::File;
@@ -36,13 +36,17 @@ impl Relations<'_> {
         if domain.size.is_some() {
             self.without(&["box.aspect_ratio"], "box.size says it")?;
         }
-        if domain.critical_lengths.is_some() {
+        if domain.width_over_critical_length.is_some() {
             let constant =
                 matches!(self.case.gas.restitution, Restitution::Constant(one) if one < 1.0);
             let fits = domain.packing_fraction.is_some() && dimension == 2 && constant;
             let comparison = self.case.kind() == Kind::Comparison && self.case.drive.is_none();
             let allowed = "this key is for disks that cool in a periodic box: with box.packing_fraction and a constant gas.restitution below 1";
-            self.ensure(fits && comparison, "box.critical_lengths", allowed)?;
+            self.ensure(
+                fits && comparison,
+                "box.width_over_critical_length",
+                allowed,
+            )?;
         }
         self.shear()?;
         let square = self.case.start.placement == Placement::Square;
@@ -112,8 +116,8 @@ impl Relations<'_> {
         let is_critical = case
             .domain
             .as_ref()
-            .is_some_and(|domain| domain.critical_lengths.is_some());
-        self.ensure(!is_critical, "box.critical_lengths", allowed)?;
+            .is_some_and(|domain| domain.width_over_critical_length.is_some());
+        self.ensure(!is_critical, "box.width_over_critical_length", allowed)?;
         let allowed =
             "velocities relative to the flow without a drift, which the flow would carry away";
         self.without(&["start.velocity"], allowed)
@@ -184,12 +188,12 @@ impl Relations<'_> {
         for (index, obstacle) in self.case.obstacle.iter().enumerate() {
             let key = format!("obstacle.{}", index + 1);
             let shapes = [
-                ("disc", obstacle.disc.is_some()),
+                ("circle", obstacle.circle.is_some()),
                 ("polyline", obstacle.polyline.is_some()),
                 ("polygon", obstacle.polygon.is_some()),
             ];
             let count = shapes.iter().filter(|shape| shape.1).count();
-            let allowed = "an obstacle has exactly one of disc, polyline and polygon";
+            let allowed = "an obstacle has exactly one of circle, polyline and polygon";
             self.ensure(count == 1, &key, allowed)?;
             self.ensure(
                 self.dimension() == 2,
@@ -203,10 +207,10 @@ impl Relations<'_> {
             };
             let allowed = "points of an obstacle lie in the box";
             let centre = obstacle
-                .disc
+                .circle
                 .as_ref()
-                .is_none_or(|disc| inside(&disc.centre));
-            self.ensure(centre, format!("{key}.disc.centre"), allowed)?;
+                .is_none_or(|disk| inside(&disk.centre));
+            self.ensure(centre, format!("{key}.circle.centre"), allowed)?;
             for (name, points) in [
                 ("polyline", &obstacle.polyline),
                 ("polygon", &obstacle.polygon),

@@ -38,7 +38,7 @@ top = { restitution = 0.9, slip = 0.5 }
 face = "left"
 velocity = [1, 0]
 [[obstacle]]
-disc = { centre = [10, 10], radius = 2 }
+circle = { centre = [10, 10], radius = 2 }
 [run]
 until = 10
 [engine.dsmc-boltzmann]
@@ -164,13 +164,13 @@ fn values_out_of_range_are_refused() {
                 "at least 0",
             ),
             (
-                &["engine.dsmc-enskog.neighbourhood=60"],
-                "engine.dsmc-enskog.neighbourhood",
+                &["engine.dsmc-enskog.density_window=60"],
+                "engine.dsmc-enskog.density_window",
                 "from 0 to 50",
             ),
             (
-                &["engine.dsmc-enskog.neighbourhood=men"],
-                "engine.dsmc-enskog.neighbourhood",
+                &["engine.dsmc-enskog.density_window=men"],
+                "engine.dsmc-enskog.density_window",
                 "\"mean\"",
             ),
             (
@@ -248,8 +248,8 @@ const OF_COMPARISONS: &[Row] = &[
         "either a size or a packing_fraction",
     ),
     (
-        &["box.critical_lengths=0.5"],
-        "box.critical_lengths",
+        &["box.width_over_critical_length=0.5"],
+        "box.width_over_critical_length",
         "gas.number gives it too",
     ),
     (&["gas.volume=3"], "gas.volume", "without positions"),
@@ -263,7 +263,7 @@ const OF_COMPARISONS: &[Row] = &[
         "thermostat.interval",
         "below run.until",
     ),
-    (&["sticking={}"], "sticking", "without positions"),
+    (&["aggregation={}"], "aggregation", "without positions"),
     (
         &["power_law={ monomers = 3, exponent = 3 }"],
         "power_law",
@@ -279,7 +279,11 @@ const OF_COMPARISONS: &[Row] = &[
         "engine.ed",
         "exact dynamics is of disks",
     ),
-    (&["gas.inertia=0.5"], "gas.inertia", "grains that spin"),
+    (
+        &["gas.reduced_inertia=0.5"],
+        "gas.reduced_inertia",
+        "grains that spin",
+    ),
     (
         &["start.spin_temperature=0.5"],
         "start.spin_temperature",
@@ -375,8 +379,8 @@ const OF_COMPARISONS: &[Row] = &[
         "its keys are",
     ),
     (
-        &["engine.dsmc-contact-point.walls_act_on=centre"],
-        "engine.dsmc-contact-point.walls_act_on",
+        &["engine.dsmc-contact-point.wall_contact=centre"],
+        "engine.dsmc-contact-point.wall_contact",
         "needs walls",
     ),
     (
@@ -462,23 +466,27 @@ fn relations_of_boxes_in_critical_lengths_are_checked() {
     let rows: &[Row] = &[
         (
             &["gas.number=100"],
-            "box.critical_lengths",
+            "box.width_over_critical_length",
             "gas.number gives it too",
         ),
-        (&["gas.restitution=1"], "box.critical_lengths", cools),
+        (
+            &["gas.restitution=1"],
+            "box.width_over_critical_length",
+            cools,
+        ),
         (
             &["drive={ heating = 1, interval = 1 }"],
-            "box.critical_lengths",
+            "box.width_over_critical_length",
             cools,
         ),
         (
             &["gravity.acceleration=[0, -1]"],
-            "box.critical_lengths",
+            "box.width_over_critical_length",
             cools,
         ),
         (
-            &["box.critical_lengths=0"],
-            "box.critical_lengths",
+            &["box.width_over_critical_length=0"],
+            "box.width_over_critical_length",
             "above 0",
         ),
     ];
@@ -515,7 +523,7 @@ fn relations_of_sheared_boxes_are_checked() {
             "without [gravity]",
         ),
         (
-            &["obstacle=[{ disc = { centre = [1, 1], radius = 0.5 } }]"],
+            &["obstacle=[{ circle = { centre = [1, 1], radius = 0.5 } }]"],
             "box.shear_rate",
             "obstacle",
         ),
@@ -540,7 +548,7 @@ const OF_FLOWS: &[Row] = &[
         "either factors, or a number of stripes",
     ),
     (
-        &["engine.dsmc-boltzmann.weights={ along = \"x\", factors = [1], stripes = 4 }"],
+        &["engine.dsmc-boltzmann.weights={ along = \"x\", factors = [1], adaptive_stripes = 4 }"],
         "engine.dsmc-boltzmann.weights",
         "either factors, or a number of stripes",
     ),
@@ -644,8 +652,8 @@ const OF_FLOWS: &[Row] = &[
         "exactly one",
     ),
     (
-        &["obstacle.1.disc.centre=[50, 1]"],
-        "obstacle.1.disc.centre",
+        &["obstacle.1.circle.centre=[50, 1]"],
+        "obstacle.1.circle.centre",
         "in the box",
     ),
     (
@@ -670,8 +678,8 @@ const OF_FLOWS: &[Row] = &[
         "obstacles go with",
     ),
     (
-        &["engine.dsmc-enskog.neighbourhood=mean"],
-        "engine.dsmc-enskog.neighbourhood",
+        &["engine.dsmc-enskog.density_window=mean"],
+        "engine.dsmc-enskog.density_window",
         "ends at obstacles",
     ),
     (
@@ -771,16 +779,19 @@ fn relations_of_gases_without_positions_are_checked() {
                 "species.1.tracer",
                 "one species at most",
             ),
-            (&["sticking={}"], "sticking", "exactly one species"),
+            (&["aggregation={}"], "aggregation", "exactly one species"),
             (
-                &["species=[{ number = 10 }]", "sticking.break_part=normal"],
-                "sticking.break_part",
+                &[
+                    "species=[{ number = 10 }]",
+                    "aggregation.fragment_energy_part=normal",
+                ],
+                "aggregation.fragment_energy_part",
                 "for a threshold",
             ),
             (
                 &[
                     "species=[{ number = 10 }]",
-                    "sticking={}",
+                    "aggregation={}",
                     "run.time_unit=haff",
                 ],
                 "run.time_unit",
@@ -789,10 +800,10 @@ fn relations_of_gases_without_positions_are_checked() {
             (
                 &["thermostat.interval=1"],
                 "thermostat.interval",
-                "sticking.break_above",
+                "aggregation.fragment_above",
             ),
             (
-                &["gas.contact_values=dense", "gas.volume=50"],
+                &["gas.pair_correlation=enskog", "gas.volume=50"],
                 "gas.volume",
                 "fill less than all",
             ),
@@ -930,7 +941,7 @@ fn overrides_reach_elements() {
     let set = [
         "species.2.number=60",
         "inflow.1.velocity=[2, 0]",
-        "obstacle.1.disc.radius=3",
+        "obstacle.1.circle.radius=3",
         "species.3.number=7",
     ];
     let case = &read(FLOW, &set).expect("a case").points[0].case;
@@ -1093,26 +1104,52 @@ fn an_earlier_end_cuts_times() {
 }
 
 #[test]
-fn cases_of_format_1_get_a_list_of_changes() {
-    let old = "format = 1\ntitle = \"x\"\n[gas]\ndisks = 100\npacking_fraction = 0.1\n[engine.dsmc]\nscheme = \"enskog\"\n[[sweep]]\n\"contact.restitution\" = [1]\n";
-    for text in [old, &old.replace("format = 1\n", "")] {
-        let message = read(text, &[]).expect_err("old").to_string();
-        for words in [
-            "format 2",
-            "gas.disks -> gas.number",
-            "gas.packing_fraction -> box.packing_fraction",
-            "[engine.dsmc-x]",
-            "contact.restitution -> gas.restitution",
-        ] {
-            assert!(message.contains(words), "{message}");
-        }
+fn cases_of_another_format_are_refused() {
+    for (text, words) in [
+        ("title = \"x\"\n", "format is missing: write `format = 2`"),
+        ("format = 1\n", "this program reads format 2"),
+        ("format = 3\n", "this program reads format 2"),
+    ] {
+        let message = read(text, &[]).expect_err("another format").to_string();
+        assert!(message.contains(words), "{message}");
     }
-    assert!(
-        read("format = 3\n", &[])
-            .expect_err("3")
-            .to_string()
-            .contains("format 2")
-    );
+}
+
+/// Every key that was renamed is answered with its new name, in the table where it stood.
+#[test]
+fn renamed_keys_say_their_new_names() {
+    for (setting, new) in [
+        ("sticking={}", "aggregation"),
+        ("continuous={}", "polydisperse"),
+        ("gas.inertia=0.5", "reduced_inertia"),
+        (
+            "gas.contact_values=dense",
+            "pair_correlation, \"boltzmann\" or \"enskog\"",
+        ),
+        ("box.critical_lengths=2", "width_over_critical_length"),
+        (
+            "obstacle=[{ disc = { centre = [1, 1], radius = 0.5 } }]",
+            "circle",
+        ),
+        ("engine.dsmc-enskog.neighbourhood=3", "density_window"),
+        (
+            "engine.dsmc-enskog.largest_contact_value=50",
+            "max_contact_value",
+        ),
+        (
+            "engine.dsmc-enskog.steps_per_crossing=8",
+            "steps_per_cell_crossing",
+        ),
+        ("engine.dsmc-enskog.walls_act_on=centre", "wall_contact"),
+        ("engine.dsmc-enskog.copies=coherent", "simulator_start"),
+        ("verdict.false_alarm=0.01", "family_wise_error_rate"),
+    ] {
+        let message = read(COMPARISON, &[setting])
+            .expect_err("an old key")
+            .to_string();
+        let question = format!("did you mean {new}?");
+        assert!(message.contains(&question), "{setting}: {message}");
+    }
 }
 
 #[test]

@@ -98,11 +98,11 @@ impl Setting {
             EngineKind::MonteCarlo(parameters) => {
                 parts.push(engine_title(self.engine.name).to_owned());
                 parts.extend(scheme_choices(parameters, plan, self.disks));
-                parts.push(format!("{} per disk", parameters.simulators_per_disk));
+                parts.push(format!("{} per disk", parameters.simulators_per_particle));
                 if let Some(size) = parameters.cell_size {
                     parts.push(format!("cell {size} d"));
                 }
-                parts.push(format!("{} steps", parameters.steps_per_crossing));
+                parts.push(format!("{} steps", parameters.steps_per_cell_crossing));
             }
             EngineKind::Homogeneous(_) => parts.push(engine_title(self.engine.name).to_owned()),
         }
@@ -135,7 +135,7 @@ impl Setting {
         let run = match self.engine.parameters() {
             None => EXACT * collisions,
             Some(parameters) => {
-                let copies = f64::from(parameters.simulators_per_disk);
+                let copies = f64::from(parameters.simulators_per_particle);
                 let steps = plan.expected_steps(parameters) * disks * copies;
                 match parameters.scheme {
                     Scheme::Esmc(_) => ESMC * steps,
@@ -234,10 +234,10 @@ impl List<'_> {
 fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> Parameters {
     Parameters {
         cell_size,
-        simulators_per_disk: simulators,
-        steps_per_crossing: steps,
+        simulators_per_particle: simulators,
+        steps_per_cell_crossing: steps,
         displacement: Displacement::None,
-        largest_contact_value: 10.0,
+        max_contact_value: 10.0,
         ..Parameters::for_scheme(scheme)
     }
 }
@@ -297,7 +297,7 @@ fn contact_point(list: &mut List<'_>) {
     let plan = list.plan;
     let point = |radius, simulators, steps, disks| Parameters {
         copies: copies(plan, disks),
-        largest_contact_value: 100.0,
+        max_contact_value: 100.0,
         ..dsmc(Scheme::ContactPoint { radius }, simulators, None, steps)
     };
     let disks = plan.count();

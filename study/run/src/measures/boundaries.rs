@@ -90,7 +90,7 @@ impl Measure for Boundaries {
             key "boundary", "", "Name of the face, obstacle or inflow";
             key "window_start", "time", "Start of the window";
             key "window_end", "time", "End of the window";
-            estimate "grains_per_time", "1/time", "Contacts per time, or particles per time that came in (out: below zero)";
+            estimate "particles_per_time", "1/time", "Contacts per time, or particles per time that came in (out: below zero)";
             estimate "force_x", "energy/length", "Force on the gas along the first axis";
             estimate "force_y", "energy/length", "Force on the gas along the second axis";
             estimate "power", "energy/time", "Power given to the gas";
@@ -250,8 +250,8 @@ impl<'a> One<'a> {
 
 /// The height that an obstacle has across a stream from the left.
 fn height(obstacle: &Obstacle) -> f64 {
-    if let Some(disc) = obstacle.disc {
-        return 2.0 * disc.radius;
+    if let Some(disk) = obstacle.circle {
+        return 2.0 * disk.radius;
     }
     let points = obstacle.polyline.iter().chain(&obstacle.polygon).flatten();
     let heights = points.map(|point| point[1]);

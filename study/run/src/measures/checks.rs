@@ -150,7 +150,7 @@ struct Found<'a> {
 impl<'a> Found<'a> {
     fn of(plan: &'a Plan, runs: &Runs<'a>) -> Self {
         let records: Vec<&Record> = runs.find(0);
-        let lasts = plan.case.sticking.is_none();
+        let lasts = plan.case.aggregation.is_none();
         let species = lasts.then(|| species::rows(plan, &records));
         Self {
             plan,
@@ -269,7 +269,7 @@ impl<'a> Found<'a> {
     /// The rate of collisions is `n R^(D-1) v`; with the sizes `R^D ~ 1/n` and `v^2 ~ E` (mass is conserved) it is the rate
     /// `1/t` at which n decays if `xi/D + theta/2 = 1`.
     fn decay(&self) -> Option<Point> {
-        let sticking = self.plan.case.sticking.as_ref()?;
+        let sticking = self.plan.case.aggregation.as_ref()?;
         if sticking.may_bounce() {
             return None;
         }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stosszahl_case::format::Sticking;
+use stosszahl_case::format::Aggregation;
 use stosszahl_model::{Census, Grouping};
 use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
@@ -54,7 +54,11 @@ impl Schedule {
     fn of(plan: &Plan) -> Self {
         let options: Options = measure::chosen(plan, NAME);
         let until = plan.case.run.until;
-        let breaks = plan.case.sticking.as_ref().is_some_and(Sticking::breaks);
+        let breaks = plan
+            .case
+            .aggregation
+            .as_ref()
+            .is_some_and(Aggregation::breaks);
         let steady = breaks.then(|| Steady {
             from: options.steady_from.unwrap_or(0.5 * until),
             fit_monomers: options.fit_monomers.unwrap_or([2, 20]),
@@ -87,13 +91,13 @@ impl Measure for Clusters {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.case.sticking.is_some()
+        plan.case.aggregation.is_some()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         gas::homogeneous_only(plan)?;
-        let Some(sticking) = &plan.case.sticking else {
-            return measure::require(false, "", "only with [sticking]");
+        let Some(sticking) = &plan.case.aggregation else {
+            return measure::require(false, "", "only with [aggregation]");
         };
         let options: Options = measure::options(plan, NAME)?;
         let times = options.times.unwrap_or_default();
@@ -104,7 +108,11 @@ impl Measure for Clusters {
             ("steady_from", options.steady_from.is_some()),
             ("fit_monomers", options.fit_monomers.is_some()),
         ] {
-            measure::require(breaks || !given, key, "only with sticking.break_above")?;
+            measure::require(
+                breaks || !given,
+                key,
+                "only with aggregation.fragment_above",
+            )?;
         }
         let [low, high] = options.fit_monomers.unwrap_or([2, 20]);
         let allowed = "[smallest, largest], two numbers of monomers from 1 on, the first at most half the second";
@@ -261,15 +269,15 @@ fn table(plan: &Plan, records: &[&Record]) -> Table {
         NAME, about;
         key "time", "unit of time", "Time";
         estimate "clusters_ratio", "1", "Clusters over those of the start";
-        value "single_ratio", "1", "Clusters of one monomer over those of the start";
+        value "monomer_ratio", "1", "Clusters of one monomer over those of the start";
         estimate "mean_monomers", "1", "Monomers of the cluster that a monomer is in, on average over monomers";
         value "largest_monomers", "1", "Monomers of the largest cluster, on average over replicas";
         estimate "energy_ratio", "1", "Kinetic energy";
-        value "stuck_energy", "1", "Energy lost in sticking since the start";
-        value "shattered_energy", "1", "Energy lost in breaking since the start";
+        value "aggregation_loss", "1", "Energy lost in sticking since the start";
+        value "fragmentation_loss", "1", "Energy lost in breaking since the start";
         value "heating_energy", "1", "Energy put in by a thermostat since the start";
-        value "mergers_per_monomer", "1", "Pairs that stuck since the start, for each monomer";
-        value "shatterings_per_monomer", "1", "Pairs that broke since the start, for each monomer";
+        value "aggregations_per_monomer", "1", "Pairs that stuck since the start, for each monomer";
+        value "fragmentations_per_monomer", "1", "Pairs that broke since the start, for each monomer";
         note "refused", "1", "Pairs that should have stuck or broken, but bounced because of limits on numbers, in all replicas";
     };
     for (index, time) in plan.sample_times().into_iter().enumerate() {
@@ -299,7 +307,8 @@ fn table(plan: &Plan, records: &[&Record]) -> Table {
                 mean(&|now, _| f64::from(now.largest)).value,
             ),
             energy(&|now| now.energy),
-            ["stuck_energy", "shattered_energy"].map(|name| energy(&|now| now.of(name)).value),
+            ["aggregation_loss", "fragmentation_loss"]
+                .map(|name| energy(&|now| now.of(name)).value),
             energy(&|now| now.heated).value,
             ["mergers", "shatterings"].map(|name| each(&|now| now.of(name)).value),
             refused as u64,

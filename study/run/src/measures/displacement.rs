@@ -51,7 +51,7 @@ fn theory(plan: &Plan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>> {
 
 /// The kinetic equations of the species of a gas without positions, from its start on.
 fn by_mixture(plan: &Plan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
-    if plan.case.thermostat.is_some() || plan.case.sticking.is_some() {
+    if plan.case.thermostat.is_some() || plan.case.aggregation.is_some() {
         return None;
     }
     let (mixture, start) = (plan.mixture().ok()?, plan.temperatures());
@@ -118,7 +118,7 @@ impl Measure for Displacement {
         let last = plan.case.run.until - first;
         let allowed = format!("a time from 0 to below {last}, so that one sample follows");
         measure::require((0.0..last).contains(&from), "from", allowed)?;
-        let closed = plan.case.inflow.is_empty() && plan.case.sticking.is_none();
+        let closed = plan.case.inflow.is_empty() && plan.case.aggregation.is_none();
         let allowed = "a gas whose particles neither come nor go nor stick";
         measure::require(closed, "", allowed)
     }
@@ -154,13 +154,13 @@ impl Measure for Displacement {
             key "engine", "", "Engine";
             key "time", "time", "Time since the start of the run";
             key "elapsed", "time", "Time since the start of the measurement";
-            with_theory "displacement_square", "length^2", "Mean squared displacement; theory is Enskog's in first Sonine order";
+            with_theory "mean_squared_displacement", "length^2", "Mean squared displacement; theory is Enskog's in first Sonine order";
             note "replicas", "1", "Replicas";
         }
         .figure(Figure::curves(
             "Mean squared displacement",
             Axis::logarithmic("elapsed", "time"),
-            Axis::logarithmic("displacement_square", "mean squared displacement"),
+            Axis::logarithmic("mean_squared_displacement", "mean squared displacement"),
         ));
         let from = self.from(plan);
         let moments = moments(plan, from);

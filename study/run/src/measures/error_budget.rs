@@ -211,7 +211,7 @@ impl Budget<'_> {
             )
         });
         let share = self.work("share_of_collisions_in_limited_cells");
-        let reason = "collisions in cells whose contact value was cut at largest_contact_value: error of the rate, about";
+        let reason = "collisions in cells whose contact value was cut at max_contact_value: error of the rate, about";
         let limited = Source::new("limited cells", (share, "of the collisions"), share, reason);
         let all = [
             cell,

@@ -80,7 +80,7 @@ pub(super) fn homogeneous_only(plan: &Plan) -> Result<(), BadOption> {
 
 /// Whether displacements are measured: `[measure.displacement]`. Clusters have none, as they do not last.
 pub fn has_displacement(plan: &Plan) -> bool {
-    plan.case.measure.contains_key("displacement") && plan.case.sticking.is_none()
+    plan.case.measure.contains_key("displacement") && plan.case.aggregation.is_none()
 }
 
 /// The gas at one sample time.
@@ -303,7 +303,7 @@ fn row(plan: &Plan, time: f64, pairs: &Pairs<'_>, curve: Option<&Curve>) -> Row 
         if traced { all() } else { sample.energy }
     };
     let ratio = |pair: &(&Sample, &Sample)| energy(pair.0) / energy(pair.1);
-    let first = pairs.first().filter(|_| plan.case.sticking.is_none());
+    let first = pairs.first().filter(|_| plan.case.aggregation.is_none());
     let single = first.and_then(|pair| {
         let [sum, error] = energies(pair.0);
         (sum > 0.0).then(|| error / sum * ratio(pair))
@@ -345,7 +345,7 @@ fn table(rows: &[Row]) -> Table {
         with_theory_error "collisions_per_particle", "1",
             "Collisions of a particle since the start, on average over the particles of the start; empty with tracers";
         with_theory_error "energy_ratio", "1", "Kinetic energy over that of the start, without tracers";
-        with_theory_error "displacement_square", "length^2", "Mean squared displacement of all particles but tracers";
+        with_theory_error "mean_squared_displacement", "length^2", "Mean squared displacement of all particles but tracers";
         note "replicas", "1", "Replicas that the averages run over";
     };
     for row in rows {
@@ -370,7 +370,7 @@ fn table(rows: &[Row]) -> Table {
         (
             displaced,
             "Mean squared displacement of all particles",
-            Axis::logarithmic("displacement_square", "<R²>"),
+            Axis::logarithmic("mean_squared_displacement", "<R²>"),
             "Mean squared displacement since the start: ballistic at first, then ever slower as the gas cools.",
         ),
     ] {

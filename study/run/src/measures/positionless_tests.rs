@@ -233,7 +233,7 @@ fn the_gas_is_the_mean_of_its_replicas() {
     // At the start velocities are their own, and nothing has moved.
     for row in 0..2 {
         assert_eq!(number(species, row, "velocity_correlation"), 1.0);
-        assert_eq!(number(species, row, "displacement_square"), 0.0);
+        assert_eq!(number(species, row, "mean_squared_displacement"), 0.0);
         // Three passes set temperatures and take out the drift, each to a share of 1/N of the one before.
         let found = number(species, row, "temperature") / plan.species[row].temperature;
         assert!((found - 1.0).abs() < 1e-6, "{found}");
@@ -305,7 +305,7 @@ particles = 50",
         let ratio = number(averaged, row, "over_ensemble");
         assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
         let lag = number(averaged, row, "lag");
-        let found = number(averaged, row, "displacement_square");
+        let found = number(averaged, row, "mean_squared_displacement");
         assert!((found / (6.0 * lag * lag) - 1.0).abs() < 1e-9, "{found}");
         assert_eq!(number(averaged, row, "paths"), 50.0);
     }
@@ -320,9 +320,9 @@ fn clusters_keep_their_energy_and_number() {
 dimension = 3
 number = 2000
 volume = 2e4
-[sticking]
-stick_below = 4
-break_above = 12
+[aggregation]
+aggregate_below = 4
+fragment_above = 12
 [thermostat]
 interval = 3
 [run]
@@ -341,7 +341,7 @@ fit_monomers = [1, 8]",
     );
     for row in 0..clusters.rows.len() {
         let of = |column| number(clusters, row, column);
-        let sum = of("energy_ratio") + of("stuck_energy") + of("shattered_energy");
+        let sum = of("energy_ratio") + of("aggregation_loss") + of("fragmentation_loss");
         // Sums of some thousand events, each off by rounding.
         assert!((sum - of("heating_energy") - 1.0).abs() < 1e-9, "{sum}");
     }
@@ -376,7 +376,7 @@ fn continuous_sizes_have_groups() {
 dimension = 2
 volume = 1e4
 restitution = 0.7
-[continuous]
+[polydisperse]
 number = 600
 distribution = \"uniform\"
 relative_width = 0.3
@@ -408,7 +408,7 @@ fn what_cannot_be_measured_is_refused() {
     let gas = "[gas]\nnumber = 100\nvolume = 1e4\nrestitution = 0.9\n[run]\nuntil = 10\n";
     let boxed =
         "[gas]\nnumber = 100\n[box]\npacking_fraction = 0.1\n[engine.ed]\n[run]\nuntil = 10\n";
-    let sticky = format!("{gas}[sticking]\n");
+    let sticky = format!("{gas}[aggregation]\n");
     for name in [
         "gas",
         "species",

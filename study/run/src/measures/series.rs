@@ -112,15 +112,15 @@ fn series_table(plan: &Plan) -> Table {
         key "engine", "", "Engine";
         key "time", "time", "Time";
         value "grains", "1", "Number of particles";
-        value "collisions_per_grain", "1", "Collisions that a particle took part in since the start, on average";
+        value "collisions_per_particle", "1", "Collisions that a particle took part in since the start, on average";
         value "translation", "energy", "Energy of translation, of all particles";
         value "rotation", "energy", "Energy of rotation";
         value "potential", "energy", "Energy of height along axes that end at walls or openings; zero at the origin";
         estimate "energy", "energy", "Their sum";
         estimate "temperature", "energy", "Granular temperature, m <(v - u)^2>/D with the mean velocity u of all particles";
-        theory "theory_temperature", "energy", "The same by theory; empty where there is none";
+        theory "temperature_theory", "energy", "The same by theory; empty where there is none";
         estimate "spin_temperature", "energy", "Temperature of rotation, I <w^2> for each rotation; empty for smooth particles";
-        theory "theory_spin_temperature", "energy", "The same by theory; empty where there is none";
+        theory "spin_temperature_theory", "energy", "The same by theory; empty where there is none";
         note "replicas", "1", "Replicas that the averages run over";
     };
     let (falls, spins) = (plan.gravity() != Vector3::zeros(), plan.is_rough());

@@ -26,7 +26,7 @@ impl Measure for Species {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Homogeneous && plan.case.sticking.is_none()
+        plan.kind == Kind::Homogeneous && plan.case.aggregation.is_none()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
@@ -54,14 +54,14 @@ impl Measure for VelocityCorrelation {
 
 /// Whether the correlation of the velocities with those of the start is measured.
 pub(super) fn has_correlation(plan: &Plan) -> bool {
-    plan.case.measure.contains_key(CORRELATION) && plan.case.sticking.is_none()
+    plan.case.measure.contains_key(CORRELATION) && plan.case.aggregation.is_none()
 }
 
 /// Refuses a measurement of particles that last, but in a gas without positions whose particles do not stick.
 pub(super) fn lasting_only(plan: &Plan) -> Result<(), BadOption> {
     gas::homogeneous_only(plan)?;
-    let allowed = "not with [sticking], as clusters do not last";
-    measure::require(plan.case.sticking.is_none(), "", allowed)
+    let allowed = "not with [aggregation], as clusters do not last";
+    measure::require(plan.case.aggregation.is_none(), "", allowed)
 }
 
 /// One species at one time, over all replicas.
@@ -195,7 +195,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         with_theory_error "temperature", "energy", "Temperature T = m <v^2>/D";
         with_theory_error "fourth_cumulant", "1",
             "Fourth cumulant a2 of the velocities, zero for Maxwellian ones; theory is empty in the first order";
-        with_theory_error "displacement_square", "length^2", "Mean squared displacement";
+        with_theory_error "mean_squared_displacement", "length^2", "Mean squared displacement";
         with_theory_error "velocity_correlation", "1",
             "Correlation of the velocity with that of the start, <v(0) . v(t)>/<v(0)^2>";
         with_theory_error "diffusion_coefficient", "length^2/time", "Diffusion coefficient <R . v>/D: half the growth of the displacement over D";
@@ -233,7 +233,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         (
             several && gas::has_displacement(plan),
             "Mean squared displacement",
-            Axis::logarithmic("displacement_square", "<R²>"),
+            Axis::logarithmic("mean_squared_displacement", "<R²>"),
             "Mean squared displacement since the start: ballistic at first, then ever slower as the gas cools.",
         ),
         (
@@ -256,7 +256,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
     if several && tau::rate(plan).is_some() && gas::has_displacement(plan) {
         let figure = gas::against_time(
             "Mean squared displacement against collisions",
-            Axis::logarithmic("displacement_square", "<R²>"),
+            Axis::logarithmic("mean_squared_displacement", "<R²>"),
             "Mean squared displacement against the collisions of a particle of species 1 with its like, τ₁: of power 2 while \
              particles fly freely, of power 1 where diffusion is normal on the clock of the collisions.",
         );

@@ -11,7 +11,7 @@ use crate::theory::homogeneous::{self, Predicted};
 
 /// `d tau_1/dt` at unit temperature; none if species 1 are tracers or of many sizes.
 pub(super) fn rate(plan: &Plan) -> Option<f64> {
-    let single = plan.classes.len() == plan.species.len() && plan.case.sticking.is_none();
+    let single = plan.classes.len() == plan.species.len() && plan.case.aggregation.is_none();
     let mixture = plan.mixture().ok().filter(|_| single)?;
     Some(mixture.like_collisions(0, 1.0)).filter(|&rate| rate > 0.0)
 }

@@ -108,7 +108,7 @@ fn simulation(plan: &Plan, engine: &EnginePlan, replica: u64) -> Box<dyn Simulat
                 streams,
                 displacements: false,
             };
-            let starts = vec![start; parameters.simulators_per_disk as usize];
+            let starts = vec![start; parameters.simulators_per_particle as usize];
             stosszahl_dsmc::simulate(&gas, &starts).expect("cells")
         }
         EngineKind::Homogeneous(_) => unreachable!("flows have positions"),
@@ -291,7 +291,7 @@ fn series_is_what_particles_have() {
             .filter(|c| c.time <= until)
             .map(|c| c.weight);
         near(
-            number(table, index, "collisions_per_grain"),
+            number(table, index, "collisions_per_particle"),
             2.0 * met.sum::<f64>() / 16.0,
             10.0,
         );
@@ -565,7 +565,7 @@ fn check_balance(plan: &Plan, names: &[&str]) {
     };
     let through: f64 = (0..given.rows.len())
         .filter(flows)
-        .map(|row| number(given, row, "grains_per_time"))
+        .map(|row| number(given, row, "particles_per_time"))
         .sum();
     near(through, gain("grains"), 100.0);
     for verdict in verdicts {
@@ -597,12 +597,12 @@ fn walls_and_gravity_give_what_the_gas_gains() {
 
 const STREAM: &str = r#"
     format = 2
-    title = "a stream past a disc"
+    title = "a stream past a disk"
     replicas = 1
     gas = { number = 36, restitution = 1, diameter = 0.4 }
     box = { size = [13, 7] }
     walls = { left = "open", right = "open", bottom = "specular", top = "specular" }
-    obstacle = [{ disc = { centre = [5.8, 3.4], radius = 0.3 } }]
+    obstacle = [{ circle = { centre = [5.8, 3.4], radius = 0.3 } }]
     inflow = [{ face = "left", velocity = [2, 0], number_density = [0.1] }]
     run = { until = 8, samples = 16 }
     engine = { dsmc-boltzmann = { simulators_per_particle = 2, cell_size = 1 } }

@@ -80,7 +80,7 @@ impl Measure for TimeAveragedDisplacement {
 
 /// Paths that are kept of each species; none if none are measured.
 fn paths(plan: &Plan) -> usize {
-    let asked = plan.case.measure.contains_key(NAME) && plan.case.sticking.is_none();
+    let asked = plan.case.measure.contains_key(NAME) && plan.case.aggregation.is_none();
     let options = asked
         .then(|| measure::options::<Options>(plan, NAME).ok())
         .flatten();
@@ -242,7 +242,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         key "lag", "unit of time", "Lag";
         key "species", "1", "Number of the species, from 1";
         note "mass", "mass", "Mass of a particle";
-        with_theory_error "displacement_square", "length^2",
+        with_theory_error "mean_squared_displacement", "length^2",
             "Squared displacement over the lag, averaged over all its starts and over paths";
         note "paths", "1", "Paths in each replica";
         estimate "ergodicity_breaking", "1",
@@ -266,7 +266,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
     }
     let figure = gas::against_time(
         "Time-averaged displacement",
-        Axis::logarithmic("displacement_square", "δ²"),
+        Axis::logarithmic("mean_squared_displacement", "δ²"),
         "Squared displacement over a lag, averaged over all its starts in the run and over paths. In a gas that cools it \
          differs from the mean squared displacement since the start: diffusion ages.",
     );

@@ -292,7 +292,10 @@ fn correlations_and_displacements_of_known_motion() {
     let mean = squares.sum::<f64>() / 60.0;
     let elapsed = column(&found[0], "elapsed");
     assert_eq!(elapsed[2], 3.5);
-    for (passed, square) in elapsed.iter().zip(column(&found[0], "displacement_square")) {
+    for (passed, square) in elapsed
+        .iter()
+        .zip(column(&found[0], "mean_squared_displacement"))
+    {
         let expected = mean * (plan.time * passed * plan.scale.length).powi(2);
         close(square / expected, 1.0, 1e-12);
     }

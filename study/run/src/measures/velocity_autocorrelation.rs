@@ -53,7 +53,7 @@ impl Measure for VelocityAutocorrelation {
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         measure::options::<Options>(plan, self.name())?;
-        let closed = plan.case.inflow.is_empty() && plan.case.sticking.is_none();
+        let closed = plan.case.inflow.is_empty() && plan.case.aggregation.is_none();
         let allowed =
             "a gas whose particles neither come nor go nor stick: they are known by their index";
         measure::require(closed, "", allowed)?;

@@ -73,7 +73,7 @@ fn theory(plan: &Plan, time: f64) -> Option<f64> {
     let (dimension, r) = (plan.dimension, plan.law.constant()?);
     let alone = match plan.kind {
         Kind::Comparison => plan.has_theory(),
-        Kind::Homogeneous => plan.classes.len() == 1 && plan.case.sticking.is_none(),
+        Kind::Homogeneous => plan.classes.len() == 1 && plan.case.aggregation.is_none(),
         Kind::Flow => false,
     };
     if !alone {

@@ -167,7 +167,7 @@ pub(super) fn obstacles(case: &Case) -> Result<Vec<Obstacle>, PlanError> {
     let one = |(index, written): (usize, &Body)| {
         let outline = outline(written).ok_or_else(|| {
             let key = format!("obstacle.{}", index + 1);
-            let allowed = "one of disc, polyline and polygon";
+            let allowed = "one of circle, polyline and polygon";
             PlanError::new(key, "none or several shapes", allowed)
         })?;
         let law = rebound(written.restitution, written.slip, written.temperature);
@@ -210,7 +210,7 @@ pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<Weights, P
         return Ok(Weights::uniform());
     };
     let axis = usize::from(written.along == Along::Y);
-    let made = match written.stripes {
+    let made = match written.adaptive_stripes {
         Some(stripes) => Weights::following(axis, stripes as usize),
         None => Weights::along(axis, written.factors.clone().unwrap_or_default()),
     };
@@ -235,10 +235,10 @@ fn outline(written: &Body) -> Option<Outline> {
     let points = |list: &[[f64; 2]]| -> Vec<Vector2<f64>> {
         list.iter().map(|&point| point.into()).collect()
     };
-    match (&written.disc, &written.polyline, &written.polygon) {
-        (Some(disc), None, None) => Some(Outline::Disc {
-            centre: disc.centre.into(),
-            radius: disc.radius,
+    match (&written.circle, &written.polyline, &written.polygon) {
+        (Some(disk), None, None) => Some(Outline::Circle {
+            centre: disk.centre.into(),
+            radius: disk.radius,
         }),
         (None, Some(list), None) => {
             let points = points(list);

@@ -451,7 +451,7 @@ impl Plan {
             .sqrt(),
         };
         let time = self.expected_collisions(until) * self.mean_free_time;
-        time * thermal * parameters.steps_per_crossing / step
+        time * thermal * parameters.steps_per_cell_crossing / step
     }
 }
 

@@ -195,7 +195,7 @@ impl EnginePlan {
     /// Number of simulators per particle; 1 in exact dynamics.
     pub fn copies(&self) -> usize {
         self.parameters()
-            .map_or(1, |parameters| parameters.simulators_per_disk as usize)
+            .map_or(1, |parameters| parameters.simulators_per_particle as usize)
     }
 }
 

@@ -95,7 +95,7 @@ impl Plan {
             dimension,
             species: std::mem::take(&mut gas.species),
             species_numbers: gas.numbers.take(),
-            kinds_in_groups: case.continuous.as_ref().map(|one| one.number as usize),
+            kinds_in_groups: case.polydisperse.as_ref().map(|one| one.number as usize),
             classes: std::mem::take(&mut gas.classes),
             theory: OnceLock::new(),
             steady_state: OnceLock::new(),
@@ -213,7 +213,7 @@ impl Plan {
             TimeUnit::Haff => self.haff_time,
             TimeUnit::MeanFreeTime => self.mean_free_time,
         };
-        let sticks = self.case.sticking.is_some() && self.time_unit == TimeUnit::Haff;
+        let sticks = self.case.aggregation.is_some() && self.time_unit == TimeUnit::Haff;
         let good = self.time > 0.0 && self.time.is_finite() && !sticks;
         let allowed = "a unit above 0: \"haff\" for a gas that cools and does not stick, \"mean-free-time\" for one that collides, \"case\"";
         PlanError::unless(good, "run.time_unit", self.time, allowed)
@@ -326,7 +326,8 @@ fn contact_value(packing: f64) -> f64 {
 /// is how it is given.
 fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let domain = case.domain.as_ref();
-    let given = domain.and_then(|one| Some((one.critical_lengths?, one.packing_fraction?)));
+    let given =
+        domain.and_then(|one| Some((one.width_over_critical_length?, one.packing_fraction?)));
     let Some((lengths, packing)) = given else {
         return Ok(Cow::Borrowed(case));
     };
@@ -336,11 +337,11 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let found = format!("{} ({} disks)", short(lengths), short(number));
     let allowed = "a box of 2 to 2147483647 disks";
     let fits = (2.0..=2_147_483_647.0).contains(&number);
-    PlanError::unless(fits, "box.critical_lengths", found, allowed)?;
+    PlanError::unless(fits, "box.width_over_critical_length", found, allowed)?;
     let mut case = case.clone();
     case.gas.number = Some(number as u64);
     if let Some(domain) = &mut case.domain {
-        domain.critical_lengths = None;
+        domain.width_over_critical_length = None;
     }
     Ok(Cow::Owned(case))
 }
@@ -374,7 +375,7 @@ fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
         return Ok(None);
     };
     let inertia = in_space!(case.gas.dimension, S => S::INERTIA);
-    let inertia = case.gas.inertia.unwrap_or(inertia);
+    let inertia = case.gas.reduced_inertia.unwrap_or(inertia);
     Rough::new(tangential, inertia)
         .map(Some)
         .map_err(|error| PlanError::new("gas.tangential_restitution", error.found, error.allowed))
@@ -396,7 +397,7 @@ fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
         mean_mass: particles.mean(|kind| kind.mass),
         sizes: match &particles.kinds[..] {
             // Monomers.
-            [one] if case.sticking.is_some() => GrainSizes::Equal(Monodisperse {
+            [one] if case.aggregation.is_some() => GrainSizes::Equal(Monodisperse {
                 radius: one.radius,
                 mass: one.mass,
             }),
@@ -571,7 +572,7 @@ fn each(particles: &Particles, free: Option<f64>) -> Result<Polydisperse, PlanEr
         let most = (free / LISTED) as u64;
         let found = format!("{count} particles of several sizes");
         let allowed = format!(
-            "up to {most}, whose sizes fit into the memory that is free; `run --force-memory` lists them all the same"
+            "up to {most}, whose sizes fit into the memory that is free; `run --ignore-memory-limit` lists them all the same"
         );
         return Err(PlanError::new("species", found, allowed));
     }
@@ -690,7 +691,7 @@ mod tests {
         assert!((plan.law.normal(0.1) - law.normal(0.3)).abs() < 1e-14);
         assert!(plan.haff_time.is_finite() && plan.restitution < 1.0);
 
-        let continuous = "volume = 1e4\n[run]\nuntil = 1\n[continuous]\nnumber = 100\ndistribution = \"uniform\"\nrelative_width = 0.2\n";
+        let continuous = "volume = 1e4\n[run]\nuntil = 1\n[polydisperse]\nnumber = 100\ndistribution = \"uniform\"\nrelative_width = 0.2\n";
         let refused = planned(&std::format!("{gas}{continuous}")).expect_err("unlike particles");
         assert_eq!(refused.key, "gas.restitution");
         assert!(
@@ -709,7 +710,7 @@ mod tests {
         let file = file.expect("a case");
         let plan = |free| Plan::within(&file.points[0].case, Path::new(""), free);
         let said = plan(Some(1.0)).expect_err("too much").to_string();
-        assert!(said.contains("--force-memory"), "{said}");
+        assert!(said.contains("--ignore-memory-limit"), "{said}");
         assert_eq!(plan(None).expect("a plan").count(), 20);
     }
 }

@@ -102,7 +102,7 @@ fn monte_carlo<S: Space>(
     scheme: Scheme,
 ) -> Result<EnginePlan, PlanError> {
     let unit = plan.scale.length;
-    let neighbourhood = |default| match written.neighbourhood {
+    let neighbourhood = |default| match written.density_window {
         Some(WrittenNeighbourhood::Cells(cells)) => Neighbourhood::Cells(cells as u32),
         Some(WrittenNeighbourhood::Whole(_)) => Neighbourhood::Mean,
         None => default,
@@ -133,13 +133,13 @@ fn monte_carlo<S: Space>(
     let found = "a displacement, the default of this scheme";
     let allowed = "false beside walls, openings, obstacles or weights, for partners would be displaced through walls";
     PlanError::unless(free, key, found, allowed)?;
-    let steps = (written.steps_per_crossing).or(written.steps_per_mean_free_time);
-    parameters.steps_per_crossing = steps.unwrap_or(parameters.steps_per_crossing);
-    parameters.largest_contact_value =
-        (written.largest_contact_value).unwrap_or(parameters.largest_contact_value);
+    let steps = (written.steps_per_cell_crossing).or(written.steps_per_mean_free_time);
+    parameters.steps_per_cell_crossing = steps.unwrap_or(parameters.steps_per_cell_crossing);
+    parameters.max_contact_value =
+        (written.max_contact_value).unwrap_or(parameters.max_contact_value);
     let diameter = 2.0 * plan.mean_radius();
     let chaotic = matches!(scheme, Scheme::ContactPoint { .. });
-    parameters.simulators_per_disk = match written.simulators_per_particle {
+    parameters.simulators_per_particle = match written.simulators_per_particle {
         Some(simulators) => simulators as u32,
         None if chaotic => {
             Parameters::enough_for_chaos::<S>(scheme, plan.packing_fraction, diameter, plan.count())
@@ -149,9 +149,9 @@ fn monte_carlo<S: Space>(
             plan.simulators_of_flow(plan.resolving_cell(scheme))
         }
         None if written.cell_size.is_none() => plan.enough_simulators(&parameters),
-        None => parameters.simulators_per_disk,
+        None => parameters.simulators_per_particle,
     };
-    parameters.copies = match written.copies {
+    parameters.copies = match written.simulator_start {
         Some(WrittenCopies::Independent) => Copies::Independent,
         Some(WrittenCopies::Coherent) => Copies::Coherent,
         // A gas that shear modes destabilise needs their seeds; in any other the copies are better independent.
@@ -161,7 +161,7 @@ fn monte_carlo<S: Space>(
     parameters.cell_size = match written.cell_size {
         Some(size) => Some(size / unit),
         None if plan.kind == Kind::Flow && !scheme.is_across() => {
-            Some(plan.cell_of_flow(scheme, parameters.simulators_per_disk))
+            Some(plan.cell_of_flow(scheme, parameters.simulators_per_particle))
         }
         None => None,
     };
@@ -175,7 +175,7 @@ fn monte_carlo<S: Space>(
 
 /// Where walls and obstacles act on the particles of an engine in cells.
 fn clearance(written: &MonteCarlo, scheme: Scheme) -> Clearance {
-    let centre = match written.walls_act_on {
+    let centre = match written.wall_contact {
         Some(place) => place == WallsActOn::Centre,
         None => scheme == Scheme::Boltzmann,
     };
@@ -272,7 +272,7 @@ impl Plan {
     fn enough_simulators(&self, one: &Parameters) -> u32 {
         const MOST: f64 = 1024.0;
         const MOST_IN_ALL: f64 = (1 << 20) as f64;
-        let each = self.simulators_per_cell(one) / f64::from(one.simulators_per_disk);
+        let each = self.simulators_per_cell(one) / f64::from(one.simulators_per_particle);
         let wanted = match one.scheme {
             _ if self.kind == Kind::Flow => 1.0,
             Scheme::Esmc(_) => ENOUGH_FOR_ESMC,
@@ -295,7 +295,7 @@ impl Plan {
     pub fn simulators_per_cell(&self, parameters: &Parameters) -> f64 {
         let cell: f64 = self.cell(parameters)[..self.dimension].iter().product();
         let share = cell / self.volume;
-        share * self.count() as f64 * f64::from(parameters.simulators_per_disk)
+        share * self.count() as f64 * f64::from(parameters.simulators_per_particle)
     }
 
     /// Radius around the point of contact within which partners are drawn.

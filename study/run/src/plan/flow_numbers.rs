@@ -1,4 +1,4 @@
-//! Dimensionless numbers of a stream between walls or past a disc.
+//! Dimensionless numbers of a stream between walls or past a disk.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ impl Plan {
     /// velocity; none without a width.
     ///
     /// With the speed u of the first inflow, or else of the start, the mean free path l of the
-    /// dilute gas, the diameter h of a disc in the stream or else the width between walls, and c =
+    /// dilute gas, the diameter h of a disk in the stream or else the width between walls, and c =
     /// (2T/m)^(1/2):
     ///
     /// `Re = rho u h/eta`, where the viscosity of dilute elastic spheres is
@@ -52,13 +52,17 @@ impl Plan {
         ]
     }
 
-    /// Diameter of the first disc, or else the smallest distance between walls that face each other
+    /// Diameter of the first disk, or else the smallest distance between walls that face each other
     /// \[length\].
     fn width(&self) -> Option<f64> {
         let is_wall = |axis: usize, side: usize| self.case.walls.at(axis, side).is_wall();
         let between = (0..self.dimension).filter(|&axis| is_wall(axis, 0) && is_wall(axis, 1));
         let between = between.map(|axis| self.lengths[axis]).reduce(f64::min);
-        let disc = self.case.obstacle.iter().find_map(|one| one.disc.as_ref());
-        disc.map(|disc| 2.0 * disc.radius).or(between)
+        let disk = self
+            .case
+            .obstacle
+            .iter()
+            .find_map(|one| one.circle.as_ref());
+        disk.map(|disk| 2.0 * disk.radius).or(between)
     }
 }

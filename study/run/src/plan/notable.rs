@@ -120,7 +120,7 @@ impl Plan {
 
     fn notable_without_box(&self, list: &mut Vec<String>) {
         let few = self.species.iter().filter(|one| one.count < 10).count();
-        if few > 0 && self.case.sticking.is_none() {
+        if few > 0 && self.case.aggregation.is_none() {
             list.push(format!(
                 "{few} of {} species have fewer than 10 particles: their temperatures fluctuate by more than a quarter",
                 self.species.len()
@@ -241,12 +241,12 @@ impl Plan {
                 Parameters::enough_for_chaos::<S>(scheme, packing, diameter, 1),
                 parameters.excess_of_repeated_pairs::<S>(packing, diameter, self.restitution),
             ));
-            if parameters.simulators_per_disk < wanted && excess > Parameters::LARGEST_EXCESS {
+            if parameters.simulators_per_particle < wanted && excess > Parameters::LARGEST_EXCESS {
                 list.push(format!(
                     "{name}: {} simulators per particle, where {wanted} make the partners of a collision independent; with fewer \
                      they meet again and lose less energy, some {} % of it at t0, as real particles do, so a difference to ED is \
                      a lower bound of broken chaos",
-                    parameters.simulators_per_disk,
+                    parameters.simulators_per_particle,
                     short((1000.0 * excess).round() / 10.0)
                 ));
             }
@@ -291,7 +291,7 @@ impl Plan {
             return;
         }
         let placed = self.case.start.placement == Placement::File;
-        if parameters.simulators_per_disk > 1 && placed {
+        if parameters.simulators_per_particle > 1 && placed {
             list.push(format!(
                 "{name}: several simulators per particle are copies of the start moved and turned at random, which blurs a \
                  pattern of density or flow in the start file"
@@ -321,7 +321,7 @@ impl Plan {
             let reasons: Vec<String> = few.into_iter().chain(wide).collect();
             return (!reasons.is_empty()).then(|| format!("{name} has {}", reasons.join(" and ")));
         }
-        let each = f64::from(parameters.simulators_per_disk);
+        let each = f64::from(parameters.simulators_per_particle);
         let (error, has) = match parameters.scheme {
             Scheme::Collisionless => return None,
             Scheme::StochasticDisks { .. } => {
@@ -401,7 +401,7 @@ impl Plan {
         known.map_or(1.0, |one| {
             let packing = self.packing_fraction;
             let chi = in_space!(self.dimension, S => one.scheme.contact_value::<S>(packing));
-            chi.min(one.largest_contact_value) / self.contact_value
+            chi.min(one.max_contact_value) / self.contact_value
         })
     }
 
@@ -549,7 +549,7 @@ impl Plan {
             );
             own(
                 "simulators_per_particle",
-                f64::from(parameters.simulators_per_disk),
+                f64::from(parameters.simulators_per_particle),
                 "1",
             );
             if let Scheme::ContactPoint { .. } = parameters.scheme {

@@ -55,7 +55,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
             kinds,
             ..Particles::default()
         }
-    } else if let Some(continuous) = &case.continuous {
+    } else if let Some(continuous) = &case.polydisperse {
         let count = continuous.number as usize;
         let mut stream = Streams::new(case.seed, 0).at(Purpose::Placement, [0, 0]);
         let mut diameters: Vec<f64> = (0..count)

@@ -2,7 +2,7 @@
 
 use stosszahl_analysis::theory::{Component, Contact, Mixture, Moment, TheoryError, delta_model};
 use stosszahl_case::Kind;
-use stosszahl_case::format::{ContactValues, TimeUnit, Velocities};
+use stosszahl_case::format::{PairCorrelation, TimeUnit, Velocities};
 use stosszahl_model::{Drive, Law, Restitution as _, Space as _, Volume, kinetic};
 
 use super::data::{Class, Plan, PlanError, in_space};
@@ -51,8 +51,8 @@ impl Plan {
     /// Returns the effect of density on collision rates in theory: that of the case without a box,
     /// Enskog's theory in one.
     pub fn contact(&self) -> Contact {
-        match (self.kind, self.case.gas.contact_values) {
-            (Kind::Homogeneous, ContactValues::Dilute) => Contact::Dilute,
+        match (self.kind, self.case.gas.pair_correlation) {
+            (Kind::Homogeneous, PairCorrelation::Boltzmann) => Contact::Dilute,
             _ => Contact::Enskog,
         }
     }
@@ -275,9 +275,9 @@ impl Plan {
         let good = alone || self.case.thermostat.is_none();
         let allowed = "a gas without [box], or a smooth gas in a periodic box without [drive]";
         PlanError::unless(good, "thermostat", "a thermostat", allowed)?;
-        let good = self.case.sticking.is_none() || homogeneous && self.classes.len() == 1;
+        let good = self.case.aggregation.is_none() || homogeneous && self.classes.len() == 1;
         let allowed = "one species in a gas without [box]";
-        PlanError::unless(good, "sticking", "particles that stick", allowed)
+        PlanError::unless(good, "aggregation", "particles that stick", allowed)
     }
 
     /// Heating per Haff time, in temperatures of the start.

@@ -100,7 +100,7 @@ pub fn column(plan: &Plan, engine: &EnginePlan) -> Result<Option<Column>, Theory
     // Exact dynamics needs room for its particles at the start, so that points do not begin uniform beside it.
     let centre = |act: Option<WallsActOn>| act.is_none_or(|place| place == WallsActOn::Centre);
     let points = engine.name == "dsmc-boltzmann"
-        && (case.engine.boltzmann.as_ref()).is_some_and(|one| centre(one.walls_act_on))
+        && (case.engine.boltzmann.as_ref()).is_some_and(|one| centre(one.wall_contact))
         && case.engine.ed.is_none();
     let closed = [0, 1].iter().all(|&side| case.walls.at(1, side).is_wall());
     let applies = points

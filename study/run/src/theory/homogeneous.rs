@@ -22,7 +22,7 @@ pub fn curves(plan: &Plan) -> Result<&Curves, TheoryError> {
 /// First Sonine order by van Noije & Ernst, and in the form of Montanero & Santos.
 pub fn fourth_cumulants(plan: &Plan) -> Option<[f64; 2]> {
     let restitution = plan.law.constant().filter(|&r| r < 1.0)?;
-    let alone = plan.species.len() == 1 && plan.case.sticking.is_none();
+    let alone = plan.species.len() == 1 && plan.case.aggregation.is_none();
     alone.then(|| {
         [
             kinetic::fourth_cumulant(plan.dimension, restitution),
@@ -94,7 +94,7 @@ impl<'a> Theory<'a> {
     /// left out.
     fn curves(&self) -> Result<Curves, TheoryError> {
         let plan = self.plan;
-        if plan.case.sticking.is_some() {
+        if plan.case.aggregation.is_some() {
             return Ok(Curves {
                 orders: 1,
                 at: Vec::new(),

@@ -74,7 +74,7 @@ pub(super) fn profiles(options: &Options) -> Table {
         key "species", "", "Species, or `all`";
         key "at", "length", "Place along the axis";
         estimate "number_density", "1/length^D", "Particles per volume (area in the plane) in which their centres can be";
-        theory "theory_number_density", "1/length^D", "The same by theory; empty where there is none";
+        theory "number_density_theory", "1/length^D", "The same by theory; empty where there is none";
         estimate "velocity_x", "sqrt(energy/mass)", "Mean velocity along the first axis";
         estimate "velocity_y", "sqrt(energy/mass)", "Mean velocity along the second axis";
         estimate "temperature", "energy", "Granular temperature";

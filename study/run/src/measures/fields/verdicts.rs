@@ -226,7 +226,7 @@ fn barometric(
 ) -> Option<Verdict> {
     plan.grains.gravity?;
     let layer = |row: &Row<'_>| {
-        let theory = Estimate::of(row.number("theory_number_density")?, Some(0.0));
+        let theory = Estimate::of(row.number("number_density_theory")?, Some(0.0));
         Some(([row.measured("number_density"), theory], place(row)))
     };
     let layers: Vec<_> = rows.iter().filter_map(layer).collect();

@@ -11,10 +11,10 @@
 # ---
 
 # %% [markdown]
-# # A flow past a disc, in ParaView's library
+# # A flow past a disk, in ParaView's library
 #
-# A fast stream of inelastic disks meets a fixed disc. A hot shock forms before it, and a thin wake behind. We run a smaller form of
-# `cases/flow-past-disc.toml`, write fields and particles for ParaView, and read them here with `vtk`, the library that ParaView is made of.
+# A fast stream of inelastic disks meets a fixed disk. A hot shock forms before it, and a thin wake behind. We run a smaller form of
+# `cases/flow-past-disk.toml`, write fields and particles for ParaView, and read them here with `vtk`, the library that ParaView is made of.
 # In ParaView itself one opens `fields.pvd` and `particles.pvd` and presses play.
 #
 # Needs `pip install vtk`. Open this file in Jupyter with jupytext, or run it as a script in the folder of the clone.
@@ -43,14 +43,14 @@ keys = {
     "measure.fields": {"cells": [80, 40], "blocks": 20, "windows": windows},
     "measure.snapshots.times": [end for _, end in windows],
 }
-results = stosszahl.run("cases/flow-past-disc.toml", keys, until=20, replicas=1, out="results/past-disc", force=True)
-disc = results.case["obstacle"][0]["disc"]
+results = stosszahl.run("cases/flow-past-disk.toml", keys, until=20, replicas=1, out="results/past-disk", force=True)
+disk = results.case["obstacle"][0]["circle"]
 
 # %% [markdown]
 # ## Files for ParaView
 
 # %%
-folder = Path("results/past-disc/paraview")
+folder = Path("results/past-disk/paraview")
 fields = stosszahl.write_fields(results, folder)
 particles = stosszahl.write_particles(stosszahl.trajectory(results), folder)
 
@@ -138,7 +138,7 @@ def simulators(cloud, title):
 
 
 def obstacle():
-    round_ = vtk.vtkRegularPolygonSource(center=(*disc["centre"], 0.01), radius=disc["radius"], number_of_sides=60)
+    round_ = vtk.vtkRegularPolygonSource(center=(*disk["centre"], 0.01), radius=disk["radius"], number_of_sides=60)
     return shown(vtk.vtkPolyDataMapper(input_connection=round_.output_port), color=(0.6, 0.6, 0.6))
 
 
