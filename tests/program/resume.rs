@@ -158,8 +158,9 @@ fn every_engine_resumes_to_the_same_bytes() {
         );
     }
     let periodic = "format = 2\ntitle = \"all engines\"\nreplicas = 2\n[gas]\nnumber = 150\nrestitution = 0.9\n\
-                    [box]\npacking_fraction = 0.1\n[run]\nuntil = 2\n[engine.ed]\n[engine.dsmc-boltzmann]\n\
-                    [engine.dsmc-free-volume]\n[engine.dsmc-enskog]\n[engine.dsmc-esmc]\n[engine.dsmc-stochastic-disks]\n\
+                    [box]\npacking_fraction = 0.1\n[run]\nuntil = 2\n[engine.ed]\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 2\n\
+                    [engine.dsmc-free-volume]\nsimulators_per_particle = 2\n[engine.dsmc-enskog]\nsimulators_per_particle = 2\n\
+                    [engine.dsmc-esmc]\nsimulators_per_particle = 2\n[engine.dsmc-stochastic-disks]\n\
                     [engine.dsmc-contact-point]\n[measure.displacement]\n[measure.velocity_autocorrelation]\n";
     assert_resumes(
         "all engines",

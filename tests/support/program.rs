@@ -30,6 +30,7 @@ until = 10
 checkpoint_seconds = 0.01
 [engine.ed]
 [engine.dsmc-free-volume]
+simulators_per_particle = 2
 [engine.dsmc-enskog]
 simulators_per_particle = 2
 [measure.structure_factor]
@@ -301,7 +302,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("dense-240", "start.equilibration=1 run.until=0.5"),
     ("density-ladder", "replicas=2 box.width_over_critical_length=0.8 box.packing_fraction=0.25 engine.dsmc-contact-point.simulators_per_particle=1 run.until=0.5"),
     ("driven", "gas.number=100 run.until=1"),
-    ("elastic", "gas.number=100 run.until=1"),
+    ("elastic", "gas.number=100 run.until=1 engine.dsmc-boltzmann.simulators_per_particle=2 engine.dsmc-enskog.simulators_per_particle=2"),
     ("flow-past-disk", "gas.number=400 run.until=2 run.samples=20 measure.fields.blocks=10"),
     ("haff-3d", "species.1.number=500 gas.volume=5e3 verdict.sonine_orders=1 run.until=2"),
     ("kawasaki-1985-channel-gas", FLOW),
@@ -313,7 +314,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("kawasaki-1985-sedimentation-3", TWO),
     ("kawasaki-1985-sedimentation-4", TWO),
     ("kawasaki-1985-spin", FLOW),
-    ("luding-1998", "gas.number=100 run.until=1"),
+    ("luding-1998", "gas.number=100 run.until=1 engine.dsmc-free-volume.simulators_per_particle=2 engine.dsmc-enskog.simulators_per_particle=2"),
     ("luding-1998-fig3b", "replicas=2 start.equilibration=1 run.until=0.5"),
     ("luding-1998-unbiased", "gas.number=100 run.until=1"),
     ("map-onset", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.2 measure.impact_parameters.windows=[[0,0.2]]"),
@@ -322,8 +323,8 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("map-uniform", "replicas=2 box.width_over_critical_length=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
     ("map-waves", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5"),
     ("mixture-cooling", "gas.volume=5e3 power_law.monomers=500 verdict.sonine_orders=1 run.until=10"),
-    ("mpemba", "replicas=2 gas.number=100 run.until=10"),
-    ("quick", "gas.number=100 run.until=1"),
+    ("mpemba", "replicas=2 gas.number=100 run.until=10 engine.dsmc-boltzmann.simulators_per_particle=2"),
+    ("quick", "gas.number=100 run.until=1 engine.dsmc-free-volume.simulators_per_particle=2"),
     ("rough-disks", "gas.number=50 box.size=[60,60] run.until=5 run.samples=12"),
     ("scaled-cooling", "replicas=2 gas.restitution=0.9 box.packing_fraction=0.1 run.until=1 measure.spectra.interval=0.1 measure.displacement.from=0.5"),
     ("sedimentation-disks", "gas.number=50 box.size=[30,30] run.until=10 run.samples=20 measure.fields.blocks=10"),
@@ -332,7 +333,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("transport", "replicas=2 gas.number=60 run.until=20 measure.transport.lag=4"),
     ("uniform-shear", "replicas=2 gas.number=100 run.until=4 measure.stress.blocks=4 measure.stress.looks=3 measure.impact_parameters.windows=[[2,4]]"),
     ("vibrated-box", "gas.number=30 run.until=2 run.samples=20 measure.fields.blocks=10"),
-    ("weak-dissipation", "gas.number=100 run.until=1"),
+    ("weak-dissipation", "gas.number=100 run.until=1 engine.dsmc-boltzmann.simulators_per_particle=2"),
 ];
 
 const FLOW: &str = "gas.number=400 run.until=3 run.samples=20 measure.fields.blocks=10";
