@@ -19,8 +19,8 @@ pub const VERSION: &str = if env!("STOSSZAHL_COMMIT").is_empty() {
     )
 };
 
-/// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds, and where it
-/// breaks.
+/// Event-driven and Monte Carlo granular gases from one initial state: where molecular chaos holds,
+/// and where it breaks.
 #[derive(Debug, Parser)]
 #[command(
     name = "stosszahl",
@@ -36,17 +36,17 @@ pub struct Arguments {
     pub command: Command,
 }
 
-/// What to do.
+/// Commands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a case: make the start, run its engines, write tables and a report.
     ///
-    /// Tables are the same bytes for the same case and seed, whatever the number of threads, and after any stop and
-    /// continuation.
+    /// Tables are the same bytes for the same case and seed, whatever the number of threads, and
+    /// after any stop and continuation.
     ///
-    /// Several processes work on one results folder with --join, also on machines that share it: each replica is done once, and the last
-    /// process writes tables and report. Without a shared folder, --part runs a share of the replicas, and `stosszahl merge` puts the
-    /// shares together.
+    /// Several processes work on one results folder with --join, also on machines that share it:
+    /// each replica is done once, and the last process writes tables and report. Without a shared
+    /// folder, --part runs a share of the replicas, and `stosszahl merge` puts the shares together.
     #[command(after_help = "Begin with:\n  stosszahl run quick\n  \
                             stosszahl run quick --join & stosszahl run quick --join & wait\n  \
                             srun --ntasks 8 stosszahl run CASE --join --threads 4\n  \
@@ -55,36 +55,41 @@ pub enum Command {
         /// Case, results folder and options of the run.
         #[command(flatten)]
         run: RunArguments,
-        /// How it is shared with other processes.
+        /// Sharing of the run with other processes.
         #[command(flatten)]
         joining: JoinArguments,
-        /// Run only part K of N of all replicas, for `stosszahl merge` [default of --out: results/NAME-OF-THE-CASE-part-K-of-N].
+        /// Run only part K of N of all replicas, for `stosszahl merge` [default of --out:
+        /// results/NAME-OF-THE-CASE-part-K-of-N].
         #[arg(long, value_name = "K/N", conflicts_with = "join")]
         part: Option<RunPart>,
     },
-    /// Merge the parts of a run (`run --part K/N`) into one results folder: the bytes of a run that was not cut.
+    /// Merge the parts of a run (`run --part K/N`) into one results folder: the bytes of a run that
+    /// was not cut.
     Merge(MergeArguments),
-    /// Validate a case and print what follows from it: mean free path, unit of time, cells, memory, time.
+    /// Validate a case and print what follows from it: mean free path, unit of time, cells, memory,
+    /// time.
     ///
     /// The time is measured: each engine runs for about a second. So is what `[accuracy]` chooses.
     Check {
         /// The case and what is set from outside.
         #[command(flatten)]
         case: CaseArguments,
-        /// Run nothing: the time is guessed from the start, and what the guess does not know is said.
+        /// Run nothing: the time is guessed from the start, and what the guess does not know is
+        /// said.
         #[arg(long)]
         guess: bool,
     },
     /// List the bundled cases with the question that each answers, or print one of them.
     ///
-    /// `stosszahl run NAME` runs one; `stosszahl cases NAME > own.toml` begins a case of one's own.
+    /// `stosszahl run NAME` runs one; `stosszahl cases NAME > own.toml` begins a case of your own.
     Cases {
         /// The case to print.
         name: Option<String>,
     },
     /// Write a commented case to begin with, from a few numbers.
     ///
-    /// What it writes passes `check`. Every line says what its key means; docs/case-file.md has all keys.
+    /// What it writes passes `check`. Every line says what its key means; docs/case-file.md has all
+    /// keys.
     #[command(
         after_help = "Begin with:\n  stosszahl init own.toml --restitution 0.9\n  stosszahl check own.toml\n  stosszahl run own.toml"
     )]
@@ -101,21 +106,24 @@ pub enum Command {
         /// bash, elvish, fish, powershell or zsh.
         shell: clap_complete::Shell,
     },
-    /// Print the page of all keys of cases, or of all columns of the tables of some results folders.
+    /// Print the page of all keys of cases, or of all columns of the tables of some results
+    /// folders.
     Reference {
         /// Results folders.
         folders: Vec<PathBuf>,
     },
     /// Write manual pages into a folder.
     Manual {
-        /// The folder.
+        /// Path of the folder.
         folder: PathBuf,
     },
-    /// Measure error against cost of the engines around a case, and recommend the cheapest setting for a target error.
+    /// Measure error against cost of the engines around a case, and recommend the cheapest setting
+    /// for a target error.
     ///
-    /// Writes frontier.csv, orders.csv, recommendation.md and frontier.html. Numbers are the same for the same case, seed
-    /// and budget, but for timings and what follows from them. Each run is kept in the results folder as soon as it is done: the same command goes
-    /// on after a stop, and another target or budget begins with what is there.
+    /// Writes frontier.csv, orders.csv, recommendation.md and frontier.html. Numbers are the same
+    /// for the same case, seed and budget, but for timings and what follows from them. Each run is
+    /// kept in the results folder as soon as it is done: the same command goes on after a stop, and
+    /// another target or budget begins with what is there.
     #[command(
         after_help = "Begin with:\n  stosszahl frontier cases/quick.toml --budget 2m\n  \
                       stosszahl frontier cases/quick.toml --set gas.number=10000 --until 10 --target-error 1%"
@@ -124,14 +132,14 @@ pub enum Command {
         /// Case, results folder and options of the measurement.
         #[command(flatten)]
         frontier: FrontierArguments,
-        /// How it is shared with other processes.
+        /// Sharing of the work with other processes.
         #[command(flatten)]
         joining: JoinArguments,
     },
     /// Make the figures of a paper again, with a verdict on each of its claims; or list the papers.
     ///
-    /// Runs the cases of the paper, each in a folder of its own, and writes report.html and claims.csv. What is finished is kept; a
-    /// run that was stopped is gone on with.
+    /// Runs the cases of the paper, each in a folder of its own, and writes report.html and
+    /// claims.csv. Finished runs are kept, and a stopped run is resumed.
     #[command(
         after_help = "Begin with:\n  stosszahl reproduce\n  stosszahl reproduce kawasaki-1985 --quick\n  \
                       stosszahl reproduce luding-1998 --figure 3b"
@@ -150,17 +158,19 @@ pub struct CaseArguments {
     /// Seed, in place of the case's.
     #[arg(long, value_name = "S", value_parser = whole_number, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// End of the run, in place of the case's and in its unit of time; times and windows beyond it are left out.
+    /// End of the run, in place of the case's and in its unit of time; times and windows beyond it
+    /// are left out.
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub until: Option<f64>,
-    /// Set any key of the case: --set gas.restitution=0.9 --set species.1.number=4000. May be repeated.
+    /// Set any key of the case: --set gas.restitution=0.9 --set species.1.number=4000. May be
+    /// repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
 
 /// Parses a whole number, also as `1e5`, as cases take it.
 fn whole_number(text: &str) -> Result<u64, String> {
-    // Beyond, whole numbers are not all told apart by their floating-point values.
+    // Limit beyond which floating point does not distinguish all whole numbers.
     let largest = 2.0_f64.powi(53);
     let rounded = || {
         text.parse::<f64>()
@@ -197,7 +207,7 @@ impl CaseArguments {
 pub struct InitArguments {
     /// The file to write; it must not exist.
     pub file: PathBuf,
-    /// What the case is about.
+    /// Subject of the case.
     #[arg(long, value_enum, default_value_t)]
     pub kind: Template,
     /// Number of particles.
@@ -268,14 +278,15 @@ pub struct RunArguments {
     pub printed: Printed,
 }
 
-/// How several processes share a results folder.
+/// Sharing of a results folder by several processes.
 #[derive(Debug, Args)]
 pub struct JoinArguments {
-    /// Work on the results folder together with the other processes that are started with the same command; also goes on after a stop.
+    /// Work on the results folder together with the other processes that are started with the same
+    /// command; also goes on after a stop.
     #[arg(long, conflicts_with = "force")]
     pub join: bool,
-    /// With --join: seconds of silence after which a process is lost, and its work is done by others. One that dies on this machine is known
-    /// at once.
+    /// With --join: seconds of silence after which a process is lost, and its work is done by
+    /// others. One that dies on this machine is known at once.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = patience, requires = "join")]
     pub lost_after: f64,
 }
@@ -312,7 +323,7 @@ pub struct MergeArguments {
     pub printed: Printed,
 }
 
-/// What a run prints at its end: the conclusions that come first, unless something else is asked for.
+/// Output of a run at its end; without options, the main conclusions.
 #[derive(Debug, Args)]
 pub struct Printed {
     /// Print all conclusions, choices and warnings.
@@ -357,8 +368,8 @@ pub struct FrontierArguments {
     /// The case and what is set from outside.
     #[command(flatten)]
     pub case: CaseArguments,
-    /// What must be within the target: energy, collision-rate, cumulant, impact-slope or structure; may be repeated
-    /// [default: energy]. All are measured.
+    /// Quantities that must be within the target: energy, collision-rate, cumulant, impact-slope or
+    /// structure; may be repeated [default: energy]. All are measured.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub quantity: Vec<Kind>,
     /// Largest error that a recommended setting may have, as a share: 1% or 0.01.
@@ -369,7 +380,8 @@ pub struct FrontierArguments {
         allow_hyphen_values = true
     )]
     pub target_error: String,
-    /// Core time for the whole sweep, planned at nominal speeds: 90s, 10m or 1h. Two cores take half as long.
+    /// Core time for the whole sweep, planned at nominal speeds: 90s, 10m or 1h. Two cores take
+    /// half as long.
     #[arg(
         long,
         value_name = "TIME",

@@ -37,7 +37,7 @@ fn commit(root: &Path) -> Option<String> {
         let text = String::from_utf8(done.stdout).ok()?;
         done.status.success().then(|| text.trim().to_owned())
     };
-    // Not that of a folder which merely contains the sources.
+    // Commit of this clone only, not of a folder around the sources.
     let top = git(&["rev-parse", "--show-toplevel"])?;
     if Path::new(&top).canonicalize().ok()? != root.canonicalize().ok()? {
         return None;

@@ -206,7 +206,7 @@ fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
             commit: "",
         };
         planned = study::settle(&file, planned, &options, threads)?;
-        // What does not fit into memory is not tried.
+        // No measurement of a case that does not fit into memory.
         let needed = needed_memory(&planned, threads);
         if available_memory().is_none_or(|free| needed < free) {
             paces = Some(study::pace::paces(&planned, threads, MEASURING)?);
@@ -299,7 +299,7 @@ fn engine_cost(cost: &EngineCost, about: &str, seconds: f64) -> String {
     )
 }
 
-/// Formats a number of which little is known.
+/// Formats a rough number: as a whole number below 1e4, with two digits above.
 fn scarce(number: f64) -> String {
     if number < 1e4 {
         format!("{number:.0}")

@@ -53,7 +53,7 @@ pub enum CommandError {
     /// The folder cannot be made or written into.
     #[error("{}: cannot be written: {source}", path.display())]
     Folder {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
         /// Answer of the system.
         source: io::Error,

@@ -107,7 +107,7 @@ impl Progress for Display {
                 }
             } else if self.shows && point.shown.elapsed() >= LINE {
                 point.shown = Instant::now();
-                // A closed standard error ends nothing.
+                // Errors are ignored, because a closed standard error must not end the run.
                 let activity = point.activity.take();
                 let activity = activity.map_or_else(String::new, |text| format!("; {text}"));
                 let _ = writeln!(

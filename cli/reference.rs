@@ -145,7 +145,7 @@ fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
 fn allowed(schema: &Value) -> Option<String> {
     let number = |name: &str| {
         let limit = schema.get(name)?;
-        // Large whole numbers have more digits than a number that is rounded.
+        // Large whole numbers in full, because floating point would round them.
         let whole = limit.as_u64().map(|whole| whole.to_string());
         let short = |number: f64| match number.abs() {
             size if size > 0.0 && size < 1e-4 => format!("{number:e}"),
@@ -197,8 +197,8 @@ fn meaning(schema: &Value) -> String {
         .unwrap_or_default()
 }
 
-/// Returns the rows of a section, in which the table that most names share is written once, for
-/// `NAME`, and these names.
+/// Merges the tables of a section that have equal rows: they are written once, for `NAME`. Returns
+/// all rows, and the merged names.
 fn gathered(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
     let name = |row: &Row| -> Option<String> {
         let rest = row.key.strip_prefix(section)?.strip_prefix('.')?;

@@ -126,8 +126,8 @@ fn finish(
     Ok(say(&page)?)
 }
 
-/// Sentence about all points of a sweep: the number of each kind of verdict, with intervals that are
-/// corrected for all points.
+/// Sentence about all points of a sweep: the number of each kind of verdict, with intervals that
+/// are corrected for all points.
 fn together(points: &[PointSummary]) -> String {
     let first = |point: &PointSummary| headlines(&point.verdicts).first().copied().cloned();
     let heads: Vec<Option<Verdict>> = points.iter().map(first).collect();
@@ -199,7 +199,7 @@ fn as_json(points: &[PointSummary], report: &str) -> String {
     let points = points.iter().map(|point| {
         json!({
             "name": point.name,
-            // A path need not be a text.
+            // Lossy, because a path may not be text.
             "folder": point.folder.display().to_string(),
             "complete_already": point.was_complete,
             "seconds": point.seconds,

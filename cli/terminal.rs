@@ -17,7 +17,7 @@ const GRACE: Duration = Duration::from_millis(750);
 /// Writes a line to standard output.
 pub(crate) fn say(text: &str) -> io::Result<()> {
     match writeln!(io::stdout(), "{text}") {
-        // A reader that has seen enough, such as `head`, ends nothing.
+        // A closed pipe is no error: a reader such as `head` stops early.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other,
     }
@@ -41,7 +41,7 @@ pub(crate) fn line(word: &str, text: &str) -> String {
 
 /// Formats a label and the text next to it, wrapped at the width of the terminal.
 pub(crate) fn beside(left: &str, text: &str) -> String {
-    // To a file or another program it goes as it is.
+    // No wrapping for a file or another program.
     if !io::stdout().is_terminal() {
         return format!("{left}{text}");
     }
@@ -57,16 +57,16 @@ pub fn outlive_file_limits() {
     #[cfg(unix)]
     {
         use signal_hook::{consts::SIGXFSZ, flag::register};
-        // Where it is refused, the process ends as it would have.
+        // A refused signal handler leaves the default behaviour.
         let _ = register(SIGXFSZ, Arc::default());
     }
 }
 
 /// Returns the interrupt that a signal raises: Ctrl-C, or the end of the session.
 ///
-/// Work that checks it ends by itself and saves its state. If it does not end within the grace, the
-/// process is ended as by a kill, which checkpoints survive; so it is on a second signal. Then
-/// `said` is printed.
+/// Work that checks it ends by itself and saves its state. If it does not end within the grace
+/// period, which a save extends, `said` is printed and the process is ended as by a kill;
+/// checkpoints survive that. A second signal ends the process at once.
 pub fn listen(said: &'static str) -> Interrupt {
     let interrupt = Interrupt::default();
     let asked = interrupt.clone();

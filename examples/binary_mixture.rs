@@ -1,4 +1,5 @@
-//! A binary mixture: do heavy and light disks share their energy equally? Not if collisions lose energy.
+//! A binary mixture: do heavy and light disks share their energy equally? Not if collisions lose
+//! energy.
 
 #![allow(clippy::print_stdout)]
 
@@ -24,7 +25,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "T of light disks {light:.4}, of heavy ones {heavy:.4}: ratio {:.3}",
         heavy / light
     );
-    // Theory: heavy disks are hotter, 1.1 to 1.6 times here; 800 disks of each have an error of 5 %.
+    // Theory: heavy disks are hotter, 1.1 to 1.6 times here; 800 disks of each have an error of 5
+    // %.
     assert!(heavy > light);
     Ok(())
 }

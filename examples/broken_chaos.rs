@@ -1,4 +1,5 @@
-//! Where does molecular chaos break? Exact disks and Monte Carlo from one and the same microstate, for 32 gases.
+//! Where does molecular chaos break? Exact disks and Monte Carlo from one and the same microstate,
+//! for 32 gases.
 
 #![allow(clippy::print_stdout, clippy::cast_precision_loss)]
 
@@ -26,7 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "slope of P(b/d): exact {exact:.3} ± {exact_se:.3}, Monte Carlo {chaos:.3} ± {chaos_se:.3}"
     );
-    // Slopes of single gases scatter by .14. Chaos in both would be beyond four errors once in 10^4 times (t, 31 degrees of freedom).
+    // Slopes of single gases scatter by .14. Chaos in both would be beyond four errors once in 10^4
+    // times (t, 31 degrees of freedom).
     assert!(exact - chaos > 4.0 * exact_se.hypot(chaos_se));
     Ok(())
 }

@@ -1,4 +1,5 @@
-//! A channel: grains that a force drives between walls with a temperature. Which profile has their velocity?
+//! A channel: grains that a force drives between walls with a temperature. Which profile has their
+//! velocity?
 
 #![allow(clippy::print_stdout)]
 

@@ -1,6 +1,7 @@
 //! Haff's law: how fast does a granular gas cool?
 //!
-//! Spheres without positions lose energy in each collision, T = T(0)/(1 + t/t0)^2, with t0 from kinetic theory.
+//! Spheres without positions lose energy in each collision, T = T(0)/(1 + t/t0)^2, with t0 from
+//! kinetic theory.
 
 #![allow(clippy::print_stdout)]
 

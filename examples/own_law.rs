@@ -1,4 +1,4 @@
-//! A collision law of one's own: the generic engines take any [`Restitution`].
+//! A custom collision law: the generic engines take any [`Restitution`].
 
 #![allow(clippy::print_stdout)]
 
@@ -8,7 +8,7 @@ use stosszahl::model::{
 };
 use stosszahl::prelude::*;
 
-/// Soft below a speed, lossy above: wet grains that stick less the faster they meet would be the other way round.
+/// Restitution that is 1 below a threshold of the approach speed and lower above it.
 #[derive(Clone, Debug)]
 struct Threshold {
     speed: f64,
@@ -54,7 +54,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         engine.advance(time, u64::MAX, &mut ())?;
         println!("T({time}) = {:.4}", engine.state().temperature(&scene));
     }
-    // Collisions below the threshold keep the energy, so cooling nearly stops where the speed of sqrt(2 T) is about that.
+    // Little cooling below the threshold: collisions keep the energy once the relative speed, about
+    // sqrt(2 T), is lower.
     let end = engine.state().temperature(&scene);
     assert!(
         end > 0.005 && end < 0.5,

@@ -1,4 +1,4 @@
-//! An observer of one's own: how often does a pair of disks meet again?
+//! A custom observer: number of meetings of each pair of disks.
 
 #![allow(clippy::print_stdout)]
 

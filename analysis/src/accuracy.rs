@@ -11,8 +11,8 @@
 //! ```
 //!
 //! so runs of n replicas need not be made to know their error. Both parts are known only as well as
-//! the repetitions and the reference allow, and every range says so: Student's for b (with the
-//! error of the reference in it) and the chi-squared distribution's for s, each of 95 %. Values are
+//! the repetitions and the reference allow. Their ranges, of 95 % each, are Student's for b, with
+//! the error of the reference in it, and those of the chi-squared distribution for s. Values are
 //! taken as normal.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};

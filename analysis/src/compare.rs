@@ -1,16 +1,22 @@
-//! Comparisons as tests of equivalence: one rule for all, and the simultaneous intervals that it needs.
+//! Comparisons as tests of equivalence: one rule for all, with simultaneous confidence intervals.
 //!
-//! A difference has an interval and the comparison has a margin. *Agree*: the whole interval lies inside the margin. *Higher* or
-//! *lower*: the whole interval lies on one side of zero. *Undecided*: all else. What lies inside the margin and is not zero agrees.
+//! A difference has an interval, and the comparison has a margin:
 //!
-//! The tests of equivalence are those of D. J. Schuirmann, *J. Pharmacokinet. Biopharm.* **15**, 657 (1987), with intervals of
-//! `1 - level` on two sides. So a true difference of a margin or more is called agreement with a chance of `level / 2` at most, and
-//! none is called a difference with a chance of `level` at most.
+//! - *Agree*: the whole interval lies inside the margin, even if it excludes zero.
+//! - *Higher* or *lower*: the whole interval lies on one side of zero, or beyond the margin if
+//!   that is requested.
+//! - *Undecided*: all else.
+//!
+//! The tests of equivalence are those of D. J. Schuirmann, *J. Pharmacokinet. Biopharm.* **15**,
+//! 657 (1987), with intervals of `1 - level` on two sides. So a true difference of a margin or more
+//! is called agreement with a chance of `level / 2` at most, and none is called a difference with a
+//! chance of `level` at most.
 //!
 //! # Several times together
 //!
-//! Half of the level belongs to the last time, which is chosen before anything is seen, and half to all others together. Their
-//! common quantile is that of [`joint_quantile`]: neighbouring times hardly differ, so that they count as few.
+//! Half of the level belongs to the last time, which is chosen before any result is known, and half
+//! to all other times together. Their common quantile is that of [`joint_quantile`]: neighbouring
+//! times hardly differ, so that they count as few.
 
 use crate::replicas::{of_sums, quantile};
 use crate::statistics::{Estimate, Moments, student_t_test};
@@ -22,11 +28,11 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub enum Verdict {
     /// The whole interval lies inside the margin.
     Agree,
-    /// a is higher: the whole interval lies above zero.
+    /// a is higher: the whole interval lies above [`Rule::differ_beyond`].
     Higher,
-    /// a is lower: the whole interval lies below zero.
+    /// a is lower: the whole interval lies below minus [`Rule::differ_beyond`].
     Lower,
-    /// The interval reaches out of the margin and over zero, or is unknown.
+    /// Neither agreement nor difference is shown, or the interval is unknown.
     Undecided,
 }
 
@@ -41,7 +47,7 @@ impl Verdict {
         }
     }
 
-    /// Whether a difference is shown.
+    /// Returns true if a difference is shown.
     pub fn differs(self) -> bool {
         matches!(self, Self::Higher | Self::Lower)
     }
@@ -54,12 +60,12 @@ pub struct Rule {
     pub level: f64,
     /// Largest difference that counts as agreement, in the unit of the difference.
     pub margin: f64,
-    /// Difference that an interval must lie beyond to be called one: zero, or the margin.
+    /// Bound that an interval must exceed to show a difference: zero, or the margin.
     pub differ_beyond: f64,
 }
 
 impl Rule {
-    /// Rule with a difference from zero.
+    /// Creates a rule by which any difference from zero counts.
     pub fn new(level: f64, margin: f64) -> Self {
         Self {
             level,
@@ -68,7 +74,7 @@ impl Rule {
         }
     }
 
-    /// Rule at another level.
+    /// Returns this rule at another level.
     #[must_use]
     pub fn at_level(self, level: f64) -> Self {
         Self { level, ..self }
@@ -78,9 +84,9 @@ impl Rule {
 /// Difference with its confidence interval, relative or in a unit of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// The estimate.
+    /// Estimate of the difference.
     pub value: f64,
-    /// Its standard error; `None` if unknown.
+    /// Standard error of the estimate; `None` if unknown.
     pub standard_error: Option<f64>,
     /// Degrees of freedom of the standard error; `None` where it is known without replicas.
     pub degrees_of_freedom: Option<usize>,
@@ -118,7 +124,7 @@ impl Interval {
         }
     }
 
-    /// Verdict by a rule.
+    /// Decides on the difference by a rule.
     pub fn decide(&self, rule: &Rule) -> Verdict {
         match self.ends {
             Some([low, high]) if -rule.margin <= low && high <= rule.margin => Verdict::Agree,
@@ -133,7 +139,8 @@ impl Interval {
         self.ends.map(|[low, high]| high.max(-low))
     }
 
-    /// Smallest size of a difference in the interval: zero where it holds zero, and where there is no interval.
+    /// Smallest size of a difference in the interval: zero where it holds zero, and where there is
+    /// no interval.
     pub fn least(&self) -> f64 {
         self.ends.map_or(0.0, |[low, high]| low.max(-high).max(0.0))
     }
@@ -152,11 +159,12 @@ pub struct Quotient {
     pub verdict: Verdict,
 }
 
-/// Compares two positive quantities at several times by a rule with a relative margin; `pairs[t]` holds (a, b) of each replica.
+/// Compares two positive quantities at several times by a rule with a relative margin; `pairs[t]`
+/// holds (a, b) of each replica.
 ///
-/// Replicas are paired, as both engines start from the same state. The logarithm of the quotient of the means has Student's interval
-/// over the pseudo-values of its jackknife ([`crate::replicas`]). Times at which a and b are identical in every replica (the
-/// start) agree.
+/// Replicas are paired, as both engines start from the same state. The logarithm of the quotient of
+/// the means has Student's interval over the pseudo-values of its jackknife ([`crate::replicas`]).
+/// Times at which a and b are identical in every replica (the start) agree.
 pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &Rule) -> Vec<Quotient> {
     let log = |replicas: &Vec<(f64, f64)>| {
         let sums: Vec<[f64; 2]> = replicas.iter().map(|&(a, b)| [a, b]).collect();
@@ -207,8 +215,8 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &Rule) -> Vec<Quotient> {
     list
 }
 
-/// Compares numbers that should be zero at several times, by a rule with a margin in their unit; `values[t]` holds that of each
-/// replica, or pseudo-values.
+/// Compares numbers that should be zero at several times, by a rule with a margin in their unit;
+/// `values[t]` holds that of each replica, or pseudo-values.
 pub fn differences(values: &[Vec<f64>], rule: &Rule) -> Vec<Interval> {
     let rows: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     let quantiles = quantiles(&rows, rule.level);
@@ -229,8 +237,8 @@ pub fn differences(values: &[Vec<f64>], rule: &Rule) -> Vec<Interval> {
     values.iter().zip(quantiles).map(one).collect()
 }
 
-/// Standard errors from the estimate to an end of its interval, for each of several times: half of the level for the last, half for
-/// all others together.
+/// Standard errors from the estimate to an end of its interval, for each of several times: half of
+/// the level for the last, half for all others together.
 fn quantiles(rows: &[&[f64]], level: f64) -> Vec<f64> {
     let student = |values: &[f64], level| quantile(level, Some(values.len().saturating_sub(1)));
     let Some((last, others)) = rows.split_last() else {
@@ -246,16 +254,21 @@ fn quantiles(rows: &[&[f64]], level: f64) -> Vec<f64> {
     several.chain([student(last, 0.5 * level)]).collect()
 }
 
-/// Standard errors within which Student's statistics of several times all lie with a chance of at least `1 - level`; `rows[t]` holds
-/// the values of the replicas, normal and with any correlation between times.
+/// Standard errors within which Student's statistics of several times all lie with a chance of at
+/// least `1 - level`; `rows[t]` holds the values of the replicas, normal and with any correlation
+/// between times.
 ///
-/// Seen from zero, the values of R replicas at one time are a direction in R dimensions, and the statistic is beyond c where this
-/// direction lies in a cap around the diagonal, or its opposite. Turning all replicas into each other changes nothing, so
-/// the path of directions has no preferred place, and one of length L enters the two caps `L/π (1 + c²/ν)^(-(ν-1)/2)` times on
-/// average, `ν = R - 1`. The chance to be in a cap somewhere is at most that to begin in one, and that number. A step counts at most as
-/// a test of its own, so that the quantile is never above that of Bonferroni. This is the tube formula of H. Hotelling, *Am. J. Math.*
-/// **61**, 440 (1939), for Student's statistic. L is that of deviations from the means, in one dimension less, of which the factor
-/// `ν/√((ν+1)(ν-1))` makes up for small steps.
+/// This is the tube formula of H. Hotelling, *Am. J. Math.* **61**, 440 (1939), for Student's
+/// statistic. Seen from zero, the values of R replicas at one time are a direction in R dimensions.
+/// The statistic is beyond c where this direction lies in a cap around the diagonal, or in the
+/// opposite cap. The distribution does not change under rotations of the replicas, so a path of
+/// directions of length L enters the two caps `L/π (1 + c²/ν)^(-(ν-1)/2)` times on average,
+/// `ν = R - 1`.
+///
+/// The chance to be in a cap at any time is at most the chance to begin in one, plus that number. A
+/// step counts at most as a test of its own, so that the quantile is never above that of
+/// Bonferroni. L is the length for deviations from the means, in one dimension less; the factor
+/// `ν/√((ν+1)(ν-1))` corrects for that at small steps.
 ///
 /// ```
 /// use stosszahl_analysis::compare::joint_quantile;
@@ -397,8 +410,9 @@ mod tests {
         assert!(of(-0.01, 0.02).least().abs() < 1e-15);
     }
 
-    /// Gaussian paths of 30 times whose correlation falls as exp(-|i - j|/length), of which Student's statistics must all lie within the
-    /// quantile in 95 of 100: four binomial errors of 4000 are 1.4. It is tighter than Bonferroni's by a stated part.
+    /// Gaussian paths of 30 times whose correlation falls as exp(-|i - j|/length), of which
+    /// Student's statistics must all lie within the quantile in 95 of 100: four binomial errors of
+    /// 4000 are 1.4. It is tighter than Bonferroni's by a stated part.
     #[test]
     fn the_joint_quantile_holds_at_all_times_together() {
         const SAMPLES: usize = 4000;

@@ -12,8 +12,9 @@
 //!
 //! with the reduced mass μ and the coefficient of restitution r ([`moment_of_chaos`]). T is the
 //! granular temperature about the local flow: of the some [`LOCAL`] disks of a cell, about a
-//! velocity that is linear in the place. It is taken at looks at the gas, follows the temperature
-//! of the whole gas between two looks, and its powers are freed of the bias that few disks give
+//! velocity that is linear in the position. It is measured at samples of the gas, follows the
+//! temperature of the whole gas between two samples, and its powers are freed of the bias that few
+//! disks give
 //! them. The *total* temperature would take flow for heat. Velocities are not quite Maxwellian in a
 //! cooling gas: with the fourth cumulant a2 moments of order p change by about `a2 p (p - 2)/16` of
 //! themselves, below .5 % at the restitutions of gases.
@@ -342,7 +343,7 @@ impl Contacts {
             {
                 return;
             }
-            // Others of the same cells, known by their place in a fixed sequence.
+            // Other particles of the cells of the pair, by a fixed sequence of numbers.
             let other = |who: usize, draws: &mut u64| loop {
                 let all = &members[cells[who]];
                 let chosen = all[(next(draws) % all.len() as u64) as usize];
@@ -538,7 +539,7 @@ mod tests {
         assert!((0.01..0.03).contains(&again), "{again}");
     }
 
-    /// Partners near contact that move apart sideways: real pairs graze, shuffled ones do not.
+    /// Real pairs near contact that move apart sideways graze; shuffled pairs do not.
     #[test]
     fn shuffling_keeps_flow_and_loses_what_partners_know() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(8);

@@ -1,4 +1,4 @@
-//! The one error type of the crate, and the checks that several measurements share.
+//! Error type of the crate, and the checks that several measurements share.
 
 use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -160,7 +160,7 @@ pub(crate) fn check_positions<const D: usize>(
     }
 }
 
-/// Points of a sum, which come one by one and in several processes.
+/// Points of a sum that are added one by one in several processes: their number and validity.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Seen {
     /// Number of points that count.

@@ -415,10 +415,9 @@ impl Averages<'_> {
         let lists: Vec<[f64; 8]> = values.iter().map(Values::list).collect();
         let found = TimeErrors::new(self.size(), &lists, |place, replica, blocks| {
             let part = self.part(replica, blocks, species, &groups[place])?;
-            // What a block alone has of the velocity is noise of the velocity, not of the
-            // temperature.
+            // Noise of the velocity of a single block must not count as noise of the temperature.
             let mut list = part.values(totals[place].drift(), self.freedom, all).list();
-            // Without a particle only the density is known.
+            // Without a particle only the density is defined.
             if list[0] <= 0.0 {
                 list[1..].fill(f64::NAN);
             }
@@ -718,7 +717,7 @@ mod tests {
         let found = averages.fields(None, Along::Cells).places;
         assert_eq!(found[0].values, Values::default());
         assert!(found[0].errors.list().iter().all(|error| error.is_nan()));
-        // Beyond the last block by rounding.
+        // Collision beyond the last block by rounding.
         let mut late = fields;
         late.collision(3.0 + 1e-12, [0.0, 0.0], 1.0, 1.0);
     }

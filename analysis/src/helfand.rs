@@ -31,12 +31,12 @@
 //!
 //! The run is cut into bins. Fluxes are averaged over all starts at the end of a bin, up to a
 //! largest lag of a given number of bins; displacements, which N disks average, over lags one after
-//! the other. What is kept are velocities and displacements of the disks and the sums: no state of
-//! the engine is asked for between start and end.
+//! the other. Only velocities and displacements of the disks and the sums are stored: the engine is
+//! not sampled between start and end.
 //!
-//! Beside the moments stand the correlations of Green and Kubo ([`Helfand::correlations`]). The
-//! collisional flux is a sum of pulses, of which integrals have a meaning and values have none, so
-//! fluxes and velocities are means over whole bins.
+//! Beside the moments there are the correlations of Green and Kubo ([`Helfand::correlations`]). The
+//! collisional flux is a sum of pulses, whose integrals have a meaning and whose values have none,
+//! so fluxes and velocities are means over whole bins.
 
 use std::collections::VecDeque;
 
@@ -73,9 +73,10 @@ struct Sums {
     steps: f64,
 }
 
-/// Correlations of fluxes at one lag, in the units of [`Moments`] without a lag, over a time: their
-/// integral over the lag is the coefficient. The first, at no lag, are of bins with themselves and
-/// count half.
+/// Correlations of fluxes at one lag; their integral over the lag is the coefficient.
+///
+/// Units are those of [`Moments`] without the lag, over a time. The first correlations, at lag
+/// zero, are of bins with themselves and count half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correlations {
     /// Lag \[time\].

@@ -10,7 +10,7 @@
 //! | [`windows`] | which impact parameters, which collision rate? | histograms in windows of time | O(1) a collision |
 //! | [`contacts`] | do colliding partners know each other, or share a flow? | local temperature, shuffled partners | O(1) a collision, O(N) a sample |
 //! | [`equilibrium`] | is the start forgotten? | direct sums at chosen wave vectors | O(N modes) |
-//! | [`compare`] | do two engines differ, when, which way? | paired Student tests, Holm's correction | O(values) |
+//! | [`compare`] | do two engines differ, when, which way? | tests of equivalence, simultaneous intervals | O(values) |
 //! | [`structure_factor`] | at which wavelengths does the density fluctuate? | points assigned to a lattice, fast Fourier transform, average over shells | O(N + M² log M) |
 //! | [`pair_correlation`] | how are neighbours arranged around a disk? | cell lists, histogram of distances | O(N) at a fixed range |
 //! | [`helfand`] | how does an elastic gas carry momentum and heat, and how fast do its disks spread? | Einstein-Helfand moments | O(1) a collision |

@@ -211,7 +211,7 @@ impl Modes {
         positions: &[Vector2<f64>],
         velocities: &[Vector2<f64>],
     ) -> Result<Vec<Amplitude>, Error> {
-        // One for each point there is, and its velocity.
+        // Weights of a point: one and its velocity, zero if that is missing.
         let sums = self.sums(positions, |point| {
             let velocity = velocities.get(point).copied().unwrap_or_default();
             [1.0, velocity[0], velocity[1]]

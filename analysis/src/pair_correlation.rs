@@ -100,8 +100,8 @@ pub fn of_spheres(
     measure(positions, lengths, diameter, range, bins, interrupt)
 }
 
-/// Measures g(r) in any dimension. Not public, so that it is compiled here, as fast code, and not
-/// where it is used.
+/// Measures g(r) in any dimension. Not public, so that it is compiled with the optimisation of this
+/// crate, not where it is used.
 fn measure<const D: usize>(
     positions: &[SVector<f64, D>],
     lengths: [f64; D],
@@ -359,8 +359,8 @@ mod tests {
         correlation.bins.iter().map(|bin| bin.pairs).collect()
     }
 
-    /// Coordinates in units of the side: anywhere, in a tight cluster, on cell edges, on and beyond
-    /// the box edge.
+    /// Coordinates in units of the side: at random, in a tight cluster, on cell edges, on and
+    /// beyond the edge of the box.
     fn coordinate() -> impl Strategy<Value = f64> {
         prop_oneof![
             0.0_f64..1.0,

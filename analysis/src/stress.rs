@@ -13,8 +13,7 @@
 //! The kinetic sum is measured when the gas is sampled. Between two samples it follows the
 //! collisions. Each changes it by `mu (g' g' - g g)` with the relative velocities g before and g'
 //! after it, so that its integral over time is exact for smooth particles in free flight, also
-//! while the gas cools. Tangential impulses, walls and fields are seen at the next look. In a
-//! uniform shear flow u = (a y, 0), whose particles have velocities c relative to it, the flight
+//! while the gas cools. Tangential impulses, walls and fields show at the next sample. In a
 //! changes `c_x` by `-a c_y` per time, and with it the sum, exactly too.
 
 use nalgebra::{Matrix3, Vector3};
@@ -143,7 +142,8 @@ pub struct StressRecorder {
     since: f64,
     /// Shear rate of the flow \[1/time\]; 0 without one.
     shear_rate: f64,
-    /// Shear rate of the flow between partners, which their relative velocity has in it \[1/time\]; 0 where they are points.
+    /// Shear rate of the flow between partners, which their relative velocity has in it \[1/time\];
+    /// 0 where they are points.
     slip_rate: f64,
 }
 
@@ -162,9 +162,9 @@ impl StressRecorder {
         }
     }
 
-    /// Returns this recorder for a uniform shear flow of the given rate \[1/time\], relative to which
-    /// velocities are. `apart`: whether partners are a contact distance apart in the flow, so that their
-    /// relative velocity includes it; they are points otherwise.
+    /// Returns this recorder for a uniform shear flow of the given rate \[1/time\]; velocities are
+    /// relative to the flow. If `apart` is true, partners are a contact distance apart in the flow,
+    /// so that their relative velocity includes it; otherwise they are points.
     #[must_use]
     pub fn in_flow(self, shear_rate: f64, apart: bool) -> Self {
         let slip_rate = if apart { shear_rate } else { 0.0 };

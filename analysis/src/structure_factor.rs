@@ -340,7 +340,7 @@ impl StructureFactorPlan {
         let ([rows, columns], sites) = shape(lengths, options);
         let [x, y] = sites.map(|sites| sites as f64);
         let lattice = size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (columns + 1) as f64 * x);
-        // Half an ellipse of them.
+        // Modes in half an ellipse.
         let modes = FRAC_PI_2 * rows as f64 * columns as f64;
         lattice + size_of::<PlannedMode>() as f64 * modes
     }

@@ -31,19 +31,19 @@ use stosszahl_model::{Adds, Grouping, Particle};
 
 use crate::flow::{AddUp, Flow, flows, thermal};
 
-/// Quantity that is counted.
+/// Counted quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// Each component, of either sign.
     Component,
-    /// The speed.
+    /// Magnitude of the velocity.
     Speed,
 }
 
 /// Equal bins of velocities over the thermal speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
-    /// Quantity that is counted.
+    /// Counted quantity.
     pub quantity: Quantity,
     /// Dimension: 2 or 3.
     pub dimension: usize,

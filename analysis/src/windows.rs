@@ -1,4 +1,4 @@
-//! Collisions in windows of time: impact parameters, and the two factors of the dissipation
+//! Collisions in windows of time: impact parameters, and the four factors of the dissipation
 //! identity.
 //!
 //! In a gas of equal disks with constant restitution the cooling rate is
@@ -8,19 +8,21 @@
 //! * the collision rate over Enskog's, omega/`omega_E`,
 //! * the squared relative speed of colliding pairs over chaos, `<g^2>/(6 T/m)`,
 //! * the impact parameters, `<1 - b^2/d^2>/(2/3)`,
-//! * and what speed and impact parameter have to do with each other,
-//!   `<g^2 (1 - b^2/d^2)>/(<g^2><1 - b^2/d^2>)`,
+//! * the correlation of speed and impact parameter,
+//!   `<g^2 (1 - b^2/d^2)>/(<g^2><1 - b^2/d^2>)`.
 //!
 //! Spheres have 8 T/m in place of 6 T/m and 1/2 in place of 2/3. Impact parameters are uniform on
 //! the cross-section of the partners, so (b/d)^(D-1) is uniform under chaos: b/d of disks, its
 //! square of spheres.
 //!
-//! So any difference between two engines at the same temperature splits into these four. T is that
-//! of the *total* kinetic energy: in a gas that flows, most of it can be flow, and a speed factor
-//! far below one then says that partners share the flow, not that chaos fails. ([`crate::contacts`]
-//! takes the local temperature at contact instead.) All are taken relative to the temperature *at
-//! the moment of each collision*, which the observer knows from the energy lost so far, so windows
-//! in which the gas cools by decades mix nothing.
+//! So any difference between two engines at the same temperature splits into these four factors. T
+//! is that of the *total* kinetic energy. In a gas that flows, most of it can be flow; a speed
+//! factor far below one then says that partners share the flow, not that chaos fails.
+//! [`crate::contacts`] takes the local temperature at contact instead.
+//!
+//! All factors are relative to the temperature *at the moment of each collision*, which the
+//! observer knows from the energy lost so far. So windows in which the gas cools by decades mix no
+//! temperatures.
 
 mod pairs;
 

@@ -1,12 +1,13 @@
-//! Seconds of a step of one gas in several processes, and what they are spent on: nothing but
-//! steps, with no start, look or checkpoint.
+//! Seconds of a step of one gas in several processes, and their use: steps only, without start,
+//! sample or checkpoint.
 //!
 //!     cargo build --release -p stosszahl-mpi --features mpi --example steps
 //!     RAYON_NUM_THREADS=2 mpirun -n 1 target/release/examples/steps dilute 1000000 50 7
 //!     RAYON_NUM_THREADS=1 mpirun -n 2 target/release/examples/steps dilute 1000000 50 7
 //!
 //! Arguments: the gas (`dilute`, `contact`, `channel`; `disks` and `spheres`: the work of
-//! `stosszahl-trials bench dsmc`), simulators, steps between two looks at the clock, and looks.
+//! `stosszahl-trials bench dsmc`), number of simulators, steps between two readings of the clock,
+//! and number of readings.
 
 #![allow(clippy::print_stdout, reason = "a program that says what it measured")]
 
@@ -124,7 +125,7 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
         }],
         ..Boundaries::default()
     };
-    // A mean free path of one.
+    // Diameter for a mean free path of one.
     let diameter = (density * std::f64::consts::PI * std::f64::consts::SQRT_2)
         .sqrt()
         .recip();

@@ -19,7 +19,7 @@ pub struct Arguments {
     pub command: Command,
 }
 
-/// What to do.
+/// Commands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a case with each Monte Carlo gas in cells held by all processes together: tables are the

@@ -66,7 +66,7 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
 /// Follows the first process, which reports the errors of all.
 fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
     let stop = listen("");
-    // None if the first could not read it.
+    // No case, if the first process could not read it.
     let Some(Some(case)) = read::<Option<Case>>(&from_first(&**ranks, Vec::new())) else {
         return;
     };

@@ -1,5 +1,5 @@
-//! Heartbeat of the processes that hold one gas. A process that hangs would make all others wait
-//! for ever; the job is ended.
+//! Heartbeat of the processes that hold one gas: if a process hangs, all others would wait for
+//! ever, so the job is ended.
 //!
 //! A thread of its own beats, so that hours of work between two exchanges do not count as a loss.
 

@@ -14,7 +14,7 @@ use stosszahl::dsmc::Ranks;
 
 /// Largest message of MPI \[bytes\], which counts them with 31 bits.
 const MOST: usize = 1 << 30;
-/// Time for which others are waited for without a rest, as they come within microseconds in a step.
+/// Time of a wait without a rest, since messages of a step come within microseconds.
 const EAGER: Duration = Duration::from_millis(20);
 /// Length of a rest in a longer wait.
 const REST: Duration = Duration::from_micros(200);
@@ -188,7 +188,7 @@ impl Ranks for World {
                     })
                 })
                 .collect();
-            // The time of other work is none of the exchange.
+            // Without the time of other work.
             traffic.seconds += began.elapsed().as_secs_f64();
             meanwhile();
             began = Instant::now();

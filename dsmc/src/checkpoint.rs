@@ -1,4 +1,4 @@
-//! Checkpoints of a gas in cells.
+//! Checkpoints of a cell-based gas.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Physics;
@@ -10,14 +10,14 @@ use crate::particle::{Follow, SimulatorOf, Unfollowed};
 use crate::start_means::Means;
 use crate::tally::{Stock, Tally, Unit};
 
-/// Everything needed to continue a run to the same bytes.
+/// State from which a run continues to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) time: f64,
     /// Displacement of the box above in a shear flow \[length\]; 0 without one.
     pub(crate) offset: f64,
-    /// In the order of their cells.
+    /// Simulators in the order of their cells.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
     pub(crate) stock: Stock<P::Space>,
     pub(crate) unit: Unit,
@@ -25,12 +25,12 @@ pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) arm: Arm,
     pub(crate) ledgers: Ledgers<P::Space>,
     pub(crate) means: Means,
-    /// Factors of the weights of regions that follow the number of simulators; empty where none do.
+    /// Weight factors of regions that follow the number of simulators; empty where none do.
     pub(crate) factors: Vec<f64>,
 }
 
 impl<P: Physics, F: Follow<P::Space>> Checkpoint<P, F> {
-    /// Gives it its simulators, in the order of their cells.
+    /// Sets the simulators, in the order of their cells.
     pub(crate) fn hold(&mut self, simulators: Vec<SimulatorOf<P, F>>) {
         self.simulators = simulators;
     }
@@ -41,7 +41,7 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// Everything needed to go on from here.
+    /// Returns the state from which the run continues to the same bytes.
     pub fn checkpoint(&self) -> Checkpoint<P, F> {
         Checkpoint {
             simulators: self.ordered().copied().collect(),
@@ -49,7 +49,7 @@ where
         }
     }
 
-    /// The same, but for the simulators.
+    /// Returns the state of the run without its simulators.
     pub(crate) fn without_simulators(&self) -> Checkpoint<P, F> {
         Checkpoint {
             time: self.time,
@@ -67,7 +67,7 @@ where
         }
     }
 
-    /// Goes on from a checkpoint of the same gas, but for the simulators.
+    /// Restores the state of a checkpoint of the same gas, except the simulators.
     pub(crate) fn take_over(&mut self, checkpoint: Checkpoint<P, F>) {
         (self.time, self.stock, self.unit) = (checkpoint.time, checkpoint.stock, checkpoint.unit);
         (self.tally, self.arm) = (checkpoint.tally, checkpoint.arm);

@@ -1,13 +1,14 @@
-//! One gas that several processes hold: who holds which tiles, and what they tell each other.
+//! Domain decomposition: one gas held by several processes, and the messages between them.
 //!
-//! The box is cut into blocks of tiles, one for each process ([`owners`]). A tile is treated by its owner as if there were nobody
-//! else; what leaves it for a tile of another process goes there after the flight. Random streams are addressed by step and
-//! cell, the order within cells is that of the cells they came from, and sums do not depend on the order of
-//! adding. So a gas has the same bytes for any number of processes, one included.
+//! The box is cut into blocks of tiles, one for each process ([`owners`]). A process treats its
+//! tiles as if it were alone; particles that leave for a tile of another process migrate after the
+//! flight. Random streams are addressed by step and cell, the order within cells is that of the
+//! source cells, and sums do not depend on the order of adding. So results have the same bytes for
+//! any number of processes, one included.
 //!
-//! In each step a process sends ([`flights`]): what crosses its borders, to its neighbours; and to all the stock
-//! that the next step follows, what was counted, and who flew farther than to the next tile. What it sends where
-//! partners are sought across cells is in [`partners`].
+//! In each step a process sends ([`flights`]) migrating particles to its neighbours, and to all the
+//! statistics for the next time step, the counters, and particles that flew farther than to an
+//! adjacent tile. Cross-cell schemes also exchange ghost cells ([`partners`]).
 
 mod bytes;
 mod distribution;

@@ -1,4 +1,4 @@
-//! By how much density raises the collision rate.
+//! Local packing fraction, and chi: the factor by which density raises the collision rate.
 
 mod windows;
 
@@ -12,21 +12,21 @@ use crate::threads::each_of;
 
 pub(crate) use windows::{CellLayers, CutWindow, CutWindows, WindowCentre, WindowMember};
 
-/// Lines of cells that one thread adds up in turn.
+/// Number of cell lines that one thread sums in turn.
 const BLOCK: usize = 16;
 
-/// How the cells of a neighbourhood count.
+/// Weights of the cells in a density window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Weighing {
-    /// All as much.
+    /// Equal weights.
     Flat,
-    /// The less the farther they are along each axis: n + 1 - j of one that is j cells away, of n on each side. The transform of these
-    /// weights is nowhere negative, so that a dense gas does not break up into waves as short as the neighbourhood is wide.
+    /// Weights n + 1 - j at a distance of j cells along each axis, of n on each side. Their Fourier
+    /// transform is nowhere negative, so a dense gas does not form waves as short as the window.
     Triangle,
 }
 
 impl Weighing {
-    /// Of a cell that is so many away along one axis, of `reach` on each side.
+    /// Weight of a cell `away` cells from the centre along one axis, for a half width `reach`.
     #[inline(always)]
     fn along(self, reach: usize, away: usize) -> usize {
         match self {
@@ -36,89 +36,96 @@ impl Weighing {
     }
 }
 
-/// Most entries of the table of chi: beyond, in huge cells, it is computed.
+/// Largest number of entries in the table of chi; beyond it, in huge cells, chi is computed.
 const LARGEST_TABLE: u32 = 1 << 14;
 
-/// chi in each cell, from how much area or volume its neighbourhood's particles cover.
+/// Local packing fraction and chi in each cell, from the area or volume covered in its density
+/// window.
 pub(crate) struct Density<S: Space> {
     scheme: Scheme,
     limit: f64,
-    /// chi by the number of units in the neighbourhood: the covered area is a small integer times
-    /// one particle's where all are alike, so chi is looked up.
+    /// Values of chi by the number of units in the window. For equal particles the covered area is
+    /// a whole number of units, so chi is looked up.
     table: Vec<f64>,
-    /// Packing fraction of one unit in the neighbourhood.
+    /// Packing fraction of one unit in the window.
     unit: f64,
-    /// Half widths of the neighbourhood in cells, along each axis.
+    /// Half widths of the window along each axis \[cells\].
     reach: [usize; 3],
     weighing: Weighing,
     mean: Option<f64>,
     mean_packing: f64,
     counts: [usize; 3],
-    /// Units in the 2n + 1 cells along the first axis around each cell; integers up to 2^24 are exact. Empty where no
-    /// neighbourhood is needed.
+    /// Units in the 2n + 1 cells along the first axis around each cell; whole numbers up to 2^24
+    /// are exact. Empty for single-cell windows.
     lines: Vec<f32>,
-    /// Units in the whole neighbourhood of each cell.
+    /// Units in the whole window of each cell.
     sums: Vec<f32>,
-    /// Axes along which the box is not periodic: neighbourhoods stop at its faces.
+    /// Axes along which the box is not periodic; windows end at its faces.
     bounded: [bool; 3],
-    /// Columns by which the rows above the box are displaced, in a shear flow.
+    /// Displacement of the rows above the box in a shear flow \[columns\].
     offset: usize,
-    /// By the number of the cell; empty where all is room.
+    /// Reduction of the window's volume by boundaries, by cell; empty without boundaries.
     crowding: Vec<Crowding>,
-    /// Windows that bodies cut, if there are bodies.
+    /// Windows cut by obstacles; `None` without obstacles.
     cut_windows: Option<CutWindows>,
     space: std::marker::PhantomData<S>,
 }
 
-/// By how much boundaries make a neighbourhood denser than the number in it says.
+/// Factors by which boundaries make a window denser than its number of particles says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crowding {
-    /// Its volume over that in which its particles can be, with all of their bodies: for packing fractions.
+    /// Volume of the window over the volume that particle bodies can occupy; for packing fractions.
     pub(crate) bodies: f64,
-    /// The latter over that in which their centres can be: for number densities.
+    /// Volume that particle bodies can occupy over that open to their centres; for number
+    /// densities.
     pub(crate) centres: f64,
 }
 
 impl Crowding {
-    /// Of a neighbourhood that is all room.
+    /// Factors of a window without boundaries.
     pub(crate) const NONE: Self = Self {
         bodies: 1.0,
         centres: 1.0,
     };
 }
 
-/// What [`Density::new`] must know of the gas.
+/// Properties of the gas that [`Density::new`] needs.
 pub(crate) struct Gas {
-    /// Limit on chi.
+    /// Upper limit of chi.
     pub(crate) limit: f64,
-    /// Cells along each axis, and area or volume of one.
+    /// Number of cells along each axis.
     pub(crate) counts: [u32; 3],
+    /// Area or volume of a cell \[length^D\].
     pub(crate) cell: f64,
-    /// Narrowest side of a cell, and the mean diameter.
+    /// Narrowest side of a cell \[length\].
     pub(crate) width: f64,
+    /// Mean diameter \[length\].
     pub(crate) diameter: f64,
     pub(crate) simulators_per_particle: f64,
-    /// Area or volume of the largest particle, times the particles of a simulator: the unit.
+    /// Unit of the covered area or volume: the largest particle times particles per simulator
+    /// \[length^D\].
     pub(crate) unit: f64,
     /// Packing fraction of the whole box.
     pub(crate) packing_fraction: f64,
     /// Axes along which the box is not periodic.
     pub(crate) bounded: [bool; 3],
-    /// Whether particles are all alike, and nothing is in their way.
+    /// True if particles are equal and the box has no boundaries.
     pub(crate) is_plain: bool,
 }
 
-/// Cells on each side over which the packing is taken, and how they count; none for the whole box, or where it does not count.
+/// Half width of the density window and its weights; `None` for the mean of the box, or where
+/// density does not matter.
 fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, Weighing)> {
     let (cell, diameter) = (gas.width, gas.diameter);
     let reach = match scheme {
         Scheme::Enskog(Neighbourhood::Cells(n)) | Scheme::Esmc(Neighbourhood::Cells(n)) => n,
         Scheme::FreeVolume => 0,
         Scheme::StochasticDisks { .. } => 2,
-        // Ten diameters around one simulator per particle, fewer around many, which make less noise.
+        // Ten diameters around one simulator per particle; fewer for many simulators, which are
+        // less noisy.
         Scheme::ContactPoint { .. } => {
             let shrunk = 10.0 / gas.simulators_per_particle.powf(1.0 / dimension as f64);
-            // In space it was not measured.
+            // Three dimensions were not measured.
             let is_known = dimension == 2 && gas.is_plain && !gas.bounded[..2].contains(&true);
             if shrunk < 3.0 && is_known && cell < diameter {
                 let half = (diameter / cell).ceil().min(50.0);
@@ -143,14 +150,14 @@ impl<S: Space> Density<S> {
             } else {
                 0
             };
-            // A neighbourhood that wraps around the box would count particles twice; at walls it ends.
+            // A window around the whole box would count particles twice; at walls it ends.
             wanted.min(if gas.bounded[axis] {
                 counts[axis] - 1
             } else {
                 (counts[axis] - 1) / 2
             })
         });
-        // In a box so narrow all of it counts alike.
+        // In so narrow a box all cells have the same weight.
         if reach[..S::DIMENSION]
             .iter()
             .any(|&reach| reach < cells as usize)
@@ -195,12 +202,12 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Displaces the rows above the box by this number of columns, and those below it the other way.
+    /// Displaces the rows above the box by `columns`, and those below it the other way.
     pub(crate) fn slide(&mut self, columns: usize) {
         self.offset = columns % self.counts[0];
     }
 
-    /// Sets the windows that bodies cut.
+    /// Sets the windows that obstacles cut.
     pub(crate) fn cut(&mut self, windows: Option<CutWindows>) {
         self.cut_windows = windows;
     }
@@ -210,7 +217,8 @@ impl<S: Space> Density<S> {
         self.bounded
     }
 
-    /// Notes which share of each cell is room for centres, and which for bodies: packing fractions are of the latter.
+    /// Sets the fractions of each cell open to particle centres and to bodies; packing fractions
+    /// use the latter.
     pub(crate) fn set_room(
         &mut self,
         centres: impl Fn([u32; 3]) -> f64 + Sync,
@@ -219,7 +227,7 @@ impl<S: Space> Density<S> {
         let centres = self.rooms_around(centres);
         let bodies = self.rooms_around(bodies);
         let cells = self.cells_around();
-        // Rooms are added in single precision.
+        // The fractions are summed in single precision.
         let whole = |factor: f64| if factor > 1.0 + 1e-5 { factor } else { 1.0 };
         let crowding = centres
             .iter()
@@ -234,7 +242,7 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Sets the room for centres in cells and sub-cells \[cells\] whose windows bodies cut; after [`Density::set_room`].
+    /// Sets the free area in cut windows \[cells\]; call after [`Density::set_room`].
     pub(crate) fn set_room_in_windows(&mut self, mut room: impl FnMut(WindowMember, u32) -> f64) {
         let Some(windows) = &mut self.cut_windows else {
             return;
@@ -251,7 +259,7 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Takes the units in cells and sub-cells whose windows bodies cut; after [`Density::update`].
+    /// Sets the units in cut windows; call after [`Density::update`].
     pub(crate) fn update_windows(&mut self, mut units: impl FnMut(WindowMember, u32) -> f64) {
         let Some(windows) = &mut self.cut_windows else {
             return;
@@ -263,7 +271,7 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// The room in the neighbourhood of each cell, in cells.
+    /// Free volume in the window of each cell \[cells\].
     fn rooms_around(&mut self, room: impl Fn([u32; 3]) -> f64 + Sync) -> Vec<f64> {
         let [columns, rows, layers] = self.counts;
         let at = |x: usize, line: usize| [x as u32, (line % rows) as u32, (line / rows) as u32];
@@ -278,26 +286,27 @@ impl<S: Space> Density<S> {
         cells.map(|cell| self.around(cell, room(cell))).collect()
     }
 
-    /// Whether chi of a cell depends on other cells, so that all must be arranged before any collides.
+    /// Returns true if chi of a cell depends on other cells, so that all are sorted before any
+    /// collide.
     pub(crate) fn looks_around(&self) -> bool {
         self.reach != [0; 3]
     }
 
-    /// Cells on each side of one whose particles count for it, along each axis.
+    /// Half width of the window along each axis \[cells\].
     pub(crate) fn reach(&self) -> [usize; 3] {
         self.reach
     }
 
-    /// Cells of a neighbourhood, each as often as it counts.
+    /// Number of cells in a window, weighted.
     pub(crate) fn cells_around(&self) -> f64 {
         block(self.weighing, self.reach)
     }
 
-    /// Mean of the squares of what cells of a neighbourhood count, over their mean.
+    /// Weighted mean of the cell weights in a window.
     pub(crate) fn squares(&self) -> f64 {
         let along = |reach: usize| match self.weighing {
             Weighing::Flat => 1.0,
-            // The sum of the squares of 1 to n to 1 is n(2 n^2 + 1)/3, and the sum n^2.
+            // The sum of the squares of 1, ..., n, ..., 1 is n(2 n^2 + 1)/3; the sum is n^2.
             Weighing::Triangle => {
                 let half = (reach + 1) as f64;
                 (2.0 * half * half + 1.0) / (3.0 * half)
@@ -306,34 +315,35 @@ impl<S: Space> Density<S> {
         self.reach.map(along).iter().product()
     }
 
-    /// How cells of a neighbourhood count.
+    /// Weights of the cells in a window.
     pub(crate) fn weighing(&self) -> Weighing {
         self.weighing
     }
 
-    /// How much of a neighbourhood a simulator is that is so many cells from its middle along each axis, at most its half width.
+    /// Weight of a cell `away` from the centre of a window along each axis, at most its half width.
     #[inline(always)]
     pub(crate) fn share_of(&self, away: [usize; 3]) -> f64 {
         let along = |axis: usize| self.weighing.along(self.reach[axis], away[axis]);
         (along(0) * along(1) * along(2)) as f64
     }
 
-    /// Which pairs collide.
+    /// Collision scheme.
     pub(crate) fn scheme(&self) -> Scheme {
         self.scheme
     }
 
-    /// Packing fraction of one unit in a neighbourhood.
+    /// Packing fraction of one unit in a window.
     pub(crate) fn unit(&self) -> f64 {
         self.unit
     }
 
-    /// Whether pairs collide at all.
+    /// Returns true if pairs collide at all.
     pub(crate) fn collides(&self) -> bool {
         self.scheme != Scheme::Collisionless
     }
 
-    /// Takes the covered units of all cells: `fill` writes those of one line along the first axis, given its number.
+    /// Sets the covered units of all cells. `fill` writes those of one line along the first axis,
+    /// given its number.
     pub(crate) fn update(&mut self, parallel: bool, fill: &(dyn Fn(usize, &mut [f32]) + Sync)) {
         let (columns, reach, bounded) = (self.counts[0], self.reach[0], self.bounded[0]);
         let weighing = self.weighing;
@@ -362,7 +372,7 @@ impl<S: Space> Density<S> {
         self.add_lines(parallel);
     }
 
-    /// Adds the sums of the lines around each line.
+    /// Adds the sums of adjacent lines to each line.
     fn add_lines(&mut self, parallel: bool) {
         let [columns, rows, layers] = self.counts;
         let [_, reach, depth] = self.reach;
@@ -384,7 +394,8 @@ impl<S: Space> Density<S> {
                     let first = columns * (wrapped(row + y, reach, rows) + rows * layer);
                     let counts = (deep * weighing.along(reach, y.abs_diff(reach))) as f32;
                     let line = &lines[first..first + columns];
-                    // An image above begins at this column of its original, and one below at the opposite one.
+                    // An image above begins at this column of its original, and one below at the
+                    // opposite one.
                     let begin = match (row + y).cmp(&reach) {
                         _ if offset == 0 => 0,
                         Ordering::Less => offset,
@@ -408,7 +419,7 @@ impl<S: Space> Density<S> {
         });
     }
 
-    /// Units around a cell, of which the cell itself has `own`.
+    /// Units in the window of a cell, of which the cell itself holds `own`.
     #[inline(always)]
     pub(crate) fn around(&self, cell: [u32; 3], own: f64) -> f64 {
         if !self.looks_around() {
@@ -419,16 +430,17 @@ impl<S: Space> Density<S> {
         f64::from(self.sums[x + columns * (y + rows * z)])
     }
 
-    /// Units around the cell that is so many steps from that of a simulator, at most its half width, without what the simulator itself
-    /// counts. Where nothing bounds the box, and neighbourhoods are wider than a cell.
+    /// Units in the window of the cell at an offset from a simulator's cell, without the simulator
+    /// itself. For offsets within the half width, boxes without boundaries, and windows of several
+    /// cells.
     #[inline(always)]
     pub(crate) fn others(&self, cell: [u32; 3], step: [i64; 3]) -> f64 {
         let own = self.share_of(step.map(|step| step.unsigned_abs() as usize));
         f64::from(self.sums[self.index(cell, step)]) - own
     }
 
-    /// The most of [`Density::others`] up to so many steps along each axis, for each cell of a part of a line along the first axis.
-    /// `first`: its first cell; `line`: memory to work in.
+    /// Largest [`Density::others`] over offsets up to `[x, y, z]`, for each cell of a line from
+    /// `first`. `line`: scratch memory.
     #[inline(always)]
     pub(crate) fn most_others(
         &self,
@@ -443,7 +455,8 @@ impl<S: Space> Density<S> {
         most.fill(0.0);
         for layer in -z..=z {
             for row in -y..=y {
-                // The sums of the line there, from so many steps before the first cell to so many after the last, around the box.
+                // Sums of the line there, extended by the offsets on both sides, across periodic
+                // faces.
                 let begin = self.index([0, first[1], first[2]], [0, row, layer]);
                 let mut column = before;
                 line.clear();
@@ -464,7 +477,7 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// The number of the cell that is so many steps from one.
+    /// Index of the cell at an offset from a cell.
     #[inline(always)]
     fn index(&self, cell: [u32; 3], step: [i64; 3]) -> usize {
         let [x, y, z] = [0, 1, 2].map(|axis| {
@@ -475,7 +488,7 @@ impl<S: Space> Density<S> {
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
-    /// What boundaries leave of the neighbourhood of a cell.
+    /// Factors by which boundaries make the window of a cell denser.
     #[inline(always)]
     pub(crate) fn crowding(&self, cell: [u32; 3]) -> Crowding {
         if self.crowding.is_empty() {
@@ -485,8 +498,8 @@ impl<S: Space> Density<S> {
         self.crowding[x + self.counts[0] * (y + self.counts[1] * z)]
     }
 
-    /// chi of a cell whose own particles cover `own` units; whether it was limited; and the packing fraction that
-    /// it belongs to, none for the dilute gas.
+    /// Returns chi of a cell whose own particles cover `own` units, whether it was limited, and the
+    /// packing fraction behind it (0 for the dilute gas).
     #[inline]
     pub(crate) fn contact_value(&self, cell: [u32; 3], own: f64) -> (f64, bool, f64) {
         if let Some(chi) = self.mean {
@@ -495,7 +508,8 @@ impl<S: Space> Density<S> {
         self.value_of(self.around(cell, own) * self.crowding(cell).bodies)
     }
 
-    /// [`Density::contact_value`] of a sub-cell with this share of its cell, by its number among all and its layer.
+    /// Returns [`Density::contact_value`] of a sub-cell, by its index and layer, with its fraction
+    /// of a cell.
     pub(crate) fn contact_value_in(
         &self,
         [sub_cell, layer]: [usize; 2],
@@ -509,7 +523,7 @@ impl<S: Space> Density<S> {
         self.value_of(units)
     }
 
-    /// The same, where this number of units is around as if all around were room.
+    /// Returns [`Density::contact_value`] for a number of units in a window without boundaries.
     #[inline]
     pub(crate) fn value_of(&self, units: f64) -> (f64, bool, f64) {
         if let Some(chi) = self.mean {
@@ -526,7 +540,7 @@ impl<S: Space> Density<S> {
         (chi.min(self.limit), chi >= self.limit, units * self.unit)
     }
 
-    /// Whether chi is limited where this number of units is around.
+    /// Returns true if chi is limited for this number of units.
     #[inline]
     pub(crate) fn is_limited(&self, units: f64) -> bool {
         (self.mean.is_some() || units as usize >= self.table.len()) && self.value_of(units).1
@@ -540,7 +554,7 @@ impl<S: Space> Density<S> {
     }
 }
 
-/// Cells of a neighbourhood of given half widths, each as often as it counts.
+/// Number of cells in a window of given half widths, weighted.
 fn block(weighing: Weighing, reach: [usize; 3]) -> f64 {
     let along = |reach: usize| match weighing {
         Weighing::Flat => 2 * reach + 1,
@@ -549,13 +563,13 @@ fn block(weighing: Weighing, reach: [usize; 3]) -> f64 {
     reach.map(|reach| along(reach) as f64).iter().product()
 }
 
-/// Whether `shifted - reach` is not a number below `count`.
+/// Returns true if `shifted - reach` is outside 0 to `count - 1`.
 #[inline]
 fn is_outside(shifted: usize, reach: usize, count: usize) -> bool {
     shifted < reach || shifted - reach >= count
 }
 
-/// The number `shifted - reach`, around a ring of `count`; both are at most `count`.
+/// Index `shifted - reach` around a ring of `count`; both are at most `count`.
 #[inline]
 fn wrapped(shifted: usize, reach: usize, count: usize) -> usize {
     let at = shifted + count - reach;

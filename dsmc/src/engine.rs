@@ -1,4 +1,4 @@
-//! The engine: what it holds, and what can be asked of it.
+//! DSMC engine: its data and its public queries.
 
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Body, Interrupt, Physics, Sizes, Space, SpinOf, State, VectorOf};
@@ -17,31 +17,32 @@ use crate::threads::Pool;
 use crate::tile::{Outbox, Scratch, Tile, Traveller};
 use stosszahl_model::interrupt::Interruption;
 
-/// What of the gas never changes.
+/// Constants of a gas during a run.
 pub(crate) struct Constants {
-    /// Particles for each simulator.
+    /// Particles per simulator.
     pub(crate) weight: f64,
-    /// Packing fraction of the start, or of the densest inflow.
+    /// Packing fraction of the start or of the densest inflow, whichever is larger.
     pub(crate) packing_fraction: f64,
-    /// Mean free path of the mean density \[length\], for the step.
+    /// Mean free path at that packing fraction \[length\]; the time step follows it.
     pub(crate) mean_free_path: f64,
     pub(crate) moment_ratio: f64,
     /// Radius around a point within which all simulators are equally likely partners \[length\].
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
-    /// Mean mass of the particles.
+    /// Mean mass of the particles \[mass\].
     pub(crate) mean_mass: f64,
 }
 
-/// Finds the places of simulators in a state, one after the other: blocks of like ones follow each other.
+/// Assigns indices of a state to simulators, one after the other; equal ones form consecutive
+/// blocks.
 struct Places {
-    /// The next place of each block; empty where there are none.
+    /// Next index of each block; empty if simulators have indices of their own.
     next: Vec<usize>,
 }
 
 impl Places {
-    /// The place of the simulator that comes `order`-th.
+    /// Index of a simulator, the `order`-th visited.
     fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
         match self.next.get_mut(sizes.block(tag) as usize) {
             Some(next) => {
@@ -55,26 +56,27 @@ impl Places {
 
 /// Direct Simulation Monte Carlo of smooth or rough particles.
 ///
-/// `F` says whether it follows how far simulators come ([`crate::Followed`]) or not.
+/// `F` selects whether displacements are tracked ([`crate::Followed`]) or not.
 pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
-    /// The scene, with the sizes of all simulators.
+    /// Physical model, with the sizes of all simulators.
     pub(crate) scene: P,
     pub(crate) parameters: Parameters,
     pub(crate) streams: Streams,
     pub(crate) constants: Constants,
     pub(crate) grid: Grid<P::Space>,
     pub(crate) density: Density<P::Space>,
-    /// Partners around points of contact: their rates, and how far away they are.
+    /// Local collision rates of the contact-point scheme; `None` for other schemes.
     pub(crate) rates: Option<Rates<P::Space>>,
     pub(crate) arm: Arm,
     pub(crate) simulators: usize,
     pub(crate) tiles: Vec<Tile<P, F>>,
-    /// What leaves tiles in the present flight, and what left them in the last.
+    /// Simulators that leave each tile in the current flight.
     pub(crate) departing: Vec<Outbox<P, F>>,
+    /// Simulators that left each tile in the last flight.
     pub(crate) arriving: Vec<Outbox<P, F>>,
     pub(crate) far: Vec<(u32, Traveller<P, F>)>,
     pub(crate) pool: Pool<Scratch<P, F>>,
-    /// Halo copies of tiles, of schemes whose partners lie across cells.
+    /// Halo copies of tiles, for cross-cell schemes.
     pub(crate) halo_copies: Pool<HaloCopy<P>>,
     pub(crate) held_step: Option<f64>,
     pub(crate) counts_cells: bool,
@@ -83,14 +85,14 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) unit: Unit,
     pub(crate) tally: Tally,
     pub(crate) ledgers: Ledgers<P::Space>,
-    /// What is at the faces of the box and inside it; none if it is periodic.
+    /// Boundaries of the box; `None` if it is periodic.
     pub(crate) surroundings: Option<Surroundings<P>>,
     pub(crate) means: Means,
-    /// Breaks work off.
+    /// Stop flag, and whether it has ended a step.
     pub(crate) stop: Interruption,
-    /// The pause in which the gas is; none once something else was done with it.
+    /// Pause in the middle of a flight; `None` once anything else changed the gas.
     pub(crate) pause: Option<Pause>,
-    /// The part of the gas that this process holds, if there are several.
+    /// Subdomain of this process; `None` if one process holds the gas.
     pub(crate) share: Option<Subdomain<P::Space>>,
 }
 
@@ -99,8 +101,8 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// The gas at the present time: one body for each simulator, in the order of the sizes of
-    /// [`Engine::scene`]; species one after the other in each copy of the gas, as many of each as there are now.
+    /// Returns the gas at the present time: one body for each simulator, in the order of the sizes
+    /// of [`Engine::scene`]. Within each set of simulators, species follow each other.
     pub fn state(&self) -> State<P> {
         let origin = VectorOf::<P>::default();
         let mut bodies = vec![Body::new(origin, origin); self.simulators];
@@ -118,7 +120,7 @@ where
         }
     }
 
-    /// The places of simulators in [`Engine::state`].
+    /// Assignment of indices in [`Engine::state`].
     fn places(&self) -> Places {
         let mut counts = Vec::new();
         if !P::Sizes::UNIFORM && !P::Sizes::INDIVIDUAL {
@@ -154,8 +156,8 @@ where
             .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
     }
 
-    /// Shows each simulator, in the order of the numbers of their cells: position, velocity, spin, the tag of its size in
-    /// [`Engine::scene`], and how many particles it stands for.
+    /// Calls `each` with position, velocity, spin, size key into [`Engine::scene`], and weight
+    /// (particles per simulator) of every simulator, in the order of cell numbers.
     pub fn visit(
         &self,
         mut each: impl FnMut(VectorOf<P>, VectorOf<P>, SpinOf<P>, <P::Sizes as Sizes>::Tag, f64),
@@ -166,7 +168,7 @@ where
         });
     }
 
-    /// Shows each simulator and the number of particles that it stands for, in the order of the numbers of their cells.
+    /// Calls `look` with each simulator and its weight, in the order of cell numbers.
     pub(crate) fn each(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
         for cell in self.cells_in_order() {
             let (tile, local) = self.grid.locate(cell);
@@ -177,7 +179,8 @@ where
         }
     }
 
-    /// The same, with the place of each in [`Engine::state`].
+    /// Calls `look` with the index in [`Engine::state`], the simulator and its weight, in the order
+    /// of cell numbers.
     pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
         let (mut places, mut order) = (self.places(), 0);
         self.each(|simulator, weight| {
@@ -199,7 +202,7 @@ where
         self.take_stock();
     }
 
-    /// Particles for each simulator in a cell, by its number in [`Engine::grid`].
+    /// Particles per simulator in a cell, by its number in [`Engine::grid`].
     pub fn weight_in(&self, cell: u32) -> f64 {
         let factor = self
             .surroundings
@@ -208,12 +211,12 @@ where
         self.constants.weight * factor
     }
 
-    /// The scene with the sizes of all simulators.
+    /// Physical model, with the sizes of all simulators.
     pub fn scene(&self) -> &P {
         &self.scene
     }
 
-    /// Measures displacements from now on.
+    /// Restarts the measurement of displacements from zero.
     pub fn follow_displacements(&mut self) {
         let tiles = self.tiles.iter_mut();
         for simulator in tiles.flat_map(|tile| &mut tile.simulators) {
@@ -221,17 +224,17 @@ where
         }
     }
 
-    /// How far simulators have come since the start or [`Self::follow_displacements`], across the edges of the box
-    /// \[length\]; in the order of [`Self::state`] and zero unless they are followed. The displacement of partners in
-    /// the scheme counts.
+    /// Displacements since the start or [`Self::follow_displacements`], unwrapped across periodic
+    /// faces \[length\]; in the order of [`Self::state`], and zero unless tracked. Displacements of
+    /// partners by the scheme are included.
     pub fn displacements(&self) -> Vec<VectorOf<P>> {
         let mut ways = vec![VectorOf::<P>::default(); self.simulators];
         self.each_in_place(|index, simulator, _| ways[index] = F::way(simulator.mark));
         ways
     }
 
-    /// Adds to the velocity of each simulator, in the order of [`Engine::state`]; further simulators stay as they
-    /// are.
+    /// Adds velocities to the simulators, in the order of [`Engine::state`] \[length/time\].
+    /// Simulators beyond the list do not change.
     pub fn kick(&mut self, changes: &[VectorOf<P>]) {
         self.pause = None;
         let mut places = self.places();
@@ -249,7 +252,7 @@ where
         self.take_stock();
     }
 
-    /// Counts collisions by cell from now on.
+    /// Starts counting collisions by cell.
     pub fn count_cells(&mut self) {
         self.counts_cells = true;
         for tile in &mut self.tiles {
@@ -257,8 +260,9 @@ where
         }
     }
 
-    /// What happened in each cell, by its number in [`Engine::grid`], since [`Engine::count_cells`] or the last call: across
-    /// cells, in that of the simulator that looked for a partner. Empty if nothing is counted. Not part of a checkpoint.
+    /// Returns and resets the counts of each cell, by its number in [`Engine::grid`]. A cross-cell
+    /// collision counts in the cell of the simulator that searched. Empty unless
+    /// [`Engine::count_cells`] was called. Not part of a checkpoint.
     pub fn take_cell_counts(&mut self) -> Vec<CellCount> {
         if !self.counts_cells {
             return Vec::new();
@@ -271,17 +275,17 @@ where
         all
     }
 
-    /// What was done so far.
+    /// Counters of the run since the start.
     pub fn tally(&self) -> Tally {
         self.tally
     }
 
-    /// What boundaries gave to the gas so far.
+    /// Mass, momentum and energy that boundaries have given to the gas since the start.
     pub fn ledgers(&self) -> &Ledgers<P::Space> {
         &self.ledgers
     }
 
-    /// The present time.
+    /// Present time \[time\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -291,7 +295,7 @@ where
         self.simulators
     }
 
-    /// Particles for each simulator, where the factor of its region is one.
+    /// Particles per simulator where the weight factor is one.
     pub fn weight(&self) -> f64 {
         self.constants.weight
     }
@@ -301,15 +305,16 @@ where
         self.grid.width()
     }
 
-    /// The cells and tiles.
+    /// Grid of cells and tiles.
     pub fn grid(&self) -> &Grid<P::Space> {
         &self.grid
     }
 
-    /// By how much, at most, the collision rate of [`crate::Scheme::ContactPoint`] falls short of that of exact disks because
-    /// of walls: 1.75 phi d/W for each axis with two walls W apart, at a packing fraction phi. Measured in channels of 3 to 20
-    /// diameters at packings 0.1 to 0.4 (`tests/channels.rs`): exact disks form layers at walls, which a density taken over
-    /// some diameters does not know. None for other schemes, and zero without walls.
+    /// Bound of the deficit of the collision rate of [`crate::Scheme::ContactPoint`] relative to
+    /// exact disks, due to walls: 1.75 phi d/W for each axis with two walls W apart, at packing
+    /// fraction phi. Measured in channels of 3 to 20 diameters at packings 0.1 to 0.4
+    /// (`tests/channels.rs`): exact disks form layers at walls that a density averaged over some
+    /// diameters does not resolve. `None` for other schemes; zero without walls.
     pub fn wall_error(&self) -> Option<f64> {
         let is_contact = matches!(self.parameters.scheme, crate::Scheme::ContactPoint { .. });
         let widths = self
@@ -320,25 +325,28 @@ where
         is_contact.then_some(self.constants.packing_fraction * shares)
     }
 
-    /// Breaks work off when this is raised, as soon as the cells at work, or some thousand trials within one, are done: a step
-    /// of particles of very different sizes may take minutes. What is left is no state of the gas: [`Engine::is_interrupted`].
+    /// Sets a flag that stops [`Engine::advance`] as soon as the current cells, or some thousand
+    /// candidates within one, are done. The gas is then left in the middle of a step: see
+    /// [`Engine::is_interrupted`]. Steps of very unequal particles may take minutes.
     pub fn stop_on(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    /// Ends [`Engine::advance`] after the present step once this is raised: the gas is then whole, half a step further, and the next
-    /// advance to the same time goes on to the same bytes.
+    /// Sets a flag that ends [`Engine::advance`] after the present step. The gas is then
+    /// consistent, half a step further, and the next call with the same end time continues to the
+    /// same bytes.
     pub fn pause_on(&mut self, pause: &Interrupt) {
         self.stop.pause_on(pause);
     }
 
-    /// Whether the interrupt of [`Engine::stop_on`] broke a step off. The gas is then in the middle of it, so that nothing the engine
-    /// shows has a meaning, and [`Engine::advance`] does nothing: to go on, resume from the last checkpoint.
+    /// Returns true if the flag of [`Engine::stop_on`] stopped a step. The gas is then in the
+    /// middle of it, its state is meaningless, and [`Engine::advance`] does nothing; resume from
+    /// the last checkpoint.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
 
-    /// Memory that the engine holds, all included \[bytes\].
+    /// Memory of the engine \[bytes\].
     pub fn bytes(&self) -> usize {
         let boxes = self.departing.iter().chain(&self.arriving);
         size_of::<Self>()
@@ -355,8 +363,9 @@ where
             + self.grid.bytes()
     }
 
-    /// Groups the cells in tiles that hold about this number of simulators. It changes speed and memory, and no result of pairs
-    /// within cells; across cells, also the order in which pairs collide. Counts by cell begin anew.
+    /// Regroups the cells in tiles of about this many simulators. Changes speed and memory; results
+    /// change only for cross-cell schemes, where it changes the order of collisions. Counts by cell
+    /// start again.
     pub fn retile(&mut self, simulators_per_tile: usize) {
         self.pause = None;
         let simulators: Vec<_> = self.ordered().copied().collect();
@@ -372,8 +381,8 @@ where
         self.fill(&simulators);
     }
 
-    /// Takes steps of this length from now on \[time\], whatever the gas does: whether it is short enough is then the
-    /// caller's concern. Not part of a checkpoint.
+    /// Fixes the time step \[time\], whatever the gas does; the caller must ensure that it is short
+    /// enough. Not part of a checkpoint.
     pub fn hold_step(&mut self, length: f64) {
         self.pause = None;
         self.held_step = (length > 0.0).then_some(length);

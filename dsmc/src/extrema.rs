@@ -1,12 +1,12 @@
 //! Minimum and maximum in one instruction.
 
-/// The larger of two numbers in one instruction; `f64::max` also has to care for what is no number.
+/// Larger of two numbers in one instruction; unlike `f64::max`, without special care for NaN.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two numbers.
+/// Smaller of two numbers in one instruction, without special care for NaN.
 #[inline(always)]
 pub(crate) fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }

@@ -1,4 +1,5 @@
-//! Features that the crate was compiled with.
+//! Compile-time features of the crate.
 
-/// True if several processes may hold one gas. Without it their code is not compiled for each engine.
+/// True if the crate supports domain decomposition. Otherwise its code is not compiled for each
+/// engine.
 pub(crate) const PROCESSES: bool = cfg!(feature = "processes");

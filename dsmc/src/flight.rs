@@ -1,4 +1,4 @@
-//! Flight: moves the simulators of a tile, and sends those that leave.
+//! Free flight of the simulators of a tile, and migration to other tiles.
 
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Field, Physics, Space, VectorOf};
@@ -8,18 +8,19 @@ use crate::grid::{Grid, offset_number};
 use crate::particle::{Follow, Simulator, SimulatorOf};
 use crate::tile::{Left, Outbox, Scratch, Tile, Traveller, code, fit};
 
-/// A flight of all simulators, between the collisions of two steps.
+/// Free flight of all simulators, between the collisions of two steps.
 pub(crate) struct Flight<'a, P: Physics> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
-    /// How long it takes \[time\].
+    /// Duration \[time\].
     pub(crate) duration: f64,
-    /// What is at the faces of the box and inside it; none if it is periodic.
+    /// Boundaries during the flight; `None` if the box is periodic.
     pub(crate) passage: Option<Passage<'a, P>>,
 }
 
 impl<'a, P: Physics> Flight<'a, P> {
-    /// A flight of simulators that stand for `weight` particles, where boundaries say nothing else.
+    /// Prepares a flight of simulators that stand for `weight` particles, unless regions say
+    /// otherwise.
     pub(crate) fn new(
         scene: &'a P,
         grid: &'a Grid<P::Space>,
@@ -38,26 +39,27 @@ impl<'a, P: Physics> Flight<'a, P> {
         }
     }
 
-    /// Lengths by which a position beyond an edge is wrapped at once; zero or infinite where that needs more care.
+    /// Box sides by which positions beyond an edge are wrapped directly; zero or infinite where
+    /// wrapping needs more care.
     fn wrapping_lengths(&self) -> VectorOf<P> {
         let has_obstacles = |passage: &Passage<'_, P>| passage.surroundings.obstacles().is_some();
         match &self.passage {
-            // Obstacles stand in the way around the box.
+            // Obstacles may block the path across a periodic face.
             Some(passage) if has_obstacles(passage) => P::Space::vector(|_| f64::INFINITY),
-            // Images of a shear flow slide.
+            // Images in a shear flow are displaced.
             _ if self.grid.domain().images().shear().is_some() => VectorOf::<P>::default(),
             _ => self.grid.images(),
         }
     }
 
-    /// How far at most it leaves a straight line, along each axis: |a| t^2/8.
+    /// Largest deviation of the path from a straight line along each axis, |a| t^2/8 \[length\].
     fn bend(&self) -> VectorOf<P> {
         let acceleration = self.scene.field().acceleration();
         P::Space::vector(|axis| 0.125 * acceleration[axis].abs() * self.duration * self.duration)
     }
 }
 
-/// Where simulators go that leave a tile.
+/// Buffers for simulators that leave a tile.
 struct Exits<'a, P: Physics, F: Follow<P::Space>> {
     near: &'a mut Vec<(u8, Traveller<P, F>)>,
     far: &'a mut Vec<(u32, Traveller<P, F>)>,
@@ -68,7 +70,8 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// Moves what was arranged in the scratch buffer by a free flight, and keeps those that stay in the tile.
+    /// Moves the sorted simulators of the scratch buffer by a free flight, and keeps those that
+    /// stay in the tile.
     pub(crate) fn fly(
         &mut self,
         flight: &Flight<'_, P>,
@@ -87,7 +90,7 @@ where
         leavers.clear();
         outbox.far.clear();
         let total = sorted.len();
-        // Taken out, so that the loop below knows that nothing else points to them.
+        // Taken out, so that the compiler knows that nothing else points to them.
         let mut simulators = std::mem::take(&mut self.simulators);
         let mut codes = std::mem::take(&mut self.codes);
         let mut ledgers = std::mem::take(&mut self.ledgers);
@@ -104,7 +107,8 @@ where
         let mut begin = self.starts[0] as usize;
         for line in 0..self.lines.len() {
             let end = self.starts[(line + 1) * width] as usize;
-            // The counts of this line's cells are known no longer; those of its stayers are added from here on.
+            // The counts of this line's cells become those of the simulators that stay, added from
+            // here on.
             for (index, simulator) in sorted[begin..end].iter().enumerate() {
                 let Simulator {
                     mut position,
@@ -141,8 +145,8 @@ where
                     stayed += 1;
                     continue;
                 }
-                // Apart from the above: what two branches share, or what has an address, lives in memory, and would do
-                // so for all that stay.
+                // In a separate function: shared or addressed values would live in memory, for all
+                // simulators that stay.
                 let origin = self.origin(grid, line, begin + index);
                 let mut exits = Exits {
                     near: &mut *leavers,
@@ -177,7 +181,7 @@ where
         outbox.fill(leavers);
     }
 
-    /// Where the arranged simulator with this index comes from, in a line of cells.
+    /// Origin of the sorted simulator with this index, in a line of cells.
     fn origin(&self, grid: &Grid<P::Space>, line: usize, index: usize) -> Origin {
         let width = self.place.sides[0] as usize;
         let cells = &self.starts[line * width..=(line + 1) * width];
@@ -188,7 +192,7 @@ where
         }
     }
 
-    /// Counts those that stayed by cell.
+    /// Counts the simulators that stayed, by cell.
     fn count_cells(&mut self) {
         self.starts.fill(0);
         for &code in &self.codes {
@@ -196,7 +200,7 @@ where
         }
     }
 
-    /// Sends a simulator to the tile it enters; gives it back, wrapped, if that is this one.
+    /// Sends a simulator to the tile that it enters; returns it, wrapped, if that is this tile.
     #[cold]
     #[inline(never)]
     fn depart(
@@ -223,7 +227,7 @@ where
         None
     }
 
-    /// The same among walls and other boundaries, for a simulator as it was before its flight.
+    /// Sends a simulator as [`Self::depart`], among boundaries, given its state before the flight.
     #[cold]
     #[inline(never)]
     fn depart_between(
@@ -240,13 +244,14 @@ where
             return None;
         }
         let mut staying = None;
-        // All cells of this tile weigh the same: at most one comes back.
+        // All cells of this tile have one weight, so at most one copy comes back.
         let stay = |simulator| staying = Some(simulator);
         self.land(grid, passage, moved, origin, exits, ledgers, stay);
         staying
     }
 
-    /// Lets a simulator arrive in its cell, as many times as it counts there: in this tile with `stay`, or elsewhere.
+    /// Delivers a simulator to its cell in as many copies as its weight there requires: to this
+    /// tile through `stay`, or to another.
     #[expect(
         clippy::too_many_arguments,
         reason = "all that changes is apart, so that it can be borrowed"
@@ -270,8 +275,8 @@ where
         }
     }
 
-    /// The end of the flight of a simulator that stays in the tile, in cells of one weight, and touches nothing, as it
-    /// begins and ends between two corners of the box.
+    /// Moves a simulator that stays in the tile, in cells of one weight, if its path begins and
+    /// ends within the part of the box without contacts.
     #[inline]
     fn fly_clear(
         &self,
@@ -303,7 +308,7 @@ where
         stays.then_some(moved)
     }
 
-    /// [`Self::fly`] in a tile at walls or other boundaries.
+    /// Performs [`Self::fly`] in a tile near walls or other boundaries.
     fn fly_between(
         &mut self,
         flight: &Flight<'_, P>,
@@ -371,7 +376,7 @@ where
     }
 }
 
-/// How far a flight leads.
+/// Displacement in a free flight \[length\].
 #[inline(always)]
 fn way<P: Physics>(field: &P::Field, velocity: VectorOf<P>, duration: f64) -> VectorOf<P> {
     if P::Field::FREE {

@@ -1,54 +1,60 @@
-//! Cells, and the tiles that they are grouped in.
+//! Grid of cells, and the tiles that group them.
 
 use stosszahl_model::{Domain, Space};
 
-/// Most cells of a tile: their numbers within it have 16 bits.
+/// Largest number of cells in a tile: their numbers within it have 16 bits.
 const MOST_CELLS: usize = 1 << 16;
 
-/// Added to a number below 2^31, it leaves the nearest integer in the last 32 bits.
+/// Rounding constant: added to a number below 2^31, it leaves the nearest integer in the low 32
+/// bits.
 pub(crate) const ROUNDER: f64 = 1.5 * (1_u64 << 52) as f64;
 
 /// Number of offsets from a tile to itself and its neighbours, in three dimensions.
 pub(crate) const OFFSETS: usize = 27;
 
-/// The cells of a box: equal rectangles or cuboids, numbered with the first axis running fastest; and tiles of nearly
-/// equal numbers of cells along each axis, numbered alike. There are always three axes: beyond the dimension, with one cell.
+/// Grid of equal rectangular cells, numbered with the first axis running fastest, grouped in tiles
+/// of nearly equal numbers of cells along each axis. There are always three axes, with one cell
+/// beyond the dimension.
 #[derive(Clone, Debug)]
 pub struct Grid<S: Space> {
     domain: Domain<S>,
-    /// How far beyond its own cells work on a tile reaches \[length\].
+    /// Largest distance beyond a tile at which its collisions read particles \[length\].
     reach: f64,
-    /// Distance of images along each axis: the side of the box, or infinite where it is not periodic.
+    /// Distance of periodic images along each axis \[length\]: the box side, or infinite along
+    /// bounded axes.
     images: S::Vector,
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     counts: [u32; 3],
-    /// Cells for each unit of length.
+    /// Number of cells per unit length along each axis \[1/length\].
     scale: S::Vector,
-    /// Tiles along each axis, and their first cells, with the number of cells at the end.
+    /// Number of tiles along each axis.
     tiles: [u32; 3],
+    /// First cell of each tile along each axis, with the number of cells at the end.
     firsts: [Vec<u32>; 3],
-    /// Smallest coordinate in each tile, with the length of the box at the end.
+    /// Smallest coordinate in each tile along each axis, with the box side at the end \[length\].
     edges: [Vec<f64>; 3],
-    /// The tile of each cell, by coordinate.
+    /// Tile coordinate of each cell coordinate, along each axis.
     owners: [Vec<u32>; 3],
 }
 
-/// The place of a tile.
+/// Location of a tile in the grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place<S: Space> {
-    /// Its coordinates among the tiles.
+    /// Coordinates of the tile among the tiles.
     pub(crate) tile: [u32; 3],
-    /// Its first cell, and the number of its cells, along each axis.
+    /// Coordinates of the first cell.
     pub(crate) first: [u32; 3],
+    /// Number of cells along each axis.
     pub(crate) sides: [u32; 3],
-    /// Positions in it: from `low`, below `high`.
+    /// Smallest position in the tile \[length\].
     pub(crate) low: S::Vector,
+    /// Upper limit of positions in the tile \[length\].
     pub(crate) high: S::Vector,
 }
 
 impl<S: Space> Grid<S> {
-    /// `counts` cells along each axis, in tiles that hold about `per_tile` of all `simulators`, and are as wide as work on a
-    /// tile reaches beyond it.
+    /// Creates a grid of `counts` cells along each axis, in tiles of about `per_tile` of all
+    /// `simulators`, at least as wide as `reach`.
     pub(crate) fn new(
         domain: Domain<S>,
         counts: [usize; 3],
@@ -60,7 +66,7 @@ impl<S: Space> Grid<S> {
         let each = (simulators.max(1) as f64 / cells as f64).max(1.0 / 16.0);
         let volume = (per_tile as f64 / each).clamp(1.0, MOST_CELLS as f64);
         let side = volume.powf(1.0 / S::DIMENSION as f64).max(1.0);
-        // A little below what the number of bits allows, as sides are rounded.
+        // Slightly below what the number of bits allows, as sides are rounded.
         let most = if S::DIMENSION == 2 { 255 } else { 40 };
         let counts = counts.map(|count| count.max(1) as u32);
         let tiles = [0, 1, 2].map(|axis| {
@@ -77,7 +83,7 @@ impl<S: Space> Grid<S> {
         });
         let mut scale = S::Vector::default();
         for axis in 0..S::DIMENSION {
-            // A little less, so that no position below the length of the box is in a cell beyond it.
+            // Slightly less, so that no position below the box side gets a cell beyond it.
             let exact = f64::from(counts[axis]) / domain.lengths()[axis];
             scale[axis] = exact * (1.0 - 4.0 * f64::EPSILON);
         }
@@ -119,7 +125,7 @@ impl<S: Space> Grid<S> {
         grid
     }
 
-    /// The smallest coordinate whose cell is `first` or beyond; the length of the box, if there is none.
+    /// Smallest coordinate whose cell is `first` or beyond; the box side if there is none.
     fn edge(&self, axis: usize, first: u32) -> f64 {
         if first == 0 {
             return 0.0;
@@ -137,13 +143,14 @@ impl<S: Space> Grid<S> {
         edge
     }
 
-    /// The cell of a coordinate inside the box: round(x scale - 1/2), which keeps order and is fast.
+    /// Cell coordinate of a position inside the box: round(x scale - 1/2), which is monotonic and
+    /// fast.
     #[inline(always)]
     pub(crate) fn column(&self, axis: usize, x: f64) -> u32 {
         ((x * self.scale[axis] - 0.5) + ROUNDER).to_bits() as u32
     }
 
-    /// The cell of a position inside the box, by its coordinates.
+    /// Coordinates of the cell that holds a position inside the box.
     #[inline]
     pub fn cell_at(&self, position: S::Vector) -> [u32; 3] {
         let mut cell = [0; 3];
@@ -153,7 +160,7 @@ impl<S: Space> Grid<S> {
         cell
     }
 
-    /// The number of a cell among all.
+    /// Number of a cell, the first axis running fastest.
     #[inline]
     pub fn number(&self, cell: [u32; 3]) -> u32 {
         cell[0] + self.counts[0] * (cell[1] + self.counts[1] * cell[2])
@@ -186,17 +193,18 @@ impl<S: Space> Grid<S> {
             .fold(f64::MAX, f64::min)
     }
 
-    /// Area or volume of a cell.
+    /// Area or volume of a cell \[length^D\].
     pub fn cell_volume(&self) -> f64 {
         (0..S::DIMENSION).map(|axis| self.width()[axis]).product()
     }
 
-    /// The box.
+    /// Box of the grid.
     pub fn domain(&self) -> &Domain<S> {
         &self.domain
     }
 
-    /// Distance of images along each axis: the side of the box, or infinite where it is not periodic.
+    /// Distance of periodic images along each axis \[length\]: the box side, or infinite along
+    /// bounded axes.
     #[inline]
     pub(crate) fn images(&self) -> S::Vector {
         self.images
@@ -208,18 +216,19 @@ impl<S: Space> Grid<S> {
         shear.map_or(0.0, |shear| shear.offset)
     }
 
-    /// Moves the images of the box by a time: the boxes above and below slide in a shear flow.
+    /// Advances the periodic images by a time: boxes above and below slide in a shear flow.
     pub(crate) fn slide(&mut self, duration: f64) {
         self.domain.advance(duration);
     }
 
-    /// Displacement of the box above in a shear flow, rounded to whole cells.
+    /// Displacement of the box above in a shear flow, rounded to whole cells \[columns\].
     pub(crate) fn offset_columns(&self) -> usize {
         let columns = (self.offset() * self.scale[0]).round() as usize;
         columns % self.counts[0] as usize
     }
 
-    /// The shortest image of a difference of positions in the box or a little outside.
+    /// Shortest periodic image of a difference of positions in the box or slightly outside
+    /// \[length\].
     #[inline(always)]
     pub(crate) fn nearest_image(&self, difference: S::Vector) -> S::Vector {
         self.domain.images().nearest_of_near(difference)
@@ -230,7 +239,7 @@ impl<S: Space> Grid<S> {
         self.tiles
     }
 
-    /// The number of the tile of a cell, and the cell's number within it.
+    /// Number of the tile of a cell, and the cell's number within it.
     #[inline]
     pub fn locate(&self, cell: [u32; 3]) -> (usize, usize) {
         let tile = [0, 1, 2].map(|axis| self.owners[axis][cell[axis] as usize]);
@@ -242,18 +251,18 @@ impl<S: Space> Grid<S> {
         (self.tile_number(tile), local as usize)
     }
 
-    /// The number of a tile among all.
+    /// Number of a tile, the first axis running fastest.
     #[inline]
     pub(crate) fn tile_number(&self, tile: [u32; 3]) -> usize {
         (tile[0] + self.tiles[0] * (tile[1] + self.tiles[1] * tile[2])) as usize
     }
 
-    /// How far beyond its own cells work on a tile reaches \[length\].
+    /// Largest distance beyond a tile at which its collisions read particles \[length\].
     pub(crate) fn reach(&self) -> f64 {
         self.reach
     }
 
-    /// The coordinates of a tile, by its number.
+    /// Coordinates of a tile, from its number.
     pub(crate) fn place_of(&self, number: usize) -> [u32; 3] {
         let (number, [columns, rows, _]) = (number as u32, self.tiles);
         [
@@ -263,13 +272,13 @@ impl<S: Space> Grid<S> {
         ]
     }
 
-    /// The tile of a cell, by its coordinates.
+    /// Coordinates of the tile that holds a cell.
     #[inline]
     pub(crate) fn owner(&self, cell: [u32; 3]) -> [u32; 3] {
         [0, 1, 2].map(|axis| self.owners[axis][cell[axis] as usize])
     }
 
-    /// The tile at an offset of -1, 0 or 1 along each axis, around the box.
+    /// Coordinates of the tile at an offset of -1, 0 or 1 along each axis, across periodic faces.
     pub(crate) fn neighbour(&self, tile: [u32; 3], offset: [i32; 3]) -> [u32; 3] {
         [0, 1, 2].map(|axis| {
             let count = self.tiles[axis];
@@ -277,7 +286,7 @@ impl<S: Space> Grid<S> {
         })
     }
 
-    /// All places of tiles, in their order.
+    /// Locations of all tiles, in the order of their numbers.
     pub(crate) fn places(&self) -> Vec<Place<S>> {
         let [columns, rows, layers] = self.tiles;
         let mut places = Vec::with_capacity((columns * rows * layers) as usize);
@@ -291,7 +300,7 @@ impl<S: Space> Grid<S> {
         places
     }
 
-    /// The place of a tile.
+    /// Location of a tile.
     pub(crate) fn tile_place(&self, tile: [u32; 3]) -> Place<S> {
         let first = |axis: usize, more: usize| self.firsts[axis][tile[axis] as usize + more];
         let (mut low, mut high) = (S::Vector::default(), S::Vector::default());
@@ -318,19 +327,19 @@ impl<S: Space> Grid<S> {
     }
 }
 
-/// The offset with the given number, below [`OFFSETS`].
+/// Offset of the given number, below [`OFFSETS`].
 pub(crate) fn offset(number: usize) -> [i32; 3] {
     let number = number as i32;
     [number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1]
 }
 
-/// The number of the offset from one tile to another, if they are neighbours, for `tiles` tiles along each axis. Where
-/// several offsets lead there, it is always the same of them.
+/// Number of the offset from one tile to an adjacent one, for `tiles` tiles along each axis; `None`
+/// if they are not adjacent. If several offsets lead there, the choice is fixed.
 pub(crate) fn offset_number(tiles: [u32; 3], from: [u32; 3], to: [u32; 3]) -> Option<usize> {
     let mut number = 0;
     for axis in (0..3).rev() {
         let (count, from, to) = (tiles[axis], from[axis], to[axis]);
-        // In a ring of two, the next tile is also the last one: it is the next.
+        // In a ring of two tiles, the next is also the previous; it counts as the next.
         let digit = if to == from {
             1
         } else if to == from + 1 || (to == 0 && from + 1 == count) {

@@ -1,4 +1,4 @@
-//! The numerical choices of a run, and why an engine cannot start.
+//! Numerical parameters of a run, and the errors with which an engine refuses to start.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
@@ -6,59 +6,67 @@ use stosszahl_model::{Domain, Invalid, MessageUnits, Space, brief};
 
 use crate::scheme::Scheme;
 
-/// How far the partners of a collision within a cell are displaced, along the momentum that each receives.
+/// Displacement of the partners of a collision within a cell, along the momentum that each
+/// receives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Displacement {
-    /// Not at all.
+    /// No displacement.
     None,
-    /// By the contact distance d: Alexander, Garcia & Alder, Phys. Rev. Lett. 74, 5212 (1995),
-    /// doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then that of elastic hard particles, and 2r/(1 + r) of
-    /// it for a restitution r, which shortens the momentum that is carried.
+    /// Displacement by the contact distance d: Alexander, Garcia & Alder, Phys. Rev. Lett. 74, 5212
+    /// (1995), doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then that of elastic
+    /// hard particles, times 2r/(1 + r) for restitution r, which shortens the momentum that is
+    /// carried.
     Diameter,
-    /// By d (1 + r)/(2r), which makes up for that. Not for restitution 0.
+    /// Displacement by d (1 + r)/(2r), which compensates for the shorter momentum. Not for
+    /// restitution 0.
     Inelastic,
 }
 
-/// How several simulators of a particle start.
+/// Initial states of the further sets of simulators, if several stand for a particle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Copies {
-    /// Each set is the whole state moved by a random vector, with all velocities turned alike at random. This keeps energy and
-    /// vanishing momentum, and is the same gas only where the state is homogeneous and isotropic: a pattern of density
-    /// or flow is blurred, and thermal noise is weaker by the number of simulators.
+    /// Each set is the whole state, shifted by a random vector and with all velocities rotated
+    /// alike at random. This keeps the energy and zero momentum, but the gas is the same only if
+    /// the state is homogeneous and isotropic: patterns of density or flow are blurred. Thermal
+    /// noise is weaker by the number of simulators.
     Independent,
-    /// Each set keeps the long waves of the state: it is moved by no more than a neighbourhood of some 32 particles, and
-    /// velocities relative to the mean of that neighbourhood are turned at random, each by itself. The noise that the start
-    /// has at longer waves, which seeds instabilities, is then the state's own.
+    /// Each set keeps the long waves of the state: it is shifted by no more than a neighbourhood of
+    /// some 32 particles, and each velocity relative to the mean of that neighbourhood is rotated
+    /// at random. The long-wave noise of the start, which seeds instabilities, is then that of the
+    /// state.
     Coherent,
 }
 
-/// Numerical choices of a run. All of them buy accuracy or speed; none is physics.
+/// Numerical parameters of a run: they set accuracy and speed, not the physics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
-    /// Which pairs collide, and how often.
+    /// Collision scheme: which pairs collide, and how often.
     pub scheme: Scheme,
-    /// How far partners within a cell are displaced.
+    /// Displacement of the partners within a cell.
     pub displacement: Displacement,
-    /// Smallest side of a cell \[length\]; `None`: what the scheme likes. Within cells, half a mean free path, but at least two
-    /// diameters; across, what makes the search for partners fast.
+    /// Smallest side of a cell \[length\]; `None` for the scheme's default. Within cells: half a
+    /// mean free path, but at least two diameters. Cross-cell: the side for the fastest search of
+    /// partners.
     pub cell_size: Option<f64>,
-    /// Simulators for each particle.
+    /// Number of simulators per particle.
     pub simulators_per_particle: u32,
-    /// How they start, if several.
+    /// Initial states of the further sets of simulators.
     pub copies: Copies,
-    /// Steps in which a mean free time passes and, for pairs within cells, in which the fastest simulator crosses a cell.
+    /// Number of time steps in a mean free time and, for pairs within cells, in the time in which
+    /// the fastest simulator crosses a cell.
     pub steps_per_cell_crossing: f64,
-    /// Limit on chi.
+    /// Upper limit of chi.
     pub max_contact_value: f64,
 }
 
 impl Parameters {
-    /// A scheme with its own defaults: one simulator for each particle; partners within a cell that dense schemes displace by
-    /// a diameter; time steps as fine as each scheme needs; and a limit on chi that its cells need.
+    /// Default parameters of a scheme: one simulator per particle; displacement by a diameter
+    /// within cells of dense schemes; time steps and limit of chi that the scheme needs.
     ///
-    /// Partners of [`Scheme::ContactPoint`] are uncorrelated only with more simulators: see [`Parameters::enough_for_chaos`].
+    /// Partners of [`Scheme::ContactPoint`] are uncorrelated only with more simulators: see
+    /// [`Parameters::enough_for_chaos`].
     pub fn for_scheme(scheme: Scheme) -> Self {
-        /// For schemes without a limit of their own: beyond any packing.
+        /// Limit of schemes without their own: beyond chi of any packing.
         const UNLIMITED: f64 = 1e3;
         let (displacement, steps, limit) = match scheme {
             Scheme::Collisionless | Scheme::Boltzmann => (Displacement::None, 4.0, 1.0),
@@ -151,17 +159,22 @@ impl Parameters {
         diameter * S::mean_free_path(packing_fraction.max(1e-12), chi)
     }
 
-    /// Radius around the point of contact within which partners are drawn \[length\]. If none is given: a quarter of the mean
-    /// free path, at least half a diameter; less if the shell that partners come from would hold more than two particles,
-    /// but not so little that fewer than four simulators are within it.
+    /// Radius around the point of contact within which partners are drawn \[length\]. Default: a
+    /// quarter of the mean free path, at least half a diameter; less if the shell that holds the
+    /// partners would contain more than two particles, but not below the radius that contains four
+    /// simulators.
     ///
-    /// Partners within s of the point of contact spread the arms over which momentum goes, so that the collisional part of the
-    /// shear viscosity is too large by `<k_x^2 s_y^2>/(d^2 <k_x^2 k_y^2>) = (s/d)^2`, in the plane and in space. That part
-    /// grows with density: with s = d/2 it adds 4 % to the viscosity of disks at packing 0.25 and would add 12 % at 0.5.
+    /// Partners at distance s from the point of contact spread the distances over which momentum is
+    /// transferred, so the collisional part of the shear viscosity is too large by the factor
+    /// `<k_x^2 s_y^2>/(d^2 <k_x^2 k_y^2>) = (s/d)^2`, in two and three dimensions. That part grows
+    /// with density: with s = d/2 it adds 4 % to the viscosity of disks at packing 0.25 and would
+    /// add 12 % at 0.5.
     pub fn partner_radius<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
-        /// Most particles in the shell of a radius of half a diameter; linear in the radius but for a tenth in space.
+        /// Largest number of particles in the shell for a radius of half a diameter; linear in the
+        /// radius, but for a tenth in three dimensions.
         const SHELL: f64 = 2.0;
-        /// Fewest simulators around a point of contact, on average: with fewer, pressure and long waves suffer.
+        /// Smallest mean number of simulators around a point of contact; with fewer, pressure and
+        /// long waves deteriorate.
         const CHOICE: f64 = 4.0;
         let Scheme::ContactPoint { radius } = self.scheme else {
             return 0.0;
@@ -178,12 +191,12 @@ impl Parameters {
         })
     }
 
-    /// The width of a cell that suits the scheme \[length\].
+    /// Default cell side of the scheme \[length\].
     fn automatic_cell<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let path = || self.mean_free_path::<S>(packing_fraction, diameter);
         match self.scheme {
             Scheme::ContactPoint { .. } => {
-                // One or two simulators in a cell, or the radius.
+                // One or two simulators per cell, or the search radius.
                 let density = density::<S>(packing_fraction, diameter);
                 let each = 1.5 / (density * f64::from(self.simulators_per_particle));
                 let radius = self.partner_radius::<S>(packing_fraction, diameter);
@@ -195,21 +208,24 @@ impl Parameters {
         }
     }
 
-    /// Mean number of simulators in the shell that the partners of one come from \[[`Scheme::ContactPoint`]\]; at least one, since
-    /// the nearest is taken where there is none.
+    /// Mean number of simulators in the shell that holds the partners of a simulator
+    /// \[[`Scheme::ContactPoint`]\]; at least 1, since the nearest is taken if there is none.
     pub fn partners<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let radius = self.partner_radius::<S>(packing_fraction, diameter);
         let each = shell::<S>(packing_fraction, diameter, radius);
         (f64::from(self.simulators_per_particle) * each).max(1.0)
     }
 
-    /// Relative excess of the kinetic energy at `t_0` in a gas that cools at a constant restitution r, since two simulators
-    /// that collided meet again before others come between, and then lose less \[[`Scheme::ContactPoint`]\]:
-    /// `(1 - r^2)(0.05 + 0.15 x)/N` with N [`Parameters::partners`], and x the reach of partners, d + s, in mean free paths.
-    /// The longer two are within reach of each other, the likelier it is.
+    /// Relative excess of the kinetic energy at `t_0` in a gas that cools at constant restitution r
+    /// \[[`Scheme::ContactPoint`]\]: `(1 - r^2)(0.05 + 0.15 x)/N`, with N [`Parameters::partners`],
+    /// and x the range of partners, d + s, in mean free paths.
     ///
-    /// Fitted to disks at packings from 0.0025 to 0.5, restitutions from 0.5 to 0.95 and 1 to 32 simulators for each: what
-    /// exceeds 1 % is within a factor of two of it. In space it was not measured.
+    /// It arises because two simulators that collided may collide again before they meet others,
+    /// and then lose less energy. The longer they stay within range, the likelier that is.
+    ///
+    /// Fitted to disks at packings from 0.0025 to 0.5, restitutions from 0.5 to 0.95 and 1 to 32
+    /// simulators per particle: values above 1 % are within a factor of two. Three dimensions were
+    /// not measured.
     pub fn excess_of_repeated_pairs<S: Space>(
         &self,
         packing_fraction: f64,
@@ -222,12 +238,13 @@ impl Parameters {
         (1.0 - restitution * restitution) * (0.05 + 0.15 * reach) / partners
     }
 
-    /// Largest [`Parameters::excess_of_repeated_pairs`] of partners that count as uncorrelated.
+    /// Largest [`Parameters::excess_of_repeated_pairs`] at which partners count as uncorrelated.
     pub const LARGEST_EXCESS: f64 = 0.0012;
 
-    /// Simulators for each particle with which the partners of a collision are uncorrelated: as many as make
-    /// [`Parameters::excess_of_repeated_pairs`] at most [`Parameters::LARGEST_EXCESS`] at restitution 0.8, but not more than put 120 partners into
-    /// reach. At most 1000, and at most 2^20 in all.
+    /// Number of simulators per particle at which collision partners are uncorrelated:
+    /// [`Parameters::excess_of_repeated_pairs`] is at most [`Parameters::LARGEST_EXCESS`] at
+    /// restitution 0.8, or 120 partners are within range if that takes fewer. At most 1000, and at
+    /// most 2^20 simulators in all.
     pub fn enough_for_chaos<S: Space>(
         scheme: Scheme,
         packing_fraction: f64,
@@ -239,7 +256,7 @@ impl Parameters {
         const MOST: usize = 1 << 20;
         const MOST_COPIES: u32 = 1000;
         let most = f64::from(MOST_COPIES);
-        // As narrow as the reach of many simulators is.
+        // Radius for many simulators, where it is narrowest.
         let many = Self {
             simulators_per_particle: MOST_COPIES,
             ..Self::for_scheme(scheme)
@@ -259,7 +276,8 @@ impl Parameters {
             .min(MOST_COPIES)
     }
 
-    /// Number of cells along each axis of a box: as many as fit at the chosen size; one beyond the dimension.
+    /// Number of cells along each axis of a box: as many as fit at the chosen side; one beyond the
+    /// dimension.
     pub fn cells<S: Space>(
         &self,
         domain: &Domain<S>,
@@ -269,13 +287,14 @@ impl Parameters {
         let side = self
             .cell_size
             .unwrap_or_else(|| self.automatic_cell::<S>(packing_fraction, diameter));
-        // At most 2^26 cells in all: where more would fit, nearly all would be empty.
+        // At most 2^26 cells in all: more would nearly all be empty.
         let most = if S::DIMENSION == 2 { 8192 } else { 406 };
         [0, 1, 2].map(|axis| {
             if axis < S::DIMENSION {
                 let count =
                     ((domain.lengths()[axis] / side * (1.0 + 1e-12)) as usize).clamp(1, most);
-                // Pairs of overlapping disks are sought in each cell and the next: around two cells, each would be met twice.
+                // Overlapping disks are sought in each cell and the next: with two cells around,
+                // each pair would be found twice.
                 if matches!(self.scheme, Scheme::StochasticDisks { .. }) && count < 3 {
                     1
                 } else {
@@ -288,157 +307,158 @@ impl Parameters {
     }
 }
 
-/// Particles per volume.
+/// Number density of particles \[1/length^D\].
 fn density<S: Space>(packing_fraction: f64, diameter: f64) -> f64 {
     packing_fraction.max(1e-12) / S::ball(0.5 * diameter)
 }
 
-/// Mean number of particles in the shell that the partners of one come from, within `radius` of its surface of contact.
+/// Mean number of particles in the shell that holds the partners of a particle, within `radius` of
+/// contact.
 fn shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
     let outer = S::ball(diameter + radius);
     density::<S>(packing_fraction, diameter) * (outer - S::ball((diameter - radius).max(0.0)))
 }
 
-/// Why the engine could not start.
+/// Error with which an engine refuses to start or to resume.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EngineError {
-    /// A number that a law, a size, a box or a parameter cannot have.
+    /// Invalid number of a law, a size, a box or a parameter.
     #[error(transparent)]
     Invalid(#[from] Invalid),
-    /// Bytes that are no checkpoint of this engine.
+    /// Bytes that are not a checkpoint of this engine.
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
-    /// A part of a checkpoint cannot be used.
+    /// Checkpoint shard that cannot be used.
     #[error(
         "{why}; it has {simulators} simulators in {tiles} tiles, of a checkpoint in {all} shards, which is of no use without it: \
              without its .snapshot file this part of the run begins anew"
     )]
     Shard {
-        /// What is wrong with which file.
+        /// Fault, with the name of the file.
         why: String,
-        /// Tiles in it.
+        /// Number of tiles in the shard.
         tiles: usize,
-        /// Simulators in them.
+        /// Number of simulators in the shard.
         simulators: u64,
-        /// Number of all shards.
+        /// Number of all shards of the checkpoint.
         all: usize,
     },
-    /// Several processes are to hold the gas, which was left out of the program.
+    /// Domain decomposition in a program compiled without it.
     #[error(
         "this program holds a gas in one process; it was compiled without the feature \"processes\""
     )]
     OneProcess,
-    /// Another process that is to hold a part of the gas cannot.
+    /// Failure of another process that is to hold a part of the gas.
     #[error("process {rank}: {why}")]
     Elsewhere {
-        /// Its number.
+        /// Rank of the process.
         rank: usize,
-        /// Why.
+        /// Error message of the process.
         why: String,
     },
-    /// Restitution 0 leaves no momentum for a displacement to make up for.
+    /// Inelastic displacement at restitution 0, where it is infinite.
     #[error(
         "restitution 0 with the inelastic displacement d (1 + r)/(2r), which is infinite; allowed: one diameter, or none"
     )]
     NoDisplacement,
-    /// Restitution so small that the displacement that makes up for it leads around the box.
+    /// Restitution so small that the inelastic displacement exceeds the box.
     #[error(
         "restitution {restitution} with the inelastic displacement d (1 + r)/(2r) = {displacement}; allowed: up to the \
          shortest side {side}, and a diameter", restitution = brief(*restitution), displacement = brief(*displacement), side = brief(*side))]
     FarDisplacement {
-        /// At the thermal speed.
+        /// Restitution at the thermal speed.
         restitution: f64,
-        /// Of the largest particles \[length\].
+        /// Displacement of the largest particles \[length\].
         displacement: f64,
         /// Shortest side of the box \[length\].
         side: f64,
     },
-    /// Displacements are for pairs within cells.
+    /// Displacement with a cross-cell scheme, whose partners are a contact distance apart anyway.
     #[error(
         "the scheme {scheme} with a displacement; allowed: none, as its partners are a contact distance apart anyway"
     )]
     Displaced {
-        /// Its name.
+        /// Name of the scheme.
         scheme: &'static str,
     },
-    /// Partners in other cells are looked for where cells stand still.
+    /// Cross-cell scheme in a uniform shear flow, whose images slide along each other.
     #[error(
         "the scheme {scheme} in a uniform shear flow, whose cells slide along each other at the edge of the box; allowed: \
          boltzmann, free-volume and enskog, whose partners share a cell"
     )]
     Sheared {
-        /// Its name.
+        /// Name of the scheme.
         scheme: &'static str,
     },
-    /// Weights that have no meaning.
+    /// Invalid weights of regions.
     #[error("weights: {found}; allowed: {allowed}")]
     BadWeights {
-        /// What was found.
+        /// Value found.
         found: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: &'static str,
     },
-    /// The box is periodic along other axes than its faces are.
+    /// Box and faces that are periodic along different axes.
     #[error(
         "axis {axis}: the box is {}, its faces are {}; allowed: both alike",
         if *.periodic { "periodic" } else { "not periodic" },
         if *.periodic { "not" } else { "periodic" }
     )]
     UnlikeFaces {
-        /// Which, from 0.
+        /// Axis, from 0.
         axis: usize,
-        /// Whether the box is.
+        /// True if the box is periodic along the axis.
         periodic: bool,
     },
     /// Walls that leave no room between them.
     #[error(
         "axis {axis}: walls, their vibrations and the particles' radii take {needed} of {length}; allowed: less than that", needed = brief(*needed), length = brief(*length))]
     NoRoom {
-        /// Which, from 0.
+        /// Axis, from 0.
         axis: usize,
         /// Side of the box \[length\].
         length: f64,
-        /// What is taken of it \[length\].
+        /// Length taken by walls, vibrations and radii \[length\].
         needed: f64,
     },
-    /// Walls so near to each other that partners across cells have no meaning.
+    /// Walls too close to each other for a cross-cell scheme.
     #[error(
         "axis {axis}: the scheme {scheme} between walls {width:.3} mean diameters apart; allowed: 3 or more, as it misses up to a \
          third of the collisions at packing 0.25 in narrower channels, and half of them at 0.4"
     )]
     Narrow {
-        /// Which, from 0.
+        /// Axis, from 0.
         axis: usize,
-        /// Its name.
+        /// Name of the scheme.
         scheme: &'static str,
-        /// From wall to wall, as the particles' surfaces meet them \[mean diameters\].
+        /// Distance of the walls, as particle surfaces meet them \[mean diameters\].
         width: f64,
     },
-    /// A simulator starts beyond a wall.
+    /// Simulator that starts beyond a wall.
     #[error(
         "simulator {simulator} is at {coordinate} along axis {axis}, beyond a wall; allowed: {} to {}",
         brief(allowed[0]),
         brief(allowed[1]), coordinate = brief(*coordinate))]
     BeyondWall {
-        /// Index.
+        /// Index of the simulator.
         simulator: usize,
-        /// Which axis, from 0.
+        /// Axis, from 0.
         axis: usize,
-        /// Its coordinate \[length\].
+        /// Coordinate of the simulator \[length\].
         coordinate: f64,
-        /// The lowest and the highest that is allowed \[length\].
+        /// Lowest and highest allowed coordinate \[length\].
         allowed: [f64; 2],
     },
-    /// An obstacle that is not in the box.
+    /// Invalid obstacle, or one outside the box.
     #[error("obstacle {obstacle}: {source}")]
     Obstacle {
-        /// Its number, from 0.
+        /// Number of the obstacle, from 0.
         obstacle: usize,
-        /// What is wrong with it.
+        /// Fault of the obstacle.
         source: ObstacleError,
     },
-    /// A cell that obstacles cut into too many parts to tell them apart.
+    /// Cell that obstacles cut into too many parts.
     #[error(
         "cells {} wide: edges of obstacles cut the cell at ({}, {}) into more than {most} parts; allowed: cells of at most {}, \
          where partners on different sides of a body can be told apart",
@@ -448,78 +468,79 @@ pub enum EngineError {
         place: [f64; 2],
         /// Narrowest side of a cell \[length\].
         width: f64,
-        /// Most parts.
+        /// Largest allowed number of parts.
         most: usize,
-        /// Side of cells that would do \[length\].
+        /// Side of cells that are small enough \[length\].
         enough: f64,
     },
-    /// A simulator starts inside an obstacle.
+    /// Simulator that starts inside an obstacle.
     #[error(
         "simulator {simulator} at ({:.6}, {:.6}) overlaps obstacle {obstacle}; allowed: all outside of it",
         place[0],
         place[1]
     )]
     InObstacle {
-        /// Index.
+        /// Index of the simulator.
         simulator: usize,
         /// Number of the obstacle, from 0.
         obstacle: usize,
-        /// Where it is \[length\].
+        /// Position of the simulator \[length\].
         place: [f64; 2],
     },
-    /// An inflow that has no meaning.
+    /// Inflow with an invalid number.
     #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}", value = brief(*value))]
     BadInflow {
-        /// Its number, from 0.
+        /// Number of the inflow, from 0.
         inflow: usize,
-        /// What.
+        /// Name of the quantity.
         name: &'static str,
-        /// What was found.
+        /// Value found.
         value: f64,
-        /// What is allowed.
+        /// Allowed values.
         allowed: &'static str,
     },
-    /// Not one state for each simulator of a particle.
+    /// Number of start states that differs from the number of simulators per particle.
     #[error(
         "{found} states for {wanted} simulators of each particle; allowed: one for each, all alike in number, time and box"
     )]
     UnequalStarts {
-        /// How many were given.
+        /// Number of states given.
         found: usize,
-        /// How many are needed.
+        /// Number of states needed.
         wanted: usize,
     },
-    /// Simulators come and go, and each particle has a size of its own.
+    /// Individual particle sizes in a gas whose number of simulators varies.
     #[error(
         "open faces or weights, and a size of its own for each particle; allowed: equal particles, or species"
     )]
     Individuals,
-    /// A scheme that cannot do with what stands at the boundaries.
+    /// Scheme that does not support a boundary.
     #[error("the scheme {scheme} with {what}; allowed: {allowed}")]
     Boundary {
-        /// Its name.
+        /// Name of the scheme.
         scheme: &'static str,
-        /// What it cannot do with.
+        /// Boundary that the scheme does not support.
         what: &'static str,
-        /// What can.
+        /// Schemes that support it.
         allowed: &'static str,
     },
-    /// A position, velocity or spin is no finite number, or too large to be squared.
+    /// Position, velocity or spin that is not finite, or too large to be squared.
     #[error(
         "simulator {simulator} has position {position:?} and velocity {velocity:?}; allowed are finite numbers up to 1e150"
     )]
     BadNumber {
-        /// Index.
+        /// Index of the simulator.
         simulator: usize,
-        /// Position.
+        /// Position \[length\].
         position: Vec<f64>,
-        /// Velocity.
+        /// Velocity \[length/time\].
         velocity: Vec<f64>,
     },
 }
 
 impl EngineError {
-    /// Converts lengths and speeds of the error to the units of a case. Inflows and obstacles are written in these already.
+    /// Converts lengths and speeds of the error to the units of a case. Inflows and obstacles are
+    /// stored in these already.
     #[must_use]
     pub fn in_units(mut self, units: &MessageUnits) -> Self {
         let scale =

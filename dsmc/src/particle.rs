@@ -1,4 +1,4 @@
-//! What is stored for each simulator.
+//! Data stored for each simulator.
 
 use std::fmt::Debug;
 
@@ -6,18 +6,18 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Physics, Sizes, Space, SpinOf, Vector, VectorOf};
 
-/// Whether an engine follows how far its simulators come. A type, because it changes what is stored for each:
-/// nothing, or one vector.
+/// Type-level choice whether displacements are tracked. It changes the data of a simulator by
+/// nothing or one vector.
 pub trait Follow<S: Space>: Copy + Debug + Send + Sync + 'static {
-    /// What a simulator carries.
+    /// Displacement data of a simulator.
     type Mark: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
-    /// Notes a move.
+    /// Adds a displacement.
     fn moved(mark: &mut Self::Mark, by: S::Vector);
-    /// How far it has come; zero if that is not followed.
+    /// Displacement so far \[length\]; zero if untracked.
     fn way(mark: Self::Mark) -> S::Vector;
 }
 
-/// Displacements are not followed.
+/// Displacements are not tracked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Unfollowed;
 
@@ -30,7 +30,7 @@ impl<S: Space> Follow<S> for Unfollowed {
     }
 }
 
-/// Displacements are followed, across the edges of the box.
+/// Displacements are tracked, unwrapped across periodic faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Followed;
 
@@ -45,8 +45,8 @@ impl<S: Space> Follow<S> for Followed {
     }
 }
 
-/// One simulator: 32 bytes in the plane, and its index where particles differ in size, its mark where it is followed, and its
-/// spin where particles spin.
+/// Simulator: 32 bytes in two dimensions, plus its size key, displacement and spin where the gas
+/// needs them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Simulator<V, T, M, W> {
     /// Position \[length\].
@@ -55,13 +55,13 @@ pub struct Simulator<V, T, M, W> {
     pub velocity: V,
     /// Key into the table of radii and masses.
     pub tag: T,
-    /// How far it has come, or nothing.
+    /// Displacement so far, or an empty value.
     pub mark: M,
-    /// Angular velocity \[1/time\], or nothing.
+    /// Angular velocity \[1/time\], or an empty value for smooth particles.
     pub spin: W,
 }
 
-/// The simulators of a physics.
+/// Simulator of a physical model.
 pub type SimulatorOf<P, F> = Simulator<
     VectorOf<P>,
     <<P as Physics>::Sizes as Sizes>::Tag,
@@ -74,7 +74,7 @@ pub(crate) fn is_good<V: Vector>(dimension: usize, vector: V) -> bool {
     (0..dimension).all(|axis| vector[axis].abs() <= 1e150)
 }
 
-/// The index in the state of what has a tag, where that tells it apart from others.
+/// Index in the state, where each particle has its own size; a placeholder otherwise.
 pub(crate) fn index<P: Physics>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
     if P::Sizes::INDIVIDUAL {
         P::Sizes::index(tag, 0) as u32
@@ -83,7 +83,7 @@ pub(crate) fn index<P: Physics>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
     }
 }
 
-/// What the members of a cell cover, who have these tags, in units of the largest particle.
+/// Area or volume covered by particles of these sizes, in units of the largest particle.
 #[inline(always)]
 pub(crate) fn covered<P: Physics>(
     sizes: &P::Sizes,

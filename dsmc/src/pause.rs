@@ -1,12 +1,13 @@
 //! Pauses between two steps.
 
-/// A pause between two steps, in the middle of the flight from the one to the other. The gas is whole there; what goes on to
-/// the same time takes the next step as if there had been none.
+/// Pause between two steps, in the middle of the flight from one to the other. The gas is
+/// consistent there. If the advance continues to the same time, the next step is that of a run
+/// without the pause.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pause {
-    /// The time that the advance was to reach.
+    /// End time of the advance that was paused.
     pub(crate) until: f64,
-    /// The time at the end of the last step.
+    /// Time at the end of the last step.
     pub(crate) time: f64,
     /// Length of the next step.
     pub(crate) step: f64,

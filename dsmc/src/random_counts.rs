@@ -1,22 +1,22 @@
-//! Random whole numbers: of candidate pairs, and of partners.
+//! Random rounding of expected numbers, and random pairs.
 
 use rand::{Rng, RngExt};
 
-/// A whole number with the given mean, one of the two next to it.
+/// Rounds a mean at random to one of the adjacent whole numbers, so that the expectation is exact.
 ///
-/// The number of trials needs the right mean, and as little spread as can be: numbers from the Poisson law, the exact one
-/// of a cell that is left to itself, make simulators of cells with few partners diffuse faster than theory, by 0.85 over
-/// the number in a cell, and these by half of it (`docs/development/monte-carlo.md`). A remainder that is carried to the next step does
-/// as well, and must be stored.
+/// The number of candidate pairs needs the exact mean and a small variance. Poisson numbers, exact
+/// for an isolated cell, increase the diffusion in cells with few partners by 0.85 over the number
+/// in a cell; random rounding by half of that (`docs/development/monte-carlo.md`). Carrying the
+/// remainder to the next step does as well, but must be stored.
 #[inline(always)]
 pub(crate) fn draw_whole(mean: f64, stream: &mut impl Rng) -> u64 {
     (mean + stream.random::<f64>()) as u64
 }
 
-/// Two different numbers below `count`, each pair equally likely to count^2/2^64.
+/// Draws two different indices below `count`, each pair with equal chance to count^2/2^64.
 #[inline(always)]
 pub(crate) fn draw_pair(count: u64, stream: &mut impl Rng) -> [usize; 2] {
-    // What the first product has below its integer part is as random as what it came from.
+    // The fractional part of the first product is as random as the number it came from.
     let first = u128::from(stream.random::<u64>()) * u128::from(count);
     let second = u128::from(first as u64) * u128::from(count - 1);
     let (i, j) = ((first >> 64) as usize, (second >> 64) as usize);
@@ -29,7 +29,8 @@ mod tests {
     use rand::SeedableRng;
     use rand_xoshiro::Xoroshiro128PlusPlus;
 
-    /// Mean to z = 4.4 standard errors of the Bernoulli law, and never farther away than the next number.
+    /// Mean within z = 4.4 standard errors of the Bernoulli law, and results are always adjacent
+    /// whole numbers.
     #[test]
     fn whole_numbers_have_the_mean_asked_for() {
         let mut stream = Xoroshiro128PlusPlus::seed_from_u64(2);
@@ -50,7 +51,8 @@ mod tests {
         assert_eq!(draw_whole(f64::NAN, &mut stream), 0);
     }
 
-    /// All ordered pairs of seven: chi-squared with 41 degrees of freedom exceeds 93.2 once in 1e5.
+    /// Ordered pairs of seven are equally likely: chi-squared with 41 degrees of freedom exceeds
+    /// 93.2 once in 1e5.
     #[test]
     fn pairs_are_equally_likely() {
         let mut stream = Xoroshiro128PlusPlus::seed_from_u64(1);

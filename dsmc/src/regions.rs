@@ -1,4 +1,4 @@
-//! Weights of regions that follow the number of simulators.
+//! Adaptive weights: regions whose simulator weight follows the number of simulators.
 
 use stosszahl_model::Physics;
 use stosszahl_model::random::Purpose;
@@ -8,10 +8,10 @@ use crate::engine::Engine;
 use crate::particle::Follow;
 use crate::random_counts::draw_whole;
 
-/// Steps between two looks at the numbers.
+/// Number of steps between two adaptations.
 const EVERY: u64 = 16;
 
-/// Numbers of flights stay below it, so that draws here have addresses of their own.
+/// Flight numbers stay below it, so that draws here have distinct addresses.
 const HERE: u64 = 1 << 63;
 
 impl<P, F> Engine<P, F>
@@ -19,8 +19,9 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// Doubles or halves the weights of regions that hold too many or too few simulators. Each simulator of such a region stays or
-    /// goes by a draw, or is there twice; what that gives and takes is booked as balance. Tiles must be settled, and are left so.
+    /// Doubles or halves the weights of regions that hold too few or too many simulators. Each
+    /// simulator there is deleted, kept or doubled at random; the change is entered in the balance
+    /// ledger. Tiles must be sorted before, and are sorted after.
     pub(crate) fn follow_number(&mut self) {
         let Some(surroundings) = &self.surroundings else {
             return;
@@ -68,12 +69,12 @@ where
         self.take_stock();
     }
 
-    /// Whether weights follow the number, which is looked at in this step.
+    /// Returns true if weights adapt in this step.
     pub(crate) fn weighs_anew(&self) -> bool {
         self.followed().is_some() && self.tally.steps.is_multiple_of(EVERY)
     }
 
-    /// Weights that follow the number.
+    /// Adaptive weights; `None` if weights are fixed.
     pub(crate) fn followed(&self) -> Option<&Weights> {
         let surroundings = self.surroundings.as_ref();
         surroundings

@@ -1,4 +1,4 @@
-//! The simulators of a start, several for each particle.
+//! Initial simulators, several for each particle.
 
 use rand::{Rng, RngExt};
 use stosszahl_model::random::{Purpose, Streams};
@@ -7,10 +7,10 @@ use stosszahl_model::{Body, Physics, Sizes, Space, State, Surface, Vector, Vecto
 use crate::parameters::{Copies, Parameters};
 use crate::particle::{Follow, Simulator, SimulatorOf};
 
-/// Particles in the neighbourhood that coherent copies keep the mean of.
+/// Number of particles in the neighbourhood whose mean coherent copies keep.
 const NEIGHBOURHOOD: f64 = 32.0;
 
-/// All simulators of states that are one set each, set after set.
+/// Creates simulators from one state for each set, set after set.
 pub(crate) fn of_sets<P: Physics, F: Follow<P::Space>>(
     scene: &P,
     sets: &[State<P>],
@@ -31,7 +31,7 @@ pub(crate) fn of_sets<P: Physics, F: Follow<P::Space>>(
         .collect()
 }
 
-/// All simulators of a state, set after set, each in the order of the state.
+/// Creates the simulators of a state, set after set, each in the order of the state.
 pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
     scene: &P,
     parameters: &Parameters,
@@ -63,11 +63,11 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
     simulators
 }
 
-/// The whole state, moved and turned at random.
+/// Shifts the whole state and rotates its velocities at random.
 fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>> {
     let mut room = state.domain.lengths();
     for axis in 0..P::Space::DIMENSION {
-        // Mirrored at walls, a position is anywhere with equal chance only after a way of up to there and back.
+        // Reflected at walls, a position is uniform only after a shift of up to twice the side.
         if !state.domain.is_periodic(axis) {
             room[axis] *= 2.0;
         }
@@ -82,7 +82,7 @@ fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -
     state.bodies.iter().map(turned).collect()
 }
 
-/// A vector whose components are uniform below those of `lengths`.
+/// Draws a vector with components uniform from 0 to those of `lengths`.
 fn random_vector<P: Physics>(lengths: VectorOf<P>, stream: &mut impl Rng) -> VectorOf<P> {
     let mut vector = VectorOf::<P>::default();
     for axis in 0..P::Space::DIMENSION {
@@ -91,16 +91,16 @@ fn random_vector<P: Physics>(lengths: VectorOf<P>, stream: &mut impl Rng) -> Vec
     vector
 }
 
-/// The long waves of a state.
+/// Long waves of a state: the mean velocity around each particle.
 struct Flow<V> {
     /// Width of a neighbourhood along each axis \[length\].
     width: V,
-    /// Mean velocity around each particle.
+    /// Mean velocity around each particle \[length/time\].
     means: Vec<V>,
 }
 
 impl<V: Vector> Flow<V> {
-    /// Means over blocks of three by three cells, around the cell of each particle.
+    /// Averages over blocks of three by three cells around the cell of each particle.
     fn of<P: Physics>(scene: &P, state: &State<P>) -> Self
     where
         P::Space: Space<Vector = V>,
@@ -159,7 +159,7 @@ impl<V: Vector> Flow<V> {
         Self { width, means }
     }
 
-    /// The state with its long waves, and all else at random; its energy and momentum are those of the state.
+    /// Copies the state with its long waves and random short ones, at equal energy and momentum.
     fn copy<P: Physics>(&self, scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>>
     where
         P::Space: Space<Vector = V>,
@@ -179,7 +179,7 @@ impl<V: Vector> Flow<V> {
                 }
             })
             .collect();
-        // Turned velocities add up to other sums: shift and stretch them about the mean velocity.
+        // Rotated velocities have other sums: they are shifted and scaled about the mean velocity.
         let sizes = scene.sizes();
         let mass = |index: usize| sizes.mass(sizes.tag(index));
         let sums = |velocities: &mut dyn Iterator<Item = V>| {

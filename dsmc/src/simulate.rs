@@ -1,4 +1,4 @@
-//! The engine behind the common interface: chosen at run time, for any grains of the model.
+//! DSMC engines behind the common interface [`stosszahl_model::Simulation`], chosen at run time.
 
 mod among;
 mod begin;

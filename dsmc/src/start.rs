@@ -1,4 +1,4 @@
-//! How an engine starts, stops and goes on.
+//! Start and resume of an engine.
 
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::random::{Purpose, Streams};
@@ -23,20 +23,21 @@ use crate::tally::{CellCount, Stock, Tally, Unit};
 use crate::threads::Pool;
 use crate::tile::{Outbox, Tile};
 
-/// Simulators that a tile is to hold: with its working copy it fits the second cache, 2 MB here; the larger a tile,
-/// the fewer leave it.
+/// Target number of simulators per tile: with its working copy a tile fits the second-level cache,
+/// 2 MB here; fewer simulators leave a larger tile.
 const PER_TILE: usize = 8192;
 
-/// The same for partners across cells: the larger a tile, the less often the cells around it are looked at. But gases of few
-/// simulators keep enough tiles that threads have enough of each colour.
+/// Target number of simulators per tile of cross-cell schemes: larger tiles need fewer ghost cells.
 const PER_TILE_ACROSS: usize = 3072;
+/// Smallest number of tiles of cross-cell schemes, so that threads have enough tiles of each
+/// colour.
 const TILES_ACROSS: usize = 25;
 
 impl<P> Engine<P>
 where
     P: Physics,
 {
-    /// [`Engine::start`] where displacements are not followed.
+    /// Starts an engine as [`Engine::start`] without tracking displacements.
     ///
     /// # Errors
     /// As [`Engine::start`].
@@ -55,10 +56,10 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// Starts from a state of particles.
+    /// Starts an engine from a state of particles.
     ///
-    /// With several simulators per particle, the first set has the state's own positions and velocities, and further sets
-    /// are made as [`crate::Copies`] says.
+    /// With several simulators per particle, the first set has the state's own positions and
+    /// velocities, and further sets are made as [`crate::Copies`] says.
     ///
     /// # Errors
     /// [`EngineError`] if a parameter or a number of the state has no meaning.
@@ -71,10 +72,11 @@ where
         Self::start_between(scene, parameters, state, &Boundaries::default(), streams)
     }
 
-    /// [`Engine::start`] in a box with these faces.
+    /// Starts an engine as [`Engine::start`], in a box with these boundaries.
     ///
     /// # Errors
-    /// As [`Engine::start`], and if boundaries do not fit the box, the scheme or each other.
+    /// As [`Engine::start`], and if boundaries are inconsistent with the box, the scheme or each
+    /// other.
     pub fn start_between(
         scene: &P,
         parameters: Parameters,
@@ -97,12 +99,13 @@ where
         )
     }
 
-    /// [`Engine::start_between`] from one state for each simulator of a particle: starts of one gas that are independent
-    /// of each other, where a state may not be moved and turned, as between walls and in a flow.
+    /// Starts an engine as [`Engine::start_between`] from one independent state for each simulator
+    /// of a particle. Needed where a state may not be shifted and rotated, as between walls and in
+    /// a flow.
     ///
     /// # Errors
-    /// As [`Engine::start_between`], and unless there is a state for each simulator of a particle, all with as many
-    /// particles, at the same time and in the same box.
+    /// As [`Engine::start_between`], and unless there is a state for each simulator of a particle,
+    /// all with equal numbers, times and boxes.
     pub fn start_sets(
         scene: &P,
         parameters: Parameters,
@@ -135,7 +138,7 @@ where
         )
     }
 
-    /// Starts with simulators, in their order of memory.
+    /// Starts an engine with simulators in their order of memory.
     fn begin(
         scene: &P,
         parameters: Parameters,
@@ -170,8 +173,8 @@ where
         Ok(engine)
     }
 
-    /// Goes on from a checkpoint of a run that was started with the same arguments, in the same cells and tiles: to the same
-    /// bytes.
+    /// Resumes from a checkpoint of a run started with equal arguments, cells and tiles, and
+    /// continues to the same bytes.
     ///
     /// # Errors
     /// As [`Engine::new`].
@@ -186,7 +189,7 @@ where
         Self::resume_between(scene, parameters, domain, checkpoint, &boundaries, streams)
     }
 
-    /// [`Engine::resume`] in a box with these faces.
+    /// Resumes as [`Engine::resume`], in a box with these boundaries.
     ///
     /// # Errors
     /// As [`Engine::start_between`].
@@ -204,7 +207,8 @@ where
         )
     }
 
-    /// An engine with what a checkpoint holds; `fresh`: if it is a start, the number of particles in its state.
+    /// Builds an engine from a checkpoint. `fresh`: for a start, the number of particles in its
+    /// state.
     fn build(
         scene: &P,
         parameters: Parameters,
@@ -234,7 +238,7 @@ where
         let (weight, sizes) = (1.0 / copies as f64, scene.sizes());
         let [mean_diameter, moment_ratio, mean_mass, ball] = means.averages();
         let volume = boundaries.free_volume(&domain, 0.5 * mean_diameter);
-        // What flows in may be denser than what is there.
+        // An inflow may be denser than the gas.
         let packing_fraction = means
             .packing_fraction(weight / volume)
             .max(boundaries.densest(scene.sizes()));
@@ -316,7 +320,7 @@ where
         Ok(engine)
     }
 
-    /// Distributes simulators among the tiles; those of a cell keep their order.
+    /// Distributes simulators among the tiles; the order within a cell is kept.
     pub(crate) fn fill(&mut self, simulators: &[SimulatorOf<P, F>]) {
         let places = self.grid.places();
         let mut sorted: Vec<(u32, u16, u32)> = simulators
@@ -362,7 +366,7 @@ where
     }
 }
 
-/// Puts the simulators of a start where boundaries let them be.
+/// Placement of initial simulators among boundaries.
 struct Entry<'a, P: Physics> {
     scene: &'a P,
     surroundings: &'a Surroundings<P>,
@@ -373,8 +377,9 @@ struct Entry<'a, P: Physics> {
 }
 
 impl<P: Physics> Entry<'_, P> {
-    /// Of a fresh start, the first set of simulators must be where it may be, further ones are mirrored at walls, and all
-    /// become as many as they count in their cells. Others are as they were.
+    /// Places the simulators of a fresh start: the first `fresh` must lie where boundaries allow,
+    /// further sets are reflected at walls, and each becomes as many copies as its weight requires.
+    /// With `fresh` `None`, simulators keep their number.
     fn place<F: Follow<P::Space>>(
         &self,
         simulators: Vec<SimulatorOf<P, F>>,
@@ -421,7 +426,7 @@ impl<P: Physics> Entry<'_, P> {
     }
 }
 
-/// The cells and tiles of a run, for partners at most so far apart: contact distance, and radius around it.
+/// Creates the cells and tiles of a run, for a contact distance and a radius of the partner search.
 fn grid<S: Space>(
     parameters: &Parameters,
     domain: Domain<S>,
@@ -441,7 +446,7 @@ fn grid<S: Space>(
     Grid::new(domain, counts, simulators, per_tile, reach)
 }
 
-/// Leaves room beside walls and obstacles.
+/// Sets the free volume of cells beside walls and obstacles.
 fn leave_room<P: Physics>(
     surroundings: &Surroundings<P>,
     grid: &Grid<P::Space>,
@@ -452,12 +457,13 @@ fn leave_room<P: Physics>(
     require_room(surroundings, density.scheme())
 }
 
-/// Refuses walls that are too near to each other: the rate of partners across cells between them is wrong by an unknown amount.
+/// Refuses walls so close to each other that the rate of a cross-cell scheme is wrong by an unknown
+/// amount.
 pub(crate) fn require_room<P: Physics>(
     surroundings: &Surroundings<P>,
     scheme: Scheme,
 ) -> Result<(), EngineError> {
-    /// \[mean diameters\]
+    /// Smallest distance of walls \[mean diameters\].
     const LEAST: f64 = 3.0;
     let mut axes = (0..P::Space::DIMENSION).map(|axis| (axis, surroundings.width(axis)));
     match axes.find(|(_, width)| *width < LEAST) {
@@ -473,7 +479,7 @@ pub(crate) fn require_room<P: Physics>(
     }
 }
 
-/// Whether numerical choices, boundaries and sizes go together.
+/// Checks that parameters, boundaries and sizes are consistent.
 pub(crate) fn check_choices<P: Physics>(
     scene: &P,
     parameters: Parameters,
@@ -497,13 +503,13 @@ pub(crate) fn check_choices<P: Physics>(
     check_displacement(scene, parameters, domain)
 }
 
-/// Box whose images above and below are displaced by `offset` \[length\], if they slide.
+/// Shifts the images above and below the box to `offset` \[length\], if they slide.
 fn slid<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, EngineError> {
     let shear = domain.images().shear();
     Ok(domain.sheared(shear.map(|shear| Shear { offset, ..shear }))?)
 }
 
-/// Displacements farther than the box would lead anywhere, and near restitution 0 they are no numbers.
+/// Refuses displacements longer than the box; near restitution 0 they are not finite.
 fn check_displacement<P: Physics>(
     scene: &P,
     parameters: Parameters,
@@ -538,7 +544,7 @@ fn check_numbers<P: Physics, F: Follow<P::Space>>(
 ) -> Result<(), EngineError> {
     let dimension = P::Space::DIMENSION;
     let bad = simulators.iter().position(|simulator| {
-        // Of a particle with the radius one: the square of its spin, or nothing.
+        // Square of the spin of a particle of unit radius and mass, or zero.
         let turning = scene.surface().spin_energy(1.0, 1.0, simulator.spin);
         !is_good(dimension, simulator.position)
             || !is_good(dimension, simulator.velocity)

@@ -6,20 +6,26 @@ use stosszahl_model::{Physics, Sizes, Space};
 use crate::boundary::{Inflow, MOST_SIMULATORS};
 use crate::cross_cell::Spread;
 
-/// Sums over the particles of the start. Simulators may come and go; cells, tiles and steps stay as they were chosen.
+/// Sums over the initial particles. The number of simulators may change later; cells, tiles and
+/// steps do not follow.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Means {
-    /// How many simulators there were.
+    /// Number of simulators at the start.
     simulators: usize,
-    /// Sum of the weights of what is averaged: one for each simulator of a start, its density for each inflow.
+    /// Sum of the weights in the averages: one per initial simulator, or the density of each
+    /// inflow.
     count: f64,
-    /// Sums of their diameters d, of d^(D-1), of d^D, of their areas or volumes, and of their masses.
+    /// Sum of the diameters d \[length\].
     diameters: f64,
+    /// Sum of d^(D-1).
     lower: f64,
+    /// Sum of d^D.
     upper: f64,
+    /// Sum of the areas or volumes \[length^D\].
     covered: f64,
+    /// Sum of the masses \[mass\].
     mass: f64,
-    /// Sums of the powers D to 2 D of the radius over the largest.
+    /// Sums of the powers D to 2 D of radius over largest radius.
     powers: [f64; 4],
 }
 
@@ -34,7 +40,7 @@ impl Means {
         ]
     }
 
-    /// Packing fraction of the start, for simulators that count as `share` over the volume of the box.
+    /// Packing fraction of the start. `share`: particles per simulator over the box volume.
     pub(crate) fn packing_fraction(&self, share: f64) -> f64 {
         match self.simulators {
             0 => 0.0,
@@ -42,8 +48,9 @@ impl Means {
         }
     }
 
-    /// How many simulators tiles are made for, of which all cover `covered`: those of the start, or what flows into an empty
-    /// box. Not the number of the moment, so that a continued run has the tiles of its start.
+    /// Number of simulators for which tiles are made, all together covering `covered`: that of the
+    /// start, or of an empty box filled by its inflows. It does not follow the present number, so
+    /// that a resumed run has the tiles of its start.
     pub(crate) fn expected(&self, covered: f64) -> usize {
         match self.simulators {
             0 => (covered * self.count / self.covered).min(MOST_SIMULATORS) as usize,
@@ -51,18 +58,18 @@ impl Means {
         }
     }
 
-    /// How many simulators there were at the start.
+    /// Number of simulators at the start.
     pub(crate) fn simulators(&self) -> usize {
         self.simulators
     }
 
-    /// What unequal sizes do to the count of a neighbourhood.
+    /// Moments of unequal sizes that correct the local density; `None` for equal ones.
     pub(crate) fn spread<P: Physics>(&self, sizes: &P::Sizes) -> Option<Spread> {
         let powers = self.powers.map(|sum| sum / self.count);
         (!sizes.are_equal()).then(|| Spread::new(P::Space::DIMENSION, powers))
     }
 
-    /// Adds the size with an index, `weight` times.
+    /// Adds the size of this index with a weight.
     fn add<P: Physics>(&mut self, sizes: &P::Sizes, index: usize, weight: f64) {
         let dimension = P::Space::DIMENSION as i32;
         let tag = sizes.tag(index);
@@ -79,8 +86,8 @@ impl Means {
         }
     }
 
-    /// Of the first `simulators` sizes; of an empty start, of what flows in, each by its density, and if nothing does, of
-    /// the first size.
+    /// Averages over the first `simulators` sizes; for an empty start over the inflows, weighted by
+    /// density; without inflows over the first size.
     pub(crate) fn of<P: Physics>(
         sizes: &P::Sizes,
         simulators: usize,
@@ -96,7 +103,7 @@ impl Means {
         if simulators > 0 {
             return means;
         }
-        // What is too much, or no number, is refused later.
+        // Excessive or NaN densities are refused later.
         let allowed = |inflow: &&Inflow<_>| inflow.density > 0.0 && inflow.density < 1e150;
         for inflow in inflows.iter().filter(allowed) {
             means.add::<P>(sizes, inflow.like, inflow.density);

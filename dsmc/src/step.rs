@@ -1,4 +1,4 @@
-//! How steps follow each other.
+//! Time stepping: step lengths, collisions, flights and the exchange of particles.
 
 use std::collections::BTreeMap;
 use std::iter;
@@ -27,9 +27,10 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// Advances by whole steps to the time `until` (the last step is shortened to end there exactly), or
-    /// for `most_steps`. True if the time was reached; false also if [`Engine::stop_on`] broke it off, or [`Engine::pause_on`] asked
-    /// for a pause: the next call with the same time then goes on as if there had been none.
+    /// Advances by whole steps to the time `until`, with the last step shortened to end there
+    /// exactly, or for `most_steps`. Returns `true` if the time was reached; `false` also if
+    /// [`Engine::stop_on`] stopped it or [`Engine::pause_on`] paused it. After a pause, the next
+    /// call with the same time continues as if there had been none.
     pub fn advance(&mut self, until: f64, most_steps: u64, observer: &mut dyn Observer) -> bool {
         if self.stop.has_ended() {
             return false;
@@ -63,7 +64,7 @@ where
                 self.time + step
             };
             let next = self.next_step(end, until, left);
-            // The half flights between two collisions are one flight.
+            // The two half flights between collisions form one flight.
             let flight = 0.5 * (step + next.unwrap_or(0.0));
             self.step(step, flight, settled, &mut recorder);
             settled = false;
@@ -74,7 +75,7 @@ where
             let Some(next) = next else { break };
             if self.is_paused() {
                 self.settle();
-                // The flight has gone half way into the next step.
+                // The flight has covered half of the next step.
                 self.time = end + 0.5 * next;
                 self.pause = Some(Pause {
                     until,
@@ -89,7 +90,8 @@ where
         until <= self.time
     }
 
-    /// Whether work has been asked to end: as all processes know it since the last step, if several hold the gas.
+    /// Returns true if the run was asked to stop; for a decomposed gas, as all processes know since
+    /// the last step.
     fn ends(&mut self) -> bool {
         match &self.share {
             Some(share) if !share.ends => return false,
@@ -99,7 +101,8 @@ where
         self.stop.ends()
     }
 
-    /// The same for a pause.
+    /// Returns true if the run was asked to pause; for a decomposed gas, as all processes know
+    /// since the last step.
     fn is_paused(&self) -> bool {
         match &self.share {
             Some(share) => share.pauses,
@@ -107,7 +110,7 @@ where
         }
     }
 
-    /// The length of the step that begins at the time `from`, unless that is the end or no step is left.
+    /// Length of the step that begins at `from` \[time\]; `None` at the end, or if no step is left.
     fn next_step(&self, from: f64, until: f64, steps_left: u64) -> Option<f64> {
         let left = until - from;
         if left.is_nan() || left <= 0.0 || steps_left == 0 {
@@ -124,17 +127,17 @@ where
         } else {
             step
         };
-        // What the clock shows after it, which rounds, less what it shows before: positions and clock do not
-        // drift apart. Where the step is too short for the clock, its least.
+        // Difference of the rounded clock readings, so that positions and clock do not drift apart;
+        // at least the smallest step that the clock resolves.
         let end = (from + step).max(from.next_up());
         Some(end - from)
     }
 
-    /// What the gas allows, as it was before the last collisions: the fastest simulator crosses a cell in several
-    /// steps, and a mean free time lasts as many.
+    /// Time step that the gas allows, from its state before the last collisions \[time\]: several
+    /// steps for the fastest simulator to cross a cell, and as many in a mean free time.
     fn step_length(&self) -> f64 {
         let width = self.grid.width();
-        // Partners across cells are sought afresh in every step, so that nothing hangs on the crossing of a cell.
+        // Cross-cell schemes search partners anew in each step, so crossing a cell does not matter.
         let axes = if self.parameters.scheme.is_across() {
             0
         } else {
@@ -152,7 +155,7 @@ where
                 if P::Field::FREE && self.surroundings.is_none() {
                     return width / speed;
                 }
-                // The time t with v t + a t^2/2 = width.
+                // Time t with v t + a t^2/2 = width.
                 let speed = speed.max(forced(axis));
                 2.0 * width / (speed + (speed * speed + 2.0 * pull * width).sqrt())
             })
@@ -161,18 +164,18 @@ where
         let temperature = self.stock.twice_energy(self.unit) / degrees as f64;
         // The mean mass is one in the program's units.
         let mean_speed = P::Space::MEAN_SPEED * temperature.sqrt();
-        // A flow turns velocities while particles fly.
+        // A shear flow rotates velocities during flight.
         let crossing = crossing.min(1.0 / self.scene.field().shear_rate().abs());
         let step = if self.density.collides() {
             crossing.min(self.constants.mean_free_path / mean_speed)
         } else {
             crossing
         };
-        // A gas at rest: any step, that can be added to another.
+        // A gas at rest allows any step that can be added to another.
         (step / self.parameters.steps_per_cell_crossing).min(1e150)
     }
 
-    /// Speeds and energy of the present state, for the length of the next step.
+    /// Computes largest speeds and energy of the present state, for the next time step.
     pub(crate) fn take_stock(&mut self) {
         let sizes = self.scene.sizes();
         let mut total = 0.0;
@@ -189,7 +192,8 @@ where
         (self.stock, self.unit) = (stock, unit);
     }
 
-    /// Collisions of a step, and the flight after them; with tiles that are arranged already, or not yet.
+    /// Performs the collisions of a step and the flight after them. `was_settled`: whether tiles
+    /// are sorted already.
     fn step(&mut self, step: f64, flight: f64, was_settled: bool, recorder: &mut Recorder<'_>) {
         let begin = self.time + 0.5 * step;
         self.move_walls(begin);
@@ -248,7 +252,7 @@ where
                 kernel.collide_across(tiles, peers, rates, arm, tally, halo_copies)
             {
                 recorder.pass(&report.log);
-                // The memory serves the next step.
+                // The memory is reused in the next step.
                 let log = &mut tiles[number as usize].log;
                 *log = report.log;
                 log.clear();
@@ -288,7 +292,7 @@ where
         self.close_step(unit);
     }
 
-    /// Puts walls where they are at a time, and the room of cells with them.
+    /// Moves vibrating walls to their positions at a time, and updates the free volume of cells.
     fn move_walls(&mut self, time: f64) {
         if let Some(surroundings) = self.surroundings.as_mut().filter(|all| all.vibrates()) {
             surroundings.set_time(&self.grid, time);
@@ -307,7 +311,7 @@ where
             }),
         };
         if self.stock.is_full() {
-            // From rest, or from emptiness: an upper bound, which the next step knows better.
+            // From rest or an empty box: an upper bound, which the next step improves.
             let total = self.simulators as f64 * self.constants.mean_mass;
             let most = total * self.stock.speeds.square();
             self.unit = Unit::of(most);
@@ -316,8 +320,8 @@ where
         self.tally.steps += 1;
     }
 
-    /// The flight from the present time on that comes before a step. Each step has a flight after it, and may have one
-    /// before it, where a run goes on.
+    /// Timing of the flight from the present time to a step. Each step has a flight after it, and
+    /// one before it where a run starts or continues.
     fn flight_before(&self, duration: f64) -> FlightTiming {
         FlightTiming {
             number: 2 * self.tally.steps,
@@ -326,7 +330,7 @@ where
         }
     }
 
-    /// A flight from arranged tiles, with no collisions before.
+    /// Performs a flight from sorted tiles, without collisions before.
     fn fly_only(&mut self, timing: FlightTiming) {
         self.grid.slide(timing.duration);
         let (grid, boundaries) = (&self.grid, self.surroundings.as_ref());
@@ -345,7 +349,7 @@ where
         self.exchange(false, false);
     }
 
-    /// Arranges all tiles, so that each holds its simulators by cell.
+    /// Sorts the simulators of all tiles by cell.
     fn settle(&mut self) {
         let grid = &self.grid;
         let arrivals = Arrivals {
@@ -364,8 +368,8 @@ where
         );
     }
 
-    /// Delivers particles that left their tile and sums the counters of all tiles: at boundaries, and in
-    /// collisions if there were some.
+    /// Delivers particles that left their tile and sums the counters of all tiles: those of
+    /// boundaries, and of collisions if there were some.
     fn exchange(&mut self, collided: bool, looks: bool) {
         std::mem::swap(&mut self.departing, &mut self.arriving);
         self.far.clear();
@@ -373,7 +377,7 @@ where
             self.far.append(&mut outbox.far);
         }
         if let (None, None, [only]) = (&self.share, &self.surroundings, &self.tiles[..]) {
-            // A sum of one is itself, and small gases have short steps.
+            // One tile needs no exact summation, and steps of small gases are short.
             if collided {
                 self.tally.add(&only.tally);
             }
@@ -389,7 +393,7 @@ where
         }
     }
 
-    /// Adds up what all tiles have counted, and tells other processes what they need to know, if there are some.
+    /// Sums the counters of all tiles, and exchanges particles and counters with other processes.
     fn count(&mut self, collided: bool, looks: bool) {
         let mut counts = Counts::default();
         for tile in self.tiles.iter_mut().filter(|tile| tile.is_here) {
@@ -414,7 +418,7 @@ where
                 surroundings.map_or(1.0, |all| all.factor(grid.number(tile.cell_at(local))));
             (units * factor) as f32
         };
-        // Those of the sub-cells of a cell, if it is split.
+        // Units in the sub-cells of a split cell.
         let split = |tile: &Tile<P, F>, local: usize| -> Vec<f32> {
             let cell = tile.cell_at(local);
             let Some(cut) = surroundings.and_then(|all| all.split_cell(cell)) else {
@@ -438,7 +442,7 @@ where
                 .collect::<Vec<f32>>()
         };
         let reach = self.density.reach();
-        // These ask for the density on the way to partners.
+        // These schemes read the density between a simulator and its partner.
         let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_))
             || self.density.weighing() == Weighing::Triangle;
         let others = match &self.share {
@@ -463,7 +467,7 @@ where
                 } else if let Some(known) = others.get(&number) {
                     there.copy_from_slice(&known[first..first + width]);
                 } else {
-                    // So far away that it counts nowhere here.
+                    // Too far away to matter for any window here.
                     there.fill(0.0);
                 }
                 x += width;
@@ -506,7 +510,7 @@ where
     }
 }
 
-/// Returns other processes as collisions across cells see them.
+/// Interface to other processes for cross-cell collisions; `None` for a single process.
 fn peers<P: Physics, F: Follow<P::Space>>(
     share: Option<&Subdomain<P::Space>>,
 ) -> Option<&dyn TilePeers<P, F>> {

@@ -8,7 +8,8 @@ use crate::particle::Follow;
 use crate::threads::{Pool, each_of};
 use crate::tile::{Outbox, Scratch, Tile};
 
-/// Does the work for every tile, each with the outbox of its own. With one thread, or little to do, in their order.
+/// Runs the work for every tile with its outbox: in parallel, or in order with one thread or little
+/// work.
 pub(crate) fn sweep<P: Physics, F: Follow<P::Space>>(
     parallel: bool,
     tiles: &mut [Tile<P, F>],
@@ -16,7 +17,7 @@ pub(crate) fn sweep<P: Physics, F: Follow<P::Space>>(
     pool: &Pool<Scratch<P, F>>,
     work: impl Fn(&mut Tile<P, F>, &mut Outbox<P, F>, &mut Scratch<P, F>) + Sync,
 ) {
-    // Runs of neighbouring tiles, several for each thread: some take longer.
+    // Runs of adjacent tiles, several for each thread, because some take longer.
     let run = if parallel {
         tiles.len().div_ceil(16 * rayon::current_num_threads())
     } else {

@@ -1,4 +1,4 @@
-//! What was done, and what the length of the next step follows.
+//! Counters of a run, and the statistics behind the next time step.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Exact, Space};
@@ -6,49 +6,51 @@ use stosszahl_model::{Exact, Space};
 use crate::boundary::{ExactLedgers, Ledgers};
 use crate::extrema::larger;
 
-/// What was done, in numbers that do not depend on the machine.
+/// Counters of a run, independent of machine and number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
-    /// Steps.
+    /// Time steps.
     pub steps: u64,
-    /// Pairs tried.
+    /// Candidate pairs.
     pub trials: u64,
-    /// Pairs of simulators that collided.
+    /// Accepted pairs of simulators.
     pub collisions: u64,
-    /// Trials whose relative speed exceeded the majorant.
+    /// Candidate pairs whose relative speed exceeded the majorant.
     pub majorant_violations: u64,
-    /// Cells, summed over steps, with at least two simulators.
+    /// Number of cells with at least two simulators, summed over steps.
     pub active_cells: u64,
-    /// Those of them in which chi was limited.
+    /// Number of active cells in which chi was limited, summed over steps.
     pub limited_cells: u64,
     /// Collisions in cells in which chi was limited.
     pub limited_collisions: u64,
     /// Sum over collisions of the distance of the partners \[length\].
     pub separation: f64,
-    /// Sum over collisions of `w ((r_i - r_j) . dp + dr_i . p_i' + dr_j . p_j')`, with the weight w of a simulator, the
-    /// momentum dp that the first gains, and the displacements dr of both: the momentum that collisions carry, so that
-    /// `Z = 1 + virial/(D N T t)` for N particles and constant T \[energy\].
+    /// Sum over collisions of `w ((r_i - r_j) . dp + dr_i . p_i' + dr_j . p_j')` \[energy\], with
+    /// simulator weight w, momentum dp gained by the first, and displacements dr of both: the
+    /// momentum that collisions carry, so that `Z = 1 + virial/(D N T t)` for N particles at
+    /// constant T.
     pub virial: f64,
-    /// Trials across cells that found no partner in reach.
+    /// Cross-cell candidates for which no partner was in range.
     pub missed: u64,
-    /// Trials that searched for a partner.
+    /// Cross-cell candidates for which a partner was sought.
     pub searches: u64,
-    /// Largest number of collisions per simulator in one cell and step; of overlapping disks, which collide once in a step at
-    /// most, also the largest number that a pair would have had.
+    /// Largest number of collisions per simulator in one cell and step. For overlapping disks,
+    /// which collide at most once in a step, also the largest expected number of a pair.
     pub busiest_cell: f64,
 }
 
-/// What happened in one cell.
+/// Collisions and virial of one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CellCount {
-    /// Collisions of pairs of particles: of simulators, times what each stands for.
+    /// Number of collisions of particles: of simulators, times their weight.
     pub collisions: f64,
-    /// Their share of [`Tally::virial`] \[energy\].
+    /// Contribution of the cell to [`Tally::virial`] \[energy\].
     pub virial: f64,
 }
 
 impl Tally {
-    /// Adds what was done elsewhere in the same steps. Sums of floating-point numbers depend on the order of adding.
+    /// Adds counters of other work in the same steps. Floating-point sums depend on the order of
+    /// adding.
     pub(crate) fn add(&mut self, other: &Self) {
         self.trials += other.trials;
         self.collisions += other.collisions;
@@ -64,10 +66,10 @@ impl Tally {
     }
 }
 
-/// What some tiles have counted in a step, on its way to the total: no digit depends on the order in which tiles are added.
+/// Exact sums of the counters of several tiles in a step, independent of the order of the tiles.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Counts {
-    /// All but the sums of floating-point numbers.
+    /// Counters other than floating-point sums.
     whole: Tally,
     separation: Exact,
     virial: Exact,
@@ -75,7 +77,7 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
-    /// Adds what was done in a tile.
+    /// Adds the counters of a tile.
     pub(crate) fn add(&mut self, tally: &Tally) {
         self.separation.add(tally.separation);
         self.virial.add(tally.virial);
@@ -86,12 +88,12 @@ impl Counts {
         });
     }
 
-    /// Takes what boundaries gave to the simulators of a tile.
+    /// Takes the ledgers of a tile and clears them.
     pub(crate) fn take<S: Space>(&mut self, ledgers: &mut Ledgers<S>) {
         self.ledgers.take(ledgers);
     }
 
-    /// Adds what others have counted.
+    /// Adds the counters of other tiles or processes.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.whole.add(&other.whole);
         self.separation.merge(&other.separation);
@@ -99,7 +101,7 @@ impl Counts {
         self.ledgers.merge(&other.ledgers);
     }
 
-    /// Adds all to the totals.
+    /// Adds the sums to the totals of the run.
     pub(crate) fn enter<S: Space>(&self, tally: &mut Tally, ledgers: &mut Ledgers<S>) {
         tally.add(&Tally {
             separation: self.separation.value(),
@@ -110,12 +112,13 @@ impl Counts {
     }
 }
 
-/// What the length of the next step follows, taken before the collisions of a step. It is exactly the same
-/// however the cells are grouped, so that steps are too: maxima have no order, and energies are added as integers.
+/// Largest speeds and energy of the gas, from which the next time step follows; taken before the
+/// collisions of a step. Independent of the grouping of cells, because maxima have no order and
+/// energies are added as integers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(crate) struct Stock<S: Space> {
-    /// Largest size of each component of a velocity.
+    /// Largest absolute value of each velocity component \[length/time\].
     pub(crate) speeds: S::Vector,
     /// Sum of m v^2, in [`Unit`]s.
     energy: u64,
@@ -130,40 +133,41 @@ impl<S: Space> Default for Stock<S> {
     }
 }
 
-/// The energy that counts as one when energies are added: a power of two, 2^-58 of the last sum or a little more.
+/// Unit of energy for integer sums: a power of two, about 2^-58 of the last total \[energy\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Unit(f64);
 
 impl Unit {
-    /// The unit for energies that sum to about `total`, and at most to 64 times of it.
+    /// Unit for energies that add up to about `total`, and at most to 64 times of it.
     pub(crate) fn of(total: f64) -> Self {
         let exponent = (total.to_bits() >> 52) as i32 - 1023;
         let power = (exponent + 1 - 58).clamp(-1000, 1000);
         Self(f64::from_bits(((power + 1023) as u64) << 52))
     }
 
-    /// How many units one is.
+    /// Inverse of the unit \[1/energy\].
     pub(crate) fn inverse(self) -> f64 {
         1.0 / self.0
     }
 }
 
 impl<S: Space> Stock<S> {
-    /// Notes the simulators of one cell: the largest of their components, and the sum of m v^2.
+    /// Adds the simulators of one cell: their smallest and largest velocity components, and the sum
+    /// of m v^2.
     #[inline(always)]
     pub(crate) fn note(&mut self, low: S::Vector, high: S::Vector, twice_energy: f64, units: f64) {
         self.note_speeds(S::vector(|axis| larger(high[axis], -low[axis])));
         self.add_energy(twice_energy, units);
     }
 
-    /// Notes components of velocities, without their sign.
+    /// Adds absolute velocity components to the maxima.
     #[inline(always)]
     pub(crate) fn note_speeds(&mut self, fastest: S::Vector) {
         let speeds = self.speeds;
         self.speeds = S::vector(|axis| larger(speeds[axis], fastest[axis]));
     }
 
-    /// Adds m v^2.
+    /// Adds a value of m v^2.
     #[inline(always)]
     pub(crate) fn add_energy(&mut self, twice_energy: f64, units: f64) {
         self.energy = self.energy.saturating_add((twice_energy * units) as u64);
@@ -174,7 +178,7 @@ impl<S: Space> Stock<S> {
         self.energy = self.energy.saturating_add(other.energy);
     }
 
-    /// Whether more energy was added than it can hold.
+    /// Returns true if the integer sum of energies has overflowed.
     pub(crate) fn is_full(&self) -> bool {
         self.energy == u64::MAX
     }

@@ -1,10 +1,10 @@
-//! Work shared among threads, and memory lent to them.
+//! Distribution of work among threads, and pools of working memory.
 
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-/// Pool of working memory, lent to the thread that works. Nothing in it outlives the loan.
+/// Pool of working memory, lent to one thread at a time; its contents do not outlive the loan.
 pub(crate) struct Pool<T>(Mutex<Vec<T>>);
 
 impl<T> Default for Pool<T> {
@@ -14,7 +14,7 @@ impl<T> Default for Pool<T> {
 }
 
 impl<T: Default> Pool<T> {
-    /// Lends working memory.
+    /// Runs the work with working memory from the pool.
     pub(crate) fn with<R>(&self, work: impl FnOnce(&mut T) -> R) -> R {
         let pool = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut scratch = pool().pop().unwrap_or_default();
@@ -23,25 +23,26 @@ impl<T: Default> Pool<T> {
         result
     }
 
-    /// Sum of a size over all that was lent so far.
+    /// Sum of a size over all memory lent so far.
     pub(crate) fn bytes(&self, size: impl Fn(&T) -> usize) -> usize {
         let pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         pool.iter().map(size).sum()
     }
 }
 
-/// Fewest simulators for which threads are worth waking.
+/// Smallest number of simulators for which several threads are used.
 const WORTH_THREADS: usize = 20_000;
 
-/// Whether a sweep over this number of simulators is shared among the threads of the present pool.
+/// Returns true if a sweep over this number of simulators uses several threads.
 pub(crate) fn is_parallel(simulators: usize) -> bool {
     simulators >= WORTH_THREADS && rayon::current_num_threads() > 1
 }
 
-/// Does a piece of work for each item, by one thread or all, and returns the results in the order of the items.
+/// Runs a piece of work for each item, in one thread or several, and returns the results in order.
 ///
-/// What is shared out are numbers, and the work is behind a pointer: so the code of the pool is compiled once, not for each
-/// engine and each kind of work. An item should be worth some thousand simulators.
+/// Threads share item numbers, and the work is behind a pointer, so the thread-pool code is
+/// compiled once, not for each engine and each kind of work. An item should be worth some thousand
+/// simulators.
 pub(crate) fn each_of<T: Send, R: Send>(
     parallel: bool,
     items: impl Iterator<Item = T>,
@@ -54,7 +55,7 @@ pub(crate) fn each_of<T: Send, R: Send>(
     let items: Vec<Mutex<(Option<T>, Option<R>)>> =
         items.map(|item| Mutex::new((Some(item), None))).collect();
     each_number(items.len(), &|number| {
-        // Always free: each number comes once.
+        // The lock is always free: each number occurs once.
         let mut slot = items[number].lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(item) = slot.0.take() {
             slot.1 = Some(work(number, item));

@@ -1,12 +1,13 @@
-//! Tiles: the simulators of a block of cells, and their exchange.
+//! Tiles: the simulators of a block of cells, and their migration between tiles.
 //!
-//! Between two collisions a tile does three things, each a function here or in `collide` and `fly`:
-//! **arrange** sorts the simulators of the tile by cell, **collide** treats cell after cell, and **fly** moves all and
-//! sends those that leave to the tiles they enter. What arrange sorted lies in a scratch buffer that fits the
-//! cache and belongs to a thread; fly writes it back. So each simulator crosses the memory bus once in a step.
+//! Between two collisions a tile does three things, in functions here or in `collide` and `fly`.
+//! **Arrange** sorts the simulators of the tile by cell, **collide** processes cell after cell, and
+//! **fly** moves all and sends those that leave to other tiles. The sorted simulators lie in a
+//! scratch buffer that fits the cache and belongs to a thread; fly writes them back. Each simulator
+//! thus crosses the memory bus once per step.
 //!
-//! The order within a cell is canonical: that of the cells in which the simulators were when they were last sorted, by
-//! number, and within each the order that they had there. It depends on neither threads nor tiles.
+//! The order within a cell is canonical: by the source cell at the last sort, and within a source
+//! cell by the order there. It depends on neither threads nor tiles.
 
 use stosszahl_model::{Collision, Physics, Space, VectorOf};
 
@@ -15,20 +16,21 @@ use crate::grid::{Grid, OFFSETS, Place, offset};
 use crate::particle::{Follow, SimulatorOf};
 use crate::tally::{CellCount, Stock, Tally};
 
-/// A simulator that left its tile, and the number of the cell that it was in.
+/// Simulator that left its tile, and the number of its source cell.
 #[derive(Clone, Copy)]
 pub(crate) struct Left<S> {
     pub(crate) source: u32,
     pub(crate) simulator: S,
 }
 
-/// What travels between tiles in a physics.
+/// Simulator that migrates between tiles.
 pub(crate) type Traveller<P, F> = Left<SimulatorOf<P, F>>;
 
-/// What left a tile: by the offset of the neighbour it enters, and by its tile where that is no neighbour.
+/// Simulators that left a tile, by the offset of the adjacent tile they enter, or by tile number if
+/// they flew farther.
 pub(crate) struct Outbox<P: Physics, F: Follow<P::Space>> {
     near: Vec<Traveller<P, F>>,
-    /// Where those for each offset end.
+    /// End of the simulators for each offset, as an index into `near`.
     ends: [u32; OFFSETS],
     pub(crate) far: Vec<(u32, Traveller<P, F>)>,
 }
@@ -44,7 +46,8 @@ impl<P: Physics, F: Follow<P::Space>> Default for Outbox<P, F> {
 }
 
 impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
-    /// Those for the neighbour at the offset with the given number, in the order of their source cells.
+    /// Simulators for the adjacent tile at the offset of this number, in the order of their source
+    /// cells.
     pub(crate) fn towards(&self, offset: usize) -> &[Traveller<P, F>] {
         let begin = if offset == 0 {
             0
@@ -54,7 +57,8 @@ impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
         &self.near[begin as usize..self.ends[offset] as usize]
     }
 
-    /// Takes travellers with the numbers of their offsets, in the order of their source cells.
+    /// Sets the simulators that left, with their offset numbers, in the order of their source
+    /// cells.
     pub(crate) fn fill(&mut self, leavers: &[(u8, Traveller<P, F>)]) {
         let mut starts = [0_u32; OFFSETS];
         for (offset, _) in leavers {
@@ -78,7 +82,7 @@ impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
         self.ends = starts;
     }
 
-    /// How many enter tiles next to this one.
+    /// Number of simulators that enter adjacent tiles.
     pub(crate) fn near(&self) -> usize {
         self.near.len()
     }
@@ -89,7 +93,8 @@ impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
     }
 }
 
-/// Room for `count` elements with little to spare; room that is far too much is given back.
+/// Grows a vector to hold `count` elements with little to spare, and shrinks one that is far too
+/// large.
 pub(crate) fn fit<T>(vector: &mut Vec<T>, count: usize) {
     let enough = count + count / 24 + 4;
     if vector.capacity() < count {
@@ -99,33 +104,34 @@ pub(crate) fn fit<T>(vector: &mut Vec<T>, count: usize) {
     }
 }
 
-/// The simulators of a block of cells.
+/// Simulators of a block of cells.
 pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     pub(crate) place: Place<P::Space>,
-    /// Arranged: by cell. After a flight: those that stayed, in the order of the cells that they flew from.
+    /// Simulators: after sorting, by cell; after a flight, those that stayed, by source cell.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
-    /// After a flight: the cell of each, by its number within the tile.
+    /// Cell of each simulator after a flight, by its number in the tile.
     pub(crate) codes: Vec<u16>,
-    /// Arranged: where each cell begins, and the end. After a flight: how many stayed in each cell.
+    /// After sorting: start of each cell, and the end. After a flight: number of simulators that
+    /// stayed in each cell.
     pub(crate) starts: Vec<u32>,
-    /// After a flight: where those that flew from each line of cells along the first axis end.
+    /// After a flight: end of the simulators from each line of cells along the first axis.
     pub(crate) lines: Vec<u32>,
-    /// What happened since it was arranged.
+    /// Counters since the tile was sorted.
     pub(crate) tally: Tally,
     pub(crate) stock: Stock<P::Space>,
-    /// Collisions that somebody wants to look at.
+    /// Collisions recorded for observers.
     pub(crate) log: Vec<Collision>,
-    /// What happened in each cell, where somebody wants to know.
+    /// Collisions and virial of each cell; empty unless they are counted.
     pub(crate) counts: Vec<CellCount>,
-    /// Whether simulators weigh the same in all its cells.
+    /// True if all cells have one simulator weight.
     pub(crate) is_even: bool,
-    /// Its cells in which bodies hide some particles from others, in order.
+    /// Cells that obstacles split, in order.
     pub(crate) split_cells: Vec<usize>,
-    /// What boundaries gave since the last exchange, where there are some.
+    /// Ledgers of the boundaries since the last exchange; `None` without boundaries.
     pub(crate) ledgers: Option<Box<Ledgers<P::Space>>>,
-    /// Whether it is worked on in this process. Others hold nothing, or what this one must see of them.
+    /// True if this process owns the tile. Others are empty, or hold ghost cells.
     pub(crate) is_here: bool,
-    /// How long it took \[s\], where several processes hold the gas.
+    /// Time that the tile took \[s\], for load balancing.
     pub(crate) seconds: f64,
 }
 
@@ -135,7 +141,7 @@ pub(crate) struct Scratch<P: Physics, F: Follow<P::Space>> {
     next: Vec<u32>,
     pub(crate) leavers: Vec<(u8, Traveller<P, F>)>,
     arrivals: Vec<Traveller<P, F>>,
-    /// The sources of the arrivals, with their places above: what is sorted.
+    /// Source cells of arriving simulators with their index: the keys of the sort.
     order: Vec<(u32, u32)>,
 }
 
@@ -161,11 +167,12 @@ impl<P: Physics, F: Follow<P::Space>> Scratch<P, F> {
     }
 }
 
-/// What comes into tiles.
+/// Simulators that arrive in tiles.
 pub(crate) struct Arrivals<'a, P: Physics, F: Follow<P::Space>> {
-    /// What left each tile in the last flight.
+    /// Simulators that left each tile in the last flight.
     pub(crate) boxes: &'a [Outbox<P, F>],
-    /// Those who came from farther than the next tile, by the tile they enter and their source.
+    /// Simulators that flew farther than an adjacent tile, with the tile they enter; ordered by
+    /// tile and source cell.
     pub(crate) far: &'a [(u32, Traveller<P, F>)],
 }
 
@@ -191,7 +198,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         tile
     }
 
-    /// How many simulators are in a cell, on average.
+    /// Mean number of simulators in a cell.
     pub(crate) fn in_cell(&self) -> f64 {
         self.simulators.len() as f64 / self.cells() as f64
     }
@@ -201,7 +208,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         self.place.sides.iter().map(|&side| side as usize).product()
     }
 
-    /// The number among all of the first cell of a line along the first axis.
+    /// Number in the grid of the first cell of a line along the first axis.
     #[inline]
     pub(crate) fn line_number(&self, grid: &Grid<P::Space>, line: u32) -> u32 {
         let Place { first, sides, .. } = self.place;
@@ -212,7 +219,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         ])
     }
 
-    /// The coordinates among all of a cell, by its number within the tile.
+    /// Coordinates in the grid of a cell, from its number in the tile.
     pub(crate) fn cell_at(&self, local: usize) -> [u32; 3] {
         let Place { first, sides, .. } = self.place;
         let local = local as u32;
@@ -223,20 +230,20 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         ]
     }
 
-    /// The number within the tile of a cell.
+    /// Number in the tile of a cell, from its coordinates in the grid.
     pub(crate) fn number(&self, cell: [u32; 3]) -> usize {
         let Place { first, sides, .. } = self.place;
         let [x, y, z] = [0, 1, 2].map(|axis| cell[axis] - first[axis]);
         (x + sides[0] * (y + sides[1] * z)) as usize
     }
 
-    /// The number within the tile of the cell of a position that is in it.
+    /// Number in the tile of the cell that holds a position.
     #[inline(always)]
     pub(crate) fn code(&self, grid: &Grid<P::Space>, position: VectorOf<P>) -> u16 {
         code::<P>(grid, &self.place, position)
     }
 
-    /// Sorts what stayed and what came by cell, into the scratch buffer.
+    /// Sorts simulators that stayed and arrived by cell, into the scratch buffer.
     pub(crate) fn arrange(
         &mut self,
         grid: &Grid<P::Space>,
@@ -298,7 +305,8 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         }
     }
 
-    /// Gathers those who come from other tiles, by source, and counts them into their cells.
+    /// Gathers simulators that arrive from other tiles, by source cell, and adds them to the counts
+    /// of their cells.
     fn receive(
         &mut self,
         grid: &Grid<P::Space>,
@@ -331,7 +339,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
                     .map(|(_, traveller)| *traveller),
             );
         }
-        // No two boxes have a source in common, so places keep the order of those who share one.
+        // No two outboxes share a source cell, so indices keep the order within a source cell.
         order.clear();
         for (place, traveller) in foreign.iter().enumerate() {
             order.push((traveller.source, place as u32));
@@ -341,12 +349,12 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         order.sort_unstable();
     }
 
-    /// Keeps what was arranged in the scratch buffer, and leaves its own there.
+    /// Takes the sorted simulators of the scratch buffer, in exchange for the tile's own buffer.
     pub(crate) fn settle(&mut self, scratch: &mut Scratch<P, F>) {
         std::mem::swap(&mut self.simulators, &mut scratch.sorted);
     }
 
-    /// Takes simulators that are sorted by cell, with the cell of each.
+    /// Sets simulators that are sorted by cell, with the cell of each.
     pub(crate) fn take(&mut self, members: &[(u16, SimulatorOf<P, F>)]) {
         self.simulators = Vec::with_capacity(members.len() + members.len() / 24);
         self.simulators
@@ -362,13 +370,13 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         }
     }
 
-    /// The simulators of a cell, by its number within the tile; arranged.
+    /// Simulators of a cell of a sorted tile, by the cell's number in the tile.
     #[inline]
     pub(crate) fn members(&self, cell: usize) -> &[SimulatorOf<P, F>] {
         &self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
-    /// The same, to be changed.
+    /// Mutable simulators of a cell of a sorted tile, by the cell's number in the tile.
     #[inline]
     pub(crate) fn members_mut(&mut self, cell: usize) -> &mut [SimulatorOf<P, F>] {
         &mut self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize]
@@ -385,7 +393,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
     }
 }
 
-/// The number within a tile of the cell of a position in it.
+/// Number in a tile of the cell that holds a position.
 #[inline(always)]
 pub(crate) fn code<P: Physics>(
     grid: &Grid<P::Space>,

@@ -1,4 +1,4 @@
-//! Collisions within cells.
+//! Collisions of pairs within cells.
 
 use rand::RngExt;
 use stosszahl_model::random::Bundle;
@@ -17,55 +17,59 @@ use crate::random_counts::{draw_pair, draw_whole};
 use crate::tally::{Stock, Tally};
 use crate::tile::Tile;
 
-/// Everything that the collisions of one step share.
+/// Context shared by all collisions of one step.
 pub(crate) struct CollisionContext<'a, P: Physics> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
     pub(crate) density: &'a Density<P::Space>,
-    /// Whether pairs within a cell collide; if not, stock is taken all the same.
+    /// True if pairs within a cell collide; if not, only speeds and energies are updated.
     pub(crate) collides: bool,
-    /// How far partners are displaced.
+    /// Displacement of the partners.
     pub(crate) displacement: Displacement,
     /// Radius around a point within which all simulators are equally likely partners \[length\].
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
-    /// Particles for each simulator, where boundaries say nothing else.
+    /// Particles per simulator where the weight factor is one.
     pub(crate) weight: f64,
-    /// What is at the faces of the box and inside it.
+    /// Boundaries of the box; `None` if it is periodic.
     pub(crate) surroundings: Option<&'a Surroundings<P>>,
-    /// `M_(D-1)/M_D` of the diameters.
+    /// Moment ratio `M_(D-1)/M_D` of the diameters.
     pub(crate) moment_ratio: f64,
     /// Uniform shear flow between partners.
     pub(crate) flow: Flow,
-    /// Relative speed that a pair may gain in the collisions of one step, beyond that of all velocities at
-    /// its start \[length/time\]: two contacts of each partner; 0 for laws that only dissipate.
+    /// Relative speed that a pair may gain in the collisions of one step, beyond that of all
+    /// velocities at its start \[length/time\]: two contacts of each partner; 0 for laws that only
+    /// dissipate.
     pub(crate) heating: f64,
-    /// Length of the step \[time\], and its middle.
+    /// Length of the step \[time\].
     pub(crate) step: f64,
+    /// Time at the middle of the step \[time\].
     pub(crate) time: f64,
-    /// The random streams of the step, by cell.
+    /// Random streams of the step, addressed by cell.
     pub(crate) streams: Bundle,
-    /// Units of energy for one.
+    /// Inverse of the unit of integer energy sums \[1/energy\].
     pub(crate) units: f64,
-    /// Whether collisions are kept for somebody to look at.
+    /// True if collisions are recorded for observers.
     pub(crate) looks: bool,
-    /// Whether tiles are shared among threads.
+    /// True if tiles are distributed over threads.
     pub(crate) parallel: bool,
-    /// Breaks the step off.
+    /// Flag that stops the step.
     pub(crate) stop: &'a Interrupt,
 }
 
-/// Uniform shear flow u = (a y, 0) as pairs within a cell know it. Velocities of simulators are relative to the flow.
+/// Uniform shear flow u = (a y, 0) between partners within a cell. Velocities of simulators are
+/// relative to the flow.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Flow {
     /// Shear rate a \[1/time\]; 0 without a flow.
     pub(crate) rate: f64,
-    /// Whether partners are taken as a contact distance apart in it, as [`crate::Scheme::feels_flow`] says.
+    /// True if partners count as a contact distance apart in the flow, see
+    /// [`crate::Scheme::feels_flow`].
     pub(crate) is_felt: bool,
 }
 
-/// What the collisions of a tile leave.
+/// Results of the collisions of a tile.
 struct Report<'a, P: Physics> {
     tally: Tally,
     stock: Stock<P::Space>,
@@ -73,7 +77,7 @@ struct Report<'a, P: Physics> {
 }
 
 impl<P: Physics> Report<'_, P> {
-    /// Counts the trials and collisions of a cell; `count` is the number of its simulators.
+    /// Adds the candidates and collisions of a cell; `count` is the number of its simulators.
     #[inline(always)]
     fn close(&mut self, cell: &Cell, count: u64, trials: u64, collisions: u64) {
         let tally = &mut self.tally;
@@ -89,32 +93,34 @@ impl<P: Physics> Report<'_, P> {
     }
 }
 
-/// A cell or sub-cell about to collide.
+/// Cell or sub-cell, with the rates of its collisions.
 struct Cell {
-    /// Address of its random stream.
+    /// Address of the random stream.
     address: u64,
-    /// Particles for each simulator.
+    /// Particles per simulator.
     weight: f64,
-    /// Trials expected for each pair and unit of relative speed, for the pairs of the largest cross section.
+    /// Expected candidates per pair and unit of relative speed, for pairs of the largest cross
+    /// section.
     rate: f64,
     chi: f64,
     limited: bool,
     packing: f64,
-    /// Largest product of cross section and chi of a pair.
+    /// Largest product of cross section and chi of any pair.
     ceiling: f64,
 }
 
-/// A pair that collides.
+/// Accepted pair, before its collision.
 struct Pair<V> {
-    /// Which members of the cell.
+    /// Indices of the two members of the cell.
     who: [usize; 2],
-    /// Velocity of the first against the second; in a flow that is felt, between their places at contact.
+    /// Velocity of the first relative to the second \[length/time\]; in a felt flow, at their
+    /// positions at contact.
     relative: V,
     /// Unit vector from the second to the first at contact.
     normal: V,
-    /// Speed at which they approach along it \[length/time\].
+    /// Approach speed along `normal` \[length/time\].
     approach: f64,
-    /// Particles for each.
+    /// Particles per simulator.
     weight: f64,
 }
 
@@ -122,7 +128,8 @@ impl<P> CollisionContext<'_, P>
 where
     P: Physics,
 {
-    /// Collides all cells of a tile, whose simulators are `sorted`, and takes stock of it.
+    /// Collides all cells of a tile, whose simulators are `sorted`, and updates its largest speeds
+    /// and energy.
     pub(crate) fn collide<F: Follow<P::Space>>(
         &self,
         tile: &mut Tile<P, F>,
@@ -135,8 +142,9 @@ where
         }
     }
 
-    /// [`Self::collide`]; `SPLIT`: true if bodies split some of the cells. A function of its own: within the sweep it has too few
-    /// registers, and writes half as much again to memory.
+    /// Performs [`Self::collide`]. `SPLIT`: true if obstacles split some cells. A separate
+    /// function: inlined into the sweep it has too few registers, and writes half as much again to
+    /// memory.
     #[inline(never)]
     fn collide_tile<F: Follow<P::Space>, const SPLIT: bool>(
         &self,
@@ -189,14 +197,15 @@ where
         (tile.tally, tile.stock) = (tally, stock);
     }
 
-    /// Whether the centre of a particle of the mean radius can be at a position.
+    /// Returns true if boundaries allow the centre of a particle of the mean radius at a position.
     #[inline]
     pub(crate) fn has_room(&self, position: VectorOf<P>) -> bool {
         self.surroundings
             .is_none_or(|surroundings| surroundings.has_room(position, self.mean_radius))
     }
 
-    /// Notes speeds and energy, and returns the diagonal of the box that holds all velocities: no pair is faster.
+    /// Adds speeds and energy to the statistics, and returns the diagonal of the velocity box: no
+    /// pair is faster.
     #[inline(always)]
     fn take_stock<F: Follow<P::Space>>(
         &self,
@@ -233,12 +242,12 @@ where
         (high - low).square().sqrt()
     }
 
-    /// The cell at these coordinates, if bodies split it.
+    /// Split cell at these coordinates; `None` if obstacles do not split it.
     fn split_cell(&self, at: [u32; 3]) -> Option<&CutCell> {
         self.surroundings.and_then(|all| all.split_cell(at))
     }
 
-    /// Collides the sub-cells of a split cell, and returns the particles of each of its simulators.
+    /// Collides the sub-cells of a split cell. Returns the particles per simulator there.
     #[inline(never)]
     fn collide_split<F: Follow<P::Space>>(
         &self,
@@ -265,7 +274,7 @@ where
         weight
     }
 
-    /// Collides a cell or sub-cell, and returns the particles of each of its simulators.
+    /// Collides a cell or sub-cell. Returns the particles per simulator there.
     #[inline(always)]
     fn collide_cell<F: Follow<P::Space>>(
         &self,
@@ -320,12 +329,12 @@ where
         cell.weight
     }
 
-    /// Collides a cell in a uniform shear flow that partners feel, and returns the particles of each
-    /// simulator.
+    /// Collides a cell in a uniform shear flow that partners feel. Returns the particles per
+    /// simulator there.
     ///
-    /// The line of centres is drawn first, all directions alike. The pair collides at a rate
-    /// proportional to its speed of approach along that line, which includes the flow over the contact
-    /// distance (Montanero & Santos, Phys. Rev. E 54, 438 (1996), doi:10.1103/PhysRevE.54.438).
+    /// The line of centres is drawn first, uniformly. The pair collides at a rate proportional to
+    /// its approach speed along that line, which includes the flow over the contact distance
+    /// (Montanero & Santos, Phys. Rev. E 54, 438 (1996), doi:10.1103/PhysRevE.54.438).
     #[inline(never)]
     fn collide_in_flow<F: Follow<P::Space>>(
         &self,
@@ -335,7 +344,7 @@ where
         report: &mut Report<'_, P>,
     ) -> f64 {
         let sizes = self.scene.sizes();
-        // n_x n_y is at most a half.
+        // The product n_x n_y is at most a half.
         let mut majorant = majorant + self.flow.rate.abs() * sizes.largest_radius();
         let count = members.len() as u64;
         let mut stream = self.streams.at(cell.address);
@@ -381,7 +390,7 @@ where
         cell.weight
     }
 
-    /// Rates of a cell.
+    /// Collision rates of a cell.
     #[inline(always)]
     fn cell<F: Follow<P::Space>>(&self, members: &[SimulatorOf<P, F>], at: [u32; 3]) -> Cell {
         let number = self.grid.number(at);
@@ -397,7 +406,7 @@ where
         self.rates(u64::from(number), weight, volume, density)
     }
 
-    /// Rates of a sub-cell, by its number among all of its layer, with this share of a cell.
+    /// Collision rates of a sub-cell, by its index and its fraction of a cell.
     fn sub_cell<F: Follow<P::Space>>(
         &self,
         members: &[SimulatorOf<P, F>],
@@ -416,7 +425,7 @@ where
         self.rates(address, self.weight * factor, volume, density)
     }
 
-    /// Rates in a volume, from chi, whether it is limited, and the packing fraction.
+    /// Collision rates in a volume, from chi, whether it is limited, and the packing fraction.
     #[inline(always)]
     fn rates(
         &self,
@@ -471,7 +480,7 @@ where
         let masses = [i, j].map(|who| sizes.mass(members[who].tag));
         let line = normal * (radii[0] + radii[1]);
         let before = [i, j].map(|who| members[who].velocity);
-        // The flow at the first less that at the second.
+        // Flow at the first minus flow at the second.
         let slip = if self.flow.is_felt {
             self.flow.rate * line[1]
         } else {
@@ -498,7 +507,7 @@ where
         let gained = (after[0] - before[0]) * masses[0];
         let carried_over = match self.flow {
             Flow { rate: 0.0, .. } => apart,
-            // At contact, or as points: the energy of peculiar motion then balances.
+            // At contact, or as points, so that the peculiar energy balances.
             Flow { is_felt: true, .. } => line,
             Flow { .. } => VectorOf::<P>::default(),
         };
@@ -542,9 +551,9 @@ where
     }
 }
 
-/// Displacement of both partners along the line of centres, over the contact distance, after which the
-/// collision carries the momentum of one at contact: `(g + s)/(2 s)` with the normal speeds g before and s
-/// after it, `(1 + r)/(2 r)` for a constant coefficient.
+/// Displacement of both partners along the line of centres, over the contact distance, after which
+/// the collision carries the momentum of a contact: `(g + s)/(2 s)` with normal speeds g before and
+/// s after it; `(1 + r)/(2 r)` for a constant coefficient.
 pub(crate) fn inelastic_displacement(law: Separation, approach: f64) -> f64 {
     if law.added_speed == 0.0 {
         0.5 * (1.0 + law.coefficient) / law.coefficient

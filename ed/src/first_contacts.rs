@@ -68,7 +68,7 @@ where
         }
     }
 
-    /// Finds all contacts of some disks.
+    /// Predicts all contacts of a range of disks with their neighbours.
     fn look_ahead(&self, disks: Range<usize>) -> Ahead {
         let mut ahead = Ahead::default();
         let mut candidates = self.candidates.clone();

@@ -1,16 +1,16 @@
 //! Rows of cells that slide over each other with a uniform shear flow.
 //!
 //! Each row of cells moves with the flow at half its height, and velocities of disks are relative
-//! to their row: about the peculiar ones, however high the box is. In its row a disk flies
-//! straight. The next row above is another frame, whose corner is ahead by a displacement that
-//! grows with time and which moves faster by the slip, the shear rate times the height of a row. So
-//! every boundary between two rows is a Lees-Edwards boundary; that around the box has an offset
-//! more.
+//! to their row: close to the peculiar velocities, however high the box is. Within its row a disk
+//! flies straight. The next row above is another frame: its corner is ahead by a displacement that
+//! grows with time, and it moves faster by the slip, the shear rate times the height of a row. So
+//! every boundary between two rows is a Lees-Edwards boundary; the periodic boundary of the box has
+//! an additional offset.
 //!
-//! A cell can be touched from four cells of the row above and from four below, where rows that
-//! stand still have three. Which four that are changes when the displacement comes to a whole
-//! number of cells: an event of all rows at once, in which each cell looks into the one that is new
-//! to it.
+//! A cell can be touched from four cells of the row above and from four below, instead of three for
+//! rows at rest. The four change when the displacement reaches a whole number of cells. That is one
+//! event for all boundaries of a kind, in which each cell searches the cell that is new in its
+//! reach.
 
 use crate::cells::{Cell, Cells};
 
@@ -19,7 +19,7 @@ use crate::cells::{Cell, Cells};
 pub(crate) enum Seam {
     /// Boundary between two rows of the box.
     Inside,
-    /// Boundary between the last row and the image of the first.
+    /// Periodic boundary between the last row and the image of the first.
     Around,
 }
 
@@ -46,7 +46,8 @@ impl SlidingRows {
         let offsets = [0.0, offset];
         let steps = offsets.map(|offset| {
             let steps = (offset / width[0]).floor();
-            // Against the flow, a boundary of a cell is the end of those before it.
+            // With a negative rate, a displacement on the boundary of a cell belongs to the step
+            // before.
             let is_end = rate < 0.0 && steps * width[0] == offset;
             steps as i64 - i64::from(is_end)
         });
@@ -214,7 +215,7 @@ impl SlidingRows {
         }
     }
 
-    /// Advances rows by a step: other cells are in reach of each from now on.
+    /// Advances rows by a step, which changes the cells within reach of each.
     pub(crate) fn step(&mut self, seam: Seam) {
         self.steps[seam as usize] += if self.rate > 0.0 { 1 } else { -1 };
     }

@@ -1,4 +1,5 @@
-//! Log of a strip of a gas, from which its neighbours count and check. See [`crate::strips`].
+//! Log of a strip of a gas, from which neighbouring strips count and check events. See
+//! [`crate::strips`].
 
 use std::ops::Range;
 
@@ -121,8 +122,8 @@ pub(crate) struct StripLog<P: Physics> {
     pub(crate) most: [u64; 2],
     /// True for rows whose events may matter to neighbours.
     pub(crate) is_near: Vec<bool>,
-    /// True for rows with disks that may be wrong: in halos, and in the empty rows beyond that
-    /// disks have flown to.
+    /// True for rows with disks that may be wrong: in halos, and in the empty rows beyond them that
+    /// disks have entered.
     pub(crate) is_foreign: Vec<bool>,
     /// True if events of the current row may matter to neighbours.
     pub(crate) near: bool,
@@ -166,7 +167,7 @@ impl<P: Physics<Space = Plane>> StripLog<P> {
         };
         let is_near = |row: i32| {
             let mut edges = window.edges.iter().flatten();
-            // A partner is in the next row at the most.
+            // A partner is at most in the next row.
             edges.any(|edge| above(row, edge.row, place.around).abs() <= place.halo + 1)
                 || !place.core.contains(&row)
         };
@@ -203,8 +204,8 @@ impl<P: Physics> StripLog<P> {
         self.is_negligible |= is_negligible.unwrap_or(false);
     }
 }
-/// Distance of a row above an edge, in rows: 0 is the first row above it, -1 the first below. With
-/// rows in a periodic box.
+/// Distance of a row above an edge, in rows: 0 is the first row above it, -1 the first below.
+/// `around` is the number of rows in a periodic box.
 pub(crate) fn above(row: i32, edge: i32, around: Option<i32>) -> i32 {
     let steps = row - edge;
     match around {

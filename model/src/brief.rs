@@ -1,4 +1,4 @@
-//! Numbers in messages.
+//! Short text of numbers for messages.
 
 /// Formats a number as it would be typed, or with seven digits where that is longer than twelve
 /// characters.

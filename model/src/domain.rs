@@ -1,4 +1,4 @@
-//! The box in which the gas lives.
+//! Simulation box of a gas, periodic along some or all of its axes.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,8 +8,8 @@ use crate::space::{Space, Vector};
 
 /// A rectangular box from the origin to `lengths`, periodic along some of its axes, or all.
 ///
-/// Where periodic images are, and how fast they move, is known to [`Images`]. What stands at the
-/// faces of the other axes is described by [`crate::walls::Walls`].
+/// Where periodic images are, and how fast they move, is known to [`Images`]. Walls at the faces of
+/// the other axes are described by [`crate::walls::Walls`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Domain<S: Space> {

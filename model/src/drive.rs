@@ -1,16 +1,20 @@
 //! A stochastic drive: random kicks that keep a dissipative gas in motion.
 //!
 //! After every interval each particle gets a kick, a Gaussian change of velocity that is
-//! independent of everything else. In the limit of short intervals this is the white noise of
-//! Williams & MacKintosh, Phys. Rev. E 54, R9 (1996), doi:10.1103/PhysRevE.54.R9, and of van Noije
-//! & Ernst, Granular Matter 1, 57 (1998), doi:10.1007/s100350050009. Each particle gains the same
-//! energy on average, so the variance of a kick is in inverse proportion to the mass. The mean
-//! kick, weighted with the masses, is subtracted, so that the total momentum is conserved.
+//! independent of everything else. In the limit of short intervals this is white noise.
 //!
-//! Where dissipation balances heating stands in [`kinetic::heated_temperature`](crate::kinetic).
-//! Scaling velocities is no drive: it is free cooling in a moving unit of time, in which free
-//! cooling is stationary (J. J. Brey, M. J. Ruiz-Montero & F. Moreno, Phys. Rev. E 69, 051303
-//! (2004), doi:10.1103/PhysRevE.69.051303).
+//! - Williams & MacKintosh, Phys. Rev. E 54, R9 (1996), doi:10.1103/PhysRevE.54.R9.
+//! - Van Noije & Ernst, Granular Matter 1, 57 (1998), doi:10.1007/s100350050009.
+//!
+//! Each particle gains the same energy on average, so the variance of a kick is in inverse
+//! proportion to the mass. The mean kick, weighted with the masses, is subtracted, so that the
+//! total momentum is conserved.
+//!
+//! The temperature at which dissipation balances heating is
+//! [`kinetic::heated_temperature`](crate::kinetic::heated_temperature). Scaling velocities is no
+//! drive: it is free cooling in a moving unit of time, in which free cooling is stationary (J. J.
+//! Brey, M. J. Ruiz-Montero & F. Moreno, Phys. Rev. E 69, 051303 (2004),
+//! doi:10.1103/PhysRevE.69.051303).
 //!
 //! Kicks are addressed by their number and the index of the particle, so both engines draw the same
 //! kicks, and a continued run draws the kicks of an uninterrupted one.

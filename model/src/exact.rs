@@ -96,7 +96,8 @@ impl Exact {
         if highest >= BEYOND {
             return f64::INFINITY;
         }
-        // Three chunks hold 65 bits at least; of those below it counts whether there are any.
+        // Three chunks, 65 bits at least; of the lower chunks it matters only whether any is
+        // non-zero.
         let chunk = |down: usize| {
             top.checked_sub(down)
                 .map_or(0, |index| self.chunks[index] as u128)
@@ -151,7 +152,7 @@ impl Exact {
             let sum = *chunk + carry;
             (*chunk, carry) = (sum & MASK, sum >> BITS);
         }
-        // What is left of a negative sum is -1.
+        // The rest of a negative sum is -1.
         while carry != 0 && carry != -1 {
             self.chunks.push(carry & MASK);
             carry >>= BITS;
@@ -235,7 +236,8 @@ mod tests {
             }
             i64::from(bits.iter().any(|&bit| bit != 0))
         };
-        // Twice the sum is on either side of what lies between the number and its neighbours.
+        // The sum is nearest if it lies between the midpoints to both neighbours of the number; all
+        // are doubled to be exact.
         let twice: Vec<f64> = numbers.iter().chain(numbers).copied().collect();
         let against = |other: f64| sign_of(&[&twice[..], &[-found, -other]].concat());
         let (below, above) = (against(found.next_down()), against(found.next_up()));

@@ -1,4 +1,4 @@
-//! Flight between collisions.
+//! Motion of particles between collisions: straight, parabolic, or in a shear flow.
 
 use std::fmt::Debug;
 

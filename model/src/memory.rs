@@ -11,8 +11,8 @@
 /// Prefetches an element that will be needed soon; harmless where there is none, so that no caller
 /// has to check.
 ///
-/// Into the second cache: the first one of some processors forgets requests when it has twenty
-/// under way.
+/// The second-level cache is used, because the first one of some processors drops requests when
+/// twenty are under way.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     request::<T, 2>(slice, index);
@@ -39,8 +39,10 @@ fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
 }
 
 /// Returns an empty vector with room for `capacity` elements, on large pages where the system
-/// grants them: disks that collide are in no helpful order, and each touch of another small page
-/// costs a walk of the page table.
+/// grants them.
+///
+/// Disks collide in no helpful order, and each access to another small page costs a walk of the
+/// page table.
 pub fn reserved<T>(capacity: usize) -> Vec<T> {
     let vector = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]

@@ -1,4 +1,4 @@
-//! One particle, as engines show it to measurements and read it from a start.
+//! Particle in the form that engines show to measurements and read from a start.
 
 use nalgebra::Vector3;
 

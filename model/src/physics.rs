@@ -1,4 +1,4 @@
-//! The one bound that engines name, and the one struct that meets it.
+//! Trait bound of all engines, [`Physics`], and the struct [`Scene`] that meets it.
 
 use std::fmt::Debug;
 

@@ -1,10 +1,13 @@
-//! Random streams that are addressed, never shared.
+//! Random streams with addresses: reproducible for any order of draws and any number of threads.
 //!
 //! A stream is a function of (seed, replica, purpose, address). So results do not depend on the
-//! order of draws, on the number of threads, or on where a run was stopped and resumed. Each
-//! address is hashed into the seed of a xoshiro256++ generator (Blackman & Vigna, ACM Trans. Math.
-//! Softw. 47, 36 (2021), doi:10.1145/3460772). A counter-based generator would need no hashing, but
-//! costs four times as much a draw once a stream is used more than a few times.
+//! order of draws, on the number of threads, or on where a run was stopped and resumed.
+//!
+//! Each address is hashed into the seed of a xoshiro256++ generator: Blackman & Vigna, ACM Trans.
+//! Math. Softw. 47, 36 (2021), doi:10.1145/3460772.
+//!
+//! A counter-based generator would need no hashing. It lost, because it costs four times as much a
+//! draw once a stream is used more than a few times.
 
 use std::convert::Infallible;
 
@@ -38,7 +41,7 @@ pub enum Purpose {
     Spins = 11,
 }
 
-/// The streams of one replica.
+/// Random streams of one replica.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Streams {
     root: u64,
@@ -103,9 +106,11 @@ impl Streams {
     }
 }
 
-/// The short streams of one (purpose, first half of the address): where each gives only some ten
-/// numbers, the cost of creating it counts. Both words of a stream are hashes of the second half of
-/// the address, counted from two roots of 64 bits each that are hashes of the rest.
+/// Short streams that share purpose and first half of the address.
+///
+/// Where each stream gives only some ten numbers, the cost of creating it counts. Both words of a
+/// stream are hashes of the second half of the address, counted from two roots of 64 bits that are
+/// hashes of the rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bundle {
     roots: [u64; 2],

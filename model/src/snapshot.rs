@@ -34,7 +34,7 @@ pub enum SnapshotError {
     /// The file could not be written or read.
     #[error("{}: {source}", path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
@@ -42,7 +42,7 @@ pub enum SnapshotError {
     /// The file is not a snapshot, damaged, or of another format.
     #[error("{}: not a usable snapshot: {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
     Damaged {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Content found.
         found: String,
@@ -52,13 +52,13 @@ pub enum SnapshotError {
     /// The snapshot is of another case, point of a sweep, seed or version.
     #[error("{}: the snapshot belongs to another run (case, point, seed or version differ)", path.display())]
     Foreign {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The snapshot is of this run, but was written for another place in it.
     #[error("{}: holds {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
     Misplaced {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Replica, engine, point and seed that the file was written for.
         found: String,
@@ -154,7 +154,7 @@ fn fill<T: Serialize>(
     content: &T,
 ) -> Result<Checksum, SnapshotError> {
     let failed = |source| SnapshotError::of_file(path, source);
-    // Its place; what stands there is known at the end.
+    // Space for the header, whose content is known at the end.
     file.write_all(&[0; HEADER]).map_err(failed)?;
     let mut payload = BufWriter::with_capacity(
         BUFFER,
@@ -210,7 +210,7 @@ pub fn read_checked<T: DeserializeOwned>(
         found,
         expected,
     };
-    // A pipe would be waited for, and a device read without end.
+    // Regular files only: a pipe would block, and a device may never end.
     if !fs::metadata(path).map_err(failed)?.is_file() {
         let found = "a folder, a pipe or a device".into();
         return Err(damaged(found, "a file"));
@@ -310,7 +310,7 @@ mod tests {
     fn a_snapshot_is_its_header_and_its_payload() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.snapshot");
-        // Longer than what is written at once.
+        // Content longer than the write buffer.
         let content: Vec<u64> = (0..3 * BUFFER as u64).collect();
         write(&path, &[7; 32], &content).expect("written");
         let payload = postcard::to_stdvec(&content).expect("bytes");
@@ -341,7 +341,8 @@ mod tests {
         assert_eq!(read::<u64>(&path, &[7; 32]).expect("read"), 1);
     }
 
-    /// A pipe would be waited for, and a device read for ever; `/dev/null` is one that ends.
+    /// Devices and pipes are refused without blocking, `/dev/null` in place of all, because it
+    /// ends.
     #[cfg(unix)]
     #[test]
     fn what_is_no_file_is_refused() {

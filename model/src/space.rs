@@ -64,7 +64,7 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     const DIMENSION: usize;
     /// Positions and velocities.
     type Vector: Vector;
-    /// A rotation.
+    /// Rotation of vectors and spins.
     type Turn: Copy;
     /// Angular velocities: one component in the plane, three in space.
     type Spin: Vector;
@@ -321,9 +321,9 @@ mod tests {
     use rand::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Unit length; the square of the impact parameter has the mean 1/3 on a line and 1/2 in a
-    /// disk, and the mean of what is aside vanishes: z = 4.4 standard errors (false alarm 1e-5
-    /// each).
+    /// Checks that vectors have unit length, that the square of the impact parameter has the mean
+    /// 1/3 on a line and 1/2 in a disk, and that the mean lateral component vanishes: z = 4.4
+    /// standard errors (false alarm 1e-5 each).
     fn check<S: Space>(directions: &[S::Vector], mean_square: f64, variance: f64) {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(5);
         let count = 100_000;

@@ -150,8 +150,8 @@ impl Sizes for Species {
     }
 }
 
-/// Map from the species number of an engine to the species of the case: sets of simulators are
-/// numbered on, and in a gas of continuous sizes each particle has a number of its own, in the
+/// Map from the species numbers of an engine to the species of the case. Copies of a gas have
+/// species numbers of their own, and in a gas of continuous sizes each particle has one, in the
 /// order of sizes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Grouping {

@@ -31,7 +31,7 @@ impl<P: Physics> Body<P> {
     }
 }
 
-// Derived copies would demand the same of `P`.
+// A derived `Clone` or `Copy` would require it of `P` too.
 #[expect(
     clippy::expl_impl_clone_on_copy,
     reason = "a derived Clone would demand `P: Clone`"
@@ -65,7 +65,7 @@ impl<P: Physics> std::fmt::Debug for Body<P> {
 pub struct State<P: Physics> {
     /// Time of the state \[time\].
     pub time: f64,
-    /// The box.
+    /// Box of the gas, with its periodicity.
     pub domain: Domain<P::Space>,
     /// Particles; their sizes are found by their index here.
     pub bodies: Vec<Body<P>>,

@@ -198,7 +198,7 @@ impl<T: Copy + Default> Parts<T> {
 mod tests {
     use super::*;
 
-    /// Weights by slot, in both ways; slots are kinds.
+    /// Weights by species as both kinds of sums, to compare them.
     #[derive(Serialize, Deserialize)]
     struct Both {
         totals: Totals,

@@ -1,15 +1,15 @@
-"""What Python costs: collisions per second of exact disks in Rust, from Python, and through observers.
+"""Cost of Python: collisions per second of exact disks in Rust, from Python, and through observers.
 
     cargo build --release -p stosszahl-python --features states --example speed
     chrt -f 1 python python/benchmarks/speed.py target/release/examples/speed [DISKS] [TURNS] [WAYS]
     chrt -f 1 python python/benchmarks/speed.py target/release/examples/speed pairs [DISKS] [TURNS] [COLLISIONS]
 
-All do the same gas to the same end, elastic disks at packing 0.25, by turns and in an order that changes from turn to turn, so that what
-else goes on on the machine meets all of them; with WAYS, only the first so many ways. Times are of the advance alone. Said are medians over
-the turns, with quartiles.
+All ways advance one gas of elastic disks at packing 0.25 to one end, by turns and in an order that changes from turn to turn, so that other
+load on the machine affects all of them; with WAYS, only the first WAYS ways. Times are of the advance alone. Medians over the turns are
+printed with quartiles.
 
-With `pairs`, Rust and Python take many short turns, each in a process of its own, in the order Rust, Python, Python, Rust. Said is the median
-of the quotient over all turns of two of each, with its 95 % interval by order statistics.
+With `pairs`, Rust and Python take many short turns, each in its own process, in the order Rust, Python, Python, Rust. The median of the
+quotient over all turns of two of each is printed, with its 95 % interval by order statistics.
 """
 
 import subprocess
@@ -31,7 +31,7 @@ def exact(disks):
 
 
 def end_of(disks, collisions=COLLISIONS):
-    """A time until which there are about so many collisions."""
+    """Time until which there are about `collisions` collisions."""
     engine = exact(disks)
     before = engine.collisions
     engine.advance(20.0)
@@ -52,7 +52,7 @@ def in_python(disks, until, observer=None):
 
 
 def pairs(program, disks=5000, turns=40, collisions=400_000):
-    """Quotient of the speeds, each in a new process."""
+    """Prints the quotient of the speeds, each measured in a new process."""
     until = end_of(disks, collisions)
     rust, python = [program], [sys.executable, __file__, "one"]
     quotients, seconds, counts = [], {"Rust": [], "Python": []}, set()
@@ -63,14 +63,14 @@ def pairs(program, disks=5000, turns=40, collisions=400_000):
             count, took = done.stdout.split()
             counts.add(count)
             times[name] += float(took)
-        # The first fills caches of files.
+        # Without the first turn, which fills the file caches.
         if turn > 0:
             quotients.append(times["Rust"] / times["Python"])
             for name, took in times.items():
                 seconds[name].append(took / 2)
     (count,) = counts
     quotients.sort()
-    # The median lies between these two with 95 %: the binomial distribution, by its normal limit.
+    # Bounds of the median with 95 %: the binomial distribution in its normal limit.
     rank = max(int(turns / 2 - 0.98 * turns**0.5), 0)
     low, high = quotients[rank], quotients[turns - 1 - rank]
     speeds = {name: int(count) / median(all_) / 1e6 for name, all_ in seconds.items()}
@@ -79,7 +79,7 @@ def pairs(program, disks=5000, turns=40, collisions=400_000):
 
 
 def counting():
-    """The least that NumPy can do with what it is given: which pairs, how fast."""
+    """Returns a minimal NumPy observer: number of collisions and sum of squared relative velocities."""
     sums = np.zeros(2)
 
     def observe(collisions):
@@ -91,7 +91,7 @@ def counting():
 
 
 def binned():
-    """A histogram of impact parameters."""
+    """Returns an observer that makes a histogram of impact parameters."""
     bins = np.zeros(20, dtype=int)
 
     def observe(collisions):

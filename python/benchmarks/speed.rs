@@ -1,5 +1,5 @@
-//! Exact elastic disks at packing 0.25, advanced to a time: `speed DISKS UNTIL` says how many
-//! collisions that took in how many seconds, for comparison with the same from Python.
+//! Speed of exact elastic disks at packing 0.25: `speed DISKS UNTIL` prints the number of
+//! collisions up to a time, and the seconds they took, for comparison with Python.
 
 #![allow(clippy::print_stdout)]
 

@@ -23,7 +23,7 @@ from stosszahl import EventDriven, Gas
 
 
 def temperatures(gas, times):
-    """Temperature of an exact gas at some times."""
+    """Returns the temperature of an exact gas at some times."""
     engine = EventDriven(gas)
     engine.equilibrate(10)
     found = []

@@ -56,7 +56,7 @@ particles = stosszahl.write_particles(stosszahl.trajectory(results), folder)
 
 
 def in_time(collection, reader):
-    """Times and data of a .pvd."""
+    """Reads the times and data of a .pvd file."""
     for one in ElementTree.parse(collection).iter("DataSet"):
         reader.SetFileName(str(collection.parent / one.attrib["file"]))
         reader.Update()
@@ -101,7 +101,7 @@ def legend(colours, title):
 
 
 def temperature(image, title):
-    """Temperature over that of the stream, in colours, and arrows along the mean velocity, as many units of length as it has of speed."""
+    """Draws the temperature over that of the stream, and arrows of the mean velocity (one unit of length for one of speed)."""
     cells = image.GetCellData()
     numbers = {name: vtk_to_numpy(cells.GetArray(name)) for name in ("temperature", "velocity_x", "velocity_y")}
     ratio = numpy_to_vtk(numbers["temperature"] / STREAM, deep=True)
@@ -122,7 +122,7 @@ def temperature(image, title):
 
 
 def simulators(cloud, title):
-    """Some simulators as disks of ten times their diameter, coloured by their speed."""
+    """Draws some simulators as disks of ten times their diameter, coloured by their speed."""
     speed = numpy_to_vtk(np.linalg.norm(vtk_to_numpy(cloud.GetPointData().GetArray("velocity")), axis=1), deep=True)
     speed.SetName("speed")
     cloud.GetPointData().AddArray(speed)

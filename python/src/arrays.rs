@@ -1,4 +1,5 @@
-//! Arrays of numbers as bytes, in the order of this machine, which Python reads without copying.
+//! Arrays of numbers as bytes, in the byte order of this machine, which Python reads without
+//! copying.
 
 use nalgebra::Vector3;
 use pyo3::exceptions::PyValueError;

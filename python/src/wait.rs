@@ -73,7 +73,7 @@ pub fn wait<T: Send, M: Send>(
                 match receive.recv_timeout(LOOK) {
                     Ok(message) => {
                         let heard = Python::attach(|py| hear(py, message));
-                        // Work that has ended needs no answer.
+                        // The answer may fail: the work has ended.
                         let _ = answer.send(heard.is_ok());
                         if let Err(error) = heard {
                             failed.get_or_insert((error, Instant::now()));

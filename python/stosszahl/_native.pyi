@@ -1,4 +1,4 @@
-"""What of the package is written in Rust. Use the classes of ``stosszahl`` instead."""
+"""Native part of the package, written in Rust. Use the classes of ``stosszahl`` instead."""
 
 from collections.abc import Callable, Mapping
 from os import PathLike

@@ -1,4 +1,4 @@
-"""Cases: what the command line runs, from Python."""
+"""Cases of the command line, from Python: check, run, sweep and report."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ class Case:
     Parameters
     ----------
     path : path
-        The file, or the name of a case that comes with the package, such as ``"quick"``. With `text` it need not exist: it stands in messages, and start files are looked for beside it.
+        The file, or the name of a case that comes with the package, such as ``"quick"``. With `text` it need not exist: it
+        appears in messages, and its folder is that of start files.
     text : str, optional
         TOML, in place of the contents of the file.
     overrides : sequence of str
@@ -56,7 +57,7 @@ class Case:
         seed: int | None = None,
         until: float | None = None,
     ) -> Case:
-        """The case with dotted keys set, such as ``{"gas.restitution": 0.9, "species.1.number": 4000}``."""
+        """This case with dotted keys set, such as ``{"gas.restitution": 0.9, "species.1.number": 4000}``."""
         further = {"replicas": replicas, "seed": seed, "run.until": until}
         if not isinstance(keys, Mapping | None):
             raise CaseError(f"keys are {keys!r}; allowed: a dictionary of dotted keys")
@@ -64,7 +65,7 @@ class Case:
         return Case(self.path, self.text, self.overrides + [f"{given.key_of(key)}={toml(value)}" for key, value in all_.items()])
 
     def swept(self, over: Mapping[str, Sequence[Any]]) -> Case:
-        """The case with a sweep over dotted keys: all combinations of the values."""
+        """This case with a sweep over dotted keys: all combinations of the values."""
         text = _native.case_text(self.path) if self.text is None else self.text
         block = "".join(f"{json.dumps(key)} = {toml(listed(key, values))}\n" for key, values in mapped(over).items())
         return Case(self.path, f"{text.rstrip()}\n\n[[sweep]]\n{block}", self.overrides)
@@ -77,7 +78,7 @@ def mapped(over: Any) -> Mapping[str, Any]:
 
 
 def listed(key: str, values: Any) -> list[Any]:
-    """The values of a key in a sweep."""
+    """Values of a key in a sweep, as a list."""
     values = given.plain(values)
     if isinstance(values, list):
         return values
@@ -85,7 +86,7 @@ def listed(key: str, values: Any) -> list[Any]:
 
 
 def toml(value: Any) -> str:
-    """A value as TOML."""
+    """Formats a value as TOML."""
     value = given.plain(value)
     if isinstance(value, bool):
         return str(value).lower()
@@ -108,7 +109,7 @@ def threads_of(threads: int | None) -> int | None:
 
 
 def schema() -> dict[str, Any]:
-    """The JSON Schema of case files."""
+    """JSON Schema of case files."""
     schema: dict[str, Any] = json.loads(_native.schema())
     return schema
 
@@ -122,7 +123,7 @@ def check(
     until: float | None = None,
     threads: int | None = None,
 ) -> list[dict[str, Any]]:
-    """What a case means before it is run, for each point of its sweep.
+    """Checks a case without running it: derived quantities, cost and warnings of each point of its sweep.
 
     Parameters are those of :func:`run`.
 
@@ -135,7 +136,7 @@ def check(
     Raises
     ------
     CaseError
-        Says file, line and key that are to blame, and what is allowed.
+        The case is refused; the message names file, line, key and allowed values.
     """
     whole = Case.of(case).set(keys, replicas=replicas, seed=seed, until=until)
     points: list[dict[str, Any]] = json.loads(_native.check(whole, threads_of(threads)))
@@ -158,39 +159,39 @@ def run(
 ) -> Results:
     """Runs a case, writes its folder with tables and report, and returns the results.
 
-    The folder is that of the command line: the same case and seed give the same tables, whatever the number of threads. Other
-    threads of Python run meanwhile. Ctrl-C stops the run within about a second, at a checkpoint; with ``resume=True`` it goes
-    on from there to the same tables.
+    The folder is that of the command line: tables depend on the case and the seed, not on the number of threads. Other threads of
+    Python run meanwhile. Ctrl-C stops the run within about a second, at a checkpoint; with ``resume=True`` it resumes from there
+    to the same tables.
 
     Parameters
     ----------
     case : Case, path or dict
         A case file, the name of a case of :func:`bundled_cases`, or the tables of a case as a dictionary.
     keys : dict, optional
-        Dotted keys to set, as by ``--set``: ``{"gas.restitution": 0.9}``. A key that the case sweeps is then swept no more, which a
-        warning says.
+        Dotted keys to set, as by ``--set``: ``{"gas.restitution": 0.9}``. A key that the case sweeps is then no longer swept, with
+        a warning.
     out : path, optional
         The results folder; ``results/NAME`` of the case by default.
     replicas, seed, until : optional
-        In place of the case's.
+        Values in place of those of the case.
     threads : int, optional
-        All cores by default.
+        Number of threads; all cores by default.
     progress : bool or callable
-        A line on standard error, or nothing, or a function of the share that is done and the collisions so far. An
-        exception in it stops the run.
+        True for a line on standard error, False for nothing, or a function of the share that is done and the collisions so far.
+        An exception in it stops the run.
     resume : bool
-        Goes on from the checkpoints of a run that was stopped.
+        True to resume from the checkpoints of a stopped run.
     force : bool
-        Replaces an existing folder.
+        True to replace an existing folder.
     ignore_memory_limit : bool
-        Starts even if the case needs more memory than is free.
+        True to start even if the case needs more memory than is free.
 
     Raises
     ------
     CaseError, ResultsError, RunError
-        With the messages of the command line.
+        The case, the folder or the run fails, with the message of the command line.
     KeyboardInterrupt
-        After Ctrl-C, when the checkpoint is written.
+        The run was stopped by Ctrl-C; its checkpoint is written.
     """
     whole = Case.of(case).set(keys, replicas=replicas, seed=seed, until=until)
     if resume and force:
@@ -233,18 +234,18 @@ def sweep(
     over : dict
         Dotted keys, each with the list of its values.
     options
-        Those of :func:`run`.
+        Options of :func:`run`.
 
     Returns
     -------
     Results
-        With ``points``, and tables over all of them.
+        Results with ``points``, and tables over all points.
     """
     return run(Case.of(case).swept(over), keys, **options)
 
 
 def report(folder: Path_) -> Path:
-    """Writes ``report.html`` of a folder anew from its tables, and returns its path."""
+    """Rebuilds ``report.html`` of a folder from its tables, and returns its path."""
     return Path(_native.report(given.path("folder", folder, ResultsError)))
 
 

@@ -1,4 +1,4 @@
-"""Engines that run a gas, and what observes their collisions."""
+"""Engines that advance a gas, and observers of their collisions."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ COLLISION = np.dtype(
         ("species", np.uint32, 2),
     ]
 )
-"""One collision, as observers receive them.
+"""Type of one collision, as observers receive it.
 
 =====================  ==============================================================================================
-``time``               when [time]
-``position``           where the first partner was [length], perhaps in another image of a periodic box
-``relative_velocity``  of the first partner to the second, before [length/time]
-``line``               line of centres, from the second to the first, of the length of their distance [length]
+``time``               time of the collision [time]
+``position``           position of the first partner [length], perhaps in another image of a periodic box
+``relative_velocity``  velocity of the first partner less that of the second, before the collision [length/time]
+``line``               line of centres, from the second to the first partner, of the length of their distance [length]
 ``reduced_mass``       m1 m2/(m1 + m2)
 ``restitution``        coefficient of normal restitution that acted
-``weight``             physical collisions that it stands for: 1 in exact dynamics
+``weight``             number of physical collisions: 1 in exact dynamics
 ``pair``               indices of the partners; 2^32 - 1 where equal particles are not distinguished
-``species``            their species
+``species``            species of the partners, from 0
 =====================  ==============================================================================================
 
 In the plane the third component of vectors is zero.
@@ -48,7 +48,7 @@ Observer = Callable[[NDArray[np.void]], Any]
 
 
 class ImpactParameters:
-    """Observes impact parameters b/d in Rust, at no cost in Python.
+    """Observer of impact parameters b/d that runs in Rust, at no cost in Python.
 
     Under molecular chaos u = (b/d)^(dimension - 1) is uniform.
 
@@ -57,7 +57,7 @@ class ImpactParameters:
     dimension : int
         2 for disks, 3 for spheres.
     bins : int
-        Bins of equal width of u.
+        Number of bins of u, of equal width.
     """
 
     def __init__(self, dimension: int = 2, bins: int = 20) -> None:
@@ -76,7 +76,7 @@ class ImpactParameters:
 
     @property
     def collisions(self) -> int:
-        """Pair collisions seen."""
+        """Number of pair collisions seen."""
         return self._handle.collisions()
 
     @property
@@ -91,7 +91,7 @@ class ImpactParameters:
 
     @property
     def slope_error(self) -> float | None:
-        """Its standard error, if collisions are independent; those of one clustered gas are not."""
+        """Standard error of the slope if collisions are independent; those of one clustered gas are not."""
         return self._handle.slope_error()
 
 
@@ -102,7 +102,7 @@ def gas_of(start: Any) -> Gas:
 
 
 class Engine(HasParticles):
-    """A gas under way. :class:`EventDriven` and :class:`MonteCarlo` are engines."""
+    """Engine with its gas: the common interface of :class:`EventDriven` and :class:`MonteCarlo`."""
 
     _handle: _native.Engine
 
@@ -114,25 +114,26 @@ class Engine(HasParticles):
     def advance(self, until: float, observer: Observer | ImpactParameters | None = None, *, batch: int = 4096) -> None:
         """Advances to a time.
 
-        Other threads of Python run meanwhile. Ctrl-C stops it between two collisions or steps: the engine then stands at a
-        time before `until`, and the same call goes on to the same bytes as without the stop. A second Ctrl-C, a second later or
-        more, breaks off a step that takes long; the engine has no state then.
+        Other threads of Python run meanwhile. Ctrl-C stops it between two collisions or steps: the engine is then at a time
+        before `until`, and the same call continues to the bytes of an advance without a stop. A second Ctrl-C, a second later or
+        more, breaks off a long step; the engine then has no state.
 
         Parameters
         ----------
         until : float
-            The time [time]: the present or later, and finite.
+            End time [time]: finite, and not before the current time.
         observer : callable or ImpactParameters, optional
-            Is called with all collisions until then, in order, in arrays of the type :data:`COLLISION` that cannot be
-            written to. It runs in this thread while the engine works on the next batch in another. An exception in it stops the engine
-            as Ctrl-C does, when that batch is full or `until` is reached: always at the same time.
+            Function that receives all collisions in order, in read-only arrays of the type :data:`COLLISION`. It runs in this
+            thread while the engine computes the next batch in another. An exception in it stops the engine as Ctrl-C does, when
+            that batch is full or `until` is reached, so at a reproducible time.
         batch : int
-            Collisions in an array; the last has what is left.
+            Number of collisions in an array; the last array may have fewer.
 
         Raises
         ------
         GasError
-            The time is past or infinite, or so far that the gas would need years; or it cannot go on, as in inelastic collapse.
+            The time is past or infinite, or so far that the gas would need years; or the gas cannot continue, as in inelastic
+            collapse.
         """
         until, batch = given.number("until", until), given.whole("batch", batch, 1, 2**32)
         if observer is None:
@@ -145,12 +146,12 @@ class Engine(HasParticles):
             raise GasError(f"observer is {observer!r}; allowed: a function of an array of collisions, or ImpactParameters")
 
     def state(self) -> Gas:
-        """The gas as it is now: another engine can start from it, and it can be pickled."""
+        """Current gas, from which another engine can start, and which can be pickled."""
         return Gas(self._gas._description, handle=self._handle.state())
 
     @property
     def time(self) -> float:
-        """The present time [time]."""
+        """Current time [time]."""
         return self._handle.time()
 
     @property
@@ -160,40 +161,44 @@ class Engine(HasParticles):
 
     @property
     def collisions(self) -> int:
-        """Pair collisions so far, of simulators where those collide."""
+        """Number of pair collisions so far; of simulators where simulators collide."""
         return self._handle.work()[0]
 
     @property
     def work(self) -> dict[str, float]:
-        """Named counts of work, such as predictions per collision. They do not depend on the machine."""
+        """Counts of work by name, such as predictions per collision; they do not depend on the machine."""
         return self._handle.work()[1]
 
     @property
     def boundaries(self) -> dict[str, dict[str, Any]]:
-        """What each wall or opening has given so far: ``particles`` that touched it (negative where they left), ``momentum`` (3,) and ``energy``."""
+        """Transfer from each wall or opening to the gas so far, by its name.
+
+        ``particles`` is the number that touched it (negative where they left), ``momentum`` has the shape (3,), and ``energy``
+        is a number.
+        """
         return {
             name: {"particles": particles, "momentum": np.array(momentum), "energy": energy}
             for name, particles, momentum, energy in self._handle.boundaries()
         }
 
     def kick(self, changes: ArrayLike) -> None:
-        """Adds to all velocities [length/time], shape (number, dimension)."""
+        """Adds changes to all velocities [length/time], shape (number, dimension)."""
         changes = given.vectors("changes", changes, (len(self), self.dimension))
         if not np.isfinite(changes).all():
             raise GasError("changes of velocities are not finite; allowed: finite numbers")
         self._handle.kick(changes.tobytes())
 
     def scale_velocities(self, factor: float) -> None:
-        """Multiplies all velocities with a positive factor."""
+        """Multiplies all velocities by a positive factor."""
         self._handle.scale_velocities(given.number("factor", factor))
 
     def follow_displacements(self) -> bool:
-        """Measures displacements from now on; False if this engine cannot."""
+        """Starts to measure displacements; returns False if this engine cannot."""
         return self._handle.follow_displacements()
 
     @property
     def displacements(self) -> NDArray[np.float64] | None:
-        """How far each particle has come since then, across the edges of the box [length], shape (number, dimension)."""
+        """Displacements since :meth:`follow_displacements` [length], shape (number, dimension), across the edges of the box."""
         data = self._handle.displacements()
         return None if data is None else numbers(data, (-1, self.dimension))
 
@@ -207,7 +212,7 @@ class EventDriven(Engine):
     Parameters
     ----------
     gas : Gas
-        The start.
+        Initial state.
 
     Raises
     ------
@@ -219,9 +224,9 @@ class EventDriven(Engine):
         super().__init__(gas, _native.Engine.event_driven(gas_of(gas)._handle))
 
     def equilibrate(self, collisions_per_particle: float) -> None:
-        """Runs elastically until each disk has collided so often, then restores temperature and time.
+        """Runs elastic collisions, `collisions_per_particle` for each disk, then restores temperature and time.
 
-        After Ctrl-C the gas is as it was.
+        After Ctrl-C the gas is unchanged.
         """
         collisions_per_particle = given.number("collisions_per_particle", collisions_per_particle)
         if not 0.0 <= collisions_per_particle < 1e12:
@@ -255,20 +260,21 @@ class MonteCarlo(Engine):
         Parameters
         ----------
         gas : Gas
-            The start, such as ``EventDriven.state()``.
+            Initial state, such as ``EventDriven.state()``.
         scheme : str
-            Which pairs collide, and how often: ``"collisionless"``, ``"boltzmann"``, ``"free-volume"``, ``"enskog"``,
+            Scheme of pair selection and collision rate: ``"collisionless"``, ``"boltzmann"``, ``"free-volume"``, ``"enskog"``,
             ``"esmc"``, ``"stochastic-disks"`` or ``"contact-point"``; see ``docs/engines.md``.
         cell_size : float, optional
             Smallest side of a cell [length].
         steps_per_cell_crossing : float, optional
-            Time steps in a mean free time, and in which the fastest particle crosses a cell.
+            Number of time steps in a mean free time, and in the time in which the fastest particle crosses a cell.
         max_contact_value : float, optional
             Limit on the factor by which density raises the collision rate.
         stiffness : float, optional
-            Of stochastic disks.
+            Stiffness of stochastic disks: collision rate of overlapping disks, over the rate at which a dilute gas has Enskog's
+            collision rate.
         partner_radius : float, optional
-            Of contact-point: radius around the point of contact from which partners are drawn [length].
+            Radius around the point of contact from which ``"contact-point"`` draws partners [length].
         """
         engine = cls.__new__(cls)
         if not isinstance(scheme, str):

@@ -8,30 +8,30 @@ __all__ = ["CaseError", "EngineError", "Error", "GasError", "OutOfMemoryError", 
 
 
 class Error(Exception):
-    """Whatever the package refuses, or cannot do."""
+    """Base class of all errors of the package."""
 
 
 class GasError(Error, ValueError):
-    """A gas that cannot be, or an engine that cannot start or go on with it."""
+    """Refused gas, or an engine that cannot start or continue with it."""
 
 
 class OutOfMemoryError(GasError, MemoryError):
-    """A gas or an engine that needs more memory than is free."""
+    """Gas or engine that needs more memory than is free."""
 
 
 class EngineError(Error, RuntimeError):
-    """An engine that is at work, or was interrupted in the middle of a step."""
+    """Engine that is at work in another thread, or was interrupted in the middle of a step."""
 
 
 class CaseError(Error, ValueError):
-    """A case that is refused.
+    """Refused case.
 
     Attributes
     ----------
     key : str or None
-        The dotted key that is to blame, such as ``gas.restitution``; elements of lists are counted from 1.
+        Dotted key that is refused, such as ``gas.restitution``; elements of lists are counted from 1.
     line, column : int or None
-        Where it is written, from 1.
+        Place of the key in the file, from 1.
     """
 
     def __init__(self, message: str, key: str | None = None, place: tuple[int, int] | None = None) -> None:
@@ -46,12 +46,12 @@ class CaseError(Error, ValueError):
 
 
 class RunError(Error, RuntimeError):
-    """A run that failed."""
+    """Failed run."""
 
 
 class ResultsError(Error, ValueError):
-    """A results folder that cannot be written or read."""
+    """Results folder, or file, that cannot be written or read."""
 
 
 class PackageError(Error, ImportError):
-    """A package that is needed here and is not installed; ``name`` is that of the package."""
+    """Missing optional package; ``name`` is its name."""

@@ -31,7 +31,7 @@ STYLE: Any = {
 
 
 def draw(table: pd.DataFrame, figure: dict[str, Any], columns: list[dict[str, str]]) -> Figure:
-    """The figure that a table describes."""
+    """Draws a figure of a table by the description in the manifest."""
     roles = {column["name"]: column["role"] for column in columns}
     panels = list(groups(table, figure["panels"]))[:PANELS]
     across = min(3, len(panels)) or 1
@@ -58,7 +58,7 @@ def draw(table: pd.DataFrame, figure: dict[str, Any], columns: list[dict[str, st
 
 
 def groups(table: pd.DataFrame, names: list[str]) -> Iterator[tuple[Any, pd.DataFrame]]:
-    """Rows that agree in some columns, in the order in which they occur."""
+    """Groups rows that agree in some columns, in the order in which groups occur."""
     names = [name for name in names if name in table.columns]
     if not names:
         yield (), table
@@ -67,7 +67,7 @@ def groups(table: pd.DataFrame, names: list[str]) -> Iterator[tuple[Any, pd.Data
 
 
 def title(names: list[str], keys: Any) -> str:
-    """What a group is about, in words: ``ED (exact), window 0 to 1``."""
+    """Title of a group from its keys: ``ED (exact), window 0 to 1``."""
     words: list[str] = []
     for name, key in zip(names, keys if isinstance(keys, tuple) else (keys,)):
         of, _, end = name.rpartition("_")

@@ -1,4 +1,4 @@
-"""Trajectories as files of other programs: OVITO, ASE, freud, HOOMD-blue, MDAnalysis."""
+"""Trajectories, and their files for other programs: OVITO, ASE, freud, HOOMD-blue, MDAnalysis."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ __all__ = ["Trajectory", "trajectory"]
 
 
 class Trajectory(Sequence[Snapshot]):
-    """Snapshots one after the other.
+    """Sequence of snapshots in order of time.
 
     Parameters
     ----------
     snapshots : iterable of Snapshot or Gas
-        In order of time.
+        Snapshots, in order of time.
     """
 
     def __init__(self, snapshots: Iterable[Snapshot | Gas]) -> None:
@@ -64,7 +64,7 @@ class Trajectory(Sequence[Snapshot]):
         ``.h5``     H5MD: MDAnalysis, pyh5md                                   ``h5py``
         ==========  =========================================================  =======================
 
-        In the plane the box has a thickness of one for programs that want one, and is not periodic across it.
+        In the plane the box has a thickness of one for programs that need one, and is not periodic across it.
 
         Returns
         -------
@@ -74,8 +74,8 @@ class Trajectory(Sequence[Snapshot]):
         Raises
         ------
         ResultsError
-            There is no snapshot, or the ending is not known, or snapshots differ where the format does not let them, or the
-            file cannot be written.
+            There is no snapshot, the ending is unknown, snapshots differ in a quantity that is constant in the format, or the file
+            cannot be written.
         PackageError
             The package that the format needs is not installed.
         """
@@ -93,18 +93,18 @@ class Trajectory(Sequence[Snapshot]):
 def trajectory(
     source: Engine | Results, times: Iterable[float] | None = None, engine: str | None = None, replica: int = 0
 ) -> Trajectory:
-    """The trajectory of an engine, which is advanced, or the snapshots of one engine and replica of a results folder.
+    """Returns the trajectory of an engine, which is advanced, or of one engine and replica of a results folder.
 
     Parameters
     ----------
     source : EventDriven, MonteCarlo or Results
-        What moves, or what a run has left.
+        Engine to advance, or results of a run with snapshots.
     times : iterable of float
-        When [time]; of an engine only.
+        Times of the snapshots [time]; for an engine only.
     engine : str, optional
-        Which engine of the results; the first that has snapshots by default.
+        Engine of the results; by default the first that has snapshots.
     replica : int
-        Which replica of the results, from 0.
+        Number of the replica of the results, from 0.
     """
     if isinstance(source, Results):
         if times is not None:
@@ -149,11 +149,11 @@ PROPERTIES = {
     "radii": "radius:R:1",
     "masses": "mass:R:1",
     "spins": "angular_velocity:R:3",
-    # What OVITO takes for the type, and ASE keeps as an array; "species" would be names of elements to both.
+    # Type for OVITO, and an array for ASE; both take "species" for names of elements.
     "species": "type:I:1",
     "weights": "weight:R:1",
 }
-"""Quantities of extended XYZ."""
+"""Properties of extended XYZ, by the name of the array."""
 
 
 def write_xyz(path: Path, all_: list[Snapshot]) -> None:
@@ -177,7 +177,7 @@ def alike(all_: list[Snapshot], what: str, of: Callable[[Snapshot], Any]) -> Non
 
 
 def stacked(all_: list[Snapshot]) -> dict[str, Any]:
-    """All snapshots as arrays with the time in front; particles do not come and go."""
+    """Stacks all snapshots to arrays with the time as first axis; the number of particles must be constant."""
     alike(all_, "the number of particles", len)
     arrays: dict[str, Any] = {
         "time": np.array([one.time for one in all_]),
@@ -188,13 +188,13 @@ def stacked(all_: list[Snapshot]) -> dict[str, Any]:
         own = [getattr(one, name) for one in all_]
         known = next((array for array in own if array is not None), None)
         if known is not None:
-            # Grains that do not spin yet, or are all of the first species, or weigh the same, may have none.
+            # Defaults in snapshots without the array: particles without spin, of the first species, or of equal weight.
             arrays[name] = np.array([MISSING.get(name, np.nan) + np.zeros_like(known) if array is None else array for array in own])
     return arrays
 
 
 MISSING = {"spins": 0, "species": 0, "weights": 1}
-"""What stands for quantities that tell nothing in a snapshot."""
+"""Values of quantities that a snapshot leaves out."""
 
 
 def write_npz(path: Path, all_: list[Snapshot]) -> None:
@@ -213,7 +213,7 @@ def write_gsd(path: Path, all_: list[Snapshot]) -> None:
             frame.configuration.dimensions = 2 if flat else 3
             frame.configuration.box = [*sides[:2], 0.0 if flat else sides[2], 0, 0, 0]
             frame.particles.N = len(one)
-            # HOOMD's box is centred.
+            # Shift to the box of HOOMD, which is centred at the origin.
             frame.particles.position = positions - 0.5 * sides * [1, 1, 0 if flat else 1]
             if one.velocities is not None:
                 frame.particles.velocity = one.velocities
@@ -235,7 +235,7 @@ def write_h5md(path: Path, all_: list[Snapshot]) -> None:
 
     h5py = optional("h5py", "files .h5")
     arrays = stacked(all_)
-    # Of one snapshot they stand for all.
+    # Arrays that must be equal in all snapshots, and are written once.
     constant = {"radii": "radius", "masses": "mass", "species": "species"}
     for name in constant:
         if name in arrays:

@@ -1,4 +1,4 @@
-"""Gases: what particles are, and where they are at one time."""
+"""Gases: particles, box and contact laws, and the state at one time."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ AXES = {"x": 0, "y": 1}
 
 @dataclass(frozen=True)
 class Wall:
-    """A plane wall at a face of the box.
+    """Plane wall at a face of the box.
 
     Parameters
     ----------
     restitution : float
-        What is left of the normal velocity, 0 to 1.
+        Normal velocity after a contact over that before, 0 to 1.
     slip : float
-        What is left of the tangential velocity of the contact, -1 to 1.
+        Tangential velocity of the contact after it over that before, -1 to 1.
     temperature : float, optional
-        Makes the wall diffuse: particles leave with the flux of a Maxwellian of this temperature [energy].
+        Temperature of a diffuse wall, which particles leave with the flux of a Maxwellian [energy].
     sliding : (float, float)
         Velocity of the wall along itself [length/time].
     vibration : (float, float), optional
-        Amplitude [length] and period [time] of its motion to and fro.
+        Amplitude [length] and period [time] of the vibration of the wall.
     """
 
     restitution: float = 1.0
@@ -58,7 +58,7 @@ class Viscoelastic:
     Parameters
     ----------
     strength : float
-        [speed^(-1/10)]
+        Strength of the dissipation [speed^(-1/10)].
     """
 
     strength: float
@@ -68,7 +68,7 @@ class Viscoelastic:
 
 
 def numbers(data: bytearray, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Numbers over bytes that nobody else holds, as an array that cannot be written to."""
+    """Wraps bytes as a read-only array of numbers, without a copy; the caller must own the bytes."""
     array = np.frombuffer(data, dtype=np.float64).reshape(shape)
     array.setflags(write=False)
     return array
@@ -77,7 +77,7 @@ def numbers(data: bytearray, shape: tuple[int, ...]) -> NDArray[np.float64]:
 class HasParticles:
     """Columns of all particles, in the order of their indices.
 
-    Arrays are made when they are asked for, and cannot be written to: they are not the engine's own.
+    Arrays are read-only copies, made at each access.
     """
 
     _handle: _native.Gas | _native.Engine
@@ -103,7 +103,7 @@ class HasParticles:
 
     @property
     def spins(self) -> NDArray[np.float64]:
-        """Angular velocities [1/time], shape (number,) for disks; zero for smooth ones."""
+        """Angular velocities [1/time], shape (number,) for disks; zero for smooth particles."""
         shape = (-1,) if self.dimension == 2 else (-1, 3)
         return numbers(self._handle.column("spins"), shape)
 
@@ -119,7 +119,7 @@ class HasParticles:
 
     @property
     def weights(self) -> NDArray[np.float64]:
-        """Particles that each simulator stands for, shape (number,); 1 in exact dynamics."""
+        """Number of particles for each simulator, shape (number,); 1 in exact dynamics."""
         return numbers(self._handle.column("weights"), (-1,))
 
     @property
@@ -134,9 +134,9 @@ class HasParticles:
 
 
 class Gas(HasParticles):
-    """A gas: its physics, and all particles at one time. Engines start from it and give it back.
+    """Gas: its physics, and all particles at one time; the input and output of engines.
 
-    It is made by :meth:`disks` or :meth:`spheres`, and can be pickled, copied and sent to other processes.
+    Gases are made by :meth:`disks` or :meth:`spheres`, and can be pickled, copied and sent to other processes.
 
     Units: the first diameter, the first mass and the temperature of the start are one unless set otherwise; times are
     then in d sqrt(m/T).
@@ -173,7 +173,7 @@ class Gas(HasParticles):
     ) -> Gas:
         """Hard disks of radius 0.5 and mass 1 at random places, with Maxwellian velocities.
 
-        From packing 0.45 on they are placed on a lattice, to be molten by :meth:`EventDriven.equilibrate`.
+        From packing 0.45 on the disks are placed on a lattice, to be melted by :meth:`EventDriven.equilibrate`.
 
         Parameters
         ----------
@@ -186,27 +186,27 @@ class Gas(HasParticles):
         restitution : float or Viscoelastic
             Coefficient of normal restitution, 0 to 1, or a law.
         tangential_restitution : float, optional
-            Makes disks spin: -1 (smooth) to 1 (perfectly rough).
+            Coefficient of tangential restitution, -1 (smooth) to 1 (perfectly rough); with it disks spin.
         species : sequence of (number, radius, mass)
-            Further species.
+            Further species of disks.
         walls : dict, optional
             Faces by axis, lower and upper: ``{"y": (Wall(), Wall(temperature=2))}``. The word ``"open"`` in place of a wall
             lets particles out (Monte Carlo only).
         gravity : (float, float), optional
-            A uniform acceleration [length/time^2].
+            Uniform acceleration [length/time^2].
         contact_time : float
-            Duration of a contact in exact dynamics [time]: contacts of disks that touched something less than this time ago are
-            elastic, which lets a gas go on where it would collapse (TC model; Luding & McNamara, Granular Matter 1, 113 (1998)).
+            Duration of a contact in exact dynamics [time]: contacts of disks within this time after their last contact are
+            elastic, which prevents inelastic collapse (TC model; Luding & McNamara, Granular Matter 1, 113 (1998)).
         temperature : float
             Granular temperature of the start [energy].
         seed, replica : int
-            The same numbers give the same bytes.
+            Seed and number of the replica; equal numbers give equal bytes.
         positions, velocities : array_like, optional
-            A start of one's own, shapes (number, 2); it needs `box_size`. Along periodic axes positions are taken into the box;
-            between walls they lie inside. Disks of several species come one species after the other. Disks that overlap are refused
-            by the engine.
+            Custom initial positions [length] and velocities [length/time], shapes (number, 2); they need `box_size`. Along periodic
+            axes positions are wrapped into the box; between walls they must be inside. Disks of several species come one species
+            after the other. Engines refuse disks that overlap.
         spins : array_like, optional
-            Angular velocities of that start, shape (number,).
+            Custom initial angular velocities [1/time], shape (number,).
 
         Raises
         ------
@@ -249,20 +249,20 @@ class Gas(HasParticles):
         seed: int = 1,
         replica: int = 0,
     ) -> Gas:
-        """Hard spheres without positions, for :class:`MonteCarlo`. It draws their velocities.
+        """Hard spheres without positions, for :class:`MonteCarlo`, which draws their velocities.
 
         Parameters are those of :meth:`disks`.
         """
         return cls(describe(3, number, species, packing_fraction, restitution, temperature, seed, replica))
 
     def with_velocities(self, velocities: ArrayLike) -> Gas:
-        """The same gas with velocities of one's own [length/time], shape (number, dimension)."""
+        """This gas with custom velocities [length/time], shape (number, dimension)."""
         moves = given.vectors("velocities", velocities, (len(self), self.dimension))
         return Gas(self._described(), {**self._start(), "velocities": moves.tobytes()})
 
     @property
     def time(self) -> float:
-        """The time [time]."""
+        """Time of the state [time]."""
         return self._handle.frame()[0]
 
     @property
@@ -273,12 +273,12 @@ class Gas(HasParticles):
 
     @property
     def periodic(self) -> tuple[bool, ...]:
-        """Whether the box is periodic, by axis."""
+        """Periodicity of the box, by axis."""
         return tuple(self._handle.frame()[2][: self.dimension])
 
     @property
     def volume(self) -> float:
-        """Volume; an area in the plane."""
+        """Volume of the box [length^3]; in the plane its area [length^2]."""
         return self._handle.volume()
 
     @property
@@ -303,7 +303,7 @@ class Gas(HasParticles):
         return Gas, (self._described(), self._start())
 
     def _described(self) -> dict[str, Any]:
-        """The description with as many particles of each species as there are now: some may have left through open faces."""
+        """Description with the current number of particles of each species; some may have left through open faces."""
         first, *further = np.bincount(self.species, minlength=1 + len(self._description["species"])).tolist()
         species = [(count, *one[1:]) for count, one in zip(further, self._description["species"])]
         return {**self._description, "number": first, "species": species}
@@ -320,7 +320,7 @@ def describe(
     replica: int,
     **further: Any,
 ) -> dict[str, Any]:
-    """What :class:`_native.Gas` is made of."""
+    """Description from which :class:`_native.Gas` is made, with checked numbers."""
     law = restitution.strength if isinstance(restitution, Viscoelastic) else None
     return {
         "dimension": dimension,
@@ -357,7 +357,7 @@ def species_of(species: Iterable[Iterable[float]]) -> list[tuple[int, float, flo
 
 
 def counted(description: Mapping[str, Any]) -> int:
-    """Particles of all species."""
+    """Number of particles of all species."""
     further: list[tuple[int, float, float]] = description["species"]
     return int(description["number"]) + sum(count for count, *_ in further)
 

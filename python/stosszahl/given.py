@@ -1,4 +1,4 @@
-"""What users give: numbers, vectors and paths of the right type, or the exception that says what is allowed."""
+"""Checks of arguments: numbers, vectors and paths of the right type, or an exception that says what is allowed."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Refusal = type[CaseError] | type[Error]
 
 
 def scalar(value: Any) -> Any:
-    """What an array without axes holds; anything else as it is."""
+    """Unpacks the element of an array without axes; returns other values unchanged."""
     return value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
 
 
 def number(name: str, value: Any, refusal: Refusal = GasError) -> float:
-    """A real number of Python or NumPy; truth values are none."""
+    """Checks a real number of Python or NumPy; truth values are refused."""
     value = scalar(value)
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
@@ -33,7 +33,7 @@ def number(name: str, value: Any, refusal: Refusal = GasError) -> float:
 
 
 def whole(name: str, value: Any, least: int = 0, most: int = 2**64 - 1, refusal: Refusal = GasError) -> int:
-    """A whole number in a range, also as a floating-point number without a fraction."""
+    """Checks a whole number in a range; a floating-point number without a fraction is one."""
     value = scalar(value)
     is_number = isinstance(value, Integral | float | np.floating) and not isinstance(value, bool)
     found: Any = value if is_number else None
@@ -43,7 +43,7 @@ def whole(name: str, value: Any, least: int = 0, most: int = 2**64 - 1, refusal:
 
 
 def pair(name: str, values: Any) -> tuple[float, float]:
-    """Two numbers."""
+    """Checks a pair of numbers."""
     try:
         first, second = values
     except (TypeError, ValueError):
@@ -52,7 +52,7 @@ def pair(name: str, values: Any) -> tuple[float, float]:
 
 
 def vectors(name: str, values: Any, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
-    """An array of real numbers in a shape, where ``None`` stands for any number."""
+    """Checks an array of real numbers of a shape, in which ``None`` stands for any number."""
     if np.ma.is_masked(values):
         raise GasError(f"{name} has masked entries; allowed: an array without, such as name.compressed()")
     try:
@@ -69,14 +69,14 @@ def vectors(name: str, values: Any, shape: tuple[int | None, ...]) -> NDArray[np
 
 
 def path(name: str, value: Any, refusal: Refusal = CaseError) -> Path:
-    """A path: text, or an object that stands for one."""
+    """Checks a path: text, or a path object."""
     if isinstance(value, str | os.PathLike):
         return Path(value)
     raise refusal(f"{name} is {value!r}; allowed: a path")
 
 
 def plain(value: Any) -> Any:
-    """A value of a case without types of NumPy: numbers, words, true and false, lists and dictionaries."""
+    """Converts a value of a case to plain Python: numbers, words, true and false, lists and dictionaries."""
     if np.ma.isMaskedArray(value) and not np.ma.is_masked(value):
         value = np.asarray(value)
     if isinstance(value, np.ndarray | np.generic) and not np.ma.is_masked(value):
@@ -93,7 +93,7 @@ def plain(value: Any) -> Any:
 
 
 def key_of(key: Any) -> str:
-    """A key of a case."""
+    """Checks a key of a case."""
     if isinstance(key, str):
         return key
     raise CaseError(f"the key {key!r} has no place in a case; allowed: words")

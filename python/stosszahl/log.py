@@ -1,4 +1,4 @@
-"""Logs of collisions, and the files that they are written to."""
+"""Logs of collisions, and their files."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from .writing import optional, replacing, writer_of
 __all__ = ["CollisionLog"]
 
 ROWS = 2**17
-"""Collisions that are turned into columns at a time, so that a long log needs little memory beside itself."""
+"""Number of collisions converted to columns at a time, so that a long log needs little further memory."""
 NOBODY = 2**32 - 1
-"""In place of a partner where equal particles are not distinguished."""
+"""Index in place of a partner where equal particles are not distinguished."""
 
 
 class CollisionLog:
-    """An observer that keeps collisions, at most so many.
+    """Observer that keeps collisions, up to a largest number.
 
     Parameters
     ----------
     most : int
-        Collisions that are kept; later ones are only counted. A collision takes 120 bytes.
+        Largest number of collisions that are kept; later ones are only counted. A collision takes 120 bytes.
     """
 
     def __init__(self, most: int = 1_000_000) -> None:
@@ -53,18 +53,18 @@ class CollisionLog:
 
     @property
     def collisions(self) -> NDArray[np.void]:
-        """The kept ones, in order, as an array of the type :data:`COLLISION`."""
+        """Kept collisions, in order, as an array of the type :data:`COLLISION`."""
         return np.concatenate(self._parts) if self._parts else np.empty(0, dtype=COLLISION)
 
     def write(self, path: str | os.PathLike[str]) -> Path:
-        """Writes what is kept; the ending of the file decides the format.
+        """Writes the kept collisions; the ending of the file decides the format.
 
         ============  ==============================================================================  ===========
         ending        holds                                                                           needs
         ============  ==============================================================================  ===========
         ``.npz``      one array for each field of :data:`COLLISION`, ``impact_parameter`` b/d,
                       ``relative_speed``, ``normal_speed`` (of approach), and the number ``seen``
-        ``.parquet``  the same in columns of numbers, in the order of time: ``first`` and ``second``  ``pyarrow``
+        ``.parquet``  equal content in columns of numbers, by time: ``first`` and ``second``          ``pyarrow``
                       for the pair, ``x``, ``y``, ``z`` for vectors; ``seen`` is metadata
         ============  ==============================================================================  ===========
 
@@ -88,7 +88,7 @@ class CollisionLog:
 
 
 def derived(collisions: NDArray[np.void]) -> dict[str, NDArray[np.float64]]:
-    """Impact parameter b/d, relative speed, and its part along the line of centres."""
+    """Computes impact parameter b/d, relative speed, and normal approach speed."""
     relative, line = collisions["relative_velocity"], collisions["line"]
     along = np.einsum("ij,ij->i", relative, line) / np.linalg.norm(line, axis=1)
     return {
@@ -106,7 +106,7 @@ def write_npz(path: Path, log: CollisionLog) -> None:
 
 
 def flat(collisions: NDArray[np.void]) -> dict[str, NDArray[Any]]:
-    """Columns of single numbers, as programs for tables like them."""
+    """Converts collisions to columns of single numbers, as programs for tables need them."""
     pairs = {"first": collisions["pair"][:, 0], "second": collisions["pair"][:, 1]}
     kinds = {f"{which}_species": collisions["species"][:, number] for number, which in enumerate(pairs)}
     vectors = {

@@ -1,4 +1,4 @@
-"""Particles and fields as files of VTK, which ParaView opens: one file for each time, and a ``.pvd`` that names them all."""
+"""Particles and fields as VTK files for ParaView: one file for each time, and a ``.pvd`` collection."""
 
 from __future__ import annotations
 
@@ -32,31 +32,31 @@ COLUMNS = {
     "spins": "angular_velocity",
     "weights": "weight",
 }
-"""Names of arrays in files."""
+"""Names of the arrays in files, by quantity."""
 VERTEX = 1
-"""VTK's number of a cell that is one point."""
+"""VTK cell type of a single point."""
 
 
 def write_particles(frames: Iterable[Snapshot | Gas], folder: str | os.PathLike[str], name: str = "particles") -> Path:
     """Writes particles for ParaView: one ``.vtu`` of points for each snapshot, and a ``.pvd`` in time.
 
-    Points have the arrays ``id``, ``velocity``, ``diameter``, ``mass``, and ``angular_velocity``, ``species`` and ``weight`` where
-    particles differ in them. In ParaView the filter *Glyph* with spheres, the scale array ``diameter`` and the
-    scale factor 1 shows them in their size. Snapshots may differ in their number of particles, and are written one by one as they come.
+    Points have the arrays ``id``, ``velocity``, ``diameter`` and ``mass``. They also have ``angular_velocity``, ``species`` and
+    ``weight`` where particles differ in them. In ParaView the filter *Glyph* with spheres, the scale array ``diameter`` and the scale
+    factor 1 shows particles in their size. Snapshots may differ in their number of particles; each is written as soon as it is made.
 
     Parameters
     ----------
     frames : Trajectory, or iterable of Snapshot or Gas
-        In order of time.
+        Snapshots in order of time.
     folder : path
-        Is made if it does not exist.
+        Folder of the files; it is made if it does not exist.
     name : str
-        The files are ``NAME-0.vtu``, ... and ``NAME.pvd``.
+        Start of the names of the files ``NAME-0.vtu``, ... and ``NAME.pvd``.
 
     Returns
     -------
     Path
-        The ``.pvd`` file. Times in it are those of the snapshots.
+        Path of the ``.pvd`` file. Times in it are those of the snapshots.
 
     Raises
     ------
@@ -72,16 +72,16 @@ def write_fields(results: Results, folder: str | os.PathLike[str], engine: str |
     Parameters
     ----------
     results : Results
-        Of a flow with the measure ``fields``.
+        Results of a flow with the measure ``fields``.
     folder : path
-        Is made if it does not exist.
+        Folder of the files; it is made if it does not exist.
     engine : str, optional
-        Which engine; the first of the table by default.
+        Name of the engine; by default the first of the table.
 
     Returns
     -------
     Path
-        The ``.pvd`` file. Times in it are the middles of windows, in the unit of time of the case.
+        Path of the ``.pvd`` file. Times in it are the middles of windows, in the unit of time of the case.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def write_fields(results: Results, folder: str | os.PathLike[str], engine: str |
     rows = table[table["engine"] == engine]
     if rows.empty:
         raise ResultsError(f"{results.folder}: no fields of {engine!r}; there are some of: {', '.join(table['engine'].unique())}")
-    # The steady state may end with a window that is listed.
+    # Groups by both ends, because the window of the steady state may share its end with a listed window.
     windows: list[tuple[Any, pd.DataFrame]] = list(rows.groupby(["window_start", "window_end"]))
     windows.sort(key=lambda one: sum(one[0]))
     images = ((0.5 * float(start + end), image(results, window)) for (start, end), window in windows)
@@ -101,7 +101,7 @@ def write_fields(results: Results, folder: str | os.PathLike[str], engine: str |
 
 
 def write_series(folder: str | os.PathLike[str], name: str, ending: str, texts: Iterable[tuple[float, str]], stem: str | None = None) -> Path:
-    """Writes files ``STEM-0``, ... as they are made, and at last ``NAME.pvd``, which tells the time of each."""
+    """Writes files ``STEM-0``, ... as they are made, and finally ``NAME.pvd`` with their times."""
     folder = given.path("folder", folder, ResultsError)
     collection = folder / f"{name}.pvd"
     sets = []
@@ -124,7 +124,7 @@ def make_folder(folder: Path) -> None:
 
 
 def placed(path: Path, frames: Iterable[Snapshot | Gas]) -> Iterator[Snapshot]:
-    """Snapshots with positions, as they come."""
+    """Yields snapshots, and refuses those without positions."""
     for one in map(snapshot_of, frames):
         if one.positions is None:
             raise ResultsError(f"{path}.pvd: particles have no positions; allowed: a gas in a box")
@@ -132,7 +132,7 @@ def placed(path: Path, frames: Iterable[Snapshot | Gas]) -> Iterator[Snapshot]:
 
 
 def points(one: Snapshot) -> str:
-    """Particles as a grid of cells that are one point each."""
+    """Formats particles as an unstructured grid of cells of a single point."""
     number = np.arange(len(one))
     columns: dict[str, ArrayLike] = {"id": number}
     known = one.arrays()
@@ -150,7 +150,7 @@ def points(one: Snapshot) -> str:
 
 
 def image(results: Results, window: pd.DataFrame) -> str:
-    """The fields of a window as an image of cells."""
+    """Formats the fields of a window as an image of cells."""
     keys = ["engine", "window_start", "window_end", "x", "y"]
     names = [name for name in window.columns if name not in keys and window[name].dtype.kind in "fi"]
     x, y = np.unique(window["x"]).tolist(), np.unique(window["y"]).tolist()
@@ -165,7 +165,7 @@ def image(results: Results, window: pd.DataFrame) -> str:
 
 
 def document(kind: str, content: str, attributes: str = "") -> str:
-    """A file of VTK's XML format."""
+    """Formats a file of VTK's XML format."""
     head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
     return f'<?xml version="1.0"?>\n{head}\n<{kind}{attributes}>\n{content}</{kind}>\n</VTKFile>\n'
 
@@ -175,7 +175,7 @@ def data_arrays(columns: Mapping[str, ArrayLike], attributes: str = "") -> str:
 
 
 def data_array(name: str, values: ArrayLike, attributes: str = "") -> str:
-    """Numbers, or rows of them, in base64 behind the count of their bytes."""
+    """Formats numbers, or rows of numbers, in base64 with a leading count of bytes."""
     array = np.asarray(values)
     kind, code = TYPES[array.dtype.kind]
     if array.ndim == 2:

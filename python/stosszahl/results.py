@@ -1,4 +1,4 @@
-"""Results: what a run leaves in its folder."""
+"""Results: tables, verdicts, snapshots and figures from the folder of a run."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["Results", "Verdict"]
 
 @dataclass(frozen=True)
 class Verdict:
-    """A conclusion in words; ``kind`` is agree, differ, undecided, void, warning or note."""
+    """Verdict in words; ``kind`` is agree, differ, undecided, void, warning or note."""
 
     kind: str
     topic: str
@@ -38,7 +38,7 @@ class Verdict:
 
 
 class Tables(Mapping[str, pd.DataFrame]):
-    """Tables by name, read when they are asked for."""
+    """Tables by name, each read at its first access."""
 
     def __init__(self, results: Results) -> None:
         self._results = results
@@ -60,23 +60,24 @@ class Tables(Mapping[str, pd.DataFrame]):
 
 
 class Results:
-    """A results folder: of one run, or of a sweep.
+    """Results folder of one run, or of a sweep.
 
     Parameters
     ----------
     folder : path
-        What ``stosszahl run`` or :func:`stosszahl.run` has written.
+        Folder that ``stosszahl run`` or :func:`stosszahl.run` has written.
 
     Attributes
     ----------
     folder : Path
+        Path of the folder.
     tables : mapping of str to DataFrame
-        Tables by name; ``results["energy"]`` is ``results.tables["energy"]``. Of a sweep: the tables of all points, with the
-        values of the point in front. ``DataFrame.attrs`` says what a table is about.
+        Tables by name; ``results["energy"]`` is ``results.tables["energy"]``. Tables of a sweep have the rows of all points, with
+        the values of the point in front. ``DataFrame.attrs`` has the description and the units of a table.
     points : dict of str to Results
         Points of a sweep, by name; empty for one run.
     changed : list of str
-        Files that are not as the run has written them.
+        Files that have changed since the run.
 
     Raises
     ------
@@ -107,7 +108,7 @@ class Results:
 
     @property
     def is_sweep(self) -> bool:
-        """Whether it has points."""
+        """True if the results are those of a sweep, with points."""
         return bool(self.points)
 
     @property
@@ -117,32 +118,32 @@ class Results:
 
     @property
     def case(self) -> dict[str, Any]:
-        """The case as it was run, with all defaults; of a sweep, that of the first point."""
+        """Case as it was run, with all defaults; of a sweep, the case of the first point."""
         return next(iter(self.points.values())).case if self.points else self.manifest["case"]
 
     @property
     def verdicts(self) -> list[Verdict]:
-        """Conclusions, the most important first; of a sweep, those of all points."""
+        """Verdicts, the most important first; of a sweep, the verdicts of all points."""
         if self.points:
             return [verdict for point in self.points.values() for verdict in point.verdicts]
         return [Verdict(one["kind"], one["topic"], one["sentence"]) for one in self.manifest["verdicts"]]
 
     @property
     def warnings(self) -> list[str]:
-        """What a reader should know."""
+        """Warnings about the case and its run; of a sweep, the warnings of all points."""
         if self.points:
             return [text for point in self.points.values() for text in point.warnings]
         return list(self.manifest["warnings"])
 
     @property
     def derived(self) -> dict[str, float]:
-        """Numbers that follow from the case, such as the mean free path, in its units."""
+        """Quantities that follow from the case, such as the mean free path, by name, in the units of the case."""
         self._refuse_sweep("derived")
         return {one["name"]: float("nan") if one["value"] is None else one["value"] for one in self.manifest["derived"]}
 
     @property
     def report(self) -> Path:
-        """The page of the run."""
+        """Path of the report page of the run."""
         return self.folder / "report.html"
 
     def __getitem__(self, name: str) -> pd.DataFrame:
@@ -154,9 +155,9 @@ class Results:
         return columns[["unit", "meaning", "role"]]
 
     def arrow(self, name: str) -> pyarrow.Table:
-        """A table as Arrow has it, over the same memory where columns are of numbers. Fields know unit, meaning and role.
+        """Table as a table of Arrow, without a copy of numeric columns; fields have unit, meaning and role as metadata.
 
-        Polars takes it as it is, ``polars.from_arrow(results.arrow("energy"))``, and so do DuckDB and files of Parquet.
+        Polars reads it, ``polars.from_arrow(results.arrow("energy"))``, and so do DuckDB and Parquet files.
 
         Raises
         ------
@@ -170,14 +171,14 @@ class Results:
         return table.cast(arrow.schema(fields, metadata={"about": frame.attrs["about"]}))
 
     def figure(self, name: str, number: int = 0) -> Figure:
-        """A figure of a table, as the report has it: estimates with error bars against time, dashed theory, histograms, maps.
+        """Figure of a table, as in the report: estimates with error bars against time, dashed theory, histograms, maps.
 
         Parameters
         ----------
         name : str
-            The table.
+            Name of the table.
         number : int
-            Which of its figures.
+            Number of the figure of the table, from 0.
         """
         from .figures import draw
 
@@ -222,7 +223,7 @@ class Results:
             words = {column["name"]: str for column in entry["columns"] if column["unit"] == ""}
             table = pd.read_csv(self.folder / f"{name}.csv", dtype=words, keep_default_na=False, na_values=[""])
             for name in words:
-                # Words that spreadsheets would take for a formula stand behind an apostrophe.
+                # Removal of the apostrophe that protects words from spreadsheets, which would read a formula.
                 table[name] = table[name].astype(object).str.replace(r"^'(?='*[=+\-@\t\r])", "", regex=True)
         table.attrs = {"about": entry["about"], "units": {column["name"]: column["unit"] for column in entry["columns"]}}
         return table

@@ -1,4 +1,4 @@
-"""Snapshots: all particles at one time."""
+"""Snapshots: all particles at one time, and their files."""
 
 from __future__ import annotations
 
@@ -23,28 +23,29 @@ ARRAYS = ("positions", "velocities", "radii", "masses", "spins", "species", "wei
 class Snapshot:
     """All particles at one time, in the units of the case.
 
-    Of the arrays there are those that the case asks for; the others are None.
+    Arrays that the case does not ask for are None.
 
     Attributes
     ----------
     engine : str
         Name of the engine.
     time : float
-        In the unit of time of the case, as tables have it.
+        Time of the snapshot, in the unit of time of the case, as in tables.
     box : tuple of three floats
-        Sides of the box [length]; in the plane the third is a thickness for programs that want one.
+        Sides of the box [length]; in the plane the third is a thickness for programs that need one.
     periodic : tuple of three bools
-        Whether the box is periodic, by axis.
+        Periodicity of the box, by axis.
     positions, velocities : ndarray or None
-        [length], [length/time], shape (number, 3); in the plane the third component is zero. Gases without positions have none.
+        Positions [length] and velocities [length/time], shape (number, 3); in the plane the third component is zero. Gases without
+        positions have None.
     radii, masses : ndarray or None
-        Shape (number,).
+        Radii [length] and masses, shape (number,).
     spins : ndarray or None
-        Angular velocities [1/time], shape (number, 3); none for grains that do not spin.
+        Angular velocities [1/time], shape (number, 3); None for particles that do not spin.
     species : ndarray or None
-        Numbers of the species, from 0, shape (number,); none where all are of one.
+        Numbers of the species, from 0, shape (number,); None if there is one species.
     weights : ndarray or None
-        Numbers of particles that simulators stand for, shape (number,); none where all stand for the same.
+        Number of particles for each simulator, shape (number,); None if all weights are equal.
     replica : int
         Number of the replica, from 0.
     """
@@ -66,13 +67,13 @@ class Snapshot:
         return next((len(array) for array in self.arrays().values()), 0)
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """The arrays that there are, by name."""
+        """Arrays that are not None, by name."""
         all_ = {name: getattr(self, name) for name in ARRAYS}
         return {name: array for name, array in all_.items() if array is not None}
 
 
 def snapshot_of(gas: Gas | Snapshot) -> Snapshot:
-    """A gas as a snapshot."""
+    """Converts a gas to a snapshot."""
     if isinstance(gas, Snapshot):
         return gas
     if not isinstance(gas, Gas):
@@ -122,7 +123,7 @@ def read_snapshot(path: Path, about: Mapping[str, Any]) -> Snapshot:
 
 
 def read_xyz(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str, NDArray[np.float64]]]:
-    """Box, periodic axes, and columns by their names in the file."""
+    """Reads extended XYZ: box, periodicity by axis, and columns by their names in the file."""
     with open(path, encoding="utf-8") as file:
         number, header = int(file.readline()), file.readline()
         names, widths = columns_of(field(header, "Properties"))
@@ -135,7 +136,7 @@ def read_xyz(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str,
 
 
 def read_csv(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str, NDArray[np.float64]]]:
-    """The same of a gas without positions, which has no box; columns by their names in extended XYZ."""
+    """Reads CSV of a gas without positions: no box, and columns by their names in extended XYZ."""
     table = pd.read_csv(path, dtype=np.float64)
     names = {"velocity": "velo", "species": "type"}
     parts: dict[str, NDArray[np.float64]] = {}
@@ -149,7 +150,7 @@ def read_csv(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str,
 
 
 def field(header: str, name: str) -> str:
-    """The value of a key of the second line of an extended XYZ file; empty if it is not there."""
+    """Returns the value of a key in the second line of an extended XYZ file; empty if the key is absent."""
     _, found, rest = f" {header}".partition(f" {name}=")
     if not found:
         return ""
@@ -157,6 +158,6 @@ def field(header: str, name: str) -> str:
 
 
 def columns_of(properties: str) -> tuple[list[str], list[int]]:
-    """Names and widths of the columns of an extended XYZ file."""
+    """Splits the property list of an extended XYZ file into names and widths of columns."""
     parts = properties.split(":")
     return parts[::3], [int(width) for width in parts[2::3]]

@@ -1,4 +1,4 @@
-"""How files are written: whole or not at all, by packages that may be missing."""
+"""Atomic writing of files, and optional packages for their formats."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Writer = TypeVar("Writer", bound=Callable[..., Any])
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A file beside `path`, which takes its place at the end; after an error it is gone, and `path` is as it was."""
+    """Yields a partial file that replaces `path` at the end; after an error it is removed, and `path` is unchanged."""
     partial = path.with_name(f".partial-{path.name}")
     try:
-        # With the permissions of any new file: some packages make theirs for few eyes.
+        # Default permissions, because some packages create files that only the owner can read.
         partial.touch()
         yield partial
         os.replace(partial, path)
@@ -30,20 +30,20 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Writes a text, whole or not at all."""
+    """Writes a text atomically: whole or not at all."""
     with replacing(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
 def writer_of(writers: Mapping[str, Writer], path: Path) -> Writer:
-    """The writer of the format that the ending names."""
+    """Returns the writer of the format that the ending names."""
     if path.suffix not in writers:
         raise ResultsError(f"{path}: no format has the ending {path.suffix!r}; allowed: {', '.join(writers)}")
     return writers[path.suffix]
 
 
 def optional(module: str, what: str) -> Any:
-    """A module that some things need. Its package, named by its first part, is not everybody's."""
+    """Imports a module of an optional package, which the first part of its name names."""
     package = module.partition(".")[0]
     try:
         return importlib.import_module(module)

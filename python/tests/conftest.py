@@ -1,4 +1,4 @@
-"""Common to all tests: the clone that they are in, and the program that was built in it."""
+"""Support for all tests: the clone that they are in, and the program that was built in it."""
 
 import signal
 import subprocess
@@ -8,7 +8,7 @@ import matplotlib
 import pytest
 
 matplotlib.use("Agg")
-# What a shell starts in the background may ignore Ctrl-C, and tests of it would wait for ever.
+# Default handler: processes that a shell starts in the background may ignore Ctrl-C, and tests of it would never end.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -1,5 +1,5 @@
-//! One gas, exact and by Monte Carlo, with every number in full, for comparison with the same from
-//! Python, bit by bit.
+//! States of one gas, exact and by Monte Carlo, printed in full for a bitwise comparison with
+//! Python.
 
 #![allow(clippy::print_stdout)]
 

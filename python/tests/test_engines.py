@@ -1,4 +1,4 @@
-"""Engines: the same numbers as from Rust, whatever Python does meanwhile."""
+"""Engines give the numbers of Rust, whatever Python does meanwhile."""
 
 import concurrent.futures
 import os
@@ -57,7 +57,7 @@ def test_an_observer_sees_every_collision_once_and_changes_nothing(batch):
     assert np.abs(distance - 1.0).max() < 1e-10
     assert np.all(all_["restitution"] == 0.9) and np.all(all_["weight"] == 1.0) and np.all(all_["reduced_mass"] == 0.5)
     assert all_["pair"].max() < 500 and np.all(all_["pair"][:, 0] != all_["pair"][:, 1])
-    # They approach, and what they lose is what the gas loses: rounding of 1e4 terms.
+    # Partners approach, and their loss of energy is that of the gas, to rounding of 1e4 terms.
     along = np.einsum("ij,ij->i", all_["relative_velocity"], all_["line"])
     assert np.all(along < 0)
     lost = (0.5 * all_["reduced_mass"] * (1 - 0.81) * (along / distance) ** 2).sum()
@@ -141,12 +141,12 @@ def test_other_threads_run_while_an_engine_does():
     ended = time.monotonic()
     done.set()
     thread.join()
-    # Without the lock released there would be no tick at all in between.
+    # With the lock held there would be no tick in between.
     assert sum(began < tick < ended for tick in ticks) >= 5
 
 
 def interrupted(work):
-    """Does work that Ctrl-C is to stop."""
+    """Does work, and stops it by Ctrl-C."""
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
@@ -241,7 +241,7 @@ def test_an_exception_of_an_observer_stops_at_the_same_time_and_the_gas_goes_on_
     start, spheres = exact(2000, 1.0, restitution=1.0).state(), Gas.spheres(1000, restitution=1.0)
     for make in (lambda: EventDriven(start), lambda: MonteCarlo.from_state(start), lambda: MonteCarlo(spheres)):
         one, other, alone = make(), make(), make()
-        # However fast the observer is. Exact dynamics looks every 50000 collisions.
+        # The speed of the observer does not matter; exact dynamics checks every 50000 collisions.
         assert 0 < stopped(one, 0.0) == stopped(other, 0.003) < until
         one.advance(until)
         alone.advance(until)

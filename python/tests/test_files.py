@@ -1,4 +1,4 @@
-"""Files, each opened by the program that it is for; those that are not installed are skipped."""
+"""Files, each opened by its program; programs that are not installed are skipped."""
 
 import sys
 
@@ -109,7 +109,7 @@ def test_pair_correlations_and_structure_factors_with_freud(root, tmp_path):
     found = freud.density.RDF(bins=len(ours["pair_correlation"]), r_max=6, normalization_mode="finite_size").compute((box, points))
     rings = np.pi * np.diff(found.bin_edges.astype(float) ** 2)
     pairs = len(points) * (len(points) - 1) / 2 * rings / side**2
-    # Each that moves is missing in one bin and too many in another; single precision of g comes to 0.1.
+    # Each pair that moves is missing in one bin and too many in another; single precision of g comes to 0.1.
     assert (np.abs(found.rdf - ours["pair_correlation"]["g"]) * pairs).sum() < 12.2
     # freud knows structure factors of boxes in space, and takes waves of the first quadrant only; a plain sum has both.
     count = np.arange(-6, 7)
@@ -122,7 +122,7 @@ def test_pair_correlations_and_structure_factors_with_freud(root, tmp_path):
     for number in range(1, 6):
         first = (shell == number) & (waves >= 0).all(axis=1)
         assert of_freud.S_k[number - 1] == pytest.approx(power[first].mean(), rel=1e-4)
-        # Ours is of a lattice of at least 128 sites a side, whose waves n and 128 - n mix by (n/(128 - n))^2 at most.
+        # Our structure factor is that of a lattice of at least 128 sites a side, whose waves n and 128 - n mix by (n/(128 - n))^2 at most.
         mixed = 2 * (number / (128 - number)) ** 2
         value = ours["structure_factor"]["structure_factor"].iloc[number - 1]
         assert value == pytest.approx(power[shell == number].mean(), rel=mixed)
@@ -234,7 +234,7 @@ def test_neighbours_with_ovito(frames, tmp_path):
 
     data = import_file(str(frames.write(tmp_path / "x.xyz")), multiple_frames=True).compute(2)
     one = frames[2]
-    # It reads decimal numbers to a few units of the last place.
+    # OVITO reads decimal numbers to a few units of the last place.
     assert np.abs(data.particles.positions - one.positions).max() < 30 * 2**-50
     assert np.array_equal(data.particles["Radius"], one.radii) and tuple(data.cell.pbc) == one.periodic
     finder = ovito.CutoffNeighborFinder(1.5, data)

@@ -21,13 +21,13 @@ def logged(engine, until, most=MOST):
 
 @pytest.fixture(scope="module")
 def log():
-    """More collisions than it keeps, of two species."""
+    """Log of fewer collisions than were seen, of two species."""
     engine = EventDriven(Gas.disks(300, species=[(200, 0.7, 3.0)], packing_fraction=0.25, restitution=0.9, seed=7))
     return logged(engine, 5.0)
 
 
 def by_hand(one):
-    """Impact parameter, relative speed and normal speed of one collision, with square roots and nothing clever."""
+    """Computes impact parameter, relative speed and normal speed of one collision in the plainest way."""
     relative, line = one["relative_velocity"].tolist(), one["line"].tolist()
     speed, distance = sum(v * v for v in relative) ** 0.5, sum(x * x for x in line) ** 0.5
     normal = -sum(v * x for v, x in zip(relative, line)) / distance

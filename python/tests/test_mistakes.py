@@ -213,7 +213,7 @@ def test_memory_that_is_not_there_is_an_error_of_memory():
 
     with pytest.raises(MemoryError):
         Gas.disks(4_000_000_000)
-    # Also where a limit is set, and not only where memory ends.
+    # A limit of the process counts too, not only the end of memory.
     limit, hard = resource.getrlimit(resource.RLIMIT_AS)
     taken = int(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmSize"))) * 1024
     resource.setrlimit(resource.RLIMIT_AS, (taken + 2**28, hard))

@@ -35,7 +35,7 @@ def test_case_and_sweep(notebook, capsys):
     found = notebook("case_and_sweep")
     said = capsys.readouterr().out
     assert "gas.restitution = 1.2 is refused" in said and "haff_time" in said and "differ " in said
-    # Who loses more leaves Haff's law by more, by many errors.
+    # Gases of lower restitution deviate more from Haff's law, by many errors.
     last = found["last"].set_index(["engine", "gas.restitution"])
     for engine in ("ed", "dsmc-contact-point"):
         much, little = last.loc[(engine, 0.6)], last.loc[(engine, 0.95)]
@@ -45,7 +45,7 @@ def test_case_and_sweep(notebook, capsys):
 
 
 def near(frame, reach):
-    """Neighbours of each disk within a distance, of all pairs."""
+    """Counts the neighbours of each disk within a distance, over all pairs."""
     away = frame.positions[:, None] - frame.positions[None]
     away -= np.array(frame.box) * np.round(away / frame.box)
     return (np.einsum("ijk,ijk->ij", away, away) < reach**2).sum(axis=1) - 1

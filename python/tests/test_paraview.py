@@ -1,4 +1,4 @@
-"""Files for ParaView, read by the library that it is made of, and by meshio."""
+"""Files for ParaView, read by its library VTK and by meshio."""
 
 import xml.etree.ElementTree as Xml
 
@@ -86,7 +86,7 @@ def test_smooth_disks_of_one_kind_and_numbers_that_differ(quick, tmp_path):
     grid = read(tmp_path / "run-0.vtu", "vtu")
     assert list(arrays(grid.GetPointData())) == ["id", "velocity", "diameter", "mass"]
     assert np.array_equal(arrays(grid.GetPointData())["velocity"], ours.velocities)
-    # States of engines do as well, and come and go.
+    # Gases in place of snapshots, with different numbers of particles.
     write_particles((Gas.disks(number) for number in (3, 5)), tmp_path, name="few")
     assert [read(file, "vtu").GetNumberOfPoints() for _, file in sets(tmp_path / "few.pvd")] == [3, 5]
 

@@ -80,7 +80,7 @@ fn wrong_checkpoints() {
         match snapshot::read::<Checkpoint<Disks>>(&path, &RUN) {
             Err(error) => clear(&error.to_string(), &path),
             Ok(checkpoint) => {
-                // What the engine says it does not look for, see `Engine::new`.
+                // States that the engine does not refuse, see `Engine::new`, are left out.
                 let state = &checkpoint.state;
                 let positions: Vec<_> = state
                     .bodies

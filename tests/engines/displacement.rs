@@ -38,7 +38,7 @@ fn leg(gas: Checkpoint<Disks>, restitution: f64, until: f64) -> Checkpoint<Disks
     engine.checkpoint()
 }
 
-/// Disks in lanes of their own: v t, in legs that end where they please and on the edge of the box.
+/// Disks in separate lanes move by v t, in segments that end anywhere, also on the edge of the box.
 /// Each of the at most 1e4 crossings rounds a position of the size of the box, 4, by 4e-16.
 #[test]
 fn free_flight_is_velocity_times_time() {
@@ -63,7 +63,7 @@ fn free_flight_is_velocity_times_time() {
     }
     assert_eq!(gas.windings[0][0], 7777);
     assert_eq!(gas.windings[2], [0, 0]);
-    // Going up and down too.
+    // Motion along the second axis.
     let mut turned = start;
     for body in &mut turned.bodies {
         body.velocity = vector![0.0, 2.0 * body.velocity[0]];
@@ -108,11 +108,11 @@ fn windings_add_up_to_the_displacements() {
         for (sum, found) in sums.iter().zip(unwrapped(&gas)) {
             assert!((sum - found).norm() < 1e-10, "{count} disks: {sum} {found}");
         }
-        // Whether displacements are followed changes nothing else.
+        // Tracking of displacements changes nothing else.
         assert_eq!(gas.state.bodies, plain.state.bodies);
         assert_eq!(gas.tally, plain.tally);
         assert!(plain.windings.is_empty());
-        // Some disk has been around a small box, if perhaps back again.
+        // At least one disk has gone around a small box.
         assert!(wound || count == 400);
     }
 }
@@ -157,7 +157,7 @@ fn displacements_of_simulators_end_at_their_positions() {
             Engine::<_, Followed>::start(&scene, parameters, &start, streams).expect("an engine");
         engine.follow_displacements();
         engine.advance(40.0, u64::MAX, &mut ());
-        // In two parts, as a run that is continued.
+        // Two parts, as in a resumed run.
         let checkpoint = engine.checkpoint();
         let mut engine = Engine::resume(&scene, parameters, start.domain, checkpoint, streams)
             .expect("an engine");

@@ -195,9 +195,8 @@ fn unequal(sizes: Vec<(f64, f64)>) -> Mixture {
     }
 }
 
-/// In a long leg the engine makes a fresh start by itself: to the bits, such a start is a
-/// checkpoint made by the caller. Contact times, image flags and a clock far from zero are
-/// included.
+/// A long segment restarts the engine by itself: such a restart gives the bits of a checkpoint made
+/// by the caller. Contact times, image flags and a clock far from zero are included.
 #[test]
 fn starting_afresh_is_a_cut() {
     let (count, collisions) = (50, 130_000);
@@ -212,7 +211,7 @@ fn starting_afresh_is_a_cut() {
         .advance(f64::INFINITY, collisions, &mut ())
         .expect("collisions");
     let whole = whole.checkpoint();
-    // One collision a leg until the engine has started afresh, which shows in the pushes of all
+    // Segments of one collision until the engine has restarted, which shows in the pushes of all
     // disks.
     let mut engine = new(start.clone());
     let mut before = engine.tally();
@@ -362,8 +361,8 @@ fn very_unequal_disks_follow_all_pairs() {
     let tally = engine.tally();
     let predictions = tally.predictions as f64 / tally.collisions as f64;
     println!("{predictions:.1} predictions a collision");
-    // A single grid of cells that hold the largest would have each disk look at half of all: over
-    // 400 a collision.
+    // Bound that fails a single grid: cells that hold the largest disk would make each disk test
+    // half of all, over 400 a collision.
     assert!(predictions < 150.0, "{predictions}");
 }
 
@@ -407,9 +406,11 @@ fn work_per_collision_is_bounded() {
     }
 }
 
-/// A collapse is reported, also when the run is cut into legs, and the TC model goes through it.
-/// Without progress 4000 collisions and 8 of each disk are one: more than a leg of 200 disks, and
-/// just a leg of 1500.
+/// A collapse is reported, also when the run is cut into segments, and the TC model goes through
+/// it.
+///
+/// The engine calls 4000 collisions, and 8 of each disk, without progress a collapse: more than a
+/// segment of 200 disks, and just a segment of 1500.
 #[test]
 fn inelastic_collapse_is_an_error_and_the_contact_time_prevents_it() {
     for (count, leg) in [(200, 100_000_000), (200, 3_000), (1_500, 16_000)] {

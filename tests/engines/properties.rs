@@ -107,7 +107,7 @@ fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
         * (1.0 - 1e-12);
     let radii: Vec<f64> = shapes.iter().map(|r| r * fit).collect();
     let largest = radii.iter().copied().fold(0.0, f64::max);
-    // Pressed together from one spot, or wider than the box.
+    // Disks pressed together in one spot, or wider than the box.
     if fit < 0.1 || 2.0 * largest * 1.001 >= lengths.min() {
         return None;
     }
@@ -189,7 +189,7 @@ fn run(
 ) -> Result<(), TestCaseError> {
     let until = engine.time() + 1000.0;
     match engine.advance(until, collisions, watch) {
-        // Infinitely many collisions are what such a gas may have.
+        // Collapse is an allowed end of such a gas.
         Ok(_) | Err(EngineError::InelasticCollapse { .. }) => Ok(()),
         Err(error) => Err(TestCaseError::fail(error.to_string())),
     }
@@ -239,9 +239,9 @@ fn conservation() {
     });
 }
 
-/// The angular momentum of a pair about their contact is kept by a smooth collision: the impulse
-/// goes through it. So is the tangential part of the relative velocity, and the normal part is
-/// reversed and shortened by the restitution.
+/// A smooth collision conserves the angular momentum of a pair about their contact, because the
+/// impulse goes through it. It also conserves the tangential part of the relative velocity, and
+/// reverses the normal part, shortened by the restitution.
 #[test]
 fn collisions_of_smooth_disks() {
     check(600, |recipe| {
@@ -304,9 +304,11 @@ impl Observer for Seen {
     }
 }
 
-/// Forward, velocities reversed, and back. A collision multiplies differences by up to 1 + 2
-/// flight/diameter, so only as many are tried as leave 1e-16 times the growth, which is measured
-/// with a second gas displaced by 1e-10, below 1e-6.
+/// Runs forward, with reversed velocities, and back to the start.
+///
+/// A collision multiplies differences by up to 1 + 2 flight/diameter. The growth is measured with a
+/// second gas displaced by 1e-10, and only as many collisions are tried as leave 1e-16 times the
+/// growth below 1e-6.
 #[test]
 fn elastic_gases_run_backwards() {
     const NUDGE: f64 = 1e-10;
@@ -316,7 +318,8 @@ fn elastic_gases_run_backwards() {
             return Err(TestCaseError::reject("no place"));
         };
         let mut nudged = start.clone();
-        // Each disk its own way: scaling or boosting all alike would not part them.
+        // A displacement of each disk by itself, because scaling or boosting all alike would not
+        // separate the gases.
         for (index, body) in nudged.bodies.iter_mut().enumerate() {
             let (sin, cos) = (1.7 * index as f64).sin_cos();
             body.velocity += vector![cos, sin] * NUDGE;
@@ -326,7 +329,7 @@ fn elastic_gases_run_backwards() {
             let mut forward = engine(&scene, start.clone())?;
             run(&mut forward, collisions, &mut ())?;
             let mut other = engine(&scene, nudged.clone())?;
-            // A gas in which nothing collides stops where the other does.
+            // A gas without collisions stops at the time of the first gas.
             let _ = other.advance(forward.time(), u64::MAX, &mut ());
             let (a, b) = (forward.state(), other.state());
             let apart = furthest(&a, &b);
@@ -432,7 +435,7 @@ fn next_collision_is_that_of_all_pairs() {
                         "collision {number}: velocities {faster:e} apart"
                     );
                 }
-                // All pairs sees only images near by.
+                // The search of all pairs sees only images near by.
                 (_, None) => break,
                 (None, Some(theirs)) => {
                     prop_assert!(

@@ -93,7 +93,7 @@ fn every_link_leads_somewhere() {
     assert!(checked > 50, "{checked} links");
 }
 
-/// The book holds this folder and no other, so that a link out of it is dead there.
+/// Links do not leave the folder of the book, where they would be dead.
 #[test]
 fn no_page_links_to_what_is_not_in_the_book() {
     let folder = docs();
@@ -108,7 +108,7 @@ fn no_page_links_to_what_is_not_in_the_book() {
     }
 }
 
-/// Files that pages for developers name are there, also when files move.
+/// Files that pages for developers name exist, also after files are moved.
 #[test]
 fn files_that_pages_for_developers_name_are_there() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -41,7 +41,7 @@ fn every_case_is_valid_and_asks_a_question() {
             let cost = plan.cost(2, &kept, &Looks::default(), 0.0);
             assert!(cost.bytes > 0.0 && cost.seconds(1) > 0.0, "{name}");
         }
-        // With an earlier end, times beyond it are left out.
+        // An earlier end leaves out the times beyond it.
         let half = format!("run.until={}", 0.5 * file.points[0].case.run.until);
         let earlier = CaseFile::read(&path, &[half]).map(drop);
         earlier.unwrap_or_else(|error| panic!("{error}"));
@@ -62,7 +62,7 @@ fn assert_finished(folder: &Path) {
             .columns
             .iter()
             .all(|column| !column.meaning.is_empty());
-        // There may be nothing to check in clusters.
+        // The checks may be empty in clusters.
         let empty = table.rows.is_empty() && table.name != "checks";
         assert!(!empty && described, "{name}: {}", table.name);
         for figure in &table.figures {
@@ -84,7 +84,7 @@ fn assert_finished(folder: &Path) {
     for bad in ["src=\"http", "href=\"http://", "<script src"] {
         assert!(!page.contains(bad), "{name}: {bad}");
     }
-    // A script may speak of what is not a number; what is shown may not.
+    // Scripts may contain NaN; the visible page may not.
     let mut shown = page.split("<script");
     let first = shown.next().into_iter();
     let mut shown =
@@ -132,7 +132,7 @@ fn every_case_runs_in_a_small_form() {
 #[test]
 fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
     let desk = Desk::new("");
-    // A table of species only where there are several.
+    // A table of species exists only for several species.
     let expected = [
         "comparison dissipation energy error_budget impact_parameter impact_parameter_summary pair_correlation replicas \
          structure_factor",
@@ -153,7 +153,7 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
         let mut found: Vec<&str> = stored.tables.iter().map(|table| &*table.name).collect();
         found.sort_unstable();
         assert_eq!(found.join(" "), tables, "{name}");
-        // The same page again, from the folder alone.
+        // The report rebuilt from the folder alone.
         let page = desk.text(&format!("{name}/report.html"));
         fs::remove_file(desk.path(&format!("{name}/report.html"))).expect("removed");
         desk.done(&format!("report {name}"));

@@ -1,5 +1,5 @@
-//! Two gases on either side of a body inside cells: no collision reaches through it, and cells in which sides cannot be told
-//! apart are refused.
+//! Two gases on either side of a body inside cells: no collision crosses it, and cells that cannot
+//! tell both sides apart are refused.
 
 use std::fmt::Write as _;
 
@@ -32,11 +32,11 @@ const TEMPERATURES: [f64; 2] = [10.0, 0.1];
 
 /// A partition across a box of 20 x 20, bent or straight.
 struct Partition {
-    /// Height at both ends.
+    /// Height at both ends \[length\].
     at: f64,
-    /// 0: a line; otherwise a solid.
+    /// Thickness of a solid; 0 for a line \[length\].
     thickness: f64,
-    /// How far it bends upwards at x = 7, and downwards at x = 13.
+    /// Bend upwards at x = 7, and downwards at x = 13 \[length\].
     bend: f64,
 }
 
@@ -51,7 +51,7 @@ impl Partition {
         ]
     }
 
-    /// Height of its lower side.
+    /// Returns the height of the lower side at x.
     fn height(&self, x: f64) -> f64 {
         let corners = self.corners();
         let pairs = corners.iter().zip(&corners[1..]);
@@ -61,7 +61,8 @@ impl Partition {
         heights.next().expect("a place in the box")
     }
 
-    /// The side of a place with so much room to the partition along y.
+    /// Returns the side of a position, 0 below or 1 above, that is at least `room` away from the
+    /// partition along y; `None` if it is nearer.
     fn side(&self, [x, y]: [f64; 2], room: f64) -> Option<usize> {
         let height = self.height(x);
         let below = (y < height - room).then_some(0);
@@ -79,18 +80,19 @@ impl Partition {
         format!("[[obstacle]]\npolygon = {all:?}\n")
     }
 
-    /// Disks on a grid, of one speed on each side, and their number there.
+    /// Returns a start file of disks on a grid, with one speed on each side, and their number on
+    /// each side.
     fn start(&self) -> (String, [usize; 2]) {
         let mut text = "# box: 20 20\nx,y,vx,vy\n".to_owned();
         let mut counts = [0; 2];
         for number in (0_u32..256).filter(|number| (number % 16 + number / 16) % 2 == 0) {
             let [x, y] = [number % 16, number / 16].map(|step| 1.25 * f64::from(step) + 0.625);
-            // The steepest part leaves 0.9 of the room across it.
+            // Room of 0.7 along y, of which the steepest part leaves 0.9 across it.
             let Some(side) = self.side([x, y], 0.7) else {
                 continue;
             };
             counts[side] += 1;
-            // Any directions without a pattern will do.
+            // Directions without a pattern.
             let angle = f64::from(number * number % 101);
             let speed = (2.0 * TEMPERATURES[side]).sqrt();
             let (vx, vy) = (speed * angle.cos(), speed * angle.sin());
@@ -100,8 +102,9 @@ impl Partition {
     }
 }
 
-/// Both sides keep their particles and their temperature, by Monte Carlo as by exact disks, wherever the partition cuts the
-/// cells. What is left is rounding: each of at most 1e5 collisions and rebounds changes an energy by some 1e-16.
+/// Both sides keep their particles and their temperature, by Monte Carlo as by exact disks,
+/// wherever the partition cuts the cells. The tolerance is rounding: each of at most 1e5 collisions
+/// and rebounds changes an energy by some 1e-16.
 #[test]
 fn chambers_keep_their_temperatures() {
     for (at, thickness, bend) in [
@@ -153,7 +156,8 @@ fn chambers_keep_their_temperatures() {
     }
 }
 
-/// A comb of 300 teeth in one cell is refused with the cells that would do, in the units of the case, and these do.
+/// A comb of 300 teeth in one cell is refused; the message names sufficient cells in the units of
+/// the case, and a run with them succeeds.
 #[test]
 fn cells_that_cannot_tell_sides_apart_are_refused() {
     let tooth = |tooth: u32| {

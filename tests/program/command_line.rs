@@ -93,7 +93,7 @@ fn a_comparison_gives_tables_and_a_report() {
 fn results_are_neither_overwritten_nor_mistaken() {
     let desk = Desk::new(COOLING);
     desk.done("run case.toml --until 1");
-    // A finished run is not mistaken for another.
+    // A finished run is not resumed as another run.
     let said = desk.done("run case.toml --until 1 --resume");
     assert!(
         said.err.contains("complete") || said.out.contains("complete"),
@@ -111,7 +111,7 @@ fn results_are_neither_overwritten_nor_mistaken() {
         let line = format!("run case.toml --until 1 --resume --set {set}");
         desk.refused(&line, &["results/case", key]);
     }
-    // What is there is not overwritten, and what is not ours is not replaced.
+    // Existing results are not overwritten, and other files are not replaced.
     desk.refused("run case.toml", &["--force"]);
     fs::create_dir(desk.path("diary")).expect("a folder");
     desk.write("diary/today", "dear");
@@ -421,7 +421,7 @@ fn a_collapse_keeps_the_state() {
     assert!(said.err.contains("stopped.xyz"), "{}", said.err);
     let state = desk.text("out/snapshots/replica-0-ed.stopped.xyz");
     assert_eq!(state.lines().count(), 1002);
-    // What the run has written goes with it.
+    // Results of the failed run are replaced as a whole.
     desk.done("run case.toml --out out --force --until 0.01");
     assert!(!desk.path("out/snapshots/replica-0-ed.stopped.xyz").exists());
 }
@@ -492,7 +492,7 @@ fn a_folder_that_cannot_be_written_is_named() {
     desk.refused("run case.toml --out file", &["file"]);
     #[cfg(target_os = "linux")]
     desk.refused("run case.toml --out /proc/stosszahl", &["/proc/stosszahl"]);
-    // Nor can a schema be written to a full device.
+    // A schema cannot be written to a full device.
     if let Ok(full) = fs::OpenOptions::new().write(true).open("/dev/full") {
         let code = desk
             .command("schema")
@@ -543,7 +543,7 @@ fn a_run_says_as_much_as_is_asked_for() {
     let told = &json["points"][0]["verdicts"];
     assert_eq!(told, &serde_json::to_value(&verdicts).expect("JSON"));
     desk.refused("run case.toml --quiet --verbose", &["--quiet", "--verbose"]);
-    // A path need not be a text.
+    // A path with bytes that are not text.
     #[cfg(target_os = "linux")]
     {
         use std::os::unix::ffi::OsStrExt as _;
@@ -602,7 +602,7 @@ fn an_interrupt_is_heard_and_the_run_goes_on() {
         .args(["-INT", &child.id().to_string()])
         .status();
     assert!(sent.expect("kill").success());
-    // On a fast machine it may be over before it hears.
+    // End of the run, which a fast machine may reach before the signal.
     let code = child.wait().expect("an end").code();
     assert!(matches!(code, Some(130 | 0)), "{code:?}");
     desk.done(&format!("{case} pieces --resume"));

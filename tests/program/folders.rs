@@ -88,7 +88,7 @@ const TOLD: [&str; 6] = [
     "no longer the folder that the run began in",
     "belongs to another run",
     "is no results folder",
-    // A file was to be written while its folder was being removed.
+    // The folder was removed while a file was being written.
     "No such file or directory",
 ];
 
@@ -197,7 +197,7 @@ fn try_pair(desk: &Desk, pair: Pair, stream: &mut Stream) -> bool {
             match ended {
                 [true, false] => alone.require(&out, 5),
                 [false, true] => alone.require(&out, 6),
-                // One after the other.
+                // Runs one after the other.
                 [true, true] => {
                     let seed = [5, 6]
                         .into_iter()
@@ -525,7 +525,7 @@ impl Stopped {
                     bytes = there;
                 }
                 5 => bytes = fs::read(donor).expect("bytes"),
-                // What another journal has behind its header.
+                // The content of another journal behind the header of this one.
                 _ => {
                     let other = fs::read(donor).expect("bytes");
                     bytes.extend(&other[40.min(other.len())..]);
@@ -577,7 +577,7 @@ fn two_hundred_damages_of_checkpoints_are_refused_by_name() {
 fn a_checkpoint_of_another_replica_is_named() {
     let stopped = Stopped::new();
     let out = stopped.folder.path().join("out");
-    // Point, replica and part of a checkpoint of this seed.
+    // Point, replica and part of a checkpoint with this seed.
     let origin = |path: &Path| -> Option<(String, u64, String)> {
         let name = path.file_name()?.to_str()?;
         let (number, part) = name.strip_prefix("replica-")?.split_once('-')?;

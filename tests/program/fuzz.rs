@@ -112,7 +112,7 @@ fn is_readable(text: &str) -> bool {
 
 #[test]
 fn damaged_cases() {
-    // As the folder lists them differs from system to system, names are sorted.
+    // Sorted names, because the order in a folder depends on the system.
     let files = bundled_names()
         .into_iter()
         .map(|name| fs::read(bundled(&name)).expect("a case"));
@@ -193,7 +193,7 @@ fn odd_values(stride: usize, chosen: impl Fn(usize) -> Range<usize>) {
         println!("{key}");
         for (column, value) in ODD.split_whitespace().enumerate() {
             let set = format!("{key}={value}");
-            // Another case for each key and value.
+            // A different case for each key and value.
             let cases = SMALL.iter().skip((row + column) % stride).step_by(stride);
             for (name, text) in cases {
                 if let Err(error) = look(path, text, std::slice::from_ref(&set)) {

@@ -119,7 +119,7 @@ fn kill_and_go_on(desk: &Desk, seed: u64) -> usize {
 fn processes_that_are_killed_are_gone_on_with() {
     let desk = Desk::new(&case());
     let kills: usize = (0..3).map(|seed| kill_and_go_on(&desk, seed)).sum();
-    // And a single process goes on where several were killed.
+    // A single process resumes where several were killed.
     fs::remove_dir_all(desk.path("out")).expect("removed");
     let mut children = [0, 1].map(|_| start(&desk, JOIN));
     while !desk.path("out/run.json").exists() {
@@ -232,7 +232,7 @@ fn one_that_works_alone_and_one_that_joins_do_not_meet() {
 #[test]
 fn replicas_that_cannot_go_on_are_kept() {
     let desk = Desk::new(&case());
-    // Many samples, for the limit is looked at between them.
+    // Many samples, because the limit is checked at samples.
     let often = "--set run.samples_per_decade=200";
     desk.done(&format!(
         "run case.toml --threads 1 --quiet --out free {often}"
@@ -249,7 +249,7 @@ fn replicas_that_cannot_go_on_are_kept() {
         }
         last.into_values().fold(f64::INFINITY, f64::min)
     });
-    // At least one replica of each point is below.
+    // A limit that at least one replica of each point does not reach.
     let limit = counts.fold(0.0, f64::max).round() + 1.0;
     let set = format!("{often} --set engine.ed.collision_limit={limit}");
     desk.done(&format!("run case.toml --threads 1 --out alone {set}"));
@@ -293,7 +293,7 @@ fn several_processes_measure_one_frontier() {
         folders::untimed(&desk.path("out"))
     );
     assert!(desk.path("out/frontier.html").exists() && !desk.path("out/claims").exists());
-    // Alone again, it begins with all runs that are kept.
+    // A single process begins with all runs that are kept.
     let said = desk.done(line);
     assert!(said.out.contains("(0 made now)"), "{}", said.out);
 }
@@ -321,7 +321,7 @@ fn parts_are_merged_to_the_bytes_of_one_run() {
         assert!(!desk.path("out").exists());
         desk.done(&format!("run case.toml --threads 2 --part 1/{count}"));
         desk.done(&format!("run case.toml --part 1/{count} --resume"));
-        // The case file is not needed any more.
+        // Merging does not need the case file.
         fs::rename(desk.path("case.toml"), desk.path("other.toml")).expect("moved");
         desk.done(&format!("merge --out out --quiet {}", parts.join(" ")));
         fs::rename(desk.path("other.toml"), desk.path("case.toml")).expect("moved");

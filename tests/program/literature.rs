@@ -10,17 +10,22 @@ use stosszahl::model::Constant;
 
 /// Both engines settle at the temperature of Enskog's theory, in the second half of the run.
 ///
-/// The theory is approximate in three respects. The contact value is right to 0.1 %. N is in place
-/// of N - 1 and the mean of T^(3/2) in place of its power (together below 2/N = 0.5 %). The noise
-/// stirs up a flow, as it conserves momentum only in the whole box (van Noije, Ernst, Trizac &
-/// Pagonabarraga, Phys. Rev. E 59, 4326 (1999)). A transverse mode of wave number k holds the share
-/// 1/(nu k^2 t0) more than T/2 at T = T(0), with the viscosity nu = 1/(2 sqrt(pi) n) = 4.4: 0.41
-/// for the longest, and 4 in the sum over all modes, of 800 degrees of freedom. That is 0.5 % (ED;
-/// in DSMC less, by the simulators per disk). Allowed for all three is 1.1 %. To it comes Student's
-/// t with seven degrees of freedom at a false alarm of 1e-3, 5.41, times the measured standard
-/// error; with more than 3 % in all, a heating that is wrong by 5 % would pass, so that fails too.
-/// A quarter of the run is 30 times the relaxation time 1/(3 sqrt(T)), so the means of two quarters
-/// are independent but for 1/30, and 2 % more in the error of both.
+/// The theory is approximate in three respects, for which 1.1 % is allowed:
+///
+/// - The contact value is right to 0.1 %.
+/// - N is in place of N - 1, and the mean of T^(3/2) in place of its power: together below 2/N =
+///   0.5 %.
+/// - The noise stirs up a flow, as it conserves momentum only in the whole box (van Noije, Ernst,
+///   Trizac & Pagonabarraga, Phys. Rev. E 59, 4326 (1999)). A transverse mode of wave number k
+///   holds the share 1/(nu k^2 t0) more than T/2 at T = T(0), with the viscosity
+///   nu = 1/(2 sqrt(pi) n) = 4.4: 0.41 for the longest, and 4 in the sum over all modes, of 800
+///   degrees of freedom. That is 0.5 % (ED; in DSMC less, by the simulators per disk).
+///
+/// The statistical tolerance is the measured standard error times 5.41, Student's t with seven
+/// degrees of freedom at a false alarm of 1e-3. More than 3 % in all fails too, because a heating
+/// that is wrong by 5 % would pass. A quarter of the run is 30 times the relaxation time 1/(3
+/// sqrt(T)), so the means of two quarters are independent but for 1/30, and 2 % more in the error
+/// of both.
 #[test]
 fn both_engines_settle_at_the_temperature_of_theory() {
     let desk = Desk::new(&fs::read_to_string(bundled("driven")).expect("a case"));
@@ -108,7 +113,7 @@ fn tables_of_species_add_up() {
 /// them.
 #[test]
 fn theory_of_a_mixture_is_that_of_the_library() {
-    // Without the tracers, which theory takes for a limit.
+    // Without the tracers, whose density theory takes for zero.
     let text = MIXTURE
         .replace("[[species]]\nnumber = 100\nmass = 9\ntracer = true\n", "")
         .replace("[verdict]\nsonine_orders = 2\n", "");
@@ -203,7 +208,7 @@ fn partial_temperatures_are_those_of_the_kinetic_equations() {
         let mut checked = 0;
         for row in 0..found.len() {
             let (ratio, error) = (found[row] / theory[row], errors[row] / theory[row]);
-            // Not known of the first order.
+            // Error of the theory, which the first order does not have.
             let (allowed, applies) = if left[row].is_nan() {
                 (0.02, cumulants[row].abs() < 0.03)
             } else {

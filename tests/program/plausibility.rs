@@ -78,7 +78,8 @@ fn kelvin_grams_and_millimetres_in_si_are_named() {
         &["gas.temperature = 300", "17320.5", "joules, not kelvin"]
     ));
     let joules = grains("diameter = 1e-3\nmass = 1e-6\ntemperature = 1e-9");
-    // A gas of argon at 300 K is one of molecules, and a speed that is written is meant.
+    // Cases without a warning: argon at 300 K, a molecular gas, and a speed that is given
+    // explicitly.
     let argon = grains("diameter = 3.4e-10\nmass = 6.63e-26\ntemperature = 4.14e-21");
     let meant = grains("diameter = 1e-3\nmass = 1e-6\nrms_speed = 1000");
     for sane in [&joules, &argon, &meant] {
@@ -117,7 +118,7 @@ fn a_guess_refuses_what_a_run_refuses() {
         }
         assert!(!desk.path("out").exists());
     }
-    // Whether all particles find a place is not known before they are placed.
+    // Random placement may fail only when particles are placed.
     let full = "format = 2\ntitle = \"full\"\nreplicas = 1\n[gas]\nnumber = 310\nrestitution = 0.9\n[box]\nsize = [20, 20]\n[walls]\n\
                 bottom = \"specular\"\ntop = \"specular\"\n[run]\nuntil = 1\n[engine.ed]\n";
     let desk = Desk::new(full);
@@ -184,7 +185,7 @@ fn a_bed_that_comes_to_rest_ends() {
         assert!(said.err.contains(word), "no {word:?} in {}", said.err);
     }
     assert!(desk.path("out/snapshots/replica-0-ed.stopped.xyz").exists());
-    // The limit is one of the case.
+    // The limit is a key of the case.
     let said = desk.say("run case.toml --out out --force --set engine.ed.collision_rate_limit=10 --set engine.ed.contact_time=1e-2");
     assert!(said.err.contains("allowed are up to 10 "), "{}", said.err);
 }

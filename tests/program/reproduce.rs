@@ -129,7 +129,7 @@ fn a_tiny_paper_is_made_again() {
     }
     assert!(desk.path("out/cooling/report.html").exists());
 
-    // What is finished is kept, and the same is said.
+    // Finished runs are kept, and the output is equal.
     let kept = fs::read(desk.path("out/cooling/manifest.json")).expect("a manifest");
     let again = desk.done("reproduce paper.toml --out out --threads 2");
     assert_eq!(again.out, said.out);
@@ -151,7 +151,7 @@ fn a_tiny_paper_is_made_again() {
     assert!(desk.path("out/figure-1-report.html").exists());
     assert_eq!(desk.text("out/report.html"), page);
 
-    // Other runs do not mix with these, nor with what is no paper.
+    // Runs of another kind and other files do not mix with these.
     desk.refused(
         "reproduce paper.toml --out out --quick",
         &["out", "another paper or demand", "--out"],

@@ -41,7 +41,7 @@ impl Legs {
 
 impl Progress for Legs {
     fn tell(&self, _point: usize, _part: usize, share: f64, _collisions: u64) {
-        // A part that is finished tells so each time.
+        // A finished part also reports, with a share of 1.
         if share < 1.0 && self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
             self.stop.raise();
         }
@@ -89,7 +89,7 @@ fn assert_resumes(name: &str, file: &CaseFile, seeds: std::ops::Range<u64>) -> u
         let out = folder.path().join(format!("pieces-{seed}"));
         let mut stream = Stream::seed_from_u64(seed);
         let mut existing = Existing::Refuse;
-        // Some five pieces; but none so short that nothing is done at all.
+        // About five pieces, each with at least some work.
         let longest = (legs / 3).max(2);
         for piece in 0.. {
             assert!(piece < 1000, "{name}: no end");

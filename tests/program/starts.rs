@@ -63,7 +63,7 @@ fn a_start_file_with_velocities_is_the_start() {
         }
     };
     check("out/snapshots/ed-0.xyz", drift, true);
-    // Between walls nothing is changed at all.
+    // Between walls no position is changed.
     let walls = "[walls]\nleft = \"specular\"\nright = \"specular\"\nbottom = \"specular\"\ntop = \"specular\"\n";
     desk.write("walls.toml", format!("{boxed}{walls}"));
     desk.refused("run walls.toml --out walls", &["particle 2", "x = -3"]);
@@ -215,7 +215,7 @@ fn open_boxes_and_spheres_are_no_periodic_disks() {
     }
     desk.write("start.xyz", xyz("pbc=\"T T F\"", 3.0, 0.0));
     desk.done("run case.toml --out out");
-    // The same file of spheres, by an engine of spheres.
+    // Spheres from a file, in an engine of spheres.
     desk.write("start.xyz", xyz("pbc=\"T T T\"", -2.0, 0.7));
     let spheres = case.replace("[gas]", "[gas]\ndimension = 3").replace(
         "[engine.ed]",

@@ -6,12 +6,14 @@ use crate::support::program::{Columns, Desk, bundled};
 
 /// Temperature of the Delta model in exact dynamics and in Monte Carlo against Enskog's theory.
 ///
-/// Theory expands velocities to the fifth Sonine order and is right to 0.2 %, as far as an
-/// independent Monte Carlo of the Boltzmann equation tells (T/(m Delta^2) = 81.99 at r = 0.9). N -
-/// 1 in place of N free velocities makes 0.1 %. At packing 0.005 broken chaos is below 0.1 %. 0.5 %
-/// is allowed for all three. To it comes Student's t with seven degrees of freedom at a false alarm
-/// of 1e-3, 5.41, times the measured standard error; with more than 2 % in all, a wrong cumulant
-/// (1.6 %) would pass, so that fails too.
+/// Theory expands velocities to the fifth Sonine order and is right to 0.2 %, by an independent
+/// Monte Carlo of the Boltzmann equation (T/(m Delta^2) = 81.99 at r = 0.9). N - 1 in place of N
+/// free velocities makes 0.1 %. At packing 0.005 broken chaos is below 0.1 %. For all three 0.5 %
+/// is allowed.
+///
+/// The statistical tolerance is the measured standard error times 5.41, Student's t with seven
+/// degrees of freedom at a false alarm of 1e-3. More than 2 % in all fails too, because a wrong
+/// cumulant (1.6 %) would pass.
 #[test]
 fn delta_model_settles_at_the_temperature_of_theory() {
     let desk = Desk::new(&fs::read_to_string(bundled("delta-model")).expect("a case"));
@@ -21,8 +23,7 @@ fn delta_model_settles_at_the_temperature_of_theory() {
     let (found, errors) = (column("temperature_ratio"), column("temperature_ratio_se"));
     let theory = column("temperature_ratio_theory");
     for engine in 0..2 {
-        // The last two quarters; neighbouring quarters are 60 collisions long, some twelve
-        // relaxation times.
+        // Two last quarters; each is 60 collisions long, some twelve relaxation times.
         let late = [4 * engine + 2, 4 * engine + 3];
         let mean: f64 = late.iter().map(|&row| 0.5 * found[row] / theory[row]).sum();
         let squares = late
@@ -102,12 +103,16 @@ simulators_per_particle = 4
     }
 }
 
-/// Normal stress difference and shear stress over n T of a dilute sheared gas, from exact disks, Boltzmann and Enskog schemes.
+/// Compares the normal stress difference and shear stress over n T of a dilute sheared gas, from
+/// exact disks, Boltzmann and Enskog schemes.
 ///
-/// The known values are those of an independent Boltzmann Monte Carlo simulation, with an error of some 0.5 %; at packing 0.005
-/// Enskog's corrections are below 1 %, and 400 disks lose 1/N to their total momentum. 0.01 n T is allowed for all that, and Student's t
-/// with seven degrees of freedom at a false alarm of 1e-3, 5.41, times the measured standard error; more than 0.045 n T in all would be
-/// half of the way to the stress of restitution 0.9 (0.295 instead of 0.387), so that fails too.
+/// The known values are those of an independent Boltzmann Monte Carlo simulation, with an error of
+/// some 0.5 %. At packing 0.005 Enskog's corrections are below 1 %, and 400 disks lose 1/N to their
+/// total momentum. For all that 0.01 n T is allowed.
+///
+/// The statistical tolerance is the measured standard error times 5.41, Student's t with seven
+/// degrees of freedom at a false alarm of 1e-3. A total tolerance above 0.045 n T fails too,
+/// because that is half of the way to the stress of restitution 0.9 (0.295 instead of 0.387).
 #[test]
 fn dilute_sheared_gases_have_one_stress() {
     let desk = Desk::new(

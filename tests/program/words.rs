@@ -40,7 +40,7 @@ fn a_refusal_says_the_rule_and_what_may_be_meant() {
         "--set title=a\u{1b}[31mb",
         &["the value is a number, a word"],
     );
-    // A number below zero is a number, and no option.
+    // A negative number is a value, not an option.
     for option in ["--replicas", "--seed"] {
         let said = desk.say(&format!("check case.toml {option} -1"));
         assert_eq!(said.code, Some(2));
@@ -91,7 +91,7 @@ fn a_typo_in_a_sweep_marks_the_key() {
             "did you mean restitution?",
         ],
     );
-    // A value that is refused is marked itself: it stands behind `"gas.restitution" = [0.8, `.
+    // The message points at the refused value itself, behind `"gas.restitution" = [0.8, `.
     let desk = swept("\"gas.restitution\" = [0.8, 1.9]");
     desk.refused(
         "check case.toml",
@@ -121,7 +121,7 @@ fn what_a_setting_does_to_a_sweep_is_told() {
         said.err
     );
     assert!(!said.out.contains("2 points"), "{}", said.out);
-    // Another key leaves the sweep as it is, and nothing is told.
+    // Setting another key leaves the sweep as it is, without a note.
     let said = desk.done("check case.toml --no-timing --set gas.number=100");
     assert!(
         said.out.contains("2 points") && said.err.is_empty(),

@@ -3,8 +3,8 @@
 use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
 
-/// Tests a number of values that proptest draws from a fixed seed. It keeps no files, and shrinks a
-/// value that fails.
+/// Tests a property on values that proptest draws from a fixed seed. It keeps no files, and shrinks
+/// a value that fails.
 pub fn drawn<S: Strategy>(
     times: u32,
     seed: u64,

@@ -1,11 +1,14 @@
-//! Whether verdicts ring as often as they say, and find what `check` says that they find: what `stosszahl-trials calibrate` runs.
+//! Calibration of verdicts, `stosszahl-trials calibrate`: rates of false alarms, and rates at which
+//! planted effects are found.
 //!
-//! The judge is asked about replicas of which the truth is known. *Planted* ones are drawn: they may hang together within a replica
-//! as collisions of a clustered gas do, which is what tests of independent events fail on. *Elastic* ones are gases from the
-//! pipeline itself, a case of two equal species with two engines, run from its text to its verdicts.
+//! The judge gets replicas of known truth. *Planted* replicas are drawn; their collisions may be
+//! correlated within a replica, as those of a clustered gas, where tests of independent events
+//! fail. *Elastic* replicas are gases from the whole pipeline: a case of two equal species with two
+//! engines, from its text to its verdicts.
 //!
-//! Each rate must lie within four binomial errors of what is stated, or be a rate of false alarms that is no higher than the binomial law has it:
-//! by chance, one in 16 000 does not. A rate of false alarms may be lower, where the correction over several tests is cautious.
+//! Each rate must lie within four binomial errors of the stated one; by chance, one in 16 000 does
+//! not. A rate of false alarms may also be lower, because the correction over several tests is
+//! cautious.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -55,7 +58,7 @@ trials! {
 
 mod equivalence;
 
-/// Runs those of the trials that are asked for, and says what was found.
+/// Runs the requested trials and prints their findings.
 pub(crate) fn command(asked: &Calibrate) -> Done {
     let effort = Effort {
         quick: asked.quick,
@@ -96,8 +99,9 @@ fn rate(samples: usize, found: impl Fn(&mut Xoshiro256PlusPlus) -> bool, seed: u
     (0..samples).filter(|_| found(&mut stream)).count() as f64 / samples as f64
 }
 
-/// Notes a rate of false alarms, which is at most the level. Of few samples the binomial law itself says how many there may be: it is
-/// skewed, and five of 20 at 5 % are no rarity of four errors, but one in 390.
+/// Notes a rate of false alarms, which is at most the level. Of few samples the binomial law itself
+/// says how many there may be: it is skewed, and five of 20 at 5 % are no rarity of four errors,
+/// but one in 390.
 fn alarms(log: &mut Findings, what: &str, rate: f64, samples: usize, level: f64) -> Done {
     let law =
         Binomial::new(level, samples as u64).map_err(|error| Trouble::failed(error.to_string()))?;
@@ -122,7 +126,8 @@ fn samples(log: &Findings) -> usize {
     if log.effort.quick { 1000 } else { 20_000 }
 }
 
-/// Whether the judge calls two energies different whose means have a quotient of this logarithm, with 3 % of spread, a third of it common to all times.
+/// Returns true if the judge calls two energies different whose means have a quotient of the
+/// logarithm `log`. Replicas have a spread of 3 %; a third of its square is common to all times.
 fn energies_differ(
     stream: &mut Xoshiro256PlusPlus,
     log: f64,
@@ -169,7 +174,8 @@ fn energies(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// A window of a replica, of collisions whose impact parameters have the density 1 + slope (u - 1/2) + curvature (6 (u - 1/2)² - 1/2).
+/// A window of a replica, of collisions whose impact parameters have the density 1 + slope (u -
+/// 1/2) + curvature (6 (u - 1/2)² - 1/2).
 fn window(stream: &mut Xoshiro256PlusPlus, collisions: u64, slope: f64, curvature: f64) -> Window {
     let mut window = Windows::new(&[[0.0, 1.0]], 20, 1, 0.0, 1.0)
         .windows
@@ -188,7 +194,8 @@ fn window(stream: &mut Xoshiro256PlusPlus, collisions: u64, slope: f64, curvatur
     window
 }
 
-/// What the judge says of replicas with a slope of their own each: whether it is not uniform.
+/// Returns true if the judge calls the impact parameters of replicas not uniform, each replica with
+/// a random slope and curvature of its own.
 fn bends(
     stream: &mut Xoshiro256PlusPlus,
     [replicas, collisions]: [usize; 2],

@@ -1,13 +1,13 @@
 //! Corrections to Enskog's theory of first order in density, by the dynamics of three disks.
 //!
-//! Two disks that have just met stand in each other's way. Those that would have met one of them
-//! from behind cannot, or meet the other first, and send it back to its partner. To first order in
-//! density this is a matter of three disks, the third being anywhere it does not overlap, with a
-//! Maxwellian velocity (a cluster expansion, as that of the velocity autocorrelation by R. Zwanzig,
-//! *Physical Review* **129**, 486 (1963), doi:10.1103/PhysRev.129.486). It is found by Monte Carlo:
-//! pairs that meet and third disks are drawn, and their collisions followed. Diameter, mass and
-//! temperature are one; n is the number density `4 phi/pi`.
+//! Two disks that have just met stand in each other's way. A third disk that would have met one of
+//! them from behind cannot do so, or it meets the other first and sends it back to its partner.
 //!
+//! To first order in density only three disks matter: the third one is anywhere without an overlap,
+//! with a Maxwellian velocity. Such a cluster expansion is that of the velocity autocorrelation by
+//! R. Zwanzig, *Physical Review* **129**, 486 (1963), doi:10.1103/PhysRev.129.486. Here it is found
+//! by Monte Carlo: pairs that meet and third disks are drawn, and their collisions are followed.
+//! Diameter, mass and temperature are one; n is the number density `4 phi/pi`.
 //! # Bulk viscosity
 //!
 //! In Enskog's theory the collisional pressure has no memory: the rate of momentum transfer is that
@@ -98,7 +98,7 @@ fn contact(a: &Disk, b: &Disk) -> Option<f64> {
     let approach = line.dot(&relative);
     let apart = line.norm_squared() - 1.0;
     let root = approach * approach - relative.norm_squared() * apart;
-    // Rounding may leave disks that touch a little closer than that.
+    // Clamp for disks in contact that rounding left a little closer.
     (approach < 0.0 && root > 0.0).then(|| (apart / (root.sqrt() - approach)).max(0.0))
 }
 
@@ -297,7 +297,7 @@ pub fn onset(restitutions: &[f64], until: f64, samples: u64, seed: u64) -> (Orde
     for _ in 0..samples {
         let before = meeting(stream);
         let (third, weight) = third(stream, 1.0 + FASTEST * until);
-        // How long the third was free of each, backwards.
+        // Free flight of the third disk from each of the pair, backwards in time.
         let free = before.map(|disk| {
             if disk.overlaps(&third) {
                 return 0.0;
@@ -328,7 +328,7 @@ pub fn onset(restitutions: &[f64], until: f64, samples: u64, seed: u64) -> (Orde
 mod tests {
     use super::*;
 
-    /// Three disks move as disks do: collisions in time order, and as many as in small steps.
+    /// Compares collisions of three disks in time order with those of small time steps.
     #[test]
     fn three_disks_move_as_disks_do() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(1);

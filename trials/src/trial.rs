@@ -39,7 +39,7 @@ macro_rules! found_of_it {
     };
 }
 
-/// Names the gas that is tried.
+/// Names the current gas for the following findings.
 macro_rules! about {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
@@ -51,7 +51,7 @@ macro_rules! about {
 /// [`LIMIT`], the time in seconds.
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
-        /// The trials, in the order in which they are run.
+        /// All trials of the table, in the order in which they are run.
         pub const TRIALS: &[$crate::Trial] = &[$({
             let trial = $crate::Trial::new($name, $body, $tried, $required);
             $(let trial = trial.within($limit);)?
@@ -69,7 +69,7 @@ pub struct Effort {
     pub long: bool,
     /// Collisions of the runs whose length can be set; otherwise each trial has its own number.
     pub collisions: Option<u64>,
-    /// Schemes to validate.
+    /// Monte Carlo schemes to validate.
     pub methods: Vec<Method>,
     /// True if progress is shown on standard error.
     pub tell: bool,
@@ -117,8 +117,8 @@ impl Trial {
         self
     }
 
-    /// Runs the trial in a thread of its own: neither a panic nor an endless loop in it harms the
-    /// caller, but the latter keeps a thread busy until the program ends.
+    /// Runs the trial in its own thread with a time limit. Neither a panic nor an endless loop in
+    /// it harms the caller, but an endless loop keeps a thread busy until the program ends.
     pub fn run(self, effort: &Effort) -> Report {
         let began = Instant::now();
         let (sender, receiver) = channel();
@@ -129,14 +129,14 @@ impl Trial {
                 findings.about("");
                 findings.fault(trouble.to_string());
             }
-            // The receiver is gone if the time was up.
+            // Failure only if the receiver is gone after the time limit.
             let _ = sender.send(findings.into_parts());
         });
         let failed = |fault: String| (Vec::new(), vec![fault], Vec::new());
         let (found, faults, rows) = match worker {
             Err(error) => failed(format!("no thread: {error}")),
             Ok(worker) => {
-                // Long runs take what they take, unless a trial is about its end.
+                // No limit for long runs, unless a trial has its own.
                 let received = if effort.long && self.limit == LIMIT {
                     receiver.recv().map_err(|_| RecvTimeoutError::Disconnected)
                 } else {
@@ -232,7 +232,7 @@ impl fmt::Display for Report {
 mod tests {
     use super::*;
 
-    /// A trial whose body is at fault does not pass, whatever the fault.
+    /// Every kind of fault in the body of a trial fails it.
     #[test]
     fn faults_panics_and_endless_loops_fail() {
         let trial = |body| Trial::new("trial", body, "", "");

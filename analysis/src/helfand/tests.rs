@@ -122,7 +122,7 @@ fn moments_are_the_plain_integrals() {
     let (spans, collisions) = history(3);
     let first = spans[0].velocities.iter().copied();
     let mut found = Helfand::new(0.0, first, MASS, AREA, BIN, LAGS);
-    // In two parts and in one: the same.
+    // Sums in two parts, equal to those in one.
     let mut parts = found.clone();
     for collision in &collisions {
         found.collide(collision);
@@ -179,7 +179,7 @@ fn moments_are_the_plain_integrals() {
         let bulk = average(&|g| (g(1, 2) - rate * time).powi(2)) / unit;
         near(moment.bulk, bulk / (1.0 - time / END));
         near(moment.lag, time * (temperature / MASS).sqrt());
-        // Displacements: from 0, 1.2, 2.4 and so on.
+        // Starts of displacements: 0, 1.2, 2.4 and so on.
         let starts = (0..20).step_by(LAGS).filter(|start| start + lag <= 20);
         let squares: Vec<f64> = starts
             .flat_map(|start| (0..7).map(move |disk| (start, disk)))
@@ -190,8 +190,8 @@ fn moments_are_the_plain_integrals() {
             0.25 * squares.iter().sum::<f64>() / squares.len() as f64,
         );
     }
-    // Correlations: changes in all pairs of bins so far apart; displacements in the first bin of a
-    // lag and in the last.
+    // Correlations: changes in all pairs of bins at this distance; displacements in the first and
+    // in the last bin of a lag.
     let correlations = found.correlations();
     assert_eq!(correlations.len(), LAGS);
     for (lag, one) in correlations.iter().enumerate() {

@@ -27,7 +27,7 @@ const CELLS_IN_RANGE: f64 = 8.0;
 /// Number of distances computed together.
 const TOGETHER: usize = 64;
 
-/// Pairs by distance to the nearest periodic image.
+/// Histogram of pairs by their distance to the nearest periodic image.
 pub(super) struct Histogram<const D: usize> {
     lengths: [f64; D],
     range: f64,
@@ -115,7 +115,7 @@ impl<const D: usize> ByCell<D> {
             (0..D).rev().fold(0, |cell, axis| {
                 let at = images::wrapped_or_edge(place[axis], lengths[axis]) / lengths[axis]
                     * sides[axis] as f64;
-                // The far edge of the box is the near one.
+                // The last cell for positions at the far edge, which is the near one.
                 cell * sides[axis] + at as usize % sides[axis]
             })
         };
@@ -206,7 +206,7 @@ pub(super) fn count_by_cells<const D: usize>(
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         #[allow(unsafe_code, reason = "the compiler does not see the question before")]
-        // SAFETY: the processor has these instructions.
+        // SAFETY: the processor has these instructions, as was tested.
         return unsafe { count_with_avx2(points, histogram, interrupt) };
     }
     count(points, histogram, interrupt)
@@ -238,7 +238,7 @@ fn count<const D: usize>(
         widths[axis] = histogram.lengths[axis] / sides[axis] as f64;
     }
     let near = lines_around(sides, widths, histogram.range);
-    // Each pair of centres can be met once.
+    // Each pair of centres is then met once.
     let are_all = points.is_centre.iter().all(|&is_centre| is_centre);
     let mut runs = Vec::new();
     for line in 0..rows * layers {

@@ -6,8 +6,9 @@
 //!
 //! `sum N (n T0/2 + m g L/2) = sum N (n T/2 + m g <z>(T))`.
 //!
-//! Kawasaki, Monte Carlo calculation of the flow of granular materials (California Institute of
-//! Technology, 1985), appendix B, corrected. Dilute gases: grains have no volume here.
+//! Source: Kawasaki, Monte Carlo calculation of the flow of granular materials (California
+//! Institute of Technology, 1985), appendix B, corrected. The gas is dilute: particles have no
+//! volume here.
 
 use stosszahl_model::Invalid;
 
@@ -34,8 +35,8 @@ impl Column {
     /// Computes the equilibrium of a column that is released uniform, at rest and at the
     /// temperature `start`.
     ///
-    /// `freedoms`: degrees of freedom that share the energy, D for smooth grains, with those of
-    /// rotation for perfectly rough ones.
+    /// `freedoms` is the number of degrees of freedom that share the energy: D for smooth
+    /// particles, and those of rotation too for perfectly rough ones.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] unless all numbers are positive and finite.

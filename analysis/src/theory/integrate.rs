@@ -186,7 +186,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
             let size = self.y[index].abs().max(self.trial[index].abs());
             let allowed = self.tolerance.absolute + self.tolerance.relative * size;
             let ratio = (step * error).abs() / allowed;
-            // Not `max`, which would pass over what is no number.
+            // NaN must not be lost, as `max` would do.
             if ratio.is_nan() {
                 return ratio;
             }

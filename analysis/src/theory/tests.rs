@@ -248,7 +248,7 @@ fn impossible_mixtures_are_refused() {
     assert!(CoolingState::of(&elastic, 1.0).is_err());
 }
 
-/// Steps of both integrations are right to 1e-6 or better, and there are some hundred.
+/// Tolerance of an integration: some hundred steps of 1e-6 or better.
 const STEPS: f64 = 1e-5;
 
 #[test]

@@ -1,7 +1,7 @@
 //! Jobs killed at random moments, one process or all, and resumed by other numbers of processes,
 //! leave the tables of one process without a stop.
 //!
-//! A chain of legs continues in one folder until a job ends well; then the tables are compared, and
+//! A chain of jobs continues in one folder until a job ends well. Then the tables are compared, and
 //! the next chain begins. Only kills that end a job count. Each wait has a limit.
 
 use std::path::Path;
@@ -38,7 +38,7 @@ simulators_per_particle = 1
 [measure.impact_parameters]
 "#;
 
-/// Most legs for each kill that ends a job.
+/// Most jobs for each kill that ends a job.
 const LEGS: usize = 8;
 
 /// Kills jobs of a case until this many were ended by it.

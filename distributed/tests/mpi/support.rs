@@ -50,7 +50,7 @@ pub fn done(mut command: Command) -> Output {
 
 /// Checks that a job ended by itself, with any outcome.
 pub fn ends(output: &Output) {
-    // By its exit code it might also be a job of which a process was killed.
+    // Check by the message, because the exit code may also be that of a killed process.
     let said = said(output);
     assert!(!said.contains("timeout: sending signal"), "hangs: {said}");
 }

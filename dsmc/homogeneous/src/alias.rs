@@ -1,4 +1,4 @@
-//! Draws from a fixed list of weights in constant time.
+//! Alias tables: draws from a discrete distribution in constant time.
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -35,7 +35,7 @@ impl Alias {
         self.scaled.extend(weights);
         self.columns.clear();
         let total: f64 = self.scaled.iter().sum();
-        // Also refuses a sum that is infinite or no number.
+        // Also refuses an infinite or NaN sum.
         if !(total > 0.0 && total < f64::INFINITY) {
             return if total == 0.0 { 0.0 } else { total };
         }
@@ -64,8 +64,8 @@ impl Alias {
                 self.small.push(high);
             }
         }
-        // What is left over is one but for rounding, or, where rounding emptied the large ones too
-        // early, next to nothing: that may not be drawn.
+        // Remaining entries weigh one but for rounding. Where rounding emptied the large ones too
+        // early they weigh next to nothing, and may not be drawn.
         let heaviest = (0..count as u32)
             .max_by(|&a, &b| self.scaled[a as usize].total_cmp(&self.scaled[b as usize]));
         for &left in &self.small {

@@ -1,8 +1,9 @@
-//! Bird's selection: any two particles with one majorant for all pairs.
+//! Bird's selection: any two particles, with one majorant for all pairs.
 //!
-//! The baseline. The majorant is the largest `k(a_c, a_d)(v_c + v_d)` of two classes of size with
-//! their largest radii and speeds, which is tighter than the largest radius with the largest speed
-//! and as exact. The majorant is raised as soon as a particle exceeds the speed of its class.
+//! The baseline method. The majorant is the largest `k(a_c, a_d)(v_c + v_d)` over two classes of
+//! size with their largest radii and speeds. That is tighter than the largest radius with the
+//! largest speed, and as exact. The majorant is raised as soon as a particle exceeds the speed of
+//! its class.
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};

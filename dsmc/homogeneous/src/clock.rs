@@ -9,7 +9,7 @@ pub struct Tally {
     pub proposals: u64,
     /// Number of candidate pairs tested.
     pub trials: u64,
-    /// Number of pairs that met, whatever the outcome.
+    /// Number of pair contacts, whatever the outcome.
     pub collisions: u64,
     /// Number of rebuilds of all bounds.
     pub rebuilds: u64,

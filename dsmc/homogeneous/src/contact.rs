@@ -1,4 +1,4 @@
-//! Contacts of a pair: the line of centres, and the outcome.
+//! Contacts of a pair: line of centres, contact laws, and outcomes.
 
 use rand::{Rng, RngExt};
 use serde::Serialize;
@@ -9,12 +9,12 @@ use stosszahl_model::{
 
 use super::gas::{Gas, Grains};
 
-/// Draws the line of centres of a pair that meets with the relative velocity `g`. It has any
+/// Draws the line of centres of a pair that collides with the relative velocity `g`. It has any
 /// positive length, and is zero if the pair only grazes.
 ///
-/// Its density is proportional to |g . e|. In the plane the impact parameter b/d is uniform in [-1,
-/// 1]. In space the elastic rebound of hard spheres is isotropic, so a random direction n gives the
-/// line `g - |g| n` without a frame around g.
+/// Its density is proportional to |g . e|. In two dimensions the impact parameter b/d is uniform in
+/// \[-1, 1\]. In three dimensions the elastic rebound of hard spheres is isotropic, so a random
+/// direction n gives the line `g - |g| n` without a frame around g.
 #[inline]
 pub fn line_of_centres<S: Space>(g: &S::Vector, stream: &mut impl Rng) -> S::Vector {
     let mut line = *g;
@@ -42,7 +42,7 @@ pub fn line_of_centres<S: Space>(g: &S::Vector, stream: &mut impl Rng) -> S::Vec
     line
 }
 
-/// Pair of particles at contact.
+/// Pair of particles at contact: indices, relative velocity, line of centres.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting<V> {
     /// Indices of the first and the second partner.
@@ -65,7 +65,7 @@ pub enum Outcome {
         /// Outcome of the normal law.
         law: Separation,
     },
-    /// The pair is gone; the particles that replace it are at the end of the list from here on.
+    /// The pair is gone; the particles that replace it are appended to the list.
     Replaced {
         /// Length of the list before the contact.
         from: usize,

@@ -1,4 +1,4 @@
-//! Particles without positions.
+//! Gas of particles without positions.
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use super::kernel::{Contact, Kernel};
 pub trait Grains: Physics<Surface = Smooth, Field = Free> {}
 impl<P: Physics<Surface = Smooth, Field = Free>> Grains for P {}
 
-/// Tag by which the size of a particle is found.
+/// Tag that identifies the size of a particle.
 pub type TagOf<P> = <<P as Physics>::Sizes as Sizes>::Tag;
 
 /// Mark of a particle that has merged into another and waits for removal.

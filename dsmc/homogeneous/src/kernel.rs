@@ -16,15 +16,15 @@ pub enum Contact {
     Enskog,
 }
 
-/// Collision rate of a pair over its relative speed, `k(a, b) = sum_st M_st a^s b^t`, a and b the
-/// two radii.
+/// Collision rate of a pair over its relative speed, `k(a, b) = sum_st M_st a^s b^t`, for radii a
+/// and b.
 ///
-/// For one unordered pair, `k g` is its rate \[1/time\]: `2 chi (a + b) g/V` in the plane and
-/// `pi chi (a + b)^2 g/V` in space. Both contact values of [`Contact`] leave it a polynomial of
-/// degree two with coefficients that are not negative: in the plane `chi (a + b)` is a sum of
-/// `a + b` and `a b`; in space `chi (a + b)^2` is one of `(a + b)^2`, `a b (a + b)` and `a^2 b^2`.
-/// That is what makes the selection of pairs by products of one-particle weights (rank 2 in the
-/// plane, 3 in space) exact for dense gases too.
+/// For one unordered pair, `k g` is its rate \[1/time\]: `2 chi (a + b) g/V` in two dimensions and
+/// `pi chi (a + b)^2 g/V` in three. Both contact values of [`Contact`] leave k a polynomial of
+/// degree two with non-negative coefficients. In two dimensions `chi (a + b)` is a sum of `a + b`
+/// and `a b`; in three, `chi (a + b)^2` is one of `(a + b)^2`, `a b (a + b)` and `a^2 b^2`. So the
+/// selection of pairs by products of one-particle weights (rank 2 or 3) is exact for dense gases
+/// too.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kernel {
     coefficients: [[f64; 3]; 3],

@@ -1,13 +1,14 @@
-//! The low-rank selection of Bodrova & Osinsky (2024): classes of size with one speed bound each,
-//! found in trees of sums.
+//! Low-rank selection of Bodrova & Osinsky (2024): classes of size with one speed bound each, drawn
+//! from trees of sums.
 //!
 //! Let `v_c` be the largest speed in class c, `n_c` its number and `a_c` its radius. The kernel is
-//! a sum of products, so pairs are proposed by drawing a term (s, t), a first class by `n_c v_c
-//! a_c^s` and a second one by `n_c a_c^t`, both from trees of partial sums, and a particle of each
-//! at random. This gives `k (v_c + v_d)` for each pair. A class whose fastest particle gets faster
-//! is updated in its tree. Cost: O(log of the number of classes) per draw and update; the bound
-//! grows with the number of particles in a class, which is what it has against groups of like
-//! speed.
+//! a sum of products, so pairs are proposed by drawing a term (s, t), a first class by
+//! `n_c v_c a_c^s`, a second one by `n_c a_c^t`, and a particle of each at random. Each pair is
+//! thus proposed at the rate `k (v_c + v_d)`. A class whose fastest particle gets faster is updated
+//! in its tree.
+//!
+//! Cost: logarithmic in the number of classes, per draw and update. The speed bound of a class
+//! grows with its number of particles, which makes it looser than groups of like speed.
 
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};

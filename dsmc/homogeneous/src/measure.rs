@@ -15,16 +15,17 @@ pub struct Moments {
     pub temperature: f64,
     /// Fourth cumulant `a2 = D <v^4>/((D + 2) <v^2>^2) - 1`.
     pub fourth_cumulant: f64,
-    /// Mean squared displacement, where it is kept \[length^2\].
+    /// Mean squared displacement, if tracked \[length^2\].
     pub displacement: f64,
-    /// Mean fourth power of the displacement, `<R^4>`, where it is kept \[length^4\].
+    /// Mean fourth power of the displacement, `<R^4>`, if tracked \[length^4\].
     pub displacement_fourth: f64,
-    /// Mean `<R . v>`, where displacements are kept: D times the diffusion coefficient where
-    /// displacements are diffusive \[length^2/time\].
+    /// Mean `<R . v>`, if displacements are tracked \[length^2/time\]; D times the diffusion
+    /// coefficient in the diffusive regime.
     pub displacement_velocity: f64,
-    /// Mean `<(R . v)^2>`, where displacements are kept.
+    /// Mean `<(R . v)^2>`, if displacements are tracked \[length^4/time^2\].
     pub displacement_velocity_square: f64,
-    /// Velocity correlation `<v(0) . v(t)>`, where the velocities at the start are given.
+    /// Velocity correlation `<v(0) . v(t)>`, if the initial velocities are given
+    /// \[length^2/time^2\].
     pub velocity_correlation: f64,
 }
 

@@ -17,7 +17,7 @@ pub trait Motion<P: Physics>: Clone + Serialize + DeserializeOwned {
     fn bytes(&self) -> usize;
 }
 
-/// Motion without a record.
+/// Motion without any record.
 impl<P: Physics> Motion<P> for () {
     fn is_tracked(&self) -> bool {
         false
@@ -68,7 +68,7 @@ impl<P: Physics> Motion<P> for Displacement<P> {
     }
 }
 
-/// Motion that is kept or not, as decided when the run begins.
+/// Motion whose record is optional, as decided at the start of a run.
 impl<P: Physics, M: Motion<P>> Motion<P> for Option<M> {
     fn is_tracked(&self) -> bool {
         self.as_ref().is_some_and(Motion::is_tracked)

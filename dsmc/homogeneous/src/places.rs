@@ -348,7 +348,7 @@ fn count<P: Grains>(layout: &mut Layout, gas: &Gas<P>) -> f64 {
     fastest
 }
 
-/// Makes groups with the places that are taken and those that may be needed.
+/// Lays out the groups of classes, with the slots in use and spare slots.
 fn open_groups(layout: &mut Layout, fastest: f64) {
     layout.groups.clear();
     let (mut place, mut join) = (0_u32, 0_u32);

@@ -1,21 +1,21 @@
-//! Selection by slots: places in groups of like speed and size, drawn in constant time.
+//! Selection by slots: positions in groups of like speed and size, drawn in constant time.
 //!
-//! Particles of like radius form a class; within it, particles of like speed form a group, which is
-//! a run of places with one speed bound w, a few of them empty. A proposal draws a *place* for the
-//! first partner, with the weight `w sum_c n_c k(a, a_c)` of its group from an alias table, and one
-//! for the second with the weight `k(a, a_c)` of its class. The latter takes a power t of the
-//! radius by the three terms of the kernel, a class from the alias table of that power, and a place
-//! in it. As either partner may be the first, a pair is proposed at the rate `k (w_1 + w_2)`.
+//! Particles of like radius form a class; within it, particles of like speed form a group: a run of
+//! slots with one speed bound w, a few of them empty. A proposal draws a slot for the first
+//! partner, with the weight `w sum_c n_c k(a, a_c)` of its group from an alias table, and one for
+//! the second with the weight `k(a, a_c)` of its class. The latter draws a power t of the radius by
+//! the three terms of the kernel, a class from the alias table of that power, and a slot in it. As
+//! either partner may be the first, a pair is proposed at the rate `k (w_1 + w_2)`.
 //!
-//! What makes this exact and fast is that **the law over places does not change** between two
-//! rebuilds. A particle that gets faster than its group allows moves to an empty place of a faster
-//! group; the place that it leaves, an empty place and a particle that is gone are proposals of
-//! nothing. (Where no faster group has a place left, one is opened, and that does change the law:
-//! once in some thousand collisions.) So there is no structure to update within a draw, the rate is
-//! constant (exact Poisson counts), and proposals may be drawn ahead and their memory prefetched.
+//! The method is exact and fast because **the distribution over slots is constant** between two
+//! rebuilds. A particle that gets faster than its group allows moves to an empty slot of a faster
+//! group. The slot that it leaves, an empty slot and a removed particle give null proposals. If no
+//! faster group has a free slot, a group is added, which does change the distribution: once in some
+//! thousand collisions. So a draw updates nothing and the rate is constant (exact Poisson counts).
+//! Proposals may be drawn ahead and their memory prefetched.
 //!
-//! Cost: six random words, three looks at tables that fit the fastest memory, and three lines of
-//! the large arrays, all of them prefetched. Bounds are tight to 4 %, and fitted again every N/8
+//! Cost: six random words, three look-ups in tables that fit the first-level cache, and three cache
+//! lines of large arrays, all prefetched. Bounds are tight to 4 %, and are rebuilt every N/8
 //! collisions in two passes over the gas.
 
 use rand::{Rng, RngExt};

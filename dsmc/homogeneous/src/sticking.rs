@@ -1,4 +1,4 @@
-//! Particles that stick together and break.
+//! Aggregation and fragmentation: particles that stick together or break on contact.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -8,7 +8,7 @@ use stosszahl_model::{Clusters, Invalid, Physics, Sizes, Space, Vector, VectorOf
 use super::contact::{Bounce, Contacts, Meeting, Outcome};
 use super::gas::{Gas, Grains, Particle};
 
-/// Part of the energy of the relative motion that decides.
+/// Part of the relative kinetic energy that is compared with a threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Part {
     /// All of the relative motion, `mu g^2/2`.
@@ -45,7 +45,7 @@ pub struct Threshold {
     pub part: Part,
 }
 
-/// Order of the tests, where both hold.
+/// Order of the tests, if both conditions hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Order {
     /// Sticking first.
@@ -62,7 +62,7 @@ pub struct Rule {
     /// Threshold above which pairs with three monomers or more break into monomers; two monomers
     /// bounce.
     pub shatter: Threshold,
-    /// Order of the tests, where both hold.
+    /// Order of the tests, if both conditions hold.
     pub order: Order,
     /// Factor of the relative speed in breaking: the square of it is the share of the energy of the
     /// relative motion that stays kinetic.
@@ -87,15 +87,15 @@ pub struct Ledger {
     pub refused: u64,
 }
 
-/// Contact law of clusters of monomers, which stick below one energy or relative speed, break above
-/// another, and bounce in between by the scene's law.
+/// Contact law of clusters of monomers: they stick (aggregation) below one energy or relative
+/// speed, break (fragmentation) above another, and bounce in between by the scene's law.
 ///
 /// Sticking conserves mass and momentum; the energy `mu g^2/2` goes into the ledger. Breaking turns
 /// both partners into their k + j monomers, with the velocity of the centre of mass. Relative
-/// velocities are drawn uniformly from all that have zero momentum and the energy `retained^2 mu
-/// g^2/2` (the microcanonical measure: Gaussian vectors, less their mean, scaled). So momentum and
-/// energy are conserved to rounding in each event. Fixing the last monomer's velocity by momentum
-/// alone, as is sometimes proposed, creates energy.
+/// velocities are drawn uniformly from all sets with zero momentum and energy `retained^2 mu g^2/2`
+/// (microcanonical measure: Gaussian vectors, minus their mean, scaled). So each event conserves
+/// momentum and energy to rounding. Fixing the last monomer's velocity by momentum alone, as is
+/// sometimes proposed, creates energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sticking {
     /// Rule by which particles stick and break.

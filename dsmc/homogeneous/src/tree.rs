@@ -1,4 +1,4 @@
-//! Weights that change one at a time, and draws from them, both in logarithmic time.
+//! Tree of partial sums: single weights change and are drawn in logarithmic time.
 
 use serde::{Deserialize, Serialize};
 

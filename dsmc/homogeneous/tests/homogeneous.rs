@@ -34,7 +34,7 @@ fn stream(seed: u64) -> Stream {
     Streams::new(seed, 0).at(Purpose::Velocities, [0, 0])
 }
 
-/// Sizes 0.1 to 10, some alike, some nearly.
+/// Radii from 0.1 to 10, some equal and some nearly equal.
 fn uneven() -> Polydisperse {
     let sizes = [
         (0.1, 0.01),
@@ -233,7 +233,7 @@ fn selections_stay_exact_while_particles_stick() {
     mergers_follow_their_rates::<Bird>();
 }
 
-/// Species of mass k, compact in three dimensions, with `floor(first k^-theta)` particles.
+/// Species of mass k, compact in three dimensions, with `floor(first k^-theta)` particles each.
 fn powers(first: f64, theta: i32, most: u32) -> Species {
     let kinds = (1..=most)
         .map(|k| {
@@ -267,9 +267,9 @@ fn table<Pick: Selection<Of<Volume, Constant, Species>>>(
     engine
 }
 
-/// Three selections give one gas: collisions and energy at t = 20. From run to run the number of
-/// collisions varies by about 0.4 sqrt(C), its energy by 0.4/sqrt(N) (measured with 12 seeds); five
-/// times the scatter of a difference.
+/// Three selections give equal collision numbers and energies at t = 20. Between runs the number of
+/// collisions C varies by about 0.4 sqrt(C), and the energy by 0.4/sqrt(N) (measured with 12
+/// seeds); tolerance: five times the scatter of a difference.
 #[test]
 fn selections_agree_on_a_polydisperse_gas() {
     let (own, low, bird) = (table::<Slots>(1), table::<LowRank>(2), table::<Bird>(3));
@@ -291,13 +291,13 @@ fn selections_agree_on_a_polydisperse_gas() {
             "{results:?}"
         );
     }
-    // Work, which does not depend on the machine.
+    // Counters of work, independent of the machine.
     let tally = own.tally();
     let each = |count: u64| count as f64 / tally.collisions as f64;
     assert!(each(tally.trials) < 1.55, "{}", each(tally.trials));
     assert!(each(tally.proposals) < 2.1, "{}", each(tally.proposals));
     assert!(own.bytes() as f64 / n < 64.0);
-    // What was lost is booked: a rounding for each collision.
+    // Energy lost is recorded, to one rounding per collision.
     let start = 0.5 * 3.0 * n;
     let booked = own.gas().kinetic_energy() + tally.energy_lost;
     let rounding = 1e-15 * (tally.collisions as f64).sqrt() * 10.0;
@@ -337,7 +337,7 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
     let half = postcard::to_stdvec(&whole.checkpoint()).expect("serialises");
     whole.advance(7.0, u64::MAX, &mut ()).expect("runs");
     assert!(whole.tally().collisions > 10_000);
-    // A rounding of the largest momenta for each collision, random in sign.
+    // One rounding of the largest momenta per collision, random in sign.
     assert!(momentum(&whole) < 1e-10);
     let mut resumed = Engine::<_, Slots, Displacement<_>>::resume(
         whole.gas().scene().clone(),
@@ -351,10 +351,10 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
     assert_eq!(bytes(&whole), bytes(&resumed));
 }
 
-/// Equal particles, in the plane and in space, elastic displacement included, follow Haff's law and
-/// its closed forms, within z = 4.4 times the standard error of each quantity. That of energy is
-/// sqrt(2/(D N)) times the share that is still random (all of it, as an upper bound). That of a
-/// mean squared displacement is sqrt(2/(D N)) in the Gaussian case, doubled.
+/// Equal particles in two and three dimensions follow Haff's law and its closed forms, including
+/// elastic displacements, within z = 4.4 standard errors. That of energy is sqrt(2/(D N)) times the
+/// fraction that is still random (all of it, as an upper bound). That of a mean squared
+/// displacement is sqrt(2/(D N)) in the Gaussian case, doubled.
 fn haff<S: Space>(space: S) {
     let (count, r) = (40_000, 0.8);
     let d = S::DIMENSION as f64;
@@ -427,9 +427,9 @@ fn equal_particles_cool_and_spread_as_haff_says() {
     haff(Volume);
 }
 
-/// Two and three species from equal temperatures, constant and viscoelastic, also where masses
-/// differ a hundredfold and little of the speed is kept, so that velocities are far from
-/// Maxwellian: against the kinetic equations in Sonine expansion.
+/// Mixtures of two and three species from equal temperatures follow the kinetic equations in Sonine
+/// expansion, for constant and viscoelastic restitution. Includes mass ratios of a hundred and low
+/// restitution, so that velocities are far from Maxwellian.
 #[test]
 fn mixtures_cool_and_spread_as_the_equations_say() {
     let solid = |mass: f64, count| Kind {
@@ -459,8 +459,8 @@ fn mixtures_cool_and_spread_as_the_equations_say() {
     );
 }
 
-/// Temperatures, displacements and fourth cumulants at three times. Allowed is what the last order
-/// changed, and 4.75 standard errors, a false alarm in 1e6 each: of a temperature
+/// Temperatures, displacements and fourth cumulants at three times. Tolerance: the change by the
+/// last Sonine order, and 4.75 standard errors, a false alarm in 1e6 each: of a temperature
 /// `sqrt(2 (1 + 5 a2/2)/(3 N))`, of a mean squared displacement `sqrt(2/(3 N))` times 1.5 for its
 /// heavier tails, of a2 `sqrt(8/(15 N))` times 1.5.
 fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
@@ -526,8 +526,8 @@ fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
     }
 }
 
-/// Tracers feel the bath, and it does not feel them; paths, velocities and their time averages
-/// against the closed forms.
+/// Tracers respond to the bath but do not affect it; paths, velocities and their time averages
+/// agree with closed forms.
 #[test]
 fn tracers_follow_the_tracer_limit() {
     let kinds = [1.0, 10.0].map(|mass: f64| Kind {
@@ -572,7 +572,7 @@ fn tracers_follow_the_tracer_limit() {
     engine.advance(300.0, u64::MAX, &mut ()).expect("runs");
     let end = engine.time();
     let found = moments(engine.gas(), Some((&engine.motion().0, end)), None);
-    // The bath feels nothing of them: it keeps its momentum, zero.
+    // The tracers do not affect the bath: its momentum stays zero.
     let bath = engine.gas().alive().filter(|particle| particle.tag == 0);
     let mut drift = <Volume as Space>::Vector::default();
     for particle in bath {
@@ -608,8 +608,8 @@ fn tracers_follow_the_tracer_limit() {
     }
 }
 
-/// Momentum and energy of shattering, over a million shards and at extreme speeds. Roundings:
-/// 1e-12.
+/// Shattering conserves momentum and energy, over a million fragments and at extreme speeds.
+/// Tolerance: rounding, 1e-12.
 #[test]
 fn shards_have_no_momentum_and_the_energy_asked_for() {
     let mut stream = stream(9);
@@ -661,7 +661,7 @@ fn clusters<C: Contacts<Of<S, Constant, Clusters>>, S: Space>(
 }
 
 /// Number and energy of a gas in which all collisions merge, against runs of another code with 2e5
-/// particles, which were good to 1 or 2 %.
+/// particles, accurate to 1 or 2 %.
 #[test]
 fn aggregation_decays_as_measured_elsewhere() {
     let count = 60_000;
@@ -675,7 +675,7 @@ fn aggregation_decays_as_measured_elsewhere() {
         space.advance(time, u64::MAX, &mut ()).expect("runs");
         let n = space.gas().count() as f64 / count as f64;
         let e = space.gas().kinetic_energy() / (1.5 * count as f64);
-        // 2 %, and 4.4/sqrt of the clusters that are left.
+        // 2 %, and 4.4/sqrt of the remaining number of clusters.
         let error = 0.02 + 4.4 * 0.5 / (n * count as f64).sqrt();
         assert!((n / number - 1.0).abs() < error, "{time}: {n} {number}");
         assert!(
@@ -710,14 +710,14 @@ fn sticking_ends_with_one_cluster() {
     );
     assert_eq!(size_distribution(engine.gas()), [(count as u32, 1)]);
     assert!(engine.gas().momentum().square().sqrt() < 1e-9);
-    // All that was there is in the ledger: a rounding for each merger.
+    // All initial energy is in the ledger, to one rounding per merger.
     let booked = engine.contacts().ledger.stuck + engine.gas().kinetic_energy();
     assert!((booked / start - 1.0).abs() < 1e-12);
     assert_eq!(engine.contacts().ledger.mergers, count as u64 - 1);
 }
 
-/// Sticking and breaking together: mass, momentum and the energy ledger close, and numbers reach a
-/// steady state while it is kept warm by nothing: fast pairs break, slow ones stick.
+/// Sticking and breaking together: mass, momentum and the energy ledger balance, and numbers reach
+/// a steady state without driving: fast pairs break, slow ones stick.
 #[test]
 fn breaking_closes_the_ledgers() {
     let mut rule = always_stick().rule;
@@ -747,8 +747,8 @@ fn breaking_closes_the_ledgers() {
     assert!((booked / start - 1.0).abs() < 1e-12, "{booked} {start}");
 }
 
-/// Extremes that must neither fail nor hang: no particle, one, all at rest, one giant in dust, no
-/// rebound, a species at a millionth of the other's temperature.
+/// Extreme gases neither fail nor hang: no particle, one, all at rest, one giant among tiny ones,
+/// restitution zero, a species at a millionth of the other's temperature.
 #[test]
 fn extreme_gases_run() {
     let run = |kinds: &[(f64, f64, usize)], r: f64, until: f64, temperature: fn(u32) -> f64| {

@@ -1,4 +1,4 @@
-//! Boundary conditions of a box, as users give them.
+//! Boundary conditions of a box: walls, inflows, obstacles and simulator weights.
 
 use stosszahl_model::walls::{FreeArea, Obstacle};
 use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
@@ -8,36 +8,37 @@ use super::weights::Weights;
 use crate::parameters::{Displacement, EngineError, Parameters};
 use crate::scheme::{Neighbourhood, Scheme};
 
-/// Least share of a box that counts as free.
+/// Smallest free fraction of a box; a box without room counts as having this much.
 const LEAST_SHARE: f64 = 1e-9;
 
-/// Where a wall stops a particle.
+/// Distance at which a wall stops a particle: zero or the particle's radius.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Clearance {
-    /// With its centre on the wall: particles are points for walls, as for the dilute gas.
+    /// The wall stops the centre: particles are points for walls, as in the dilute gas.
     #[default]
     Centre,
-    /// With its surface on the wall: the centre keeps a radius away.
+    /// The wall stops the surface: the centre stays one radius away.
     Radius,
 }
 
-/// Everything at the faces of the box and inside it. The default is a periodic box.
+/// Boundary conditions of a run: faces, inflows, obstacles and weights. The default is a periodic
+/// box.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Boundaries<S: Space> {
-    /// The faces of the box; its domain must be periodic along the same axes.
+    /// Faces of the box, with its walls; the domain must be periodic along the same axes.
     pub walls: Walls<S>,
-    /// Where walls and obstacles stop a particle.
+    /// Distance at which walls and obstacles stop a particle.
     pub clearance: Clearance,
-    /// What flows in through open faces.
+    /// Streams that enter through open faces.
     pub inflows: Vec<Inflow<S>>,
-    /// Where a simulator stands for more or fewer particles than elsewhere.
+    /// Weights of simulators by region.
     pub weights: Weights,
-    /// What stands in the box: in three dimensions, prisms along the third axis.
+    /// Obstacles in the box; in three dimensions, prisms along the third axis.
     pub obstacles: Vec<Obstacle>,
 }
 
 impl Boundaries<Volume> {
-    /// The same in the plane: what lies along the third axis is left out.
+    /// Returns the boundaries in two dimensions, without their components along the third axis.
     pub fn in_plane(&self) -> Boundaries<Plane> {
         Boundaries {
             walls: self.walls.in_plane(),
@@ -50,7 +51,8 @@ impl Boundaries<Volume> {
 }
 
 impl<S: Space> Boundaries<S> {
-    /// Boundaries whose regions have these factors of the weight of simulators; their own if there are none.
+    /// Returns a copy whose regions have these weight factors; unchanged if the number of factors
+    /// differs.
     pub(crate) fn with_factors(&self, factors: &[f64]) -> Self {
         Self {
             weights: self.weights.with_factors(factors),
@@ -58,7 +60,7 @@ impl<S: Space> Boundaries<S> {
         }
     }
 
-    /// Whether the box is periodic, alike everywhere, and empty of obstacles.
+    /// Returns true if the box is periodic, uniform in weight, and free of obstacles and inflows.
     pub fn is_periodic(&self) -> bool {
         self.walls.is_periodic()
             && self.inflows.is_empty()
@@ -66,7 +68,7 @@ impl<S: Space> Boundaries<S> {
             && self.obstacles.is_empty()
     }
 
-    /// Whether simulators come and go.
+    /// Returns true if simulators enter, leave, split or merge.
     pub fn is_open(&self) -> bool {
         self.walls.is_open() || !self.inflows.is_empty() || !self.weights.is_uniform()
     }
@@ -76,12 +78,12 @@ impl<S: Space> Boundaries<S> {
         let inflows = self.inflows.iter();
         let packing =
             |inflow: &Inflow<S>| inflow.density * S::ball(sizes.radius(sizes.tag(inflow.like)));
-        // What is no number is found later.
+        // A NaN is dropped here and refused when the inflow is checked.
         inflows.map(packing).fold(0.0, f64::max)
     }
 
-    /// Volume of a box in which centres of particles of a radius can be beside obstacles \[length^D\]. What walls take is not
-    /// left out.
+    /// Volume of the box in which centres of particles of this radius do not overlap obstacles
+    /// \[length^D\]. The part behind walls is included.
     pub(crate) fn free_volume(&self, domain: &Domain<S>, radius: f64) -> f64 {
         let all = domain.volume();
         if self.obstacles.is_empty() {
@@ -94,12 +96,12 @@ impl<S: Space> Boundaries<S> {
         let sides = [0, 1].map(|axis| domain.lengths()[axis]);
         let periodic = [0, 1].map(|axis| domain.is_periodic(axis));
         let area = FreeArea::new(&self.obstacles, sides, periodic, clearance);
-        // Without room particles are refused where they are.
+        // A box without room counts as almost full; its particles are then refused one by one.
         let share = area.between([0.0; 2], sides) / (sides[0] * sides[1]);
         all * share.max(LEAST_SHARE)
     }
 
-    /// Whether all fits the box and the scheme.
+    /// Checks that walls, inflows, weights and obstacles fit the box and the scheme.
     pub(crate) fn check(
         &self,
         domain: &Domain<S>,

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 type Point = Vector2<f64>;
 
-/// A straight line, directed: points where `height` is not negative are in front of it.
+/// Directed straight line; points of non-negative `height` are in front of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CutLine {
     point: Point,
@@ -12,7 +12,7 @@ pub(super) struct CutLine {
 }
 
 impl CutLine {
-    /// The line through two points, with its front to the left.
+    /// Creates the line through two points, with its front to the left.
     pub(super) fn through([from, to]: [Point; 2]) -> Self {
         let along = (to - from).normalize();
         Self {
@@ -21,29 +21,30 @@ impl CutLine {
         }
     }
 
-    /// The line through a point, with its front where the unit vector `normal` points.
+    /// Creates the line through a point, with its front in the direction of the unit vector
+    /// `normal`.
     pub(super) fn facing(point: Point, normal: Point) -> Self {
         Self { point, normal }
     }
 
-    /// Distance of a point from the line \[length\], negative behind it.
+    /// Signed distance of a point from the line \[length\]; negative behind it.
     #[inline]
     pub(super) fn height(&self, point: Point) -> f64 {
         (point - self.point).dot(&self.normal)
     }
 
-    /// The same line with front and back exchanged.
+    /// Returns the line with front and back exchanged.
     fn reversed(&self) -> Self {
         Self::facing(self.point, -self.normal)
     }
 }
 
-/// A convex polygon; its corners run counter-clockwise. Fewer than three corners have no area.
+/// Convex polygon with corners in counter-clockwise order. Fewer than three corners have no area.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConvexPolygon(Vec<Point>);
 
 impl ConvexPolygon {
-    /// A rectangle between two corners.
+    /// Creates the rectangle between two opposite corners.
     pub(super) fn rectangle(low: Point, high: Point) -> Self {
         Self(vec![
             low,
@@ -53,7 +54,7 @@ impl ConvexPolygon {
         ])
     }
 
-    /// The convex hull of some points.
+    /// Convex hull of the points.
     pub(super) fn hull(points: &[Point]) -> Self {
         let mut sorted = points.to_vec();
         sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
@@ -75,18 +76,18 @@ impl ConvexPolygon {
         Self(corners)
     }
 
-    /// The corners.
+    /// Corners in counter-clockwise order.
     pub(super) fn corners(&self) -> &[Point] {
         &self.0
     }
 
-    /// The corners and the ends of the sides that begin there.
+    /// Sides, each as its first and its last corner.
     fn sides(&self) -> impl Iterator<Item = [Point; 2]> + '_ {
         let next = self.0.iter().cycle().skip(1);
         self.0.iter().zip(next).map(|(&from, &to)| [from, to])
     }
 
-    /// The part in front of a line.
+    /// Part of the polygon in front of a line.
     pub(super) fn in_front_of(&self, line: &CutLine) -> Self {
         let mut corners = Vec::with_capacity(self.0.len() + 1);
         for [from, to] in self.sides() {
@@ -104,12 +105,12 @@ impl ConvexPolygon {
         Self(corners)
     }
 
-    /// The parts behind a line and in front of it.
+    /// Parts of the polygon behind a line and in front of it.
     pub(super) fn cut(&self, line: &CutLine) -> [Self; 2] {
         [self.in_front_of(&line.reversed()), self.in_front_of(line)]
     }
 
-    /// The area \[length^2\] and the centroid.
+    /// Area \[length^2\] and centroid.
     pub(super) fn area_and_centroid(&self) -> (f64, Point) {
         let Some(&origin) = self.0.first() else {
             return (0.0, Point::zeros());
@@ -132,7 +133,7 @@ impl ConvexPolygon {
         distances.fold(0.0, f64::max)
     }
 
-    /// Length of the part of a segment that is deeper inside than `margin` \[length\].
+    /// Length of the part of a segment that lies deeper inside than `margin` \[length\].
     pub(super) fn length_inside(&self, [from, to]: [Point; 2], margin: f64) -> f64 {
         let (mut begin, mut end) = (0.0_f64, 1.0_f64);
         for side in self.sides() {
@@ -157,7 +158,7 @@ mod tests {
     use super::*;
     use nalgebra::vector;
 
-    /// Corners and areas by hand.
+    /// Checks corners and areas against values computed by hand.
     #[test]
     fn a_rectangle_is_cut_into_two_parts() {
         let all = ConvexPolygon::rectangle(vector![1.0, 2.0], vector![3.0, 3.0]);
@@ -181,7 +182,7 @@ mod tests {
         let hull = ConvexPolygon::hull(&points);
         assert_eq!((hull.corners().len(), hull.area_and_centroid().0), (4, 4.0));
         assert_eq!(hull.radius_around(vector![0.0, 0.0]), 8.0_f64.sqrt());
-        // Half of the segment is inside; along a side nothing is; deeper than 0.5 a quarter.
+        // Half of the segment is inside, none along a side, and a quarter deeper than 0.5.
         let segment = [vector![1.0, 1.0], vector![1.0, 3.0]];
         assert_eq!(hull.length_inside(segment, 0.0), 1.0);
         assert_eq!(hull.length_inside(segment, 0.5), 0.5);

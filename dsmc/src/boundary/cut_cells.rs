@@ -1,4 +1,4 @@
-//! Cells that obstacles cut, and the sub-cells that these leave.
+//! Cut cells: cells that obstacles cut, divided into sub-cells of their free area.
 //!
 //! A body thinner than a cell, or one that cuts it, may hide some particles of the cell from
 //! others, which must not collide. So the free area of such a cell is divided into **sub-cells**
@@ -10,9 +10,9 @@
 //! * **Division**: the cell is halved along an edge of a body that crosses it, and each part
 //!   again, until no edge crosses a part. Each part is convex, so that no straight body is between
 //!   two of its points. Parts are then united where no edge crosses their convex hull.
-//! * **Discs** hide what is behind an inscribed polygon that is at most a tenth of a cell from
+//! * **Disks** hide the region behind an inscribed polygon that is at most a tenth of a cell from
 //!   their circle.
-//! * **Area**: exact between straight edges; around disks and the rounded corners of the room for
+//! * **Area**: exact between straight edges; near disks and rounded corners of the free area of
 //!   centres the error is below `1e-3` of a cell.
 //!
 //! Areas are those of the centres of particles of the mean radius. A sub-cell without room for them
@@ -26,53 +26,54 @@ use super::obstacles::{ClosedRegion, Standing};
 use crate::grid::Grid;
 use crate::parameters::EngineError;
 
-/// Least share of a cell that counts as room for its simulators: rounding may leave one beyond a
+/// Smallest free fraction of a cell that holds simulators: rounding may leave one just beyond a
 /// wall that cuts the cell.
 pub(super) const LEAST_ROOM: f64 = 1e-3;
 
-/// Most parts that edges may divide a cell into.
+/// Largest number of parts into which edges may divide a cell.
 const MOST_PARTS: usize = 256;
 
-/// Halvings of a cell down to regions in which the edge of the free area counts as straight.
+/// Number of successive halvings of a cell, after which the edge of the free area counts as
+/// straight.
 const DEPTH: u32 = 5;
 
 /// Length within a part \[cell widths\] below which an edge does not cross it.
 const THIN: f64 = 1e-11;
 
-/// Finest cells that are tried to find a size that would do: this often halved.
+/// Largest number of halvings tried when the error message suggests a cell size.
 const FINEST: u32 = 8;
 
 type Point = Vector2<f64>;
 
-/// The cells that obstacles cut, by their place in the plane of the first two axes.
+/// Cut cells of the grid, found by their coordinates along the first two axes.
 pub(crate) struct CutCells {
-    /// One more than the index of each cell in `cells`; 0 for cells that no body cuts.
+    /// Index of each cell in `cells` plus one; 0 for cells that no obstacle cuts.
     indices: Vec<u32>,
     columns: u32,
     cells: Vec<CutCell>,
-    /// Number of sub-cells of split cells.
+    /// Number of sub-cells of all split cells.
     sub_cells: usize,
 }
 
-/// A cell that obstacles cut.
+/// Cell that obstacles cut, with its free area and its sub-cells.
 pub(crate) struct CutCell {
-    /// Its coordinates.
+    /// Coordinates of the cell along the first two axes.
     at: [u32; 2],
-    /// Its corners, with what a moving wall may add beyond the box.
+    /// Corners of the cell, extended where a moving wall recedes beyond the box \[length\].
     corners: [Point; 2],
-    /// Numbers of the obstacles that may be in it.
+    /// Numbers of the obstacles that may overlap the cell.
     near: Vec<usize>,
-    /// Share of the cell that is free.
+    /// Free fraction of the cell's area.
     room: f64,
     nodes: Vec<CutNode>,
-    /// Convex parts, and the sub-cell of each.
+    /// Convex parts, each with the index of its sub-cell.
     parts: Vec<(ConvexPolygon, usize)>,
     sub_cells: Vec<SubCell>,
-    /// Number of its first sub-cell among those of all split cells.
+    /// Index of the first sub-cell among those of all split cells.
     first: usize,
 }
 
-/// A line that divides a part of a cell, and what is behind it and in front of it.
+/// Node of the division tree: a line, and the branches behind it and in front of it.
 struct CutNode {
     line: CutLine,
     sides: [CutBranch; 2],
@@ -84,21 +85,22 @@ enum CutBranch {
     Part(usize),
 }
 
-/// A part of the free area of a cell within which all points see each other.
+/// Part of the free area of a cell within which all points see each other.
 struct SubCell {
-    /// Its area over that of a cell.
+    /// Area over that of a whole cell, from 0 to 1.
     share: f64,
-    /// A point in it, far from all bodies, and its distance from them \[length\].
+    /// Point in the sub-cell, far from all obstacles.
     inside: Point,
+    /// Distance of `inside` from the nearest obstacle \[length\].
     gap: f64,
 }
 
-/// The region that walls leave to centres: its lower and its upper corner.
+/// Region that walls leave to particle centres: its lower and its upper corner \[length\].
 pub(super) type CentreLimits = [Point; 2];
 
 impl CutCells {
-    /// Cells cut by obstacles for centres that stay `clearance` away from them; `beyond`: how far
-    /// walls recede from the box at most, by side \[length\].
+    /// Finds the cells cut by obstacles, for centres that stay `clearance` away from them.
+    /// `beyond`: largest distance by which walls recede from the box, by side \[length\].
     ///
     /// # Errors [`EngineError::CutCell`] if a cell would be divided into too many parts.
     pub(super) fn new<S: Space>(
@@ -161,7 +163,7 @@ impl CutCells {
         }
     }
 
-    /// Measures cells anew that the new limits cut otherwise than the old ones.
+    /// Measures again the cells that moving walls now cut differently.
     pub(super) fn move_walls(
         &mut self,
         obstacles: &Standing,
@@ -182,20 +184,20 @@ impl CutCells {
         }
     }
 
-    /// The cell at these coordinates, if obstacles cut it.
+    /// Cut cell at these coordinates; `None` if no obstacle cuts it.
     #[inline]
     pub(crate) fn get(&self, [x, y, _]: [u32; 3]) -> Option<&CutCell> {
         let index = self.indices[(x + self.columns * y) as usize] as usize;
         index.checked_sub(1).map(|index| &self.cells[index])
     }
 
-    /// The cell at these coordinates, if it has several sub-cells.
+    /// Split cell at these coordinates; `None` unless it has several sub-cells.
     #[inline]
     pub(crate) fn split(&self, at: [u32; 3]) -> Option<&CutCell> {
         self.get(at).filter(|cell| cell.is_split())
     }
 
-    /// All cells that obstacles cut.
+    /// All cut cells.
     pub(super) fn cells(&self) -> &[CutCell] {
         &self.cells
     }
@@ -205,15 +207,15 @@ impl CutCells {
         self.sub_cells
     }
 
-    /// Memory \[bytes\].
+    /// Memory of the cut cells \[bytes\].
     pub(super) fn bytes(&self) -> usize {
         4 * self.indices.capacity() + self.cells.iter().map(CutCell::bytes).sum::<usize>()
     }
 }
 
 impl CutCell {
-    /// A cell between two corners, divided by the edges of bodies; none if these are too many.
-    /// Areas are not measured yet.
+    /// Divides the cell between two corners by the edges of obstacles; `None` if the parts are too
+    /// many. Areas are measured later.
     fn new(
         at: [u32; 2],
         corners: [Point; 2],
@@ -248,7 +250,7 @@ impl CutCell {
         })
     }
 
-    /// Measures the free area within limits.
+    /// Measures the free area of each sub-cell within the limits set by walls.
     fn measure(
         &mut self,
         obstacles: &Standing,
@@ -284,18 +286,18 @@ impl CutCell {
         self.room = self.sub_cells.iter().map(|one| one.share).sum();
     }
 
-    /// Whether a body hides a part of the cell from another.
+    /// Returns true if an obstacle hides a part of the cell from another part.
     #[inline]
     pub(crate) fn is_split(&self) -> bool {
         self.sub_cells.len() > 1
     }
 
-    /// Coordinates of the cell.
+    /// Coordinates of the cell along the first two axes.
     pub(super) fn at(&self) -> [u32; 2] {
         self.at
     }
 
-    /// Share of the cell that is free.
+    /// Free fraction of the cell's area.
     #[inline]
     pub(crate) fn room(&self) -> f64 {
         self.room
@@ -306,8 +308,7 @@ impl CutCell {
         self.sub_cells.len()
     }
 
-    /// Share of the cell that a sub-cell has, of those that [`Self::sub_cell_at`] names: none where
-    /// no centre can be.
+    /// Free area of a sub-cell over the area of a cell; 0 where no particle centre fits.
     #[inline]
     pub(crate) fn share(&self, sub_cell: usize) -> f64 {
         match self.sub_cells.get(sub_cell) {
@@ -316,19 +317,19 @@ impl CutCell {
         }
     }
 
-    /// Number of a sub-cell of a split cell among all.
+    /// Index of a sub-cell among those of all split cells.
     #[inline]
     pub(crate) fn number(&self, sub_cell: usize) -> usize {
         self.first + sub_cell
     }
 
-    /// A point inside a sub-cell.
+    /// Point inside a sub-cell, far from all obstacles.
     pub(super) fn inside(&self, sub_cell: usize) -> Point {
         self.sub_cells[sub_cell].inside
     }
 
-    /// The sub-cell of a position in the cell; [`Self::count`] for a position inside a body, where
-    /// rounding may have put it.
+    /// Index of the sub-cell that holds a position; [`Self::count`] for a position that rounding
+    /// has put inside an obstacle.
     #[inline]
     pub(crate) fn sub_cell_at(&self, place: [f64; 2]) -> usize {
         let point = Point::from(place);
@@ -362,7 +363,7 @@ impl CutCell {
     }
 }
 
-/// A cell on its way to parts that no edge crosses.
+/// Division of a cell into convex parts that no edge crosses, in progress.
 #[derive(Default)]
 struct CellDivision {
     nodes: Vec<CutNode>,
@@ -370,14 +371,14 @@ struct CellDivision {
 }
 
 impl CellDivision {
-    /// Divides a region; none if it comes to too many parts.
+    /// Divides a region recursively; `None` if the parts become too many.
     fn divide(
         &mut self,
         region: ConvexPolygon,
         edges: &[[Point; 2]],
         thin: f64,
     ) -> Option<CutBranch> {
-        // Along the longest first: fewer parts.
+        // Cutting along the longest edge first leaves fewer parts.
         let lengths = edges
             .iter()
             .map(|&edge| (edge, region.length_inside(edge, thin)));
@@ -402,8 +403,8 @@ impl CellDivision {
     }
 }
 
-/// The sub-cell of each part, and the number of sub-cells, which is also what solid parts get:
-/// parts are united where no edge crosses their hull.
+/// Index of the sub-cell of each part, and the number of sub-cells, which is also the index given
+/// to solid parts. Parts are united where no edge crosses their convex hull.
 fn unite(
     parts: &[ConvexPolygon],
     is_free: &[bool],
@@ -434,7 +435,7 @@ fn unite(
     (of_parts.collect(), count)
 }
 
-/// The edges whose rectangles meet that between two corners.
+/// Edges whose bounding boxes overlap the rectangle between two corners.
 fn edges_in(corners: [Point; 2], edges: &[[Point; 2]]) -> Vec<[Point; 2]> {
     let meets = |[from, to]: &&[Point; 2]| {
         (0..2).all(|axis| {
@@ -445,8 +446,8 @@ fn edges_in(corners: [Point; 2], edges: &[[Point; 2]]) -> Vec<[Point; 2]> {
     edges.iter().filter(meets).copied().collect()
 }
 
-/// How often a cell must be halved until none of what it becomes has too many parts; at most
-/// [`FINEST`] times.
+/// Smallest number of halvings of a cell after which no piece has too many parts; at most
+/// [`FINEST`].
 fn halvings_that_do(corners: [Point; 2], edges: &[[Point; 2]]) -> u32 {
     let near = edges_in(corners, edges);
     let do_all = |halvings: &u32| {
@@ -499,7 +500,8 @@ mod tests {
         corners.iter().map(|&corner| corner.into()).collect()
     }
 
-    /// A comb, a wedge, a star, a plate that ends in a cell, and two that leave a slit.
+    /// Outlines of straight edges: a comb, a wedge, a star, a plate that ends in a cell, and two
+    /// plates with a slit between them.
     fn straight() -> Vec<Outline> {
         let comb = (0..9).map(|tooth| {
             let x = 1.0 + 0.31 * f64::from(tooth);
@@ -532,9 +534,9 @@ mod tests {
         ]
     }
 
-    /// Pairs of points of a sub-cell see each other, every point that is free has a sub-cell, and
-    /// the shares of cells are those of points in them. 2e5 points, some 5500 in a cell: z = 5
-    /// errors of the binomial law for each share.
+    /// Points of one sub-cell see each other, every free point has a sub-cell, and area fractions
+    /// match random points. 2e5 points, some 5500 in a cell; tolerance: z = 5 binomial standard
+    /// errors for each fraction.
     #[test]
     fn points_of_a_sub_cell_see_each_other() {
         let (obstacles, grid) = standing(straight());
@@ -585,13 +587,12 @@ mod tests {
                 .1[0];
             hidden += usize::from(!obstacles.sees([*first, points[0]], &[Point::zeros()]));
         }
-        // Otherwise the test would be of nothing.
+        // The test needs hidden pairs of points.
         assert!(hidden > 10, "{hidden}");
     }
 
-    /// Free areas of all cells add up to that of the box: exact between straight edges, to 1e-3 of
-    /// a cell for each cell around disks and the rounded corners of the room for centres, of which
-    /// there are some twenty.
+    /// Free areas of all cells add up to that of the box: exactly between straight edges, and to
+    /// 1e-3 of a cell for each of some twenty cells around disks and rounded corners.
     #[test]
     fn areas_add_up() {
         let whole = SIDES[0] * SIDES[1];
@@ -632,7 +633,7 @@ mod tests {
         assert!((found - exact).abs() < 4.0 * 3e-3, "{found} {exact}");
     }
 
-    /// A disk hides what is behind it: pairs on opposite sides of it are in different sub-cells.
+    /// Points on opposite sides of a disk are in different sub-cells.
     #[test]
     fn a_disc_hides_what_is_behind_it() {
         let disk = Outline::Circle {

@@ -1,4 +1,4 @@
-//! Streams that flow in.
+//! Inflows: streams of a drifting Maxwellian gas through open faces.
 
 use std::f64::consts::PI;
 
@@ -9,27 +9,28 @@ use stosszahl_model::{Face, Physics, Plane, Sizes, Space, Surface, VectorOf, Vol
 use crate::parameters::EngineError;
 use crate::particle::{Follow, Simulator, SimulatorOf};
 
-/// What flows in through an open face: the particles of a Maxwellian that drifts, as they cross the face.
+/// Inflow through an open face: particles of a drifting Maxwellian gas as they cross the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inflow<S: Space> {
-    /// The axis of the face, from 0.
+    /// Axis of the face, from 0.
     pub axis: usize,
-    /// 0 for the lower face, 1 for the upper.
+    /// Side of the face: 0 for the lower face, 1 for the upper.
     pub side: usize,
     /// Number density of the gas beyond the face \[1/length^D\].
     pub density: f64,
-    /// Its drift \[length/time\].
+    /// Drift velocity of the gas beyond the face \[length/time\].
     pub velocity: S::Vector,
-    /// Its temperature \[energy\].
+    /// Translational temperature of the gas beyond the face \[energy\].
     pub temperature: f64,
-    /// Its temperature of rotation \[energy\]; smooth particles have none.
+    /// Rotational temperature of the gas beyond the face \[energy\]; unused for smooth particles.
     pub spin_temperature: f64,
-    /// The particle of the scene's sizes that they are like; 0 where all are alike.
+    /// Index of the particle in the table of sizes whose radius and mass the inflow has; 0 for
+    /// equal particles.
     pub like: usize,
 }
 
 impl Inflow<Volume> {
-    /// The same in the plane.
+    /// Returns the inflow in two dimensions, without the third velocity component.
     pub(crate) fn in_plane(&self) -> Inflow<Plane> {
         Inflow {
             axis: self.axis,
@@ -43,21 +44,21 @@ impl Inflow<Volume> {
     }
 }
 
-/// Most simulators that a start or a stream may bring into the box.
+/// Largest number of simulators that a start or an inflow may bring into the box.
 pub(crate) const MOST_SIMULATORS: f64 = (1_u64 << 30) as f64;
 
-/// An inflow, made ready.
+/// Inflow with its derived quantities: mass, radius and flux.
 pub(crate) struct Source<P: Physics> {
     inflow: Inflow<P::Space>,
     tag: <P::Sizes as Sizes>::Tag,
     mass: f64,
     radius: f64,
-    /// Particles that cross a unit of the face in a unit of time.
+    /// Particle flux through the face \[1/(length^(D-1) time)\].
     flux: f64,
 }
 
 impl<P: Physics> Source<P> {
-    /// The inflow with this number, through a face that must be open.
+    /// Checks the inflow of this number and derives its flux; its face must be open.
     pub(crate) fn new(
         scene: &P,
         number: usize,
@@ -109,7 +110,8 @@ impl<P: Physics> Source<P> {
         })
     }
 
-    /// Refuses a stream of which the box would hold more than can be counted, for simulators of the least weight.
+    /// Refuses an inflow that would fill the box with more than [`MOST_SIMULATORS`] of the smallest
+    /// weight.
     pub(crate) fn check_number(
         &self,
         number: usize,
@@ -127,22 +129,22 @@ impl<P: Physics> Source<P> {
         })
     }
 
-    /// Axis and side of its face.
+    /// Axis and side of the face.
     pub(crate) fn face(&self) -> (usize, usize) {
         (self.inflow.axis, self.inflow.side)
     }
 
-    /// Particles that cross a unit of the face in a unit of time.
+    /// Particle flux through the face \[1/(length^(D-1) time)\].
     pub(crate) fn flux(&self) -> f64 {
         self.flux
     }
 
-    /// Mass and radius of a particle.
+    /// Mass and radius of a particle \[mass\], \[length\].
     pub(crate) fn particle(&self) -> (f64, f64) {
         (self.mass, self.radius)
     }
 
-    /// A particle that crosses the part of the face between two corners.
+    /// Draws a particle that crosses the part of the face between two corners.
     pub(crate) fn draw<F: Follow<P::Space>>(
         &self,
         scene: &P,
@@ -178,9 +180,10 @@ impl<P: Physics> Source<P> {
     }
 }
 
-/// Particles of a Maxwellian of unit density that cross a plane in a unit of area and time, for a drift `u` across it and a
-/// variance T/m of each component of the velocity: s sqrt(T/(2 pi m)) with s = exp(-z^2) + sqrt(pi) z (1 + erf z),
-/// z = u/sqrt(2T/m). Bird, Molecular Gas Dynamics and the Direct Simulation of Gas Flows (Oxford 1994), Eq. 4.22.
+/// Flux of a Maxwellian of unit density through a plane \[length/time\], for a drift u across it
+/// and variance T/m of each velocity component: `s sqrt(T/(2 pi m))` with
+/// `s = exp(-z^2) + sqrt(pi) z (1 + erf z)`, `z = u/sqrt(2T/m)`. Bird, Molecular Gas Dynamics and
+/// the Direct Simulation of Gas Flows (Oxford 1994), Eq. 4.22.
 fn flux(drift: f64, variance: f64) -> f64 {
     if variance == 0.0 {
         return drift.max(0.0);
@@ -190,7 +193,8 @@ fn flux(drift: f64, variance: f64) -> f64 {
     let share = if ratio > -2.0 {
         gaussian + PI.sqrt() * ratio * (1.0 + error_function(ratio))
     } else {
-        // sqrt(pi) exp(z^2) erfc z = 1/(z + (1/2)/(z + 1/(z + (3/2)/(z + ...)))), which loses no digits to the rest.
+        // Continued fraction sqrt(pi) exp(z^2) erfc z = 1/(z + (1/2)/(z + 1/(z + (3/2)/(z +
+        // ...)))): no cancellation.
         let tail = (1..=200)
             .rev()
             .fold(0.0, |tail, term| 0.5 * f64::from(term) / (tail - ratio));
@@ -199,8 +203,8 @@ fn flux(drift: f64, variance: f64) -> f64 {
     (variance / (2.0 * PI)).sqrt() * share.max(0.0)
 }
 
-/// erf x, from erf x = (2/sqrt(pi)) exp(-x^2) (x + 2 x^3/3 + 4 x^5/15 + ...), whose terms are all of one sign: to some
-/// roundings.
+/// Error function by `erf x = (2/sqrt(pi)) exp(-x^2) (x + 2 x^3/3 + 4 x^5/15 + ...)`; all terms
+/// have one sign, so the error is a few roundings.
 fn error_function(x: f64) -> f64 {
     if x.abs() > 6.0 {
         return 1.0_f64.copysign(x);
@@ -214,11 +218,13 @@ fn error_function(x: f64) -> f64 {
     2.0 / PI.sqrt() * (-x * x).exp() * sum
 }
 
-/// A speed across a plane with the density v exp(-(v - u)^2/(2 s^2)), v > 0, for a drift u and a spread s.
+/// Draws the speed of a particle that crosses a plane: density `v exp(-(v - u)^2/(2 s^2))`, v > 0,
+/// for drift u and thermal speed s.
 ///
-/// By rejection, exact for all drifts. In units of sqrt(2) s and for a drift z >= 0, the density (z + y) exp(-y^2),
-/// y > -z, is below z exp(-y^2) plus, above zero, y exp(-y^2): a Gaussian and the flux of a gas at rest. For z < 0 it is
-/// v exp(-v^2) exp(-2 |z| v): either half can be drawn and the other accepted. At least three of ten are accepted.
+/// Acceptance-rejection, exact for all drifts; at least three of ten candidates are accepted. In
+/// units of sqrt(2) s with z = u/(sqrt(2) s): for z >= 0 the density (z + y) exp(-y^2), y > -z, is
+/// bounded by z exp(-y^2) plus, for y > 0, y exp(-y^2): a Gaussian and the flux of a gas at rest.
+/// For z < 0 it is v exp(-v^2) exp(-2 |z| v): one factor is drawn, the other is the acceptance.
 fn crossing_speed(drift: f64, spread: f64, stream: &mut impl Rng) -> f64 {
     if spread == 0.0 {
         return drift.max(0.0);
@@ -253,9 +259,9 @@ fn crossing_speed(drift: f64, spread: f64, stream: &mut impl Rng) -> f64 {
     }
 }
 
-/// A number with the density exp(-x), x > 0.
+/// Draws a number x > 0 with density exp(-x).
 fn exponential(stream: &mut impl Rng) -> f64 {
-    // 1 - u lies above zero.
+    // 1 - u is above zero.
     -(1.0 - stream.random::<f64>()).ln()
 }
 
@@ -265,7 +271,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Known values (Abramowitz & Stegun 7.1, table 7.1), to their digits.
+    /// Error function against Abramowitz & Stegun, table 7.1, to the digits given there.
     #[test]
     fn error_functions_are_the_known_ones() {
         for (x, known) in [
@@ -281,7 +287,7 @@ mod tests {
         assert_eq!(error_function(7.0), 1.0);
     }
 
-    /// The flux against the integral of v f(v), and moments of speeds across against those of v f(v), by the midpoint rule:
+    /// Flux against the integral of v f(v), and moments of drawn speeds against the midpoint rule:
     /// 40 000 draws each, z = 4.4 of the standard error from their own variance.
     #[test]
     fn speeds_across_a_face_have_the_density_of_the_flux() {

@@ -1,26 +1,26 @@
-//! What the gas was given and what it lost at its boundaries.
+//! Mass, momentum and energy that the gas has exchanged with its boundaries.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Exact, Space, Vector};
 
-/// Particles that came (above zero) or went (below), with all that they carried.
+/// Particles that entered (positive) or left (negative), with their mass, momentum and energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Transfer<S: Space> {
-    /// Number of particles: of simulators, times what each stands for.
+    /// Number of particles: simulators times their weights.
     pub particles: f64,
-    /// Their mass.
+    /// Mass of these particles \[mass\].
     pub mass: f64,
-    /// Their momentum \[mass length/time\].
+    /// Momentum of these particles \[mass length/time\].
     pub momentum: S::Vector,
-    /// Their kinetic energy, of rotation too.
+    /// Kinetic energy of these particles, translational and rotational \[energy\].
     pub energy: f64,
 }
 
 impl<S: Space> Transfer<S> {
-    /// Enters a simulator that stands for `particles`, which is below zero for one that goes, with the mass, velocity
-    /// and energy of one of them.
+    /// Adds a simulator that stands for `particles` (negative if it leaves), each with this mass,
+    /// velocity and energy.
     pub(crate) fn enter(&mut self, particles: f64, mass: f64, velocity: S::Vector, energy: f64) {
         self.particles += particles;
         self.mass += particles * mass;
@@ -28,7 +28,7 @@ impl<S: Space> Transfer<S> {
         self.energy += particles * energy;
     }
 
-    /// Adds the entries of another.
+    /// Adds the entries of another transfer.
     pub fn add(&mut self, other: &Self) {
         self.particles += other.particles;
         self.mass += other.mass;
@@ -37,29 +37,30 @@ impl<S: Space> Transfer<S> {
     }
 }
 
-/// All that boundaries gave to the gas since the start. With the weight of the gas, it makes up the changes of its mass,
-/// momentum and energy.
+/// Mass, momentum and energy that each boundary has given to the gas since the start. Their sum,
+/// with the weight of the gas, accounts for all changes of the totals.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Ledgers<S: Space> {
-    /// What walls gave, by axis and side.
+    /// Momentum and energy given by walls, by axis and side.
     pub walls: [[Ledger<S>; 2]; 3],
-    /// What left through open faces, by axis and side: below zero.
+    /// Particles that left through open faces, by axis and side; negative.
     pub open: [[Transfer<S>; 2]; 3],
-    /// What obstacles gave, by their number.
+    /// Momentum and energy given by obstacles, by their number.
     pub obstacles: Vec<Ledger<S>>,
-    /// What flowed in, by the number of the inflow.
+    /// Particles that entered, by the number of the inflow.
     pub inflows: Vec<Transfer<S>>,
-    /// What splitting and merging of simulators added; zero on average.
+    /// Mass, momentum and energy added by splitting and merging of simulators; zero on average.
     pub balance: Transfer<S>,
-    /// How often a simulator changed its weight.
+    /// Number of changes of a simulator's weight.
     pub balanced: u64,
-    /// How often a particle was laid to rest on a wall or an obstacle, as it touched too often in one flight.
+    /// Number of particles laid to rest on a wall or obstacle after too many contacts in one
+    /// flight.
     pub rests: u64,
 }
 
 impl<S: Space> Ledgers<S> {
-    /// Empty ledgers for numbers of inflows and obstacles.
+    /// Creates empty ledgers for these numbers of inflows and obstacles.
     pub(crate) fn of(inflows: usize, obstacles: usize) -> Self {
         Self {
             inflows: vec![Transfer::default(); inflows],
@@ -68,7 +69,7 @@ impl<S: Space> Ledgers<S> {
         }
     }
 
-    /// All sums, in an order that depends on the number of inflows and obstacles alone.
+    /// Visits all sums, in an order that depends only on the numbers of inflows and obstacles.
     fn sums(&mut self, mut each: impl FnMut(&mut f64)) {
         for ledger in self.walls.iter_mut().flatten().chain(&mut self.obstacles) {
             each(&mut ledger.contacts);
@@ -84,7 +85,7 @@ impl<S: Space> Ledgers<S> {
         }
     }
 
-    /// What all walls, openings and obstacles together gave: mass, momentum, energy.
+    /// Mass, momentum and energy given by all boundaries together.
     pub fn total(&self) -> (f64, S::Vector, f64) {
         let mut sum = self.balance;
         let open = self.open.iter().flatten();
@@ -100,7 +101,8 @@ impl<S: Space> Ledgers<S> {
     }
 }
 
-/// Entries of some tiles, whose sums do not depend on their order; empty without boundaries.
+/// Sums of the ledgers of several tiles, independent of the order of the tiles; empty without
+/// boundaries.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct ExactLedgers {
     sums: Vec<Exact>,
@@ -109,7 +111,7 @@ pub(crate) struct ExactLedgers {
 }
 
 impl ExactLedgers {
-    /// Adds the entries of a tile, and clears those.
+    /// Adds the entries of a tile and clears them there.
     pub(crate) fn take<S: Space>(&mut self, other: &mut Ledgers<S>) {
         let mut place = 0;
         other.sums(|sum| {
@@ -123,7 +125,7 @@ impl ExactLedgers {
         self.rests += std::mem::take(&mut other.rests);
     }
 
-    /// Adds those of other tiles.
+    /// Adds the sums of other tiles.
     pub(crate) fn merge(&mut self, other: &Self) {
         let most = self.sums.len().max(other.sums.len());
         self.sums.resize(most, Exact::default());
@@ -134,7 +136,7 @@ impl ExactLedgers {
         self.rests += other.rests;
     }
 
-    /// Adds all to the totals.
+    /// Adds the sums to the totals of the run.
     pub(crate) fn enter<S: Space>(&self, total: &mut Ledgers<S>) {
         let mut sums = self.sums.iter();
         total.sums(|sum| *sum += sums.next().map_or(0.0, Exact::value));
@@ -143,7 +145,7 @@ impl ExactLedgers {
     }
 }
 
-/// Energy of a particle that moves and turns.
+/// Translational plus rotational energy of one particle \[energy\].
 pub(crate) fn energy<V: Vector>(mass: f64, velocity: V, spin_energy: f64) -> f64 {
     0.5 * mass * velocity.square() + spin_energy
 }

@@ -1,8 +1,7 @@
-//! What stands at the faces of the box and inside it, and what comes in through them.
+//! Boundaries of the box: walls, open faces, inflows, obstacles and weights.
 //!
-//! A box is periodic by default. [`Boundaries`] is all that can be said of it: walls and open faces, how near a
-//! particle comes to them, streams that flow in, regions in which a simulator stands for more or fewer particles, and
-//! obstacles.
+//! A box is periodic by default. [`Boundaries`] describes walls and open faces, the distance at
+//! which they stop particles, inflows, regions of other simulator weight, and obstacles.
 
 mod boundaries;
 mod convex;

@@ -1,4 +1,4 @@
-//! Obstacles among the cells of a run.
+//! Obstacles of a run, with their periodic images.
 
 use std::f64::consts::PI;
 
@@ -11,25 +11,27 @@ use crate::parameters::EngineError;
 
 type Point = Vector2<f64>;
 
-/// Fewest corners of a polygon that stands for a disk.
+/// Smallest number of corners of a polygon that replaces a disk.
 const LEAST_CORNERS: f64 = 4.0;
 
-/// Depth in an obstacle, over the sides of the box, that is taken for rounding.
+/// Depth of overlap with an obstacle, over the box sides, that counts as rounding.
 const SLACK: f64 = 1e-9;
 
-/// All that stands in the box, with the periodic images that reach into it.
+/// Obstacles in the box, with the periodic images that reach into it.
 pub(crate) struct Standing {
     all: Obstacles,
-    /// The obstacle that each of them is an image of, and their number.
+    /// Index of the obstacle of which each entry of `all` is an image.
     originals: Vec<usize>,
+    /// Number of obstacles without images.
     count: usize,
-    /// The rectangle around each, wide enough for the largest particle \[length\].
+    /// Bounding box of each obstacle, widened by the largest particle \[length\].
     bounds: Vec<[Vector2<f64>; 2]>,
     slack: f64,
 }
 
 impl Standing {
-    /// Obstacles in a box, for particles whose centres stay at most `largest` away; none if there are none.
+    /// Places obstacles in a box, for centres that stay at most `largest` away; `None` without
+    /// obstacles.
     pub(crate) fn new<S: Space>(
         obstacles: &[Obstacle],
         domain: &Domain<S>,
@@ -89,7 +91,8 @@ impl Standing {
         self.count
     }
 
-    /// The first contact in a flight through the box before `limit`, with what is touched, and the number of the obstacle.
+    /// First contact in a flight through the box before `limit`, the feature touched, and the
+    /// number of the obstacle.
     pub(crate) fn first_contact(
         &self,
         [position, velocity, acceleration]: [Vector2<f64>; 3],
@@ -102,13 +105,14 @@ impl Standing {
         Some((&self.all.all()[image], self.originals[image], hit))
     }
 
-    /// The obstacle that a particle overlaps, if there is one.
+    /// Number of the obstacle that a particle overlaps; `None` if it overlaps none.
     pub(crate) fn overlapped(&self, place: [f64; 2], radius: f64) -> Option<usize> {
         let image = self.all.overlapped(place.into(), radius, self.slack)?;
         Some(self.originals[image])
     }
 
-    /// Whether the rectangle between two corners is farther from all than a reach along each axis.
+    /// Returns true if the rectangle between two corners is farther than `reach` along some axis
+    /// from every obstacle.
     pub(crate) fn are_far_from(&self, corners: [[f64; 2]; 2], reach: [f64; 2]) -> bool {
         self.bounds.iter().all(|[least, most]| {
             (0..2).any(|axis| {
@@ -118,7 +122,8 @@ impl Standing {
         })
     }
 
-    /// Numbers of the obstacles that may come nearer than `clearance` to a place between two corners; none if that is all free.
+    /// Numbers of the obstacles that may come closer than `clearance` to the rectangle between two
+    /// corners; `None` if it is free.
     pub(super) fn near(&self, corners: [Point; 2], clearance: f64) -> Option<Vec<usize>> {
         let meets = |[least, most]: &[Point; 2]| {
             (0..2).all(|axis| corners[0][axis] <= most[axis] && corners[1][axis] >= least[axis])
@@ -132,7 +137,8 @@ impl Standing {
         (gap < (corners[1] - middle).norm()).then_some(near)
     }
 
-    /// All edges, by their ends; those of polygons inscribed in disks, at most `sagitta` from the circle.
+    /// Edges of all obstacles; disks are replaced by inscribed polygons at most `sagitta` from the
+    /// circle.
     pub(super) fn edges(&self, sagitta: f64) -> Vec<[Point; 2]> {
         let mut edges = Vec::new();
         for obstacle in self.all.all() {
@@ -155,7 +161,8 @@ impl Standing {
         edges
     }
 
-    /// Whether no obstacle is between two points outside of all. `images`: all shifts that bring a part of the way into the box.
+    /// Returns true if no obstacle blocks the line of sight between two points. `images`: shifts
+    /// that bring each part of the line into the box.
     pub(super) fn sees(&self, [from, to]: [Point; 2], images: &[Point]) -> bool {
         images.iter().all(|shift| {
             let hit = (self.all).first_contact(from + shift, to - from, Point::zeros(), 0.0, 1.0);
@@ -164,7 +171,7 @@ impl Standing {
     }
 }
 
-/// Some of the obstacles, for centres that stay a clearance away from them.
+/// Region closed to particle centres: some obstacles, widened by a clearance.
 pub(super) struct ClosedRegion<'a> {
     all: &'a Standing,
     near: &'a [usize],
@@ -172,7 +179,7 @@ pub(super) struct ClosedRegion<'a> {
 }
 
 impl<'a> ClosedRegion<'a> {
-    /// The obstacles with the numbers `near`.
+    /// Creates the closed region of the obstacles with the numbers `near`.
     pub(super) fn new(all: &'a Standing, near: &'a [usize], clearance: f64) -> Self {
         Self {
             all,
@@ -181,23 +188,23 @@ impl<'a> ClosedRegion<'a> {
         }
     }
 
-    /// Distance of a point from the region that is closed to centres \[length\]; negative inside.
+    /// Distance of a point from the closed region \[length\]; negative inside.
     fn gap(&self, point: Point) -> f64 {
         let near = self.near.iter().map(|&number| &self.all.all.all()[number]);
         let distances = near.map(|obstacle| obstacle.clearance(point));
         distances.fold(f64::INFINITY, f64::min) - self.clearance
     }
 
-    /// Whether edges of bodies bound what is closed.
+    /// Returns true if the closed region has straight edges only.
     fn is_straight(&self) -> bool {
         let mut near = self.near.iter().map(|&number| &self.all.all.all()[number]);
         self.clearance == 0.0
             && near.all(|obstacle| !matches!(obstacle.outline(), Outline::Circle { .. }))
     }
 
-    /// Area of a region that no edge crosses, as far as it is open to centres \[length^2\]. Where it is open in part, it is quartered
-    /// up to `depth` times, and what is then left is cut by the tangent. `look` is shown points and their distance from what is
-    /// closed.
+    /// Area of the part of a region that is open to particle centres \[length^2\]; no edge crosses
+    /// the region. A region open in part is quartered up to `depth` times, and the last pieces are
+    /// cut by the tangent. `look` receives points and their distance from the closed region.
     pub(super) fn free_area(
         &self,
         region: &ConvexPolygon,
@@ -231,14 +238,14 @@ impl<'a> ClosedRegion<'a> {
             .sum()
     }
 
-    /// Area of a region in front of the tangent to what is closed, from differences over `step`.
+    /// Area of a region in front of the tangent to the closed region, from differences over `step`.
     fn cut_by_tangent(&self, region: &ConvexPolygon, point: Point, gap: f64, step: f64) -> f64 {
         let slope = |along: Point| {
             (self.gap(point + along * step) - self.gap(point - along * step)) / (2.0 * step)
         };
         let gradient = vector![slope(Point::x()), slope(Point::y())];
         let steepness = gradient.norm();
-        // Where two bodies are as near, there is no tangent.
+        // At equal distance from two obstacles there is no tangent.
         if steepness < 0.5 {
             return if gap >= 0.0 {
                 region.area_and_centroid().0

@@ -1,4 +1,4 @@
-//! What a flight of all simulators needs to know of boundaries.
+//! Boundaries during one free-flight phase: contacts, outflow, inflow, changes of weight.
 
 use stosszahl_model::random::{Bundle, Purpose, Streams};
 use stosszahl_model::{Physics, Sizes, Space, Surface, VectorOf};
@@ -10,23 +10,23 @@ use crate::grid::Grid;
 use crate::particle::{Follow, SimulatorOf};
 use crate::random_counts::draw_whole;
 
-/// Number, beginning and length of a free flight of all simulators.
+/// Number, start time and duration of one free-flight phase.
 #[derive(Clone, Copy)]
 pub(crate) struct FlightTiming {
-    /// Number among all flights, from 0.
+    /// Number of the phase among all, from 0.
     pub(crate) number: u64,
-    /// Time at which it begins \[time\].
+    /// Start time \[time\].
     pub(crate) begin: f64,
-    /// Length \[time\].
+    /// Duration \[time\].
     pub(crate) duration: f64,
 }
 
-/// Boundaries during one flight. Random numbers are addressed by the flight, the cell that a simulator comes from and its
-/// order there, so that they do not depend on who flies it.
+/// Boundaries during one free-flight phase. Random numbers are addressed by phase, origin cell and
+/// order in the cell, so they do not depend on thread or process.
 pub(crate) struct Passage<'a, P: Physics> {
     pub(crate) surroundings: &'a Surroundings<P>,
     scene: &'a P,
-    /// Particles of a simulator where the factor is one.
+    /// Particles per simulator where the weight factor is one.
     weight: f64,
     begin: f64,
     duration: f64,
@@ -35,7 +35,7 @@ pub(crate) struct Passage<'a, P: Physics> {
     inflow: Bundle,
 }
 
-/// Where a simulator comes from: the number of its cell, and its order there.
+/// Origin of a simulator: number of its cell, and its order in the cell.
 #[derive(Clone, Copy)]
 pub(crate) struct Origin {
     pub(crate) cell: u32,
@@ -49,7 +49,7 @@ impl Origin {
 }
 
 impl<'a, P: Physics> Passage<'a, P> {
-    /// Boundaries during a flight.
+    /// Prepares the boundaries for one free-flight phase.
     pub(crate) fn new(
         scene: &'a P,
         surroundings: &'a Surroundings<P>,
@@ -73,7 +73,7 @@ impl<'a, P: Physics> Passage<'a, P> {
         }
     }
 
-    /// Moves a simulator to the end of the flight. False if it left through an open face.
+    /// Moves a simulator to the end of the phase. Returns `false` if it left through an open face.
     pub(crate) fn travel<F: Follow<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
@@ -83,7 +83,7 @@ impl<'a, P: Physics> Passage<'a, P> {
         self.travel_from::<F>(simulator, origin, 0.0, ledgers)
     }
 
-    /// The same of a simulator that enters after a part of the flight.
+    /// Moves a simulator that enters after a part of the phase. Returns `false` if it left again.
     fn travel_from<F: Follow<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
@@ -102,7 +102,7 @@ impl<'a, P: Physics> Passage<'a, P> {
         trip.travel::<F>(simulator, &mut draws, ledgers)
     }
 
-    /// How many simulators one that has come to a cell becomes there.
+    /// Draws the number of copies that a simulator becomes where the weight changes.
     pub(crate) fn copies<F: Follow<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -122,8 +122,8 @@ impl<'a, P: Physics> Passage<'a, P> {
         copies
     }
 
-    /// Lets in what flows into a cell, of which the first `members` orders are taken, and gives each simulator with its
-    /// origin to `land`.
+    /// Draws the simulators that flow into a cell and passes each with its origin to `land`. The
+    /// first `members` orders of the cell are taken.
     pub(crate) fn let_in<F: Follow<P::Space>>(
         &self,
         grid: &Grid<P::Space>,
@@ -171,12 +171,12 @@ impl<'a, P: Physics> Passage<'a, P> {
     }
 }
 
-/// A number from 0 to 1.
+/// Draws a uniform number from 0 to 1.
 fn uniform(stream: &mut impl rand::Rng) -> f64 {
     rand::RngExt::random(stream)
 }
 
-/// Enters a simulator that stands for this number of particles.
+/// Adds a simulator that stands for `particles` to a transfer.
 pub(crate) fn enter<P: Physics, F: Follow<P::Space>>(
     scene: &P,
     simulator: &SimulatorOf<P, F>,

@@ -1,4 +1,4 @@
-//! Density windows near obstacles: what is in the line of sight of their centre.
+//! Density windows near obstacles, cut to the cells in the line of sight of their centre.
 
 use nalgebra::Vector2;
 use stosszahl_model::Space;
@@ -10,8 +10,8 @@ use crate::grid::Grid;
 
 type Point = Vector2<f64>;
 
-/// Builds the windows that obstacles cut, of `reach` cells on each side; those along `bounded` axes
-/// end at the faces. None if windows are single cells.
+/// Builds the density windows that obstacles cut, `reach` cells wide on each side. Windows end at
+/// the faces along `bounded` axes. `None` if windows are single cells.
 pub(super) fn cut_windows<S: Space>(
     cuts: &CutCells,
     obstacles: &Standing,
@@ -50,7 +50,7 @@ pub(super) fn cut_windows<S: Space>(
     Some(CutWindows::new(windows.collect(), cuts.sub_cells(), layers))
 }
 
-/// The cells around one, as far as windows reach.
+/// Cells in the density window of a cell, with the lines of sight between them.
 struct SightLines<'a, S: Space> {
     grid: &'a Grid<S>,
     counts: [i64; 2],
@@ -62,7 +62,7 @@ struct SightLines<'a, S: Space> {
 }
 
 impl<S: Space> SightLines<'_, S> {
-    /// Cells around one, with the number of boxes by which each image is shifted.
+    /// Cells around a cell, each with the number of boxes by which its image is shifted.
     fn around(&self, [x, y]: [u32; 2]) -> impl Iterator<Item = ([u32; 2], [i64; 2])> + '_ {
         let [along_x, along_y] = self.reach.map(|reach| -reach..=reach);
         let steps = along_y.flat_map(move |up| along_x.clone().map(move |right| [right, up]));
@@ -75,7 +75,7 @@ impl<S: Space> SightLines<'_, S> {
         })
     }
 
-    /// The free parts of a cell, with a point in each.
+    /// Free parts of a cell, each with a point inside.
     fn parts(&self, cell: [u32; 2]) -> Vec<(Option<usize>, Point)> {
         let [x, y] = cell;
         match self.cuts.get([x, y, 0]) {
@@ -89,7 +89,7 @@ impl<S: Space> SightLines<'_, S> {
         }
     }
 
-    /// The windows of a cell or its sub-cells; none of a cell that sees all around.
+    /// Cut windows of a cell or its sub-cells; empty for a cell that sees its whole window.
     fn windows(&self, cell: [u32; 2]) -> Vec<CutWindow<WindowMember>> {
         let windows = self.parts(cell).into_iter().filter_map(|(part, from)| {
             let mut members = Vec::new();
@@ -117,14 +117,14 @@ impl<S: Space> SightLines<'_, S> {
         windows.collect()
     }
 
-    /// The vector to an image so many boxes away.
+    /// Displacement to an image `boxes` box lengths away \[length\].
     fn shift(&self, boxes: [i64; 2]) -> Point {
         let images = self.grid.domain().images();
         let image = images.image([boxes[0] as f64, boxes[1] as f64, 0.0]);
         Point::new(image.position[0], image.position[1])
     }
 
-    /// Shifts that bring each part of the way to an image into the box.
+    /// Shifts that bring each part of the line to an image into the box \[length\].
     fn images(&self, [x, y]: [i64; 2]) -> Vec<Point> {
         let mut images = vec![[0, 0], [-x, 0], [0, -y], [-x, -y]];
         images.sort_unstable();

@@ -1,4 +1,4 @@
-//! Boundaries, made ready for the cells of a run.
+//! Boundaries of a run, prepared for its grid of cells.
 
 use stosszahl_model::Rebound;
 use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
@@ -16,33 +16,36 @@ use crate::grid::{Grid, Place};
 use crate::parameters::EngineError;
 use crate::particle::{Follow, SimulatorOf};
 
-/// What is at the faces of the box and inside it.
+/// Boundaries of a run on its grid: walls, inflows, obstacles, weights, and the free fraction of
+/// each cell.
 pub(crate) struct Surroundings<P: Physics> {
     walls: Walls<P::Space>,
-    /// The faces that are not periodic, by axis and side.
+    /// Faces that are not periodic, by axis and side.
     faces: Vec<(usize, usize)>,
     clearance: Clearance,
     lengths: VectorOf<P>,
-    /// How far the walls and the room for their particles reach into the box at most, by axis and side.
+    /// Largest inward reach of walls, vibration and clearance, by axis and side \[length\].
     depths: [[f64; 2]; 3],
     sources: Vec<Source<P>>,
     obstacles: Option<Standing>,
-    /// Particles of a simulator over those where the factor is one, by the number of the cell; empty where all are one.
+    /// Weight factor of each cell, by its number; empty where all are one.
     factors: Vec<f64>,
     weights: Weights,
-    /// The share of each column of cells, along each axis, in which centres can now be; empty where walls cut none.
+    /// Fraction of each column of cells along each axis that is open to particle centres now; empty
+    /// where walls cut none.
     columns: [Vec<f64>; 3],
-    /// The same of bodies: a radius more at each wall.
+    /// Fraction of each column of cells that particles occupy, one radius beyond that of their
+    /// centres.
     bodies: [Vec<f64>; 3],
     mean_radius: f64,
-    /// The cells that obstacles cut, and the limits of their free area along the first two axes.
+    /// Cut cells, and the limits of their free area along the first two axes.
     cuts: Option<(CutCells, CentreLimits)>,
-    /// Fastest that boundaries make simulators, along each axis \[length/time\].
+    /// Bound of the speeds that boundaries give to simulators, along each axis \[length/time\].
     speeds: VectorOf<P>,
 }
 
 impl<P: Physics> Surroundings<P> {
-    /// Boundaries for the cells of a run, at a time; none if the box is periodic, and alike everywhere.
+    /// Prepares boundaries for a grid at a time; `None` if the box is periodic and uniform.
     pub(crate) fn new(
         scene: &P,
         boundaries: &Boundaries<P::Space>,
@@ -115,7 +118,7 @@ impl<P: Physics> Surroundings<P> {
         Ok(Some(surroundings))
     }
 
-    /// Whether a wall moves to and fro, so that the room of cells changes.
+    /// Returns true if a wall vibrates, so that the free area of cells changes.
     pub(crate) fn vibrates(&self) -> bool {
         let mut faces = self.faces.iter();
         faces.any(|&(axis, side)| {
@@ -124,7 +127,7 @@ impl<P: Physics> Surroundings<P> {
         })
     }
 
-    /// Puts walls where they are at a time.
+    /// Moves walls to their positions at a time and updates the free fractions of cells.
     pub(crate) fn set_time(&mut self, grid: &Grid<P::Space>, time: f64) {
         let clearance = self.clearance(self.mean_radius);
         for axis in 0..P::Space::DIMENSION {
@@ -148,7 +151,8 @@ impl<P: Physics> Surroundings<P> {
         }
     }
 
-    /// Corners of what walls leave to centres of the mean radius at a time, along the first two axes.
+    /// Corners of the region that walls leave to centres of the mean radius at a time, along the
+    /// first two axes.
     fn limits(&self, time: f64) -> CentreLimits {
         let inset = |axis: usize, side: usize| {
             let wall = self.walls.wall(axis, side);
@@ -160,7 +164,7 @@ impl<P: Physics> Surroundings<P> {
         [low, vector![self.lengths[0], self.lengths[1]] - high]
     }
 
-    /// The cells that obstacles cut, if there are obstacles.
+    /// Finds the cells that obstacles cut; `None` without obstacles.
     fn cut_cells(
         &self,
         grid: &Grid<P::Space>,
@@ -183,7 +187,7 @@ impl<P: Physics> Surroundings<P> {
         Ok(Some((cuts, limits)))
     }
 
-    /// Cuts the density windows of cells near obstacles to what is in sight.
+    /// Cuts the density windows near obstacles to the cells in line of sight.
     pub(crate) fn cut_windows(&self, grid: &Grid<P::Space>, density: &mut Density<P::Space>) {
         if let (Some((cuts, _)), Some(obstacles)) = (&self.cuts, &self.obstacles) {
             let (reach, bounded) = (density.reach(), density.bounded());
@@ -191,20 +195,20 @@ impl<P: Physics> Surroundings<P> {
         }
     }
 
-    /// The cell at these coordinates, if obstacles hide a part of it from another.
+    /// Split cell at these coordinates; `None` if obstacles hide no part of it.
     #[inline]
     pub(crate) fn split_cell(&self, cell: [u32; 3]) -> Option<&CutCell> {
         self.cuts.as_ref().and_then(|(cuts, _)| cuts.split(cell))
     }
 
-    /// The share of a sub-cell of a split cell in which centres can be, as [`Self::room`] of a cell: none where no centre can be.
+    /// Fraction of a cell that a sub-cell offers to particle centres; 0 where no centre fits.
     #[inline]
     pub(crate) fn room_in(&self, cut: &CutCell, sub_cell: usize, layer: u32) -> f64 {
         cut.share(sub_cell) * share_of(&self.columns[2], layer)
     }
 
-    /// Notes in the densities of cells how much room there is: pairs within a cell have packing fractions of the room for
-    /// centres.
+    /// Passes the free fractions of cells to the local density. Schemes that pair within a cell use
+    /// that of particle centres, cross-cell schemes that of particle bodies.
     pub(crate) fn leave_room(&self, density: &mut Density<P::Space>) {
         let across = density.scheme().is_across();
         let bodies = |cell| {
@@ -224,7 +228,8 @@ impl<P: Physics> Surroundings<P> {
         });
     }
 
-    /// From wall to wall along an axis, as surfaces of particles meet them \[mean diameters\]; infinite unless there are two.
+    /// Distance between the two walls along an axis, as particle surfaces meet them \[mean
+    /// diameters\]; infinite unless there are two.
     pub(crate) fn width(&self, axis: usize) -> f64 {
         if (0..2).any(|side| self.walls.wall(axis, side).is_none()) {
             return f64::INFINITY;
@@ -241,44 +246,44 @@ impl<P: Physics> Surroundings<P> {
         size_of::<Self>() + 8 * numbers + cuts
     }
 
-    /// The faces of the box.
+    /// Faces of the box, with its walls.
     pub(crate) fn walls(&self) -> &Walls<P::Space> {
         &self.walls
     }
 
-    /// The faces that are not periodic, by axis and side.
+    /// Faces that are not periodic, by axis and side.
     pub(crate) fn faces(&self) -> &[(usize, usize)] {
         &self.faces
     }
 
-    /// Sides of the box.
+    /// Sides of the box \[length\].
     pub(crate) fn lengths(&self) -> VectorOf<P> {
         self.lengths
     }
 
-    /// What stands in the box.
+    /// Obstacles in the box; `None` without any.
     #[inline]
     pub(crate) fn obstacles(&self) -> Option<&Standing> {
         self.obstacles.as_ref()
     }
 
-    /// Numbers of inflows and of obstacles.
+    /// Number of inflows and number of obstacles.
     pub(crate) fn numbers(&self) -> [usize; 2] {
         let obstacles = self.obstacles.as_ref().map_or(0, Standing::count);
         [self.sources.len(), obstacles]
     }
 
-    /// What flows in.
+    /// Inflows of the run.
     pub(crate) fn sources(&self) -> &[Source<P>] {
         &self.sources
     }
 
-    /// Fastest that boundaries make simulators, along each axis.
+    /// Bound of the speeds that boundaries give to simulators, along each axis \[length/time\].
     pub(crate) fn speeds(&self) -> VectorOf<P> {
         self.speeds
     }
 
-    /// Distance from walls at which the centre of a particle stops.
+    /// Distance from walls at which the centre of a particle stops \[length\].
     #[inline]
     pub(crate) fn clearance(&self, radius: f64) -> f64 {
         match self.clearance {
@@ -287,34 +292,34 @@ impl<P: Physics> Surroundings<P> {
         }
     }
 
-    /// Particles of a simulator in a cell, over those where the factor is one.
+    /// Weight factor of a cell: particles per simulator over those where the factor is one.
     #[inline]
     pub(crate) fn factor(&self, cell: u32) -> f64 {
         self.factors.get(cell as usize).copied().unwrap_or(1.0)
     }
 
-    /// The weights of regions.
+    /// Weights of simulators by region.
     pub(crate) fn weights(&self) -> &Weights {
         &self.weights
     }
 
-    /// The region of a cell.
+    /// Index of the weight region that holds a cell.
     pub(crate) fn region(&self, grid: &Grid<P::Space>, cell: [u32; 3]) -> usize {
         self.weights.block(middle(grid.counts(), cell))
     }
 
-    /// Changes the weights of regions.
+    /// Replaces the weights of regions.
     pub(crate) fn set_weights(&mut self, grid: &Grid<P::Space>, weights: Weights) {
         self.factors = factors(grid, &weights);
         self.weights = weights;
     }
 
-    /// The least of all factors.
+    /// Smallest weight factor of any cell; at most 1.
     pub(crate) fn least_factor(&self) -> f64 {
         self.factors.iter().copied().fold(1.0, f64::min)
     }
 
-    /// The share of a cell in which centres can be.
+    /// Fraction of a cell that is open to particle centres.
     #[inline]
     pub(crate) fn room(&self, cell: [u32; 3]) -> f64 {
         let cut = self.cuts.as_ref().and_then(|(cuts, _)| cuts.get(cell));
@@ -325,13 +330,13 @@ impl<P: Physics> Surroundings<P> {
         room.max(LEAST_ROOM)
     }
 
-    /// The share of a cell in which bodies can be, of particles whose centres are where [`Self::room`] says; more than one
-    /// where they stick out of the box.
+    /// Fraction of a cell that particle bodies occupy if their centres fill its [`Self::room`];
+    /// above one where bodies stick out of the box.
     pub(crate) fn body_room(&self, cell: [u32; 3]) -> f64 {
         product(&self.bodies, cell).max(LEAST_ROOM)
     }
 
-    /// Whether walls and open faces let the centre of a particle be at a position.
+    /// Returns true if walls and open faces allow a particle's centre at a position.
     pub(crate) fn has_room(&self, position: VectorOf<P>, radius: f64) -> bool {
         let clearance = self.clearance(radius);
         let is_inside = |&(axis, side): &(usize, usize)| {
@@ -346,7 +351,7 @@ impl<P: Physics> Surroundings<P> {
         self.faces.iter().all(is_inside)
     }
 
-    /// The least of [`Self::room`] of all cells that have some.
+    /// Lower bound of [`Self::room`] over all cells that are not closed by walls.
     pub(crate) fn least_room(&self) -> f64 {
         let columns = self.columns.iter();
         let least = columns.map(|shares| {
@@ -356,8 +361,9 @@ impl<P: Physics> Surroundings<P> {
         least.product::<f64>().max(LEAST_ROOM)
     }
 
-    /// Whether flight within a tile, and out of it, is all that happens to simulators that are in it: for a flight that
-    /// leaves a straight line by at most `bend` along each axis. Simulators that leave the tile are looked at anyway.
+    /// Returns true if simulators that stay in a tile meet no boundary in a flight, if their paths
+    /// deviate from straight lines by at most `bend` along each axis. Those that leave the tile are
+    /// checked separately.
     pub(crate) fn is_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
         let far = |&(axis, side): &(usize, usize)| {
             let gap = if side == 0 {
@@ -370,8 +376,9 @@ impl<P: Physics> Surroundings<P> {
         self.faces.iter().all(far) && self.are_obstacles_far_from(place, bend)
     }
 
-    /// Corners of the part of the box from which, and to which, simulators of a tile come in a flight without touching
-    /// anything, if they leave a straight line by at most `bend` along each axis; none if obstacles are near.
+    /// Corners of the part of the box within which flights of a tile's simulators meet no wall, if
+    /// their paths deviate from straight lines by at most `bend` along each axis. `None` if
+    /// obstacles are near.
     pub(crate) fn clear_part(
         &self,
         place: &Place<P::Space>,
@@ -393,7 +400,7 @@ impl<P: Physics> Surroundings<P> {
         Some([low, high])
     }
 
-    /// Whether no obstacle is where simulators of a tile fly that stay in it.
+    /// Returns true if no obstacle is within reach of flights that stay in a tile.
     fn are_obstacles_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
         let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
         self.obstacles
@@ -401,7 +408,7 @@ impl<P: Physics> Surroundings<P> {
             .is_none_or(|obstacles| obstacles.are_far_from(corners, [bend[0], bend[1]]))
     }
 
-    /// Whether all simulators of a tile weigh the same.
+    /// Returns true if all cells of a tile have one weight factor.
     pub(crate) fn is_even(&self, grid: &Grid<P::Space>, place: &Place<P::Space>) -> bool {
         let first = self.factor(grid.number(place.first));
         let [columns, rows, layers] = place.sides;
@@ -413,7 +420,8 @@ impl<P: Physics> Surroundings<P> {
         })
     }
 
-    /// The part of the face of a cell through which a source sends its particles, by two corners of the cell.
+    /// Part of a cell's face through which a source emits, by two corners; `None` if walls close
+    /// it.
     pub(crate) fn opening(
         &self,
         grid: &Grid<P::Space>,
@@ -447,7 +455,8 @@ impl<P: Physics> Surroundings<P> {
         is_open.then_some(corners)
     }
 
-    /// Puts a coordinate back that rounding has put beyond a face, and wraps the others.
+    /// Moves a coordinate that rounding has put beyond a face back to it, and wraps the periodic
+    /// ones.
     pub(crate) fn keep_inside(&self, position: &mut VectorOf<P>, clearance: f64) {
         for &(axis, side) in &self.faces {
             let inset = if self.walls.wall(axis, side).is_some() {
@@ -464,7 +473,7 @@ impl<P: Physics> Surroundings<P> {
         }
     }
 
-    /// Mirrors a position at the faces until it is inside.
+    /// Reflects a position at the faces until it is inside.
     pub(crate) fn fold(&self, position: &mut VectorOf<P>, radius: f64) {
         let clearance = self.clearance(radius);
         for axis in 0..P::Space::DIMENSION {
@@ -483,7 +492,7 @@ impl<P: Physics> Surroundings<P> {
         self.keep_inside(position, clearance);
     }
 
-    /// A simulator at the start, which must not be beyond a wall.
+    /// Checks that a simulator at the start overlaps no wall and no obstacle.
     pub(crate) fn check_place<F: Follow<P::Space>>(
         &self,
         scene: &P,
@@ -503,7 +512,7 @@ impl<P: Physics> Surroundings<P> {
             let length = self.lengths[axis];
             let (low, high) = (inset(0), length - inset(1));
             let x = simulator.position[axis];
-            // A start that was written down loses its last digits.
+            // A start read from text has lost its last digits.
             let slack = 1e-12 * length;
             if !(low - slack..=high + slack).contains(&x) {
                 return Err(EngineError::BeyondWall {
@@ -529,8 +538,9 @@ impl<P: Physics> Surroundings<P> {
         }
     }
 
-    /// A bound on what boundaries do to the speed of simulators, for the length of a step: the drift of an inflow and three
-    /// times its thermal speed, the same for diffuse walls, and twice the speed of a vibrating wall.
+    /// Bound of the speeds that boundaries give to simulators, for the choice of the time step:
+    /// drift of an inflow plus three thermal speeds, three thermal speeds of diffuse walls, twice
+    /// the speed of a vibrating wall.
     fn fastest(&self, scene: &P, inflows: &[Inflow<P::Space>], mean_mass: f64) -> VectorOf<P> {
         let mut speeds = VectorOf::<P>::default();
         let sizes = scene.sizes();
@@ -558,19 +568,19 @@ impl<P: Physics> Surroundings<P> {
     }
 }
 
-/// The product of the shares of the columns that a cell is in; empty ones are whole.
+/// Product of the column fractions of a cell; axes without an entry count as 1.
 fn product(columns: &[Vec<f64>; 3], cell: [u32; 3]) -> f64 {
     let shares = columns.iter().zip(cell);
     shares.map(|(shares, at)| share_of(shares, at)).product()
 }
 
-/// The share of one column; whole where there are none.
+/// Fraction of one column; 1 where the list is empty.
 fn share_of(shares: &[f64], at: u32) -> f64 {
     shares.get(at as usize).copied().unwrap_or(1.0)
 }
 
-/// The share of each column of cells along an axis that lies at least so far from its two faces, where that is less than
-/// nothing with what lies beyond them; empty if all do.
+/// Fraction of each column of cells along an axis that is at least `insets` away from its two
+/// faces. Negative insets extend the outermost columns beyond the box. Empty if both are zero.
 fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> {
     if insets == [0.0; 2] {
         return Vec::new();
@@ -589,7 +599,7 @@ fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> 
         .collect()
 }
 
-/// The factor of each cell; empty if all are one.
+/// Weight factor of each cell; empty if weights are uniform.
 fn factors<S: Space>(grid: &Grid<S>, weights: &Weights) -> Vec<f64> {
     if weights.is_uniform() {
         return Vec::new();
@@ -606,7 +616,7 @@ fn factors<S: Space>(grid: &Grid<S>, weights: &Weights) -> Vec<f64> {
     factors
 }
 
-/// The middle of a cell, in shares of the sides of the box.
+/// Centre of a cell, as a fraction of the box sides.
 fn middle(counts: [u32; 3], cell: [u32; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| (f64::from(cell[axis]) + 0.5) / f64::from(counts[axis]))
 }

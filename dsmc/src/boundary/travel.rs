@@ -1,4 +1,4 @@
-//! The way of one simulator through a flight: from wall to wall, exact in time.
+//! Flight of one simulator between boundaries, contact by contact, exact in time.
 
 use nalgebra::Vector2;
 use stosszahl_model::random::{Bundle, ShortStream};
@@ -11,25 +11,27 @@ use super::obstacles::Standing;
 use super::surroundings::Surroundings;
 use crate::particle::{Follow, Simulator, SimulatorOf};
 
-/// Most contacts with one wall in one flight. A grain that falls onto a floor that does not give all back touches it
-/// infinitely often in a finite time; it is laid to rest there instead, and counted.
+/// Largest number of contacts with one wall in one flight. A particle that falls onto an inelastic
+/// floor touches it infinitely often in finite time; it is laid to rest instead, and counted.
 const MOST_TOUCHES: u32 = 1000;
 
-/// How steeply a grain that slides along an obstacle rises from it, so that rounding does not lead into it.
+/// Slope at which a particle that slides along an obstacle rises from it, so that rounding does not
+/// lead inside.
 const UPWARDS: f64 = 1e-12;
 
-/// The way of a simulator through a flight.
+/// Flight of one simulator: its gas, its boundaries, and when it takes place.
 pub(crate) struct Trip<'a, P: Physics> {
     pub(crate) scene: &'a P,
     pub(crate) surroundings: &'a Surroundings<P>,
-    /// When it begins, and how long it takes \[time\].
+    /// Start of the flight \[time\].
     pub(crate) begin: f64,
+    /// Duration of the flight \[time\].
     pub(crate) duration: f64,
     /// Particles that the simulator stands for.
     pub(crate) particles: f64,
 }
 
-/// Numbers for diffuse walls, made where the first of them is needed.
+/// Random numbers for diffuse walls, generated when the first is needed.
 pub(crate) struct Draws {
     bundle: Bundle,
     address: u64,
@@ -37,7 +39,7 @@ pub(crate) struct Draws {
 }
 
 impl Draws {
-    /// The numbers at an address.
+    /// Creates the stream of an address, without drawing from it.
     pub(crate) fn at(bundle: Bundle, address: u64) -> Self {
         Self {
             bundle,
@@ -46,39 +48,39 @@ impl Draws {
         }
     }
 
-    /// The stream.
+    /// Stream of random numbers, seeded on first use.
     pub(crate) fn stream(&mut self) -> &mut ShortStream {
         self.stream
             .get_or_insert_with(|| self.bundle.at(self.address))
     }
 }
 
-/// What happens next.
+/// Next event of a flight.
 enum Next {
-    /// A contact with the face of an axis and a side.
+    /// Contact with the face of an axis and a side.
     Contact(usize, usize),
-    /// The wall on which it rests along an axis turns.
+    /// Release from the wall on which the simulator rests along an axis, as the wall turns.
     Release(usize),
-    /// It comes out of the periodic face of an axis and a side, and in again opposite.
+    /// Crossing of the periodic face of an axis and a side.
     Wrap(usize, usize),
-    /// A contact with an obstacle: its number, its law, and the normal there.
+    /// Contact with an obstacle: its number, its rebound law, and the normal there.
     Obstacle(usize, Rebound, [f64; 2]),
 }
 
-/// A wall on which a simulator rests along an axis.
+/// Rest of a simulator on a wall along one axis.
 #[derive(Clone, Copy)]
 struct Rest {
     side: usize,
-    /// Until when \[time\].
+    /// Time at which the rest ends \[time\].
     until: f64,
 }
 
-/// Where a simulator is on its way.
+/// State of a simulator during its flight.
 struct Motion<'a, 'b, P: Physics> {
     trip: &'a Trip<'b, P>,
     mass: f64,
     radius: f64,
-    /// Distance from the faces at which its centre stops.
+    /// Distance from the faces at which the centre stops \[length\].
     clearance: f64,
     acceleration: VectorOf<P>,
     now: f64,
@@ -86,12 +88,12 @@ struct Motion<'a, 'b, P: Physics> {
     rests: [Option<Rest>; 3],
     touches: [u32; 3],
     obstacle_touches: u32,
-    /// The obstacle that it slides along, and the acceleration with which that bears it.
+    /// Obstacle that the simulator slides along, and the acceleration of its support force.
     support: Option<(usize, VectorOf<P>)>,
 }
 
 impl<P: Physics> Trip<'_, P> {
-    /// Moves a simulator to the end of the flight. False if it left through an open face.
+    /// Moves a simulator to the end of the flight. Returns `false` if it left through an open face.
     pub(crate) fn travel<F: Follow<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
@@ -142,7 +144,8 @@ impl<P: Physics> Trip<'_, P> {
 }
 
 impl<P: Physics> Motion<'_, '_, P> {
-    /// Height above a face at which a centre stops, speed away from it, and acceleration.
+    /// Height of the centre above its contact position at a face, speed away from it, and
+    /// acceleration.
     fn approach<F: Follow<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -163,7 +166,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         }
     }
 
-    /// What happens next before the end of the flight, and after which time.
+    /// Next event before the end of the flight, and the time until then.
     fn next<F: Follow<P::Space>>(&self, simulator: &SimulatorOf<P, F>) -> Option<(f64, Next)> {
         let mut wait = self.left;
         let mut next = None;
@@ -207,7 +210,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         next.map(|next| (wait, next))
     }
 
-    /// Whether a periodic face or an obstacle comes first, before `wait`.
+    /// Replaces the next event by a periodic face or an obstacle if that comes before `wait`.
     fn look_for_obstacles<F: Follow<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -240,7 +243,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         }
     }
 
-    /// A contact with an obstacle that it has just reached.
+    /// Collides the simulator with an obstacle that it has just reached.
     fn strike<F: Follow<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
@@ -262,7 +265,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         let Simulator { velocity, spin, .. } = simulator;
         law.apply(self.trip.scene, &touch, velocity, spin, || draws.stream());
         for axis in 0..P::Space::DIMENSION {
-            // Pushed off, or into, a wall on which it rested.
+            // The obstacle pushed it off, or into, a wall on which it rested.
             if self.rests[axis].is_some() && simulator.velocity[axis] != before.0[axis] {
                 self.release(axis);
             }
@@ -272,7 +275,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         let pull = self.acceleration.inner(&normal);
         let too_often = self.obstacle_touches > MOST_TOUCHES;
         if pull < 0.0 && (leaving <= 0.0 || too_often) {
-            // It slides along, borne by the obstacle, and is looked at again in the next flight.
+            // It slides along the obstacle, which supports it, until the next flight.
             simulator.velocity -= normal * leaving;
             let speed = simulator.velocity.square().sqrt();
             simulator.velocity += normal * (UPWARDS * speed);
@@ -287,12 +290,12 @@ impl<P: Physics> Motion<'_, '_, P> {
         ledgers.obstacles[number].enter(self.trip.particles, gained.0, gained.1);
         ledgers.rests += u64::from(too_often);
         if self.obstacle_touches > 2 * MOST_TOUCHES || (too_often && self.support.is_none()) {
-            // In a wedge, to and fro without end: it stays where it is for the rest of the flight.
+            // Too many contacts in a wedge: it stays in place for the rest of the flight.
             self.left = 0.0;
         }
     }
 
-    /// Moves freely for a time, along the walls on which it rests.
+    /// Moves freely for a time, along the walls on which the simulator rests.
     fn drift<F: Follow<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
@@ -321,21 +324,21 @@ impl<P: Physics> Motion<'_, '_, P> {
         }
     }
 
-    /// Lets a simulator off the obstacle that it slides along.
+    /// Ends the support by the obstacle that the simulator slides along.
     fn let_go(&mut self) {
         if let Some((_, lift)) = self.support.take() {
             self.acceleration -= lift;
         }
     }
 
-    /// Lets a simulator off a wall.
+    /// Ends the rest on a wall.
     fn release(&mut self, axis: usize) {
         self.let_go();
         self.rests[axis] = None;
         self.acceleration[axis] = self.trip.scene.field().acceleration()[axis];
     }
 
-    /// Enters a simulator that leaves.
+    /// Adds a simulator that leaves to the ledger of its face.
     fn leave<F: Follow<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -348,14 +351,14 @@ impl<P: Physics> Motion<'_, '_, P> {
         ledgers.open[axis][side].enter(particles, self.mass, simulator.velocity, energy);
     }
 
-    /// Energy of one of the particles.
+    /// Energy of one of the simulator's particles \[energy\].
     fn energy<F: Follow<P::Space>>(&self, simulator: &SimulatorOf<P, F>) -> f64 {
         let surface = self.trip.scene.surface();
         let turning = surface.spin_energy(self.mass, self.radius, simulator.spin);
         energy(self.mass, simulator.velocity, turning)
     }
 
-    /// A contact with a wall that it has just reached.
+    /// Collides the simulator with a wall that it has just reached.
     fn rebound<F: Follow<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
@@ -365,7 +368,7 @@ impl<P: Physics> Motion<'_, '_, P> {
         ledgers: &mut Ledgers<P::Space>,
     ) {
         self.let_go();
-        // On the wall, to the last digit.
+        // The coordinate is set to the wall exactly.
         let height = self.clearance + wall.displacement(self.now);
         simulator.position[axis] = if side == 0 {
             height
@@ -407,12 +410,12 @@ impl<P: Physics> Motion<'_, '_, P> {
         let ledger = &mut ledgers.walls[axis][side];
         ledger.enter(self.trip.particles, gained.0, gained.1);
         if !arrives {
-            // It was at rest there already.
+            // A particle already at rest counts no contact.
             ledger.contacts -= self.trip.particles;
         }
         ledgers.rests += u64::from(too_often);
         if too_often && !rests {
-            // To and fro between walls without end: it stays where it is for the rest of the flight.
+            // Too many contacts between walls: it stays in place for the rest of the flight.
             self.left = 0.0;
         }
     }

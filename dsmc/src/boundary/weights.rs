@@ -1,34 +1,34 @@
-//! Regions in which a simulator stands for more or fewer particles.
+//! Simulator weights: regions in which a simulator stands for more or fewer particles.
 
 use crate::parameters::EngineError;
 
-/// By which factor the weight of a simulator differs from region to region: equal blocks of the box. Uniform by default.
+/// Factors of the simulator weight in equal blocks of the box. Uniform by default.
 ///
-/// What goes from a region with the factor a to one with b becomes a/b simulators on average: one of the two whole
-/// numbers next to it, drawn so that the mean is right. A cell belongs to the region that holds its middle, so that all
-/// simulators of a cell weigh the same.
+/// A simulator that crosses from a region of factor a to one of factor b becomes a/b simulators on
+/// average: one of the two adjacent whole numbers, drawn so that the mean is exact. A cell belongs
+/// to the region that holds its centre, so all simulators of a cell weigh the same.
 ///
-/// Factors are given, or follow the number of simulators ([`Weights::following`]).
+/// Factors are given, or adapt to the number of simulators ([`Weights::following`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Weights {
-    /// Blocks along each axis.
+    /// Number of blocks along each axis.
     regions: [usize; 3],
-    /// By block, the first axis running fastest; empty where all is uniform.
+    /// Factors by block, the first axis running fastest; empty where weights are uniform.
     factors: Vec<f64>,
-    /// Whether factors follow the number of simulators.
+    /// True if factors adapt to the number of simulators.
     follows: bool,
 }
 
-/// Factors that follow the number stay within `1/MOST_FOLLOWED` and `MOST_FOLLOWED`.
+/// Largest adaptive factor; the smallest is `1/MOST_FOLLOWED`.
 const MOST_FOLLOWED: f64 = 1024.0;
 
 impl Weights {
-    /// The same weight everywhere.
+    /// Creates uniform weights.
     pub fn uniform() -> Self {
         Self::default()
     }
 
-    /// Factors of equal slices along an axis.
+    /// Creates factors of equal slices along an axis.
     ///
     /// # Errors
     /// As [`Weights::table`].
@@ -40,10 +40,12 @@ impl Weights {
         Self::table(regions, factors)
     }
 
-    /// Equal slices along an axis whose factors are one at the start and follow the number of simulators: where there are more
-    /// than twice as many as at the start in the mean over slices, the factor doubles, and where there are fewer than half as
-    /// many, it halves, from 1/1024 to 1024. So particles are seen as well where they are few as where they are many
-    /// (T. Kawasaki, thesis, California Institute of Technology (1985), section 4).
+    /// Creates adaptive factors of equal slices along an axis, all one at the start.
+    ///
+    /// A factor doubles where a slice holds more than twice the mean number of simulators at the
+    /// start, and halves where it holds fewer than half, between 1/1024 and 1024. Dilute regions
+    /// are then sampled as well as dense ones (T. Kawasaki, thesis, California Institute of
+    /// Technology (1985), section 4).
     ///
     /// # Errors
     /// As [`Weights::table`].
@@ -55,7 +57,8 @@ impl Weights {
         })
     }
 
-    /// Factors of equal blocks, this number along each axis, the first axis running fastest; one beyond the dimension.
+    /// Creates factors of equal blocks, the first axis running fastest. `regions`: number of blocks
+    /// along each axis; one beyond the dimension.
     ///
     /// # Errors
     /// [`EngineError::BadWeights`] unless there is a factor for each block, from 1e-6 to 1e6.
@@ -85,29 +88,29 @@ impl Weights {
         })
     }
 
-    /// Whether a simulator stands for the same everywhere.
+    /// Returns true if all simulators have one weight.
     pub fn is_uniform(&self) -> bool {
         !self.follows
             && self.factors.windows(2).all(|pair| pair[0] == pair[1])
             && self.factors.first().is_none_or(|&factor| factor == 1.0)
     }
 
-    /// Blocks along each axis.
+    /// Number of blocks along each axis.
     pub fn regions(&self) -> [usize; 3] {
         self.regions
     }
 
-    /// Whether factors follow the number of simulators.
+    /// Returns true if factors adapt to the number of simulators.
     pub fn follows(&self) -> bool {
         self.follows
     }
 
-    /// The factors by block, the first axis running fastest; none where all is uniform.
+    /// Factors by block, the first axis running fastest; empty where weights are uniform.
     pub fn factors(&self) -> &[f64] {
         &self.factors
     }
 
-    /// The same with other factors, unless their number differs.
+    /// Returns a copy with other factors; unchanged if their number differs.
     pub(crate) fn with_factors(&self, factors: &[f64]) -> Self {
         let mut changed = self.clone();
         if factors.len() == changed.factors.len() {
@@ -116,7 +119,8 @@ impl Weights {
         changed
     }
 
-    /// By how much each factor changes that follows the number: `counts` simulators in each block, `mean` of the start.
+    /// Change of each adaptive factor, for `counts` simulators in each block and `mean` at the
+    /// start.
     pub(crate) fn changes(&self, counts: &[usize], mean: f64) -> Vec<f64> {
         let change = |(&factor, &count): (&f64, &usize)| {
             let count = count as f64;
@@ -131,13 +135,13 @@ impl Weights {
         self.factors.iter().zip(counts).map(change).collect()
     }
 
-    /// The factor at a point of the box, given in shares of its sides.
+    /// Factor at a point of the box, given as a fraction of its sides.
     pub fn at(&self, shares: [f64; 3]) -> f64 {
         let block = self.block(shares);
         self.factors.get(block).copied().unwrap_or(1.0)
     }
 
-    /// The number of the block of such a point.
+    /// Index of the block that holds a point, given as a fraction of the box sides.
     pub(crate) fn block(&self, shares: [f64; 3]) -> usize {
         let mut block = 0;
         for axis in (0..3).rev() {

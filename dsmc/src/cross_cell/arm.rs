@@ -1,34 +1,36 @@
-//! Adaptive contact distance of the contact-point scheme, chosen so that the mean momentum transfer distance
-//! equals the diameter.
+//! Adaptive contact distance of the contact-point scheme, chosen so that the mean momentum transfer
+//! distance equals the diameter.
 //!
-//! Collisions must carry momentum over one contact distance on average, or the pressure is not that of hard particles. But
-//! partners drawn around the point of contact lie a little beyond it on average, since the neighbourhood of every simulator
-//! is thinned by its own collisions: by 2 % of the distance at packing 0.05 and 9 % at 0.5, for one simulator per disk. So
-//! the point is drawn in until the mean distance along the line of centres is right. By how much is learnt from the collisions
-//! themselves, apart for each packing fraction, and for cells beside walls.
+//! Collisions must carry momentum over one contact distance on average, or the pressure is not that
+//! of hard particles. Partners drawn around the point of contact lie a little beyond it on average,
+//! because the collisions of a simulator thin its neighbourhood: by 2 % of the distance at packing
+//! 0.05 and 9 % at 0.5, for one simulator per disk. The point is therefore moved inwards until the
+//! mean distance is right. The shift is estimated from the collisions, separately for each packing
+//! fraction and for cells beside walls.
 
 use serde::{Deserialize, Serialize};
 
 /// Classes of packing fractions, each a 32nd wide.
 const PACKINGS: usize = 32;
 
-/// The same again for neighbourhoods that walls cut, where partners are all on one side.
+/// Number of classes: one set for whole neighbourhoods, one for those that walls cut, where
+/// partners are all on one side.
 const CLASSES: usize = 2 * PACKINGS;
 
-/// Collisions over which the excess is averaged.
+/// Number of collisions over which the excess is averaged.
 const MEMORY: f64 = 5e4;
 
-/// Collisions that the first guess, no excess, counts as.
+/// Weight of the initial estimate, zero excess, in collisions.
 const PRIOR: f64 = 300.0;
 
-/// What is known of the excess of the distance.
+/// Mean excess of the partner distance over the contact distance, by class of packing fraction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Arm {
-    /// Mean excess over the point of contact, in contact distances, and from how many collisions.
+    /// Mean excess \[contact distances\] and the number of collisions behind it, by class.
     classes: Vec<[f64; 2]>,
 }
 
-/// Distances in one step: their sum in contact distances, and their number, by class.
+/// Partner distances of one step, by class: class, sum \[contact distances\], number.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Distances(Vec<(u8, f64, f64)>);
 
@@ -48,7 +50,7 @@ impl Default for Arm {
 }
 
 impl Distances {
-    /// Notes the distance of two partners along their line of centres.
+    /// Adds the distance of two partners along their line of centres \[contact distances\].
     #[inline(always)]
     pub(crate) fn note(&mut self, class: u8, distance: f64) {
         if let Some(entry) = self.0.iter_mut().find(|entry| entry.0 == class) {
@@ -61,24 +63,26 @@ impl Distances {
 }
 
 impl Arm {
-    /// Where the point is, in contact distances.
+    /// Distance of the search point from a simulator \[contact distances\].
     #[inline(always)]
     pub(crate) fn reach(&self, class: u8) -> f64 {
         (1.0 - self.classes[usize::from(class)][0]).clamp(Self::SHORTEST, Self::LONGEST)
     }
 
-    /// The longest in any class.
+    /// Largest [`Self::reach`] of any class \[contact distances\].
     pub(crate) fn longest(&self) -> f64 {
         (0..CLASSES as u8)
             .map(|class| self.reach(class))
             .fold(0.0, f64::max)
     }
 
-    /// Bounds on [`Self::reach`].
+    /// Lower bound of [`Self::reach`].
     pub(crate) const SHORTEST: f64 = 0.7;
+    /// Upper bound of [`Self::reach`].
     pub(crate) const LONGEST: f64 = 1.1;
 
-    /// Learns from the collisions of a step, all made with the present reach.
+    /// Updates the mean excess from the collisions of a step, all made with the present
+    /// [`Self::reach`].
     pub(crate) fn learn<'a>(&mut self, steps: impl Iterator<Item = &'a Distances>) {
         let mut sums = [[0.0; 2]; CLASSES];
         for &(class, sum, count) in steps.flat_map(|distances| &distances.0) {
@@ -112,7 +116,7 @@ mod tests {
             }
             arm.learn([&distances].into_iter());
         }
-        // What is left of the prior: 300 of 100 300 collisions.
+        // Remaining weight of the prior: 300 of 100 300 collisions.
         assert!((arm.reach(there) - 0.92).abs() < 0.08 * 300.0 / 1e5);
         assert_eq!(arm.reach(class(0.5, true)), 1.0);
         assert_eq!(arm.reach(class(0.25, false)), 1.0);

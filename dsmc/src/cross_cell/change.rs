@@ -1,4 +1,4 @@
-//! Velocity changes of particles in tiles that other processes see.
+//! Velocity changes of particles in ghost cells, sent between processes.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Physics, Space, SpinOf, Surface, Vector, VectorOf};
@@ -6,7 +6,8 @@ use stosszahl_model::{Physics, Space, SpinOf, Surface, Vector, VectorOf};
 use crate::particle::Follow;
 use crate::tile::Tile;
 
-/// New velocity and spin of a particle, by its tile, its cell in the tile, and its place in the cell.
+/// New velocity and spin of a particle, by its tile, its cell in the tile, and its place in the
+/// cell.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Change<V, W> {
     pub(crate) tile: u32,
@@ -16,11 +17,11 @@ pub(crate) struct Change<V, W> {
     pub(super) spin: W,
 }
 
-/// A change in a physics.
+/// Velocity change of a particle of this model.
 pub(crate) type ChangeOf<P> = Change<VectorOf<P>, SpinOf<P>>;
 
 impl<V: Vector, W: Copy> Change<V, W> {
-    /// Makes it in the tile, if its cell is held here.
+    /// Applies the change to the tile; does nothing if the tile does not hold the cell.
     #[inline]
     pub(super) fn apply<P, F>(&self, tile: &mut Tile<P, F>)
     where

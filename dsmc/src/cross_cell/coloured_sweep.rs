@@ -1,8 +1,8 @@
-//! Sweeps in which each tile is worked on together with those next to it.
+//! Coloured sweep over the tiles: each is processed together with its neighbours.
 //!
-//! Tiles are coloured so that no two of one colour share a neighbour; colours follow each other, and the tiles of
-//! one are treated by all threads at once. Who collides with whom then does not depend on the number of threads. Each tile
-//! is behind a lock that is always free, because the colouring says so.
+//! Tiles are coloured so that no two of one colour share a neighbour. Colours follow each other,
+//! and all threads work on the tiles of one colour at once, so the pairs that collide do not depend
+//! on the number of threads. Each tile is behind a lock that the colouring keeps free.
 
 use std::sync::Mutex;
 use std::time::Instant;
@@ -19,8 +19,8 @@ use crate::particle::Follow;
 use crate::threads::each_of;
 use crate::tile::Tile;
 
-/// Works on every tile of this process and around it, colour after colour, and returns what the work returned with the number of the
-/// tile, in that order. After each colour, processes tell each other what has changed.
+/// Processes every tile of this process with its neighbours, colour after colour, and returns the
+/// results with the tile numbers. After each colour, processes exchange the changes in ghost cells.
 pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
     parallel: bool,
     grid: &Grid<P::Space>,
@@ -64,11 +64,11 @@ pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
     results
 }
 
-/// What work on a tile gives: its number, the result, and what other processes may have to know.
+/// Result of the work on one tile: its number, the result, and changes that other processes need.
 type Done<P, R> = (u32, R, Vec<ChangeOf<P>>);
 
-/// Works on the tiles of a colour and of those that follow it. Each colour is done inside the exchange of the one before, so that
-/// nobody waits for a process that has not yet taken what it was told.
+/// Processes one colour and all that follow. Each colour is nested in the exchange of the one
+/// before, so that no process waits for another that has not yet received its messages.
 fn colour_by_colour<P: Physics, F: Follow<P::Space>, R, W: Fn(&[u32]) -> Vec<Done<P, R>>>(
     peers: &dyn TilePeers<P, F>,
     colours: &[Vec<u32>],
@@ -80,7 +80,7 @@ fn colour_by_colour<P: Physics, F: Follow<P::Space>, R, W: Fn(&[u32]) -> Vec<Don
     let Some(own) = colours.get(colour) else {
         return;
     };
-    // Others wait for what they see.
+    // Tiles that other processes see come first: their changes are waited for.
     let (seen, unseen): (Vec<u32>, Vec<u32>) = own
         .iter()
         .partition(|&&number| peers.tells(number as usize));

@@ -4,8 +4,8 @@ use stosszahl_model::Space;
 
 use crate::grid::Grid;
 
-/// The colour of each tile along an axis: tiles of one colour are at least three apart around the box. Fewer than three
-/// tiles get a colour each.
+/// The colour of each tile along an axis: tiles of one colour are at least three apart around the
+/// box. Fewer than three tiles get a colour each.
 fn ring_colours(count: u32) -> Vec<usize> {
     let regular = if count < 3 { 0 } else { count - count % 3 };
     (0..count)

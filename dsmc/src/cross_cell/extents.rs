@@ -1,17 +1,18 @@
-//! How fast partners can be: the bound of trials.
+//! Bounding boxes of velocities: the majorant of the relative speed of candidate pairs.
 //!
-//! A hot simulator anywhere raises the bound of all that may meet it, and in a gas of clusters that is most of the cost. So
-//! bounds are local, and they know directions: each cell has the box that holds the velocities in it, and a partner of
-//! velocity u is met along k no faster than the corner of a box of its neighbourhood that is farthest against k.
+//! One global majorant would follow the fastest simulator anywhere, and in a gas of clusters that
+//! is most of the cost. Majorants are therefore local and directional: each cell has the bounding
+//! box of its velocities. A partner approaches along k no faster than the corner of a box in the
+//! neighbourhood that is farthest against k.
 
 use stosszahl_model::Space;
 
 use crate::extrema::{larger, smaller};
 
-/// The smallest box that holds some velocities.
+/// Bounding box of a set of velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extent<S: Space> {
-    /// The largest components of -u and of u: side by side, so that they are compared at once.
+    /// Largest components of -u and of u, side by side so that both are compared at once.
     most: [S::Vector; 2],
 }
 
@@ -24,7 +25,7 @@ impl<S: Space> Extent<S> {
         }
     }
 
-    /// Takes a velocity in.
+    /// Extends the box to a velocity.
     #[inline(always)]
     pub(super) fn note(&mut self, velocity: S::Vector) {
         self.join(&Self {
@@ -52,21 +53,23 @@ impl<S: Space> Extent<S> {
         }
     }
 
-    /// Its sides; zero if there is nobody.
+    /// Side lengths of the box \[length/time\]; zero if it is empty.
     #[inline(always)]
     pub(super) fn sides(&self) -> S::Vector {
         let [low, high] = self.most;
         S::vector(|axis| larger(high[axis] + low[axis], 0.0))
     }
 
-    /// How fast a simulator of the box can come along `-k`, at most: the largest `-u . k`. A large negative number if there is nobody.
+    /// Largest speed `-u . k` of the velocities u in the box; a large negative number if it is
+    /// empty.
     #[inline(always)]
     pub(super) fn against(&self, k: S::Vector) -> f64 {
         let ends = [0, 1, 2].map(|axis| usize::from(axis < S::DIMENSION && k[axis] < 0.0));
         self.along(ends, S::vector(|axis| k[axis].abs()))
     }
 
-    /// The same, where it is known which end counts along each axis, and how much.
+    /// Largest speed as in [`Self::against`], for known ends of the box along each axis and
+    /// absolute components of `k`.
     #[inline(always)]
     pub(super) fn along(&self, ends: [usize; 3], k: S::Vector) -> f64 {
         (0..S::DIMENSION)

@@ -1,9 +1,9 @@
-//! The simulators of a tile and of the cells around it, side by side.
+//! Halo copy: the simulators of a tile and of the cells around it, in contiguous memory.
 //!
-//! Partners of a tile's simulators may be in the tiles next to it, and around the box. So that a search is a run through contiguous
-//! memory, all that a tile can see is copied: cell by cell, the first axis running fastest, each component of the positions in a
-//! list of its own, and images across the edges of the box where they are seen from the tile. Velocities are kept up to date here
-//! and in the tiles.
+//! Partners of a tile's simulators may be in adjacent tiles and across periodic faces. All cells
+//! within reach of a tile are therefore copied, with the first axis running fastest, one list for
+//! each component of the positions, and periodic images where the tile sees them. A search then
+//! runs through contiguous memory. Velocities are updated both here and in the tiles.
 
 mod bounds;
 
@@ -21,49 +21,56 @@ use crate::particle::Follow;
 /// Coordinate of masked particles; large, but its square does not overflow \[length\].
 const NOWHERE: f64 = 1e150;
 
-/// A block of cells, and who is in them.
+/// Copy of a block of cells around a tile: positions, velocities, sizes and velocity bounds.
 pub(crate) struct HaloCopy<P: Physics> {
     ranges: Ranges,
-    /// The first cell, which may be beyond an edge of the box, and the number along each axis.
+    /// Coordinates of the first cell; they may be outside the box.
     first: [i64; 3],
+    /// Number of cells along each axis.
     sides: [usize; 3],
-    /// How many cells are around those of the tile, along each axis.
+    /// Number of ghost cells on each side of the tile, along each axis.
     margin: [usize; 3],
-    /// Cells along each axis of the whole box, and whether it is periodic there.
+    /// Number of cells of the box along each axis.
     counts: [i64; 3],
-    /// Whether the box is so narrow that one is seen twice from the same place.
+    /// True if the box is so narrow that a search may see a particle twice.
     is_narrow: bool,
-    /// Whether some cells are here more than once, as images around the box.
+    /// True if the copy holds periodic images of its own cells.
     has_images: bool,
-    /// Cells for each unit of length along each axis.
+    /// Number of cells per unit length along each axis \[1/length\].
     scale: VectorOf<P>,
-    /// Where each cell begins, and the end.
+    /// Index of the first particle of each cell, and the total number at the end.
     starts: Vec<u32>,
     positions: [Vec<f64>; 3],
     pub(super) velocities: Vec<VectorOf<P>>,
     tags: Vec<<P::Sizes as Sizes>::Tag>,
-    /// How much larger than the mean the radius of each is, where they differ and partners are sought around points.
+    /// Radius minus mean radius of each particle \[length\]; empty if sizes are equal or partners
+    /// are not sought around points.
     excess: Vec<f64>,
-    /// The least and the most of it.
+    /// Smallest and largest `excess` \[length\].
     spread: [f64; 2],
-    /// The cell of each.
+    /// Cell of each particle.
     cells: Vec<u32>,
-    /// Where those of each cell are kept: the tile, and what is to be added to their number here.
+    /// Tile that holds the particles of each cell, and the offset from an index here to one there.
     homes: Vec<At>,
-    /// Velocities by cell.
+    /// Bounding box of the velocities of each cell.
     extents: Vec<Extent<P::Space>>,
-    /// Simulators in the cells around each where partners are sought first.
+    /// Number of particles in the block of cells around each cell that is searched first.
     near: Vec<u32>,
-    /// Whether there is at most one of them somewhere in a line of cells along the first axis.
+    /// For each line of cells along the first axis: true if a block of a cell has at most one
+    /// particle.
     lonely: Vec<bool>,
     sums: Vec<u32>,
-    /// Velocities by column of cells across the layers around one, in space.
+    /// Bounding boxes of velocities joined over the layers around one, by column; in three
+    /// dimensions.
     slab: Vec<Extent<P::Space>>,
+    /// Layer that `slab` belongs to.
     slab_of: Option<usize>,
-    /// What simulators of the cells of a line of the tile can meet, and the row and layer of that line in the patch.
+    /// Bounding box of the velocities of possible partners, for each cell of the current line of
+    /// the tile.
     pub(super) bounds: Vec<Extent<P::Space>>,
+    /// Row and layer of the current line in the halo copy.
     line: [usize; 2],
-    /// Memory to work in.
+    /// Scratch memory.
     work: Vec<Extent<P::Space>>,
     places: Vec<bool>,
 }
@@ -102,7 +109,8 @@ impl<P: Physics> Default for HaloCopy<P> {
 }
 
 impl<P: Physics> HaloCopy<P> {
-    /// Takes in what is around the tile in the middle. `moves`: whether velocities bound trials; the sizes, and their mean radius.
+    /// Copies the cells around the tile at the centre. `moves`: whether velocities bound the
+    /// candidate pairs; the last argument holds the sizes and their mean radius.
     #[inline(always)]
     pub(super) fn fill<F: Follow<P::Space>>(
         &mut self,
@@ -166,7 +174,7 @@ impl<P: Physics> HaloCopy<P> {
         self.slab_of = None;
     }
 
-    /// Takes in a line of cells along the first axis.
+    /// Copies a line of cells along the first axis.
     #[inline(always)]
     fn fill_line<F: Follow<P::Space>>(
         &mut self,
@@ -175,7 +183,7 @@ impl<P: Physics> HaloCopy<P> {
         [y, z]: [usize; 2],
     ) {
         let images = grid.domain().images();
-        // The cell in the box that is seen there, and how many boxes away.
+        // Coordinate of the cell inside the box, and the number of boxes to its image.
         let (first, counts) = (self.first, self.counts);
         let seen = |axis: usize, at: usize| {
             let (there, count) = (first[axis] + at as i64, counts[axis]);
@@ -239,14 +247,14 @@ impl<P: Physics> HaloCopy<P> {
         }
     }
 
-    /// Cells of which nobody is known.
+    /// Adds empty cells: outside the box, or not held by this process.
     fn leave_out(&mut self, begin: u32, cells: usize) {
         let all = self.starts.len() + cells;
         self.starts.resize(all, begin);
         self.homes.resize(all, At { tile: 0, index: 0 });
     }
 
-    /// The number here of the cell of a point, which may be beyond an edge of the box.
+    /// Index here of the cell of a point, which may be outside the box.
     #[inline(always)]
     pub(super) fn cell_of(&self, point: VectorOf<P>) -> usize {
         let mut cell = 0;
@@ -257,10 +265,11 @@ impl<P: Physics> HaloCopy<P> {
         cell
     }
 
-    /// The cells, of so many around that of an aim, that hold all who are within a radius of where each of them is sought.
+    /// Smallest block of cells, at most `cells` on each side of the aim, that contains all partners
+    /// within a radius of their target points.
     #[inline(always)]
     pub(super) fn block_within(&self, aim: Aim<VectorOf<P>>, radius: f64, cells: usize) -> Block {
-        // A little more, so that it does not matter how a coordinate at the edge of a cell is rounded.
+        // Slightly more, so that rounding of a coordinate at the edge of a cell has no effect.
         let radius = radius * (1.0 + 1e-9);
         let (mut first, mut sides) = (0, [1; 3]);
         for axis in (0..P::Space::DIMENSION).rev() {
@@ -278,7 +287,7 @@ impl<P: Physics> HaloCopy<P> {
         Block { first, sides }
     }
 
-    /// How many cells along each axis a point is from a cell of the tile.
+    /// Offset in cells along each axis from a cell of the tile to a point.
     #[inline(always)]
     pub(super) fn steps_to(&self, cell: [u32; 3], point: VectorOf<P>) -> [i64; 3] {
         [0, 1, 2].map(|axis| {
@@ -290,32 +299,32 @@ impl<P: Physics> HaloCopy<P> {
         })
     }
 
-    /// The number here of a cell of the tile, by its coordinates there.
+    /// Index here of a cell of the tile, given its coordinates in the tile.
     #[inline(always)]
     pub(super) fn own_cell(&self, at: [usize; 3]) -> usize {
         let [x, y, z] = [0, 1, 2].map(|axis| at[axis] + self.margin[axis]);
         x + self.sides[0] * (y + self.sides[1] * z)
     }
 
-    /// The cell of somebody.
+    /// Cell of a particle.
     pub(super) fn cell_of_member(&self, index: usize) -> usize {
         self.cells[index] as usize
     }
 
-    /// The cell at a step of -1, 0 or 1 along each axis.
+    /// Cell at an offset of -1, 0 or 1 along each axis.
     pub(super) fn step_from(&self, cell: usize, step: [i32; 3]) -> usize {
         let strides = self.strides();
         let by = |axis: usize| strides[axis] as isize * step[axis] as isize;
         cell.wrapping_add_signed(by(0) + by(1) + by(2))
     }
 
-    /// Who is in a line of cells along the first axis.
+    /// Index range of the particles in a line of cells along the first axis.
     #[inline(always)]
     pub(super) fn members(&self, cell: usize, length: usize) -> std::ops::Range<usize> {
         self.starts[cell] as usize..self.starts[cell + length] as usize
     }
 
-    /// Most simulators in one of the cells this many around a cell.
+    /// Largest number of particles in any cell within `cells` of a cell.
     #[inline(always)]
     pub(super) fn crowd(&self, cell: usize, cells: usize) -> u32 {
         let deep = cells * usize::from(P::Space::DIMENSION > 2);
@@ -332,13 +341,13 @@ impl<P: Physics> HaloCopy<P> {
         most
     }
 
-    /// Where somebody is, as it is seen from the tile.
+    /// Position of a particle, as seen from the tile \[length\].
     #[inline(always)]
     pub(super) fn position(&self, index: usize) -> VectorOf<P> {
         P::Space::vector(|axis| self.positions[axis][index])
     }
 
-    /// Where somebody is kept.
+    /// Tile and index in it of a particle of the halo copy.
     #[inline(always)]
     pub(super) fn home(&self, index: usize) -> At {
         let home = self.homes[self.cells[index] as usize];
@@ -354,20 +363,20 @@ impl<P: Physics> HaloCopy<P> {
         self.tags[index]
     }
 
-    /// How much larger than the mean its radius is, where that shifts its place around a point.
+    /// Radius minus mean radius \[length\]; `None` where it does not shift the target point.
     #[inline(always)]
     pub(super) fn excess(&self, index: usize) -> Option<f64> {
         self.excess.get(index).copied()
     }
 
-    /// Whether all are sought at the same place, whatever their size.
+    /// Returns true if all partners are sought at one point, whatever their size.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {
         P::Sizes::UNIFORM || self.excess.is_empty()
     }
 
-    /// Those of three cells of a line in the plane, around a cell or next to it: of the line before its own (0), its own (1), or the one after
-    /// (2). Where they begin, and the first of them.
+    /// Particles of three adjacent cells in two dimensions, in the line before `cell` (0), its own
+    /// (1) or the next (2). Returns their first index and their positions.
     #[inline(always)]
     pub(super) fn run(&self, cell: usize, line: usize) -> (usize, Run<'_>) {
         let columns = self.sides[0];
@@ -380,7 +389,8 @@ impl<P: Physics> HaloCopy<P> {
         (members.start, Run { positions, count })
     }
 
-    /// Squares of the distances of some that follow each other from where they are sought; of those from `end` on, a large number.
+    /// Squared distances of [`LANES`] consecutive particles from their target points \[length^2\];
+    /// large from index `end` on.
     #[inline(always)]
     pub(super) fn squares(&self, aim: Aim<VectorOf<P>>, begin: usize, end: usize) -> [f64; LANES] {
         let mut squares = [0.0; LANES];
@@ -406,25 +416,26 @@ impl<P: Physics> HaloCopy<P> {
         squares
     }
 
-    /// Hides somebody from a search, and returns what [`Self::show`] needs.
+    /// Masks a particle for a search. Returns the coordinate that [`Self::show`] restores.
     #[inline(always)]
     pub(super) fn hide(&mut self, index: usize) -> f64 {
         std::mem::replace(&mut self.positions[0][index], NOWHERE)
     }
 
-    /// Shows it again.
+    /// Restores a particle masked by [`Self::hide`].
     #[inline(always)]
     pub(super) fn show(&mut self, index: usize, hidden: f64) {
         self.positions[0][index] = hidden;
     }
 
-    /// Whether somebody may be seen twice from one place.
+    /// Returns true if a search may see one particle twice.
     #[inline(always)]
     pub(super) fn is_narrow(&self) -> bool {
         self.is_narrow
     }
 
-    /// Gives somebody another velocity. Partners are bounded by it from now on.
+    /// Sets a particle's velocity in the halo copy, in all its periodic images, and widens the
+    /// velocity bounds.
     #[inline(always)]
     pub(super) fn set(&mut self, index: usize, velocity: VectorOf<P>, moves: bool) {
         let cell = self.cells[index];
@@ -432,7 +443,7 @@ impl<P: Physics> HaloCopy<P> {
             self.set_at(cell, index, velocity, moves);
             return;
         }
-        // The images of the cell around the box that are here: one, or several in a narrow box.
+        // Periodic images of the cell in the halo copy: one, or several in a narrow box.
         let [columns, rows, _] = self.sides.map(|side| side as u32);
         let at = [cell % columns, cell / columns % rows, cell / columns / rows];
         let place = index - self.starts[cell as usize] as usize;
@@ -501,14 +512,14 @@ impl<P: Physics> HaloCopy<P> {
             + size_of::<Extent<P::Space>>() * extents
     }
 
-    /// The number of cells along the first axis, and of those in a layer.
+    /// Strides of the cell index along the three axes.
     #[inline(always)]
     pub(super) fn strides(&self) -> [usize; 3] {
         [1, self.sides[0], self.sides[0] * self.sides[1]]
     }
 }
 
-/// The largest whole number that is not above `x`, which is small; of a whole number it may be the one before.
+/// Floor of a small number `x`; for a whole number, possibly one less.
 #[inline(always)]
 fn floor(x: f64) -> i64 {
     i64::from(((x - 0.5) + ROUNDER).to_bits() as i32)

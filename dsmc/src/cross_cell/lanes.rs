@@ -2,13 +2,13 @@
 
 use crate::extrema::{larger, smaller};
 
-/// Simulators that are looked at together; lists of positions are as much longer.
+/// Number of particles tested at once; position lists are padded by as many.
 pub(super) const LANES: usize = 8;
 
-/// Lines of cells that are looked at together.
+/// Number of cell lines tested at once.
 pub(super) const LINES: usize = 3;
 
-/// The bits of a number below [`LINES`] times [`LANES`].
+/// Mask of the bits that hold a number below [`LINES`] times [`LANES`].
 const NUMBERS: u64 = 31;
 
 /// Padding: slice `[LANES - n..]` masks all but the first n lanes with an infinite distance.
@@ -22,7 +22,7 @@ pub(super) const BEYOND: [f64; 2 * LANES] = {
     beyond
 };
 
-/// Some of a line of cells in the plane: both coordinates, and how many they are.
+/// Particles of a line of cells in two dimensions: coordinates, and their number.
 #[derive(Clone, Copy)]
 pub(super) struct Run<'a> {
     pub(super) positions: [&'a [f64; LANES]; 2],
@@ -30,7 +30,7 @@ pub(super) struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// What the squares of their distances are at least, so that those beyond their count are nowhere.
+    /// Lower bounds of the squared distances: infinite for lanes beyond the count.
     #[inline(always)]
     fn least(&self) -> &[f64] {
         let first = LANES - self.count.min(LANES);
@@ -38,18 +38,20 @@ impl Run<'_> {
     }
 }
 
-/// Who is around a point.
+/// Result of a search around a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen {
-    /// A bit for each within the radius: lane by lane and line by line.
+    /// Bit mask of the particles within the radius, lane by lane and line by line.
     pub(super) near: u32,
-    /// The number of the nearest in the same order, and the square of its distance but for the last bits.
+    /// Number of the nearest particle, in the order of the bit mask.
     pub(super) nearest: usize,
+    /// Squared distance of the nearest particle \[length^2\]; its last bits hold its number.
     pub(super) square: f64,
 }
 
 impl Seen {
-    /// `best`: the least square, with its number for its last bits.
+    /// Creates a result from the mask and the least square, whose last bits hold the particle's
+    /// number.
     #[inline(always)]
     fn new(near: u32, best: f64) -> Self {
         Self {
@@ -60,23 +62,24 @@ impl Seen {
     }
 }
 
-/// How many numbers the processor takes at once; the same bits in all ways.
+/// SIMD width of the search; all implementations give identical bits.
 pub(super) trait Lanes: Copy {
-    /// Who of three lines is within the root of `limit` of a point, and who is nearest, without the one of the number `but`.
+    /// Finds the particles of three lines within `sqrt(limit)` of a point, and the nearest, except
+    /// number `but`.
     fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> Seen;
 
-    /// The place of the bit that comes after so many others.
+    /// Index of the set bit that follows `skip` other set bits.
     fn bit_after(self, bits: u32, skip: u32) -> u32;
 }
 
-/// Whatever the compiler makes of it.
+/// Portable implementation without explicit SIMD; same bits as [`Avx2`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plain;
 
 impl Lanes for Plain {
     #[inline(always)]
     fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> Seen {
-        // Squares are not negative, so that their bits have their order.
+        // Squares are not negative, so their bits sort as integers.
         let (mut near, mut best) = (0, [f64::MAX; LANES]);
         for (line, run) in runs.iter().enumerate() {
             let [xs, ys] = run.positions;
@@ -101,14 +104,14 @@ impl Lanes for Plain {
     }
 }
 
-/// Four at once. A value of this type is there only where the processor can do that.
+/// AVX2 implementation, four lanes at once. A value exists only if the processor supports it.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx2(());
 
 #[cfg(target_arch = "x86_64")]
 impl Avx2 {
-    /// None if the processor cannot.
+    /// Detects AVX2 support; `None` without it.
     pub(super) fn detect() -> Option<Self> {
         use std::arch::is_x86_feature_detected as has;
 
@@ -156,7 +159,7 @@ fn bit_with_bmi2(bits: u32, skip: u32) -> u32 {
     _pdep_u32(1 << (skip & 31), bits).trailing_zeros()
 }
 
-/// The steps of a look, small enough for the compiler to put them into the loop that looks.
+/// AVX2 steps of a search, small enough for the compiler to inline.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use std::arch::x86_64::{
@@ -178,8 +181,9 @@ mod avx2 {
         _mm256_setr_pd(some[0], some[1], some[2], some[3])
     }
 
-    /// Half of a line, its first or its second `part`: a bit for each that is near, and the least square in each lane so far. `first`: the
-    /// number of the first of them; `but`: the place here of the one that does not count.
+    /// Searches one half of a line, its first or second `part`. Returns a bit mask of the near
+    /// particles and updates the least square of each lane. `first`: number of the first particle;
+    /// `but`: lane to ignore.
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     #[inline]
     pub(super) fn look(
@@ -195,7 +199,7 @@ mod avx2 {
         let square = _mm256_add_pd(_mm256_mul_pd(across, across), _mm256_mul_pd(along, along));
         let places = _mm256_setr_epi64x(0, 1, 2, 3);
         let numbers = _mm256_add_epi64(places, _mm256_set1_epi64x(first as i64));
-        // No number at all, which is smaller than none and not the least.
+        // All bits set, a NaN: neither near nor the least.
         let is_but = _mm256_cmpeq_epi64(places, _mm256_set1_epi64x(but as i64));
         let square = _mm256_max_pd(square, half(run.least(), part));
         let square = _mm256_or_pd(square, _mm256_castsi256_pd(is_but));
@@ -232,7 +236,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// One by one: who is within the radius, and who is nearest.
+    /// Searches particle by particle: mask of those within the radius, and the nearest.
     fn one_by_one(
         runs: &[Run<'_>; LINES],
         point: [f64; 2],
@@ -257,7 +261,7 @@ mod tests {
         (near, nearest.map(|(_, number)| number))
     }
 
-    /// Both ways see what one sees who looks one by one; with none, some and too many in a line.
+    /// Both implementations agree with a loop over particles, for empty, filled and overfull lines.
     #[test]
     fn all_ways_see_the_same() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(9);

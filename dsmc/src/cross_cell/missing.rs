@@ -1,26 +1,33 @@
-//! How many others a neighbourhood lacks around a simulator, and how much their number varies.
+//! Correlation hole: deficit of neighbours around a simulator, and variance of their number.
 //!
-//! Particles that collide with momentum transfer over a distance keep apart: of a gas with the structure factor S, the
-//! neighbourhood of one, of volume V and transform w(k), holds on average `n V - H` others, with
+//! Particles that collide with momentum transfer over a distance keep apart. In a gas with the
+//! structure factor S, the neighbourhood of a particle, of volume V and transform w(k), holds on
+//! average `n V - H` others, with
 //!
 //! `H = -V/(2 pi)^D ∫ (S(k) - 1) w(k) dk`,
 //!
-//! and the variance of the number in a neighbourhood anywhere is `n V (1 + V/(2 pi)^D ∫ (S(k) - 1) w²(k) dk)`. Only of one that is wide
-//! against what partners come from are these 1 - S(0) and n V S(0). In a thin gas partners come from a quarter of a mean free path,
-//! and a neighbourhood of one or two simulators is no wider.
+//! and the variance of the number in any neighbourhood is
+//! `n V (1 + V/(2 pi)^D ∫ (S(k) - 1) w²(k) dk)`. Only for neighbourhoods wider than the range of
+//! partners are these 1 - S(0) and n V S(0). In a dilute gas partners come from a quarter of a mean
+//! free path, and a neighbourhood of one or two simulators is no wider.
 //!
-//! S is that of the scheme itself in linear response: partners of a contact distance d, drawn from balls of radius s around the point of
-//! contact, at a rate that follows the number in the neighbourhood, have
+//! S follows from linear response of the scheme itself. For partners at contact distance d, drawn
+//! from balls of radius s around the point of contact, at a rate that follows the number in the
+//! neighbourhood,
 //!
 //! `1/S = 1 + (Z - 1) [1 + (1 + d ln chi/d ln phi) w(k)] f(k d) f(k s)`,
 //!
-//! where f is the transform of a ball over its volume, 2 J1(x)/x in the plane (`docs/development/monte-carlo.md`). With the number halfway
-//! to the contact, from which a simulator is d/2 away, it is `1 + (Z - 1) [f(k d) f(k s) + (1 + d ln chi/d ln phi) w(k) f(k d/2) (1 +
-//! f(k s))/2]`, and H has J0(k d/2), the mean of `exp(i k r)` over |r| = d/2, as a factor under its integral. The block of cells
-//! counts as a ball of its volume, and so does the cell in which the simulator may be anywhere: H is then right to 0.01.
+//! where f is the transform of a ball over its volume, 2 J1(x)/x in two dimensions
+//! (`docs/development/monte-carlo.md`). With the number counted halfway to the contact, at d/2 from
+//! the simulator, it is
+//! `1 + (Z - 1) [f(k d) f(k s) + (1 + d ln chi/d ln phi) w(k) f(k d/2) (1 + f(k s))/2]`, and H has
+//! the factor J0(k d/2), the mean of `exp(i k r)` over |r| = d/2, under its integral. The block of
+//! cells is approximated by a ball of its volume, and so is the cell that holds the simulator: H is
+//! then accurate to 0.01.
 //!
-//! That the number in the whole box does not vary is left out on purpose. In a neighbourhood as large as the box, `1 - S(0)` and `n V S(0)` then
-//! lower the rate by `S(0)/N [n f'/f + n² f''/(2 f)]`, `f = n chi`, which is what N exact particles have less than many (Salacuse, Denton &
+//! The fixed total number of simulators is ignored on purpose. In a neighbourhood as large as the
+//! box, `1 - S(0)` and `n V S(0)` then lower the rate by `S(0)/N [n f'/f + n² f''/(2 f)]`,
+//! `f = n chi`, which is the finite-size deficit of N exact particles (Salacuse, Denton &
 //! Egelstaff, Phys. Rev. E 53, 2382 (1996), doi:10.1103/PhysRevE.53.2382).
 
 use std::f64::consts::PI;
@@ -29,53 +36,60 @@ use stosszahl_model::Space;
 
 use crate::density::{Density, Gas, Weighing};
 
-/// Packing fractions of the table, evenly spaced in their roots, and the largest; between them values are interpolated.
+/// Number of intervals of the table in packing fraction, evenly spaced in its root.
 const PACKINGS: usize = 24;
+/// Largest packing fraction of the table.
 const LARGEST: f64 = 0.7;
 
-/// Wave numbers up to this many over the longer of d and s, and so many for each lobe of the widest length; and most of them, beyond which
-/// w of a wide neighbourhood is below 1e-4.
+/// Largest wave number of the integrals, times the longer of d and s.
 const LOBES: f64 = 30.0;
+/// Wave numbers for each lobe of the widest length.
 const EACH: f64 = 8.0;
+/// Largest number of wave numbers; beyond it w of a wide neighbourhood is below 1e-4.
 const MOST: f64 = 8192.0;
 
-/// Simulators in the ball whose transform is about that of the nearest: its mean square distance is that of this ball within 4 %.
+/// Number of simulators in a ball whose mean square distance equals that of the nearest, within 4
+/// %.
 const NEAREST: f64 = 2.0;
 
-/// Largest S, about that of a fluid that begins to freeze: where linear response says more, or that waves grow, it does not hold.
+/// Largest S, that of a freezing fluid; above it linear response does not hold.
 const HIGHEST: f64 = 5.0;
 
-/// A neighbourhood: the block of cells around the cell of a simulator; or, of cells that count the less the farther they are, around the
-/// cell of the point halfway to that of contact.
+/// Neighbourhood over which the density is taken: a block of cells around a simulator's cell, or
+/// triangular weights around the point halfway to contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
-    /// Its volume, that of a cell, and that of the block which the neighbourhood is, or which it is after it was blurred by the
-    /// same block \[length^D\].
+    /// Volume of the neighbourhood, weighted \[length^D\].
     volume: f64,
+    /// Volume of a cell \[length^D\].
     cell: f64,
+    /// Volume of the block of cells, which for triangular weights is convolved with itself
+    /// \[length^D\].
     block: f64,
     weighing: Weighing,
-    /// Contact distance, and radius around the point of contact within which partners are drawn \[length\].
+    /// Contact distance \[length\].
     diameter: f64,
+    /// Radius around the point of contact within which partners are drawn \[length\].
     radius: f64,
-    /// Simulators for each particle.
+    /// Number of simulators per particle.
     copies: f64,
 }
 
-/// What neighbourhoods lack, by their packing fraction.
+/// Table of the deficit and the relative variance of neighbour numbers, by packing fraction.
 #[derive(Clone, Debug)]
 pub(super) struct Missing {
     table: Vec<[f64; 2]>,
 }
 
-/// A wave number, and its share of the integral over all.
+/// Wave number k with its weight in the integral, and the transforms there.
 struct Wave {
     k: f64,
     weight: f64,
-    /// w(k), and the square of the transform of the neighbourhood alone.
+    /// Transform w(k) of the neighbourhood as it is counted.
     window: f64,
+    /// Squared transform of the neighbourhood alone.
     square: f64,
-    /// The transform of where the simulator is, seen from the middle of its neighbourhood.
+    /// Transform of the simulator's position relative to the centre of its neighbourhood.
     place: f64,
 }
 
@@ -88,7 +102,7 @@ impl Missing {
         }
     }
 
-    /// Others that are missing around one, and the variance of a number over its mean.
+    /// Deficit H of neighbours, and variance of their number over its mean, at a packing fraction.
     #[inline]
     pub(super) fn at(&self, packing: f64) -> [f64; 2] {
         let place = (packing / LARGEST).clamp(0.0, 1.0).sqrt() * PACKINGS as f64;
@@ -100,12 +114,12 @@ impl Missing {
     }
 }
 
-/// The packing fraction of an entry of the table.
+/// Packing fraction of a table entry.
 fn packing(entry: usize) -> f64 {
     LARGEST * (entry as f64 / PACKINGS as f64).powi(2)
 }
 
-/// Radius of a ball of this volume.
+/// Radius of a ball of this volume \[length\].
 fn radius<S: Space>(volume: f64) -> f64 {
     (volume / S::ball(1.0)).powf(1.0 / S::DIMENSION as f64)
 }
@@ -128,7 +142,7 @@ impl Window {
         }
     }
 
-    /// The wave numbers of the integrals, evenly spaced.
+    /// Evenly spaced wave numbers of the integrals.
     fn waves<S: Space>(&self) -> Vec<Wave> {
         let [block, cell] = [self.block, self.cell].map(radius::<S>);
         let longest = self.diameter.max(self.radius);
@@ -156,10 +170,11 @@ impl Window {
         (0..count).map(wave).collect()
     }
 
-    /// w(k) of cells that count the less the farther they are, and the square of the transform of what they count, in the plane; means over
+    /// Transform w(k) of triangular weights and its square, in two dimensions, averaged over
     /// directions.
     ///
-    /// The middle is anywhere in its cell: blurred by a cell, what cells count is a block of n cells on a side blurred by itself.
+    /// The centre is anywhere in its cell. Triangular weights, blurred by a cell, are a block of n
+    /// cells on a side convolved with itself.
     fn triangle(&self, k: f64) -> [f64; 2] {
         const ANGLES: usize = 16;
         let (cell, count) = (self.cell.sqrt(), (self.block / self.cell).sqrt().round());
@@ -169,7 +184,7 @@ impl Window {
             let [mut window, mut square] = [1.0; 2];
             for side in [cos, sin] {
                 let x = 0.5 * k * cell * side;
-                // Of the n cells themselves, and blurred by a cell.
+                // Transform of the n cells, and of the cells blurred by a cell.
                 let cells = if x.sin().abs() < 1e-6 {
                     1.0
                 } else {
@@ -185,13 +200,13 @@ impl Window {
         means.map(|sum| sum / ANGLES as f64)
     }
 
-    /// What a neighbourhood of a packing fraction lacks, as [`Missing::at`].
+    /// Computes [`Missing::at`] for one packing fraction.
     fn lacks<S: Space>(&self, packing: f64, waves: &[Wave]) -> [f64; 2] {
         if packing == 0.0 {
             return [0.0, 1.0];
         }
         let chi = S::contact_value(packing);
-        // Z - 1 = 2^(D - 1) phi chi, and both together d(phi Z)/d phi = 1/S(0).
+        // Z - 1 = 2^(D - 1) phi chi; with d(phi Z)/d phi = 1/S(0) it gives the slope of chi.
         let excess = 2_f64.powi(S::DIMENSION as i32 - 1) * packing * chi;
         let zero = S::structure_factor_at_zero(packing);
         let slope = (1.0 / zero - 1.0) / excess - 1.0;
@@ -221,7 +236,7 @@ impl Window {
     }
 }
 
-/// The transform of a ball over its volume, at the wave number times the radius.
+/// Transform of a ball over its volume, at wave number times radius.
 fn ball<S: Space>(x: f64) -> f64 {
     if x < 1e-2 {
         // The next term is below 1e-9.
@@ -243,8 +258,8 @@ mod tests {
         x.sin() / x
     }
 
-    /// A neighbourhood in units of the contact distance: the side of the block which it is, or which it is after it was blurred by the same
-    /// block; the side of a cell, and how far partners are spread around the point of contact.
+    /// Neighbourhood in units of the contact distance: side of its block, side of a cell, and
+    /// radius of the region of partners.
     struct Plain {
         weighing: Weighing,
         side: f64,
@@ -252,7 +267,7 @@ mod tests {
         spread: f64,
     }
 
-    /// What is missing, and the variance over its mean, by a plain sum over a grid of wave vectors.
+    /// Deficit and relative variance by a direct sum over a grid of wave vectors.
     fn plain(packing: f64, of: &Plain) -> [f64; 2] {
         const GRID: i32 = 300;
         let step = 12.0 / f64::from(GRID);
@@ -262,7 +277,7 @@ mod tests {
         );
         let near = 2.0 * packing * chi;
         let (side, cell) = (of.side, of.cell);
-        // Cells along an axis of the block, as often as they count, and the mean of the squares of that over their mean.
+        // Number of cells along an axis, and weighted mean of the squared weights.
         let half = side / cell;
         let (volume, squares) = match of.weighing {
             Weighing::Flat => (side * side, 1.0),
@@ -297,9 +312,10 @@ mod tests {
         [missing, 1.0 - variance]
     }
 
-    /// Blocks of cells count as balls of their volume: what is missing is right to 0.01 of a simulator, and the variance to 0.02 of that of as
-    /// many independent ones (the largest differences here are 0.004 and 0.013); where all partners are near, and where they are
-    /// as far as the block is wide.
+    /// Replacing blocks of cells by balls of their volume changes the deficit by at most 0.01 of a
+    /// simulator and the variance by 0.02 of a Poisson variance (largest differences here: 0.004
+    /// and 0.013). Checked where all partners are near and where they are as far as the block is
+    /// wide.
     #[test]
     fn blocks_are_much_like_balls() {
         use Weighing::{Flat, Triangle};
@@ -341,7 +357,7 @@ mod tests {
                 },
             );
             let what = format!("{weighing:?} {packing} {copies}: {found:?} {plain:?}");
-            // A simulator at the middle counts as often as the block has cells.
+            // A simulator at the centre has the weight of the whole block's cells.
             let most = counted / (side * side);
             assert!((found[0] - plain[0]).abs() < 0.01 * most, "{what}");
             assert!((found[1] - plain[1]).abs() < 0.02, "{what}");
@@ -349,7 +365,7 @@ mod tests {
         }
     }
 
-    /// Between its entries the table is right to 0.02 of a simulator, in the plane and in space.
+    /// Interpolation in the table is accurate to 0.02 of a simulator, in two and three dimensions.
     #[test]
     fn the_table_is_what_it_interpolates() {
         fn check<S: Space>() {

@@ -1,8 +1,9 @@
 //! Collisions between partners in different cells.
 //!
-//! Three schemes draw a partner by where it is, not by its cell ([`crate::Scheme`] has their laws and limits): the line of
-//! centres is drawn first, and the partner from where it then has to be. All tiles are arranged; then each is worked on
-//! together with its neighbours, colour after colour ([`coloured_sweep`]), and the pairs of a tile one after the other.
+//! Three schemes draw a partner by its position, not by its cell ([`crate::Scheme`] has their laws
+//! and limits). The line of centres is drawn first, then the partner from the place where it must
+//! be. All tiles are sorted first; then each is processed with its neighbours, colour after colour
+//! ([`coloured_sweep`]), and the pairs of a tile one after the other.
 
 mod arm;
 mod change;

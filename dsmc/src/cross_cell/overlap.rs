@@ -1,4 +1,4 @@
-//! Collisions of overlapping disks along their line of centres.
+//! Stochastic hard disks: collisions of overlapping pairs along their line of centres.
 
 use std::ops::Range;
 
@@ -16,8 +16,9 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// Pairs of the cell, and of the cell with half of those next to it, that are nearer than their contact distance d and
-    /// approach collide with the rate `stiffness` w D chi `g_n`/d, for simulators of weight w.
+    /// Collides approaching pairs that overlap, in a cell and half of its neighbours. The rate of a
+    /// pair at distance less than its contact distance d is `stiffness` w D chi `g_n`/d, for
+    /// simulators of weight w and normal approach speed `g_n`.
     #[inline(always)]
     pub(super) fn overlapping(
         &mut self,
@@ -44,14 +45,14 @@ where
             let farthest = sizes.radius(self.patch.tag(first)) + sizes.largest_radius();
             let limit = farthest * farthest;
             for (lines, [low, high]) in forward_lines(P::Space::DIMENSION) {
-                // Around a box of two cells each pair would be met twice.
+                // In a box of two cells each pair would be found twice.
                 if (1..3).any(|axis| lines[axis] != 0 && counts[axis] < 3) {
                     continue;
                 }
                 let [low, high] = if counts[0] < 3 { [0; 2] } else { [low, high] };
                 let begin = self.patch.step_from(here, [low, lines[1], lines[2]]);
                 let others = self.patch.members(begin, (high - low + 1) as usize);
-                // Each pair of the cell itself once.
+                // Pairs within the cell are counted once.
                 let is_own = lines == [0; 3];
                 let mut begin = if is_own { first + 1 } else { others.start };
                 while begin < others.end {
@@ -71,7 +72,8 @@ where
         }
     }
 
-    /// `rate`: of events in a step, for one over the contact distance and unit of speed.
+    /// Collides a pair with the chance of an event in this step. `rate`: expected events per unit
+    /// of speed and inverse contact distance.
     #[inline(always)]
     fn try_overlap(&mut self, pair: [usize; 2], rate: f64, stream: &mut impl Rng) {
         let kernel = self.kernel;
@@ -91,21 +93,22 @@ where
         }
         self.report.tally.trials += 1;
         let distance = square.sqrt();
-        // The chance of at least one event in the step; after the first they part. What they had if they did not is
-        // noted: more than one says that the step is too long.
+        // Chance of at least one event; afterwards the pair separates. The expected number is
+        // recorded: above one, the step is too long.
         let events = rate * approach / (distance * contact);
         let tally = &mut self.report.tally;
         tally.busiest_cell = larger(tally.busiest_cell, events);
         let number: f64 = stream.random();
-        // The exponential function only where it may be.
+        // The exponential function is computed only where the pair may collide.
         if number < events && number < -(-events).exp_m1() {
             self.strike(pair, -apart * (1.0 / distance), contact);
         }
     }
 }
 
-/// Lines of cells along the first axis that hold half of the neighbours of a cell, so that each pair of cells is met once: the row and
-/// layer of each, and its first and last cell. The first begins with the cell itself.
+/// Offsets of the lines of cells that hold half of a cell's neighbours, so that each pair of cells
+/// is found once: row and layer, with first and last column. The first line starts with the cell
+/// itself.
 fn forward_lines(dimension: usize) -> impl Iterator<Item = ([i32; 3], [i32; 2])> {
     let layers = if dimension == 3 { 0..=1 } else { 0..=0 };
     let lines = layers.flat_map(|z| (-1..=1).map(move |y| [0, y, z]));

@@ -1,4 +1,4 @@
-//! The search for a partner around a point.
+//! Search for a collision partner around a point.
 
 use std::ops::Range;
 
@@ -12,46 +12,51 @@ use super::search_target::{Aim, Block};
 use crate::extrema::smaller;
 use crate::grid::Grid;
 
-/// Draws before all simulators around are looked at one by one, and the number of them up to which none is drawn.
+/// Number of random draws before all candidates are tested, and number of candidates up to which
+/// none is drawn.
 const DRAWS: u32 = 12;
 
-/// Runs of simulators around that are looked at once, for one within the radius and for the nearest.
+/// Largest number of lines of cells that are searched together.
 const RUNS: usize = 32;
 
-/// Simulators that were gathered up to which none is drawn before all are looked at.
+/// Number of gathered candidates up to which all are tested without drawing.
 const FEW: u64 = 128;
 
-/// Square of a distance that somebody has who is hidden, or nobody.
+/// Squared distance assigned to masked particles and empty lanes \[length^2\].
 const ANYWHERE: f64 = 1e290;
 
-/// Fewest simulators around, on average, where some are drawn before all are looked at, and the least share of them that is within the
-/// radius: less is where sizes differ, and in space.
+/// Smallest mean number of candidates for which some are drawn before all are tested.
 const MANY: f64 = 24.0;
+/// Smallest fraction of the block's volume within the radius for such draws; it is less for unequal
+/// sizes and in three dimensions.
 const LEAST_SHARE: f64 = 0.3;
 
-/// How many are drawn then, at most, and from how many lines of cells.
+/// Largest number of draws before all candidates are tested.
 const DRAWN_FIRST: usize = 5;
+/// Largest number of cell lines from which such draws are made.
 const DRAWN_LINES: usize = 8;
 
-/// Finds partners in a patch.
+/// Partner search in a halo copy.
 pub(super) struct Search<'a, P: Physics, L> {
     grid: &'a Grid<P::Space>,
     lanes: L,
     radius: f64,
-    /// Whether there are so many around that some are drawn first.
+    /// True if candidates are numerous enough that some are drawn first.
     pub(super) draws: bool,
-    /// How many cells on each side hold all within the radius, at least one, and how many more do where sizes differ.
+    /// Number of cells on each side that contains the radius; at least one.
     near: i64,
+    /// Additional cells on each side for unequal sizes.
     shift: i64,
-    /// Narrowest side of a cell.
+    /// Narrowest side of a cell \[length\].
     narrowest: f64,
     runs: Vec<Range<usize>>,
-    /// Squares of the distances of those that are looked at together.
+    /// Squared distances of the particles tested together \[length^2\].
     squares: [[f64; LANES]; RUNS],
 }
 
 impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
-    /// `radius`: within which all simulators are equally likely; `in_cell`: how many are in a cell, on average.
+    /// Prepares a search. `radius`: partners within it are equally likely; `in_cell`: mean number
+    /// of particles in a cell.
     pub(super) fn new(
         grid: &'a Grid<P::Space>,
         lanes: L,
@@ -59,7 +64,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         ranges: Ranges,
         in_cell: f64,
     ) -> Self {
-        // In cells: what is within the radius, and what is around.
+        // Volumes in units of a cell: within the radius, and of the block searched.
         let side = 2 * ranges.block() + 1;
         let within = P::Space::ball(radius) / grid.cell_volume();
         let around = (side * side) as f64;
@@ -77,9 +82,9 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         }
     }
 
-    /// A simulator other than `who`, at whose contact point, which is in a cell, it is sought: any within the radius, all equally
-    /// likely; if there is none, the nearest in the cells around; none if nobody is within a few cells. `pick`: a random number
-    /// from 0 to 2^32, for the choice among few.
+    /// Draws a partner for the particle `who` around its contact point, which is in `cell`: any
+    /// within the radius with equal chance, else the nearest in the cells around. `None` if no
+    /// particle is within a few cells. `pick`: random number from 0 to 2^32, used if there are few.
     #[inline(always)]
     pub(super) fn partner(
         &mut self,
@@ -100,7 +105,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
                 }
                 pick = stream.random::<u64>() >> 32;
             }
-            // Nearly always.
+            // The common case.
             let is_next = cells == 1 && P::Space::DIMENSION == 2 && patch.is_plain();
             if is_next {
                 let found = self.closest_of_few(patch, aim, cell, who, pick);
@@ -118,7 +123,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         self.partner_around(patch, aim, who, stream)
     }
 
-    /// Any simulator within the radius, all equally likely, as the first of a few drawn in a block of cells that is within it.
+    /// Draws a few particles from a block of cells and returns the first within the radius.
     #[inline(always)]
     fn drawn(
         &self,
@@ -131,7 +136,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
     ) -> Option<usize> {
         let Block { first, sides } = block;
         let column = patch.strides()[1];
-        // How many there are up to each line, side by side, so that all are compared at once.
+        // Cumulative counts by line, side by side so that all are compared at once.
         let (mut sums, mut starts) = ([u32::MAX; DRAWN_LINES], [0_u32; DRAWN_LINES]);
         let mut all = 0;
         for line in 0..sides[1] {
@@ -157,8 +162,8 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         None
     }
 
-    /// A simulator other than `who`, as [`Self::partner`] says, from the cells next to one in the plane; none if there is nobody, or there
-    /// are too many to be looked at together.
+    /// Finds a partner as [`Self::partner`] in the adjacent cells in two dimensions; `None` if
+    /// there is none, or too many to test together.
     #[inline(always)]
     fn closest_of_few(
         &self,
@@ -171,7 +176,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         let limit = self.radius * self.radius;
         let runs = [0, 1, 2].map(|line| patch.run(cell, line));
         let begins = runs.map(|(begin, _)| begin);
-        // The number of who looks.
+        // Lane of the searching particle.
         let mut but = LINES * LANES;
         for (line, (begin, run)) in runs.iter().enumerate() {
             let lane = who.wrapping_sub(*begin);
@@ -183,7 +188,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         }
         let point = [aim.point[0], aim.point[1]];
         let seen = (self.lanes).look(&runs.map(|(_, run)| run), point, limit, but);
-        // Without a branch, which nobody could foresee.
+        // Branch-free, because the condition is unpredictable.
         let skip = (pick * u64::from(seen.near.count_ones())) >> 32;
         let drawn = self.lanes.bit_after(seen.near, skip as u32) as usize;
         let number = if seen.near > 0 { drawn } else { seen.nearest };
@@ -192,8 +197,9 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         (is_whole & (seen.square < ANYWHERE)).then_some(found)
     }
 
-    /// The same in the cell and those so many around it, if there is somebody, and not too many; whoever looks is hidden. Where sizes
-    /// differ, most of these cells are within the radius of no point of the aim.
+    /// Finds a partner as [`Self::partner`] within `cells` of a cell, with `who` masked; `None` if
+    /// there is none or too many lines. For unequal sizes, a block within the radius of the aim's
+    /// points is tried first, as most of the cells are outside.
     #[inline(always)]
     fn closest_around(
         &mut self,
@@ -215,7 +221,8 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         self.closest(patch, aim, block, ANYWHERE, pick)
     }
 
-    /// The same in a block of cells, nearer than the root of a square.
+    /// Finds a partner as [`Self::partner`] in a block of cells, closer than the square root of
+    /// `farthest`.
     #[inline(always)]
     fn closest(
         &mut self,
@@ -231,7 +238,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
             return None;
         }
         let limit = self.radius * self.radius;
-        // In each lane: the least square, in which run it was found, and how many are within the radius.
+        // For each lane: the least square, the run it came from, and the number within the radius.
         let (mut best, mut found) = ([f64::MAX; LANES], [0_u64; LANES]);
         let mut near = [0_u64; LANES];
         let mut runs = [0_u32; RUNS];
@@ -267,14 +274,15 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         if near > 1 {
             return self.pick(&runs[..count], (pick * near) >> 32);
         }
-        // Squares of distances and the numbers of simulators in one word each, so that the least is found without a branch:
-        // squares are not negative, so that their bits have their order, and the last seven or eight are none that matter.
+        // The particle's number replaces the last bits of its squared distance, so that the minimum
+        // is found without a branch. Non-negative floats sort as integers, and the last seven or
+        // eight bits do not matter.
         let numbers = (RUNS * LANES) as u64 - 1;
         for lane in 0..LANES {
             let number = found[lane] * LANES as u64 + lane as u64;
             best[lane] = f64::from_bits((best[lane].to_bits() & !numbers) | number);
         }
-        // Half against half, so that three comparisons follow each other and not eight.
+        // Halving takes three comparisons in sequence instead of eight.
         let mut left = LANES;
         while left > 1 {
             left /= 2;
@@ -290,7 +298,8 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         Some(runs[number / LANES] as usize + number % LANES)
     }
 
-    /// The one within the radius of where it is sought that comes after so many others, of runs that begin there.
+    /// Index of the particle within the radius that follows `skip` others. `runs`: first index of
+    /// each run.
     #[inline(always)]
     fn pick(&self, runs: &[u32], mut skip: u64) -> Option<usize> {
         let limit = self.radius * self.radius;
@@ -301,7 +310,8 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
                 skip -= all;
                 continue;
             }
-            // As many lanes come before it as have no more than those to be skipped up to them; without a branch.
+            // The lane is the number of lanes whose cumulative count is at most `skip`;
+            // branch-free.
             let (mut up_to, mut before) = (0, 0);
             for near in near {
                 up_to += near;
@@ -345,7 +355,8 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         None
     }
 
-    /// Of what was gathered, any simulator within the radius, all equally likely; or else the nearest.
+    /// Picks a partner among the gathered particles: any within the radius with equal chance, else
+    /// the nearest.
     fn look(
         &self,
         patch: &HaloCopy<P>,
@@ -370,14 +381,14 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         best.1
     }
 
-    /// All that were gathered but one.
+    /// Gathered particles other than `who`.
     fn others(&self, patch: &HaloCopy<P>, who: usize) -> impl Iterator<Item = usize> {
         let own = patch.home(who);
         let all = self.runs.iter().cloned().flatten();
         all.filter(move |&index| patch.home(index) != own)
     }
 
-    /// Any simulator within the radius, all equally likely.
+    /// Draws any gathered particle within the radius, all with equal chance.
     fn draw(
         &self,
         patch: &HaloCopy<P>,
@@ -396,7 +407,8 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
                 return Some(index);
             }
         }
-        // Few or none: one after the other replaces the one found before, so that all are equally likely.
+        // Reservoir sampling: each candidate replaces the previous one with decreasing chance, so
+        // all are equally likely.
         let (mut found, mut near) = (None, 0_u32);
         for index in self.others(patch, who) {
             if is_near(index) {
@@ -409,7 +421,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         found
     }
 
-    /// Of what was gathered, the nearest to its point of the aim, if it is within reach.
+    /// Gathered particle nearest to its target point, if it is within `reach`.
     fn nearest(
         &self,
         patch: &HaloCopy<P>,
@@ -441,7 +453,7 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
         images.nearest(position - point).square()
     }
 
-    /// The simulator with this number in the runs.
+    /// Gathered particle of this number.
     fn nth(&self, number: u32) -> usize {
         let mut number = number as usize;
         for run in &self.runs {
@@ -450,12 +462,12 @@ impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
             }
             number -= run.len();
         }
-        // Not reached: the number is below the total length.
+        // Unreachable: the number is below the total length.
         0
     }
 
-    /// Gathers the runs of this many cells on each side of the point of an aim, and as many more as partners of other sizes
-    /// need; returns how many simulators they hold.
+    /// Gathers the lines of cells within `cells` of the aim's point, and more for unequal sizes.
+    /// Returns the number of particles in them.
     fn gather(&mut self, patch: &HaloCopy<P>, aim: Aim<VectorOf<P>>, cells: i64) -> u32 {
         let cells = cells + self.shift;
         let counts = self.grid.counts();

@@ -8,20 +8,20 @@ use crate::grid::Grid;
 use crate::particle::Follow;
 use crate::tile::Tile;
 
-/// Other processes that hold tiles, as collisions across cells need them.
+/// Interface to the processes that hold other tiles, for collisions across cells.
 pub(crate) trait TilePeers<P: Physics, F: Follow<P::Space>>: Sync {
-    /// Returns whether another process sees a tile: its owner, or one with a tile next to it.
+    /// Returns whether another process reads a tile as ghost cells or owns it.
     fn is_seen(&self, tile: usize) -> bool;
 
     /// Returns whether work around a tile changes what another process sees.
     fn tells(&self, tile: usize) -> bool;
 
-    /// Exchanges the cells that processes see of each other before the collisions of a step.
-    /// Returns the bounds of the tiles that came.
+    /// Exchanges ghost cells between processes before the collisions of a step. Returns the bounds
+    /// of the tiles received.
     fn see_around(&self, tiles: &mut [Tile<P, F>], bounds: &[Bounds]) -> Vec<(usize, Bounds)>;
 
-    /// Sends the changes in the tiles of a colour and around them, does other work meanwhile, and
-    /// then the work that needs the changes of others.
+    /// Sends the changes in the tiles of a colour and around them. Calls `meanwhile` while messages
+    /// travel, and `then` with the changes received.
     fn tell_changes(
         &self,
         colour: usize,
@@ -30,8 +30,8 @@ pub(crate) trait TilePeers<P: Physics, F: Follow<P::Space>>: Sync {
         then: &mut dyn FnMut(Vec<ChangeOf<P>>),
     );
 
-    /// Returns the reports of the tiles of all processes, in the order of colours. Logs of others
-    /// reach the first process, if `looks`.
+    /// Returns the reports of the tiles of all processes, in the order of colours. The first
+    /// process also receives the collision logs, if `looks`.
     fn all_reports(
         &self,
         grid: &Grid<P::Space>,
@@ -39,6 +39,6 @@ pub(crate) trait TilePeers<P: Physics, F: Follow<P::Space>>: Sync {
         looks: bool,
     ) -> Vec<(u32, Report)>;
 
-    /// Empties the tiles of other processes after the collisions of a step.
+    /// Empties the ghost tiles after the collisions of a step.
     fn see_no_more(&self, tiles: &mut [Tile<P, F>]);
 }

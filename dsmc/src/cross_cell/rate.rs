@@ -1,18 +1,25 @@
-//! Number density times chi, from a count of few.
+//! Local collision rate n χ, corrected for the noise of a small neighbour count.
 //!
-//! The number in a neighbourhood of a simulator is a noisy measure of the density there, in two ways. It counts the
-//! simulator itself, and the others around it are fewer than the mean, as particles that collide with momentum transfer over
-//! a distance keep apart: on average n V - H ([`super::missing`]). So 1 - H is to be taken off the count to be right on average. And
-//! n chi(n) is convex: its mean exceeds that of the mean density by (n chi)''/2 times the variance, which is taken off too. Both
-//! corrections vanish with many simulators in the neighbourhood.
+//! The number of simulators in a neighbourhood is a noisy measure of the density in two ways.
 //!
-//! Beside walls a neighbourhood holds fewer simulators for the same density, so each counts for more of it. chi there is that
-//! of the packing fraction, of bodies in the room for bodies; and n the density of centres in the room for centres, which is
-//! narrower by a radius at each wall. Both rooms matter: in a channel two diameters wide, centres have half of it.
+//! * It counts the simulator itself, and the others around it are fewer than the mean, because
+//!   particles that collide with momentum transfer over a distance keep apart: on average n V - H
+//!   ([`super::missing`]). The unbiased count therefore subtracts 1 - H.
+//! * n chi(n) is convex, so its mean exceeds the value at the mean density by (n chi)''/2 times the
+//!   variance, which is subtracted too.
 //!
-//! Where sizes differ, what is counted is the area or volume a. A simulator i thins what is around it by as much as
-//! it collides, `c w_i` with `w_i = <a_j (r_i + r_j)^D>_j`, small ones by more than their own a. The variance of a in a
-//! neighbourhood being 1 - H of that of independent ones, `<a_i (a_i - c w_i)> = (1 - H) <a^2>`: so `a_i - c w_i` is taken off
+//! Both corrections vanish with many simulators in the neighbourhood.
+//!
+//! Beside walls a neighbourhood holds fewer simulators at the same density, so each has a larger
+//! weight. The value of chi there is that of the packing fraction in the volume open to particle
+//! bodies. The density n is that of centres in the volume open to centres, which is narrower by a
+//! radius at each wall. Both volumes matter: in a channel two diameters wide, centres have half of
+//! it.
+//!
+//! For unequal sizes the count is the area or volume a. A simulator i thins its surroundings in
+//! proportion to its collision rate, by `c w_i` with `w_i = <a_j (r_i + r_j)^D>_j`; for small
+//! particles that exceeds their own a. The variance of a in a neighbourhood is 1 - H of that of
+//! independent particles, `<a_i (a_i - c w_i)> = (1 - H) <a^2>`. So `a_i - c w_i` is subtracted
 //! with `c = H <a^2>/<a w>`, and `<a^2>/<a>` is the unit of the variance.
 
 use stosszahl_model::Space;
@@ -21,58 +28,61 @@ use super::arm;
 use super::missing::{Missing, Window};
 use crate::density::{Crowding, Density, Gas, Weighing};
 
-/// Most entries of the table.
+/// Largest number of table entries.
 const LARGEST_TABLE: u32 = 1 << 14;
 
-/// Densest packing that chi is taken at: beyond it, the limit stands anyway.
+/// Largest packing fraction at which chi is evaluated; beyond it chi is limited anyway.
 const DENSEST: f64 = 0.9;
 
-/// Entries of the table by packing fraction, from 0 to 1.
+/// Number of intervals of the table by packing fraction, from 0 to 1.
 const PACKINGS: usize = 2048;
 
-/// What follows from a number of units around, where all is room.
+/// Tabulated rate for a whole number of units in a neighbourhood without boundaries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Known {
     /// n chi \[1/length^D\].
     pub(super) rate: f64,
-    /// Packing fraction, and whether chi is limited there.
+    /// Packing fraction.
     pub(super) packing: f64,
+    /// True if chi is limited there.
     pub(super) limited: bool,
-    /// Of the distance at which partners are sought.
+    /// Class of the adaptive contact distance.
     pub(super) class: u8,
 }
 
-/// n chi by the units around, corrected for the noise of their number.
+/// Table of n chi by the units in a neighbourhood, corrected for the noise of their number.
 pub(crate) struct Rates<S: Space> {
     limit: f64,
     /// Packing fraction of one unit in the neighbourhood.
     unit: f64,
-    /// What a simulator is of its own neighbourhood, in the table: nothing where it was taken off before.
+    /// Contribution of a simulator to its own neighbourhood \[units\]; zero where it was subtracted
+    /// before.
     own: f64,
-    /// Mean of the squares of what cells count, over their mean.
+    /// Weighted mean of the squares of the cell weights.
     squares: f64,
-    /// Area or volume of one particle, on average.
+    /// Mean area or volume of a particle \[length^D\].
     ball: f64,
-    /// Where sizes differ.
+    /// Moments of unequal sizes; `None` for equal ones.
     spread: Option<Spread>,
     missing: Missing,
     table: Vec<Known>,
-    /// What [`Self::covered_chi_there`] is at packing fractions that are equally far apart; none where the other table is enough.
+    /// Values of [`Self::covered_chi_there`] at equally spaced packing fractions; empty where
+    /// `table` suffices.
     by_packing: Vec<[f64; 2]>,
     space: std::marker::PhantomData<S>,
 }
 
-/// What unequal sizes do to a neighbourhood, in units of the largest.
+/// Moments of unequal sizes that enter the noise correction, in units of the largest size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spread {
-    /// `<a^2>/<a>`.
+    /// Unit of the variance, `<a^2>/<a>`.
     variance: f64,
     /// Coefficients of the powers of the radius, from the zeroth on, of `<a^2> w/<a w>`.
     thinning: [f64; 4],
 }
 
 impl Spread {
-    /// `powers`: the means of the powers D to 2 D of the radius over the largest.
+    /// Computes the moments. `powers`: means of the powers D to 2 D of radius over largest radius.
     pub(crate) fn new(dimension: usize, powers: [f64; 4]) -> Self {
         let binomials = [[1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]][dimension - 2];
         let all = 0..=dimension;
@@ -99,8 +109,9 @@ impl Spread {
 }
 
 impl<S: Space> Rates<S> {
-    /// `ball`: mean area or volume of a particle; `spread`: none if all are alike, so that their number is a whole one; `radius`: around
-    /// the point of contact, within which partners are drawn.
+    /// Tabulates the rates. `ball`: mean area or volume of a particle; `spread`: `None` for equal
+    /// sizes, whose number is whole; `radius`: distance from the point of contact within which
+    /// partners are drawn.
     pub(crate) fn new(
         density: &Density<S>,
         gas: &Gas,
@@ -144,12 +155,12 @@ impl<S: Space> Rates<S> {
         rates
     }
 
-    /// Covered share times chi.
+    /// Packing fraction times chi, with its limit.
     fn covered_chi(&self, packing: f64) -> f64 {
         packing * S::contact_value(packing.min(DENSEST)).min(self.limit)
     }
 
-    /// The same, and its second derivative.
+    /// Packing fraction times chi, and its second derivative.
     pub(super) fn covered_chi_there(&self, packing: f64) -> [f64; 2] {
         let here = self.covered_chi(packing);
         let near = 0.02_f64.min(0.5 * packing);
@@ -161,7 +172,8 @@ impl<S: Space> Rates<S> {
         }
     }
 
-    /// The same between two entries of the table, if there is one.
+    /// Packing fraction times chi and its second derivative, interpolated in the table where there
+    /// is one.
     #[inline]
     pub(super) fn covered_chi_near(&self, packing: f64) -> [f64; 2] {
         let place = packing * PACKINGS as f64;
@@ -175,7 +187,8 @@ impl<S: Space> Rates<S> {
         }
     }
 
-    /// Of a simulator of `own` units that thins what is around it by `thinned` units times H.
+    /// Corrected rate n chi of a simulator of `own` units that thins its surroundings by `thinned`
+    /// units times H.
     fn compute(&self, units: f64, crowding: Crowding, [own, thinned]: [f64; 2]) -> f64 {
         let unit = self.unit * crowding.bodies;
         let raw = units * unit;
@@ -189,15 +202,15 @@ impl<S: Space> Rates<S> {
         crowding.centres * covered_chi / self.ball
     }
 
-    /// What the table knows of a number of units around: if all are alike, and all is room.
+    /// Table entry for a number of units; `None` unless sizes are equal and no boundary is near.
     #[inline(always)]
     pub(super) fn known(&self, units: f64, crowding: Crowding) -> Option<&Known> {
         let known = self.table.get(units as u32 as usize)?;
         (f64::from(units as u32) == units && crowding == Crowding::NONE).then_some(known)
     }
 
-    /// n chi where the neighbourhood of a simulator holds this number of units \[1/length^D\], itself included, or halfway to the contact
-    /// without; `share`: its radius over the largest.
+    /// Local rate n chi for `units` in the neighbourhood of a simulator \[1/length^D\]: itself
+    /// included, or halfway to the contact without itself. `share`: its radius over the largest.
     #[inline]
     pub(crate) fn at(&self, units: f64, crowding: Crowding, share: f64) -> f64 {
         match self.spread {
@@ -212,7 +225,7 @@ impl<S: Space> Rates<S> {
         }
     }
 
-    /// No simulator has more than this.
+    /// Majorant of [`Self::at`] over all sizes \[1/length^D\].
     #[inline]
     pub(crate) fn most(&self, units: f64, crowding: Crowding) -> f64 {
         match self.spread {

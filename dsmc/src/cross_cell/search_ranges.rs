@@ -1,4 +1,4 @@
-//! Distances at which partners are sought, in cells.
+//! Search ranges: distances at which partners are sought, in cells.
 
 use stosszahl_model::{Physics, Sizes};
 
@@ -6,11 +6,11 @@ use super::arm::Arm;
 use crate::grid::Grid;
 use crate::scheme::Scheme;
 
-/// Widest search for the nearest, in cells on each side.
+/// Largest range of the search for the nearest particle \[cells on each side\].
 pub(super) const WIDEST: i64 = 3;
 
-/// How far beyond its own cells work on a tile reaches, at most \[length\]; zero for pairs within cells. `cell`: widest side
-/// of a cell.
+/// Largest distance beyond a tile at which its collisions read particles \[length\]; zero for pairs
+/// within cells. `cell`: widest side of a cell.
 pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f64 {
     match scheme {
         Scheme::ContactPoint { .. } => {
@@ -21,7 +21,7 @@ pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f6
     }
 }
 
-/// How many cells beyond those of a tile work on it looks at, at most, with the radius of partners that are equally likely.
+/// Number of ghost cells around a tile. `radius`: partners within it are equally likely.
 pub(crate) fn margin<P: Physics>(
     scheme: Scheme,
     grid: &Grid<P::Space>,
@@ -32,8 +32,8 @@ pub(crate) fn margin<P: Physics>(
     ranges::<P>(scheme, grid, sizes, mean_radius, radius, Arm::LONGEST).margin()
 }
 
-/// How far from a simulator its partners are, in cells; `radius`: within which all are equally likely \[length\]; `arm`: of where
-/// they are sought, in contact distances.
+/// Search ranges of a scheme. `radius`: partners within it are equally likely \[length\]; `arm`:
+/// distance of the search point \[contact distances\].
 pub(super) fn ranges<P: Physics>(
     scheme: Scheme,
     grid: &Grid<P::Space>,
@@ -44,7 +44,7 @@ pub(super) fn ranges<P: Physics>(
 ) -> Ranges {
     let narrowest = grid.narrowest();
     let cells = |distance: f64| (distance / narrowest).ceil() as usize;
-    // More cells than all are not needed, however far: in an empty box partners may be anywhere.
+    // More cells than the box has are not needed: in an empty box partners may be anywhere.
     let all = grid.counts().into_iter().max().unwrap_or(1) as usize;
     let largest = sizes.largest_radius();
     let longest = largest + mean_radius;
@@ -68,32 +68,32 @@ pub(super) fn ranges<P: Physics>(
     }
 }
 
-/// How far from a simulator its partners are sought, in cells.
+/// Search ranges of a partner around a simulator, in cells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ranges {
-    /// The cell of the point around which they are sought.
+    /// Cells from a simulator to the point around which partners are sought.
     pub(super) point: usize,
-    /// Cells around that one, where there are others than the simulator itself.
+    /// Cells around the point that are searched first.
     pub(super) near: usize,
-    /// Cells around it, where nobody is nearer.
+    /// Cells around the point that are searched if the first search finds no partner.
     pub(super) far: usize,
-    /// As many more in both cases, where particles differ in size.
+    /// Additional cells in both searches for unequal sizes.
     pub(super) shift: usize,
 }
 
 impl Ranges {
-    /// Cells around a point that are looked at first.
+    /// Cells around a point that are searched first, for all sizes.
     pub(super) fn block(self) -> usize {
         self.near + self.shift
     }
 
-    /// Cells around a simulator in which its partners are, unless nobody is near.
+    /// Cells around a simulator that hold its partners, unless the first search fails.
     pub(super) fn reach(self) -> usize {
         self.point + self.block()
     }
 
-    /// Cells around a tile that work on it may look at. One more, as a coordinate at the edge of a cell may be rounded to either
-    /// side.
+    /// Number of ghost cells around a tile. One more than the ranges, because a coordinate at the
+    /// edge of a cell may be rounded to either side.
     pub(super) fn margin(self) -> usize {
         self.point + self.shift + self.far.max(self.near) + 1
     }

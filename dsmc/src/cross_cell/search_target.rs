@@ -1,17 +1,17 @@
-//! Places at which partners are sought.
+//! Search targets: points and blocks of cells where partners are sought.
 
 use stosszahl_model::Space;
 
-/// Where a partner is sought: around the point at which one of the mean radius would be, and as much farther along the line
-/// of centres as it is larger.
+/// Target of a partner search: the point for a partner of the mean radius, moved along the line of
+/// centres in proportion to the excess of its radius.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aim<V> {
     pub(super) point: V,
-    /// How much farther for each unit of the radius.
+    /// Displacement of the target per unit of excess radius.
     pub(super) along: V,
 }
 
-/// Cells side by side: the first, and how many along each axis.
+/// Block of adjacent cells: index of the first, and number along each axis.
 #[derive(Clone, Copy)]
 pub(super) struct Block {
     pub(super) first: usize,
@@ -19,7 +19,7 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// A cell and `cells` around it on each side, in a block of cells with these strides.
+    /// Creates the block of cells within `cells` of a cell, for the strides of a halo copy.
     #[inline(always)]
     pub(super) fn around<S: Space>(strides: [usize; 3], cell: usize, cells: usize) -> Self {
         let [_, column, layer] = strides;

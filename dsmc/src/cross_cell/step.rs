@@ -23,8 +23,8 @@ impl<P> CollisionContext<'_, P>
 where
     P: Physics,
 {
-    /// Collides all pairs of a step; all tiles are arranged. Returns what was done around each tile, by its number; the log of each holds the
-    /// collisions that somebody wants to look at.
+    /// Collides all pairs of a step; all tiles must be sorted. Returns the report of each tile,
+    /// whose log holds the collisions for the observers.
     pub(crate) fn collide_across<F: Follow<P::Space>>(
         &self,
         tiles: &mut [Tile<P, F>],
@@ -63,12 +63,13 @@ where
         reports
     }
 
-    /// Computes the largest χ, the largest speeds and the kinetic energy of a tile, for the next time step.
+    /// Computes the largest χ, the largest speeds and the kinetic energy of a tile, for the next
+    /// time step.
     fn bounds<F: Follow<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds {
         let mut bounds = Bounds { chi: 0.0 };
         let mut stock = Stock::default();
         if tile.starts.is_empty() {
-            // Of another process, and not next to what is here.
+            // A tile of another process, beyond the ghost cells.
             return bounds;
         }
         let sizes = self.scene.sizes();

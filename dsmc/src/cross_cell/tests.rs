@@ -1,4 +1,4 @@
-//! Partners across cells: against a plain search, against theory, and for any number of threads.
+//! Cross-cell collisions against a plain search, against theory, and for any number of threads.
 
 use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
@@ -38,8 +38,8 @@ const SCHEMES: [Scheme; 3] = [
     Scheme::StochasticDisks { stiffness: 2.0 },
 ];
 
-/// In each of several boxes, wide and narrow: partners are among those within the radius of where they would touch, each as
-/// often as any other, or the nearest of all where there is none, as a search through all says.
+/// In wide and narrow boxes, partners are those within the radius of their contact points, with
+/// equal chance, or the nearest if there is none, as a search through all particles finds.
 #[test]
 fn partners_are_those_of_a_plain_search() {
     let drew = search_like_a_plain_one(|_| equal(1.0));
@@ -50,14 +50,14 @@ fn partners_are_those_of_a_plain_search() {
     search_like_a_plain_one(unequal);
 }
 
-/// However wide the radius, as it is in a thin gas between walls, a search stays in the cells around.
+/// However large the radius, as in a dilute gas between walls, a search stays within its cells.
 fn stays_around<P: Physics>(patch: &HaloCopy<P>, aim: Aim<VectorOf<P>>, cell: usize, cells: usize) {
     let block = patch.block_within(aim, 1e9, cells);
     assert_eq!(block.sides, [2 * cells + 1, 2 * cells + 1, 1]);
     assert_eq!(block.first, cell - cells * (1 + patch.strides()[1]));
 }
 
-/// Chi-squared of draws among so many that are equally likely, forty for each.
+/// Chi-squared of draws among `among` equally likely outcomes, forty for each.
 fn squares_of_draws(among: usize, mut draw: impl FnMut() -> usize) -> f64 {
     let mut counts = vec![0.0_f64; among];
     for _ in 0..40 * among {
@@ -66,7 +66,7 @@ fn squares_of_draws(among: usize, mut draw: impl FnMut() -> usize) -> f64 {
     counts.iter().map(|n| (n - 40.0).powi(2) / 40.0).sum()
 }
 
-/// All ways of looking, which must see the same.
+/// All SIMD implementations at once; they must agree.
 #[derive(Clone, Copy)]
 struct AllLanes;
 
@@ -85,7 +85,8 @@ impl Lanes for AllLanes {
     }
 }
 
-/// Returns in how many tiles some are drawn first.
+/// Compares searches with a plain one. Returns the number of tiles in which some candidates are
+/// drawn first.
 fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P) -> u32 {
     let wide = [([40.0, 30.0], 300), ([20.0, 15.0], 600), ([6.0, 5.0], 120)];
     let narrow = [([60.0, 3.0], 60), ([1.5, 2.5], 5)];
@@ -108,7 +109,7 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
             let mean = engine.constants.mean_radius;
             let ranges = ranges::<P>(parameters.scheme, &grid, &sizes, mean, radius, 1.0);
             let reach = (ranges.near + ranges.shift) as u32;
-            // How much larger than the mean each is, and where.
+            // Excess over the mean radius, and position, of each particle.
             let all: Vec<_> = (engine.state().bodies.iter().enumerate())
                 .map(|(index, body)| (sizes.radius(sizes.tag(index)) - mean, body.position))
                 .collect();
@@ -143,7 +144,7 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
                         Some(around.read(patch.home(found)).position)
                     };
                     if near.is_empty() {
-                        // In the cells around, where there is somebody.
+                        // In the cells around, where there are particles.
                         let there = grid.cell_at(domain.wrap(point));
                         let is_around = |&&(_, at): &&(f64, Vector2<f64>)| {
                             let here = grid.cell_at(at);
@@ -163,7 +164,7 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
                                 let found = distance(found.expect("one of them"));
                                 assert!((found - nearest).abs() < 1e-12);
                             }
-                            // Beyond three cells nobody is sought.
+                            // Beyond three cells the search ends.
                             None => assert!(nearest > 3.0 * grid.width().min() - 1e-9),
                         }
                         continue;
@@ -184,8 +185,8 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
                     squares += square;
                 }
             }
-            // Chi-squared of f degrees of freedom: f, and its standard deviation sqrt(2 f); z = 4.4, and some for
-            // the skew where f is small.
+            // Chi-squared of f degrees of freedom: mean f, standard deviation sqrt(2 f); z = 4.4,
+            // and some for the skew at small f.
             let allowed = 4.4 * (2.0_f64 * expected).sqrt() + 10.0;
             assert!((squares - expected).abs() < allowed, "{squares} {expected}");
         }
@@ -193,8 +194,9 @@ fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P
     drew
 }
 
-/// Whoever looks around a point in a cell is told that nobody there is fast enough only if so says a look at all simulators, and mostly
-/// then; also when one becomes fast. The bound of a cell is no less than that of any that it can meet.
+/// The velocity bound of a cell reports that no partner is fast enough only if a loop over all
+/// particles agrees, and mostly then; also after one becomes fast. The bound of a cell is no less
+/// than that of any cell it reaches.
 #[test]
 #[allow(
     clippy::too_many_lines,
@@ -243,7 +245,8 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
                 let mut cold = hot && number == 0;
                 for row in 0..rows {
                     patch.bound_line([row, 0]);
-                    // The first of the tile, as if it had collided after the bounds were found.
+                    // The first particle of the tile, as if it had collided after the bounds were
+                    // found.
                     let mut cells = (0..columns).map(|column| patch.own_cell([column, row, 0]));
                     let here = cells.find(|&cell| !patch.members(cell, 1).is_empty());
                     if let Some(here) = here
@@ -253,12 +256,12 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
                         let velocity = Vector2::new(30.0, 40.0);
                         around.set(patch.home(who), velocity, ());
                         patch.set(who, velocity, true);
-                        // What was found before did not know of it.
+                        // Results found before did not include it.
                         all.clear();
                     }
                     for column in 0..columns {
                         let cell = around.home().cell_at(column + columns * row);
-                        // One step beyond, which may be beyond the edge of the box.
+                        // One step further, possibly outside the box.
                         let at = patch.step_from(patch.own_cell([column, row, 0]), [1, -1, 0]);
                         let along = patch.bounds[column];
                         let slow = directions.map(|k| {
@@ -282,7 +285,7 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
                     most.max(-velocity.dot(&k))
                 })
             };
-            // The first tile comes first, so that all others know of it.
+            // The first tile comes first, so that all others include it.
             for (cell, slow, along) in found.into_iter().flat_map(|one| one.1) {
                 let ring =
                     |axis: usize, step: u32| (cell[axis] + counts[axis] + step - 1) % counts[axis];
@@ -307,14 +310,15 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
                 }
             }
         }
-        // In narrow boxes nothing is told.
+        // In narrow boxes no bound is given.
         assert!(lonely > 0 || count != 60);
         assert!(told > 2 * silent || count < 900, "{told} {silent}");
     }
 }
 
-/// Lines of centres k have the density `W(k) = sum L_i |k_i|`: the means of f/W are those of f over all directions, over the integral
-/// of W. z = 4.5 at measured standard errors of 0.5 %; eleven means: a false alarm in 10^4.
+/// Lines of centres k have the density `W(k) = sum L_i |k_i|`: means of f/W equal those of f over
+/// all directions, divided by the integral of W. z = 4.5 at measured standard errors of 0.5 %;
+/// eleven means: a false alarm in 10^4.
 #[test]
 fn lines_of_centres_have_the_density_of_the_bound() {
     type Function = (fn(&[f64]) -> f64, f64);
@@ -353,7 +357,8 @@ fn lines_of_centres_have_the_density_of_the_bound() {
     check::<Volume>(nalgebra::Vector3::new(1.0, 2.0, 0.5), 0.5);
 }
 
-/// The rate and the pressure of the elastic gas over Enskog's: from random places to the structure of the scheme, then on for a while.
+/// Collision rate and pressure of the elastic gas over Enskog's, after relaxation from random
+/// positions.
 fn over_enskog(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> [f64; 2] {
     let chi = Plane::contact_value(packing);
     let theory = Plane::collision_rate(packing, chi);
@@ -362,7 +367,8 @@ fn over_enskog(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> [
     let temperature = state.temperature(&equal(1.0));
     let mut engine =
         Engine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
-    // Ten collisions of each: the excess of the distance is learnt from some three hundred in all.
+    // Ten collisions per particle: the excess of the distance is learnt from some three hundred in
+    // all.
     engine.advance(10.0 / theory, u64::MAX, &mut ());
     let (before, from) = (engine.tally(), engine.time());
     engine.advance(from + 20.0 / theory, u64::MAX, &mut ());
@@ -376,10 +382,10 @@ fn over_enskog(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> [
     ]
 }
 
-/// The rate and the pressure of the elastic gas are Enskog's, within bars that the standard errors must be a third of at most: in
-/// cells of two diameters; in the cells that the scheme chooses in a thin gas, where partners come from farther than a neighbourhood is wide;
-/// in cells of 0.6 d, where a search around a point often finds nobody but the simulator itself; and with so many simulators that the density
-/// is that halfway to the contact.
+/// Rate and pressure of the elastic gas are Enskog's, within tolerances of at least three standard
+/// errors. Cases: cells of two diameters; default cells in a dilute gas, whose partners are farther
+/// away than a neighbourhood is wide; cells of 0.6 d, where a search often finds no partner; many
+/// simulators, with the density taken halfway to the contact.
 #[test]
 fn elastic_rate_and_pressure_are_enskogs() {
     for (simulators, disks, gases, packing, cell_size, bars) in [
@@ -412,7 +418,8 @@ fn elastic_rate_and_pressure_are_enskogs() {
     }
 }
 
-/// S(k) of an elastic gas around k d = 1, after it has forgotten its random places: the mean over some waves and times.
+/// Structure factor of an elastic gas around k d = 1, after relaxation from random positions: mean
+/// over several waves and times.
 fn structure(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64 {
     let theory = Plane::collision_rate(packing, Plane::contact_value(packing));
     let side = (f64::from(disks) * Plane::ball(0.5) / packing).sqrt();
@@ -440,8 +447,9 @@ fn structure(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64
     sum / (f64::from(samples) * waves.len() as f64)
 }
 
-/// Waves of density of six diameters are those of hard disks within 5 %, if there are many simulators: S(1/d) = 0.358 at packing 0.25 (Baus
-/// & Colot, Phys. Rev. A 36, 3912 (1987)). With a neighbourhood of 3 d around the simulator they were too strong by a quarter.
+/// Structure factor of many simulators agrees with hard disks within 5 %: S(1/d) = 0.358 at packing
+/// 0.25 (Baus & Colot, Phys. Rev. A 36, 3912 (1987)). With a neighbourhood of 3 d around the
+/// simulator it was too large by a quarter.
 #[test]
 fn many_simulators_have_the_structure_of_disks() {
     let parameters = Parameters {
@@ -456,7 +464,7 @@ fn many_simulators_have_the_structure_of_disks() {
     assert!((mean - 1.0).abs() < 0.05 + 3.0 * error, "{mean} ± {error}");
 }
 
-/// What is left of the energy after 1.5 Haff times at restitution 0.8.
+/// Energy over its initial value after 1.5 Haff times at restitution 0.8.
 fn energy_left(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64 {
     let scene = equal::<Plane>(0.8);
     let side = (f64::from(disks) * Plane::ball(0.5) / packing).sqrt();
@@ -469,8 +477,9 @@ fn energy_left(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f
     engine.state().temperature(&scene) / temperature
 }
 
-/// With few simulators energy is left over as the estimate of repeated pairs says, within a factor of 1.6, in a thin gas and in one where
-/// partners stay within reach for several mean free paths. The standard error may be an eighth of the estimate.
+/// Repeated collisions of pairs among few simulators leave the excess energy that is estimated,
+/// within a factor of 1.6: in a dilute gas, and in one where partners stay within reach for several
+/// mean free paths. The standard error may be an eighth of the estimate.
 #[test]
 fn repeated_pairs_leave_the_energy_that_is_estimated() {
     for (packing, simulators) in [(0.03, 200_000), (0.25, 80_000)] {
@@ -498,12 +507,13 @@ fn repeated_pairs_leave_the_energy_that_is_estimated() {
     }
 }
 
-/// Collisions by kind of pair, which its reduced mass tells.
+/// Collision numbers by kind of pair, recognised by reduced mass.
 #[derive(Default)]
 struct Kinds([u64; 3]);
 
-/// What unequal disks read from a table between its entries is what is computed, n chi and its curvature: off by less than h^2/8 of the largest
-/// second derivative in between, which is that of one of the entries, within 5 %, as the entries a step h apart say.
+/// Interpolated n chi and curvature of unequal disks match direct evaluation: the error is below
+/// h^2/8 of the largest second derivative in between, estimated within 5 % from the table entries a
+/// step h apart.
 #[test]
 fn rates_from_a_table_are_those_that_are_computed() {
     let state = start::<Unequal>(100, Vector2::new(30.0, 30.0), 1);
@@ -559,9 +569,10 @@ impl Observer for Kinds {
     }
 }
 
-/// Disks of diameters 1 and 2 and masses 1 and 4 meet at the rates of Enskog's theory of mixtures,
-/// `n_i n_j d_ij chi_ij sqrt(2 pi T/mu)`: each kind of pair within 1.2 % with two simulators for each disk, 1.5 % with sixteen and a
-/// neighbourhood of 35 simulators, 0.6 % in one of many. Of 12, 4 and 8 gases; the standard errors are at most half of that.
+/// Disks of diameters 1 and 2 and masses 1 and 4 collide at the rates of Enskog's theory of
+/// mixtures, `n_i n_j d_ij chi_ij sqrt(2 pi T/mu)`: each kind of pair within 1.2 % with two
+/// simulators per disk, 1.5 % with sixteen and a neighbourhood of 35 simulators, 0.6 % in one of
+/// many. Averages over 12, 4 and 8 gases; the standard errors are at most half of that.
 #[test]
 fn unequal_disks_meet_at_the_rates_of_a_mixture() {
     let (disks, packing) = (1000_u32, 0.2);
@@ -621,7 +632,7 @@ fn unequal_disks_meet_at_the_rates_of_a_mixture() {
     }
 }
 
-/// The same bytes for one, two and three threads and through a stop in between.
+/// Results have the same bytes for one, two and three threads and through a stop in between.
 #[test]
 fn threads_and_stops_change_nothing() {
     let scene = equal::<Plane>(0.8);
@@ -672,7 +683,8 @@ fn threads_and_stops_change_nothing() {
     }
 }
 
-/// Coherent copies have the energy and momentum of the state each, and its long waves; independent ones have not.
+/// Coherent copies each have the energy, momentum and long waves of the state; independent copies
+/// lack the waves.
 #[test]
 fn coherent_copies_keep_long_waves() {
     let scene = equal::<Plane>(1.0);
@@ -702,8 +714,9 @@ fn coherent_copies_keep_long_waves() {
         let scale = 1.0 / state.kinetic_energy(&scene);
         let energy = found.kinetic_energy(engine.scene()) / 16.0 * scale;
         assert!((energy - 1.0).abs() < 1e-12, "{energy}");
-        // Copies are moved by at most a neighbourhood of 9 d, and means over it are taken: together a few per cent. The
-        // thermal noise of the turned velocities is sqrt(2/(16 . 4000)) = 0.006.
+        // Copies are moved by at most a neighbourhood of 9 d, and means over it are taken: together
+        // a few per cent. The thermal noise of the turned velocities is sqrt(2/(16 . 4000)) =
+        // 0.006.
         let ratio = amplitude(&found) / own;
         assert_eq!((ratio - 1.0).abs() < 0.06, kept, "{copies:?}: {ratio}");
     }

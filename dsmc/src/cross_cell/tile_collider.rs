@@ -1,4 +1,4 @@
-//! Collisions of the particles of one tile with partners in it and around it: candidates, acceptance, and the collision itself.
+//! Collisions of the particles of one tile: candidate pairs, acceptance, and the collision itself.
 
 use std::ops::Range;
 
@@ -17,8 +17,8 @@ use crate::density::{Crowding, Weighing};
 use crate::particle::{Follow, covered, index};
 use crate::within_cell::CollisionContext;
 
-/// Collider of the particles of one tile with partners in that tile and in its neighbours. Created once
-/// per tile and time step.
+/// Collider of the particles of one tile with partners in that tile and in its neighbours. Created
+/// once per tile and time step.
 pub(super) struct TileCollider<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) kernel: &'a CollisionContext<'a, P>,
     /// Local collision rates n χ of the contact-point scheme; `None` for other schemes.
@@ -26,7 +26,8 @@ pub(super) struct TileCollider<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
     pub(super) arm: &'a Arm,
     /// Maximum χ over the tile and its neighbours: the majorant of the ESMC scheme.
     pub(super) bounds: Bounds,
-    /// True if the number of candidate pairs follows from a speed majorant (all schemes but stochastic disks).
+    /// True if the number of candidate pairs follows from a speed majorant (all schemes but
+    /// stochastic disks).
     pub(super) moves: bool,
     pub(super) around: TileNeighbourhood<'b, 'c, P, F>,
     pub(super) patch: &'a mut HaloCopy<P>,
@@ -43,53 +44,62 @@ pub(super) struct Line {
     pub(super) layer: usize,
 }
 
-/// A cell that is not empty.
+/// Non-empty cell, with the rate and the bounds of its collisions.
 pub(super) struct Cell<S: Space> {
-    /// Its number in the tile, and its coordinates among all.
+    /// Index of the cell in its tile.
     pub(super) local: usize,
+    /// Coordinates of the cell in the box.
     pub(super) at: [u32; 3],
     /// Index range of the cell's particles in the halo copy.
     pub(super) members: Range<usize>,
-    /// Units around, what boundaries leave of the room for them, and their packing fraction.
+    /// Units in the neighbourhood, the covered area or volume over that of the largest particle.
     pub(super) units: f64,
+    /// Corrections of the density for the volume that boundaries take from the neighbourhood.
     pub(super) crowding: Crowding,
+    /// Packing fraction of the neighbourhood.
     pub(super) packing: f64,
+    /// True if chi is limited at this packing fraction.
     limited: bool,
-    /// Of the distance at which partners are sought.
+    /// Class of the adaptive contact distance.
     pub(super) class: u8,
-    /// Cross section times chi of pairs of the largest, over that of the contact distance and the chi of equal ones.
+    /// Cross section times chi of pairs of the largest particles, over that of the contact distance
+    /// and equal particles.
     pub(super) ceiling: f64,
-    /// n chi times the ceiling of those that have most; trials expected in the step for each simulator; the velocities that these may
-    /// meet.
+    /// Majorant of n χ times the size factor \[1/length^D\].
     pub(super) most: f64,
+    /// Expected candidate pairs per particle in this time step.
     pub(super) rate: f64,
+    /// Bounding box of the velocities of all possible partners.
     pub(super) extent: Extent<S>,
     pub(super) collisions: u64,
     pub(super) virial: f64,
 }
 
-/// A simulator that looks for a partner.
+/// Candidate: a simulator with a drawn line of centres, for which a partner is sought.
 #[derive(Clone, Copy)]
 pub(super) struct Candidate<V> {
     /// Index into the cells of the current row segment.
     pub(super) cell: usize,
+    /// Index of the simulator in the halo copy.
     pub(super) first: usize,
     pub(super) position: V,
-    /// Random numbers: from 0 to 2^32, and from 0 to 1.
+    /// Random number from 0 to 2^32 that picks the partner.
     pub(super) pick: u64,
+    /// Random number from 0 to 1 that decides the direction and the threshold.
     chance: f64,
-    /// A line of centres, in the direction that was drawn.
+    /// Line of centres as it was drawn, a unit vector.
     line: V,
-    /// From centre to centre at contact, for a partner of the mean radius \[length\].
+    /// Distance of the centres at contact, for a partner of the mean radius \[length\].
     pub(super) distance: f64,
-    /// Its velocity, by which the following are chosen.
+    /// Velocity of the simulator for which direction and threshold were chosen \[length/time\].
     pub(super) velocity: V,
-    /// The line, towards the partner.
+    /// Unit vector towards the partner.
     pub(super) normal: V,
-    /// Its own speed along the normal.
+    /// Speed of the simulator along `normal` \[length/time\].
     pub(super) along: f64,
-    /// How fast they must approach, of how fast they can.
+    /// Acceptance threshold for the normal approach speed \[length/time\].
     pub(super) threshold: f64,
+    /// Upper bound of the normal approach speed \[length/time\].
     majorant: f64,
 }
 
@@ -98,7 +108,7 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// `patch`: memory to work in.
+    /// Prepares the collisions of one tile. `patch`: halo copy to fill.
     pub(super) fn new(
         kernel: &'a CollisionContext<'a, P>,
         rates: Option<&'a Rates<P::Space>>,
@@ -125,7 +135,7 @@ where
         }
     }
 
-    /// Looks at a cell of a line, as it is before it collides; none if it is empty.
+    /// Prepares a cell of a line before its collisions; `None` if it is empty.
     #[inline(always)]
     pub(super) fn cell(
         &mut self,
@@ -217,12 +227,14 @@ where
             .count(self.around.middle(), cell.local, weighed, cell.virial);
     }
 
-    /// Draws a line of centres for a simulator of a cell, and the speed along it that a partner must exceed.
+    /// Draws a line of centres for a particle, and the threshold of the approach speed.
     ///
-    /// A partner of velocity u is met at the rate ((v - u) . k)+, at most w(k) = h(k) + v . k, where h(k) is the largest -u . k of
-    /// the box that holds all u. The two ends of a line together have w(k) + w(-k) = h(k) + h(-k), which is the sum of the sides
-    /// of the box times `|k_i|`, whatever v: so the line is drawn with that density, one of its ends by the shares of the two, and
-    /// a partner is accepted with ((v - u) . k)+/w(k). What is left of the number that chose the end is uniform too: the threshold.
+    /// A partner of velocity u collides at the rate ((v - u) . k)+, at most w(k) = h(k) + v . k,
+    /// where h(k) is the largest -u . k over the velocity box. Both ends of a line together have
+    /// w(k) + w(-k) = h(k) + h(-k), the sum of the box sides times `|k_i|`, whatever v. So the line
+    /// is drawn with that density and its end with weights w(k) and w(-k); a partner is accepted
+    /// with ((v - u) . k)+/w(k). The remainder of the number that chose the end is uniform too, and
+    /// serves as the threshold.
     #[inline(always)]
     pub(super) fn propose(
         &self,
@@ -251,7 +263,8 @@ where
         self.direct(trial, extent)
     }
 
-    /// Chooses the end of the line, and with it the speed, for the velocity that the simulator has now.
+    /// Chooses the end of the line of centres, and the threshold, for the particle's present
+    /// velocity.
     #[inline(always)]
     pub(super) fn direct(
         &self,
@@ -266,7 +279,7 @@ where
         let number = both * trial.chance;
         let along = velocity.inner(&line);
         let one = extent.against(line) + along;
-        // Without a branch, which nobody could foresee.
+        // Branch-free, because the condition is unpredictable.
         let turns = f64::from(u8::from(number >= one));
         let sign = 1.0 - 2.0 * turns;
         Candidate {
@@ -279,8 +292,9 @@ where
         }
     }
 
-    /// Collides a trial's simulator with a partner, if they approach fast enough and, where particles differ in size, their
-    /// cross section lets them, of as much as `ceiling`. Returns how far apart they were along the line of centres, in contact distances.
+    /// Collides a candidate with a partner if they approach fast enough and, for unequal sizes, a
+    /// draw accepts their cross section, relative to `ceiling`. Returns their distance along the
+    /// line of centres \[contact distances\]; `None` if rejected.
     #[inline(always)]
     pub(super) fn try_pair(
         &mut self,
@@ -314,13 +328,15 @@ where
         Some(-apart.inner(&trial.normal) / contact)
     }
 
-    /// Whether the density is that halfway to the contact; in space it never is, which the compiler sees here.
+    /// Returns true if the density is taken halfway to the contact; never in three dimensions,
+    /// which the compiler sees here.
     #[inline(always)]
     pub(super) fn is_halfway(&self) -> bool {
         P::Space::DIMENSION == 2 && self.kernel.density.weighing() == Weighing::Triangle
     }
 
-    /// Collides a pair along `normal`, from the first to the second, and returns the vector from the second to the first.
+    /// Collides a pair along `normal`, from the first to the second, and returns the vector from
+    /// the second to the first.
     #[inline(always)]
     pub(super) fn strike(
         &mut self,
@@ -379,13 +395,14 @@ where
     }
 }
 
-/// The sum of the components.
+/// Sum of the components of a vector.
 #[inline(always)]
 pub(super) fn total<S: Space>(vector: S::Vector) -> f64 {
     (0..S::DIMENSION).map(|axis| vector[axis]).sum()
 }
 
-/// Cross section times chi of pairs of given diameters, over `largest^(D-1)` and the chi of equal ones.
+/// Cross section times chi of a pair of these diameters, over `largest^(D-1)` and the chi of equal
+/// particles.
 pub(super) fn pair_share<P: Physics>(
     kernel: &CollisionContext<'_, P>,
     packing: f64,
@@ -397,13 +414,15 @@ pub(super) fn pair_share<P: Physics>(
     kernel.pair_factor(chi, packing, diameters) / (P::Space::cross_section(largest) * chi)
 }
 
-/// A random line of centres k whose density is the sum of these sides times `|k_i|`: of one of the axes, by their share, the
-/// component has the density `|k_i|`, so that its square is uniform in space, and the other component in the plane.
+/// Draws a line of centres k whose density is the sum of `sides` times `|k_i|`. One axis is chosen
+/// in proportion to its side; the component along it has the density `|k_i|`. In three dimensions
+/// its square is then uniform, in two dimensions the other component is.
 #[inline(always)]
 pub(super) fn line_of_centres<S: Space>(sides: S::Vector, stream: &mut impl Rng) -> S::Vector {
     let pick = total::<S>(sides) * stream.random::<f64>();
     if S::DIMENSION == 2 {
-        // What is left of the number that chose the axis is uniform too, from -1 to 1. Without a branch, which nobody could foresee.
+        // The remainder of the number that chose the axis is uniform from -1 to 1. Branch-free,
+        // because the condition is unpredictable.
         let first = f64::from(u8::from(pick < sides[0]));
         let second = 1.0 - first;
         let left = pick - second * sides[0];

@@ -1,4 +1,4 @@
-//! Candidates of all cells of a tile, line by line.
+//! Candidate pairs of all cells of a tile, line by line.
 
 use std::mem::take;
 
@@ -18,16 +18,20 @@ use crate::particle::Follow;
 use crate::random_counts::draw_whole;
 use crate::scheme::Scheme;
 
-/// Simulators that a piece of a line of cells is to hold, and most cells in one. The number of trials of a piece is one of the two whole
-/// numbers next to its mean, so that it varies less than the Poisson law has it; how much so moves the collision rate by some tenths of
-/// a per cent (`docs/development/monte-carlo.md`).
+/// Target number of simulators in a piece of a line of cells.
+///
+/// The number of candidate pairs of a piece is one of the two whole numbers next to its mean, so it
+/// varies less than a Poisson number; that moves the collision rate by some tenths of a per cent
+/// (`docs/development/monte-carlo.md`).
 const SIMULATORS_IN_PIECE: f64 = 5.0;
+/// Largest number of cells in a piece of a line.
 const LONGEST_PIECE: usize = 8;
 
-/// Candidate pairs generated before the first is tested. Batching lets the CPU overlap independent searches.
+/// Candidate pairs generated before the first is tested. Batching lets the CPU overlap independent
+/// searches.
 const DRAWN: usize = 32;
 
-/// The bounds of a tile and all next to it.
+/// Bounds over a tile and its neighbours.
 pub(super) fn bounds_around<S: Space>(grid: &Grid<S>, bounds: &[Bounds], number: usize) -> Bounds {
     let mut all = bounds[number];
     let tile = grid.place_of(number);
@@ -43,9 +47,8 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// Collides the simulators of the tile with each other and with those around it.
-    ///
-    /// The same bits on every processor: products and sums are never contracted.
+    /// Collides the simulators of the tile with each other and with those around it. Bits are
+    /// identical on every processor: products and sums are never contracted.
     pub(super) fn collide(mut self, ranges: Ranges) -> (Report, Vec<ChangeOf<P>>) {
         self.choose_loop(ranges);
         (self.report, self.around.changes())
@@ -64,14 +67,14 @@ where
         self.collide_all(ranges, lanes::Plain);
     }
 
-    /// [`Self::collide_all`], where everything that is inlined into it looks at four numbers at once.
+    /// Runs [`Self::collide_all`] compiled with AVX2, so that inlined code uses four lanes.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn collide_with_avx2(&mut self, ranges: Ranges, lanes: lanes::Avx2) {
         self.collide_all(ranges, lanes);
     }
 
-    /// [`Self::collide`].
+    /// Collides all cells of the tile, with one SIMD implementation.
     #[inline(always)]
     fn collide_all(&mut self, ranges: Ranges, lanes: impl Lanes) {
         let kernel = self.kernel;
@@ -127,7 +130,7 @@ where
         }
     }
 
-    /// Draws the trials of a line, piece by piece: their number, and the cell and simulator of each.
+    /// Draws and tests the candidates of a line of cells, piece by piece.
     #[inline(always)]
     fn for_trials(
         &mut self,
@@ -143,15 +146,16 @@ where
         let length =
             (SIMULATORS_IN_PIECE / home.in_cell()).clamp(1.0, LONGEST_PIECE as f64) as usize;
         let pieces = columns.div_ceil(length);
-        // Trials for each n chi and length of the sides of a box of velocities: the mean of h(k) is half of their sum times the mean
-        // component.
+        // Candidate pairs per n chi and per side length of the velocity box: the mean of h(k) is
+        // half the sum of the sides times the mean component.
         let largest = 2.0 * kernel.scene.sizes().largest_radius();
         let section = largest.powi(P::Space::DIMENSION as i32 - 1);
         let mean = 0.5 * MEAN_COMPONENT[P::Space::DIMENSION - 2];
         let each = 0.5 * P::Space::SOLID_ANGLE * section * mean * kernel.step;
         for piece in 0..pieces {
             let [from, to] = [piece, piece + 1].map(|piece| columns * piece / pieces);
-            // Trials expected up to each cell, side by side, so that all are compared at once.
+            // Cumulative expected candidates by cell, side by side so that all are compared at
+            // once.
             let (mut sum, mut sums) = (0.0, [f64::MAX; LONGEST_PIECE]);
             let before = cells.len();
             for column in from..to {
@@ -169,7 +173,7 @@ where
             self.report.tally.trials += count;
             for _ in 0..count {
                 let [who, pick] = two_numbers(stream);
-                // Below the sum also where the product rounds up to it: so there is a cell.
+                // Below the sum even where the product rounds up to it, so that a cell is found.
                 let at = smaller(sum * (who as f64 * (0.5_f64).powi(32)), sum.next_down());
                 let number = sums.iter().filter(|&&sum| sum <= at).count();
                 let cell = &cells[before + number];
@@ -193,7 +197,7 @@ where
         (self.cells, self.drawn) = (cells, drawn);
     }
 
-    /// Does the trials that were drawn, one after the other.
+    /// Tests the candidates in the order of drawing.
     #[inline(always)]
     fn meet_all(
         &mut self,
@@ -205,7 +209,7 @@ where
         for trial in drawn.iter() {
             let mut trial = *trial;
             let cell = &mut cells[trial.cell];
-            // It has collided since.
+            // The particle has collided since the candidate was drawn.
             if self.patch.velocities[trial.first] != trial.velocity {
                 trial = self.direct(trial, &cell.extent);
             }
@@ -217,7 +221,7 @@ where
     }
 }
 
-/// Mean size of a component of a random unit vector, in the plane and in space.
+/// Mean absolute component of a random unit vector, in two and three dimensions.
 const MEAN_COMPONENT: [f64; 2] = [std::f64::consts::FRAC_2_PI, 0.5];
 
 /// Two random numbers from 0 to 2^32.

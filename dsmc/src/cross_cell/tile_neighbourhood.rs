@@ -1,4 +1,4 @@
-//! A tile and its neighbours, locked for the work around it.
+//! Tile and its neighbours, locked while the tile's particles collide.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -10,23 +10,24 @@ use crate::grid::{Grid, OFFSETS, offset, offset_number};
 use crate::particle::{Follow, SimulatorOf};
 use crate::tile::Tile;
 
-/// A tile, and those next to it.
+/// Tile at the centre with its neighbours, locked.
 pub(super) struct TileNeighbourhood<'a, 'b, P: Physics, F: Follow<P::Space>> {
     grid: &'a Grid<P::Space>,
-    /// Coordinates of the tile in the middle.
+    /// Coordinates of the central tile.
     middle: [u32; 3],
-    /// Each once.
+    /// Locked tiles, each once.
     tiles: Vec<MutexGuard<'a, &'b mut Tile<P, F>>>,
-    /// Which of them is at each offset.
+    /// Index into `tiles` of the tile at each offset.
     slots: [u8; OFFSETS],
-    /// Their numbers among all tiles, and whether other processes see them.
+    /// Numbers of the tiles in the grid.
     numbers: Vec<u32>,
+    /// For each tile: true if other processes hold ghost cells of it.
     seen: Vec<bool>,
-    /// What other processes are to know of those.
+    /// Changes of velocity that other processes need.
     changes: Vec<ChangeOf<P>>,
 }
 
-/// Where a simulator is: which of the tiles at hand, and its place in it.
+/// Location of a simulator: index of its tile in the neighbourhood, and its index there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct At {
     pub(super) tile: u32,
@@ -63,29 +64,30 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> TileNeighbourhood<'a, 'b, P, F> {
         }
     }
 
-    /// What other processes are to know.
+    /// Changes of velocity that other processes need.
     pub(super) fn changes(self) -> Vec<ChangeOf<P>> {
         self.changes
     }
 
-    /// The log of the tile in the middle, which is empty.
+    /// Takes the collision log of the central tile, which is empty.
     pub(super) fn take_log(&mut self) -> Vec<Collision> {
         let middle = self.middle() as usize;
         std::mem::take(&mut self.tiles[middle].log)
     }
 
-    /// The tile in the middle, as one of those at hand.
+    /// Index of the central tile in the neighbourhood.
     pub(super) fn middle(&self) -> u32 {
         u32::from(self.slots[OFFSETS / 2])
     }
 
-    /// The tile in the middle.
+    /// Central tile.
     #[inline(always)]
     pub(super) fn home(&self) -> &Tile<P, F> {
         self.tile(self.middle())
     }
 
-    /// Which of the tiles at hand a cell belongs to, and its number there. Cells beyond the next tiles belong to none.
+    /// Index of the tile that holds a cell, and the cell's number there; `None` beyond the adjacent
+    /// tiles.
     #[inline]
     pub(super) fn find(&self, cell: [u32; 3]) -> Option<(u32, usize)> {
         let owner = self.grid.owner(cell);
@@ -94,7 +96,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> TileNeighbourhood<'a, 'b, P, F> {
         Some((slot, self.tiles[slot as usize].number(cell)))
     }
 
-    /// One of the tiles at hand.
+    /// Tile of this index in the neighbourhood.
     #[inline(always)]
     pub(super) fn tile(&self, slot: u32) -> &Tile<P, F> {
         &self.tiles[slot as usize]
@@ -106,7 +108,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> TileNeighbourhood<'a, 'b, P, F> {
         self.tile(at.tile).simulators[at.index as usize]
     }
 
-    /// Notes collisions in a cell, and their virial, where somebody wants to know.
+    /// Adds collisions and virial to the counts of a cell, if cells are counted.
     pub(super) fn count(&mut self, tile: u32, cell: usize, collisions: f64, virial: f64) {
         if let Some(count) = self.tiles[tile as usize].counts.get_mut(cell) {
             count.collisions += collisions;
@@ -114,7 +116,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> TileNeighbourhood<'a, 'b, P, F> {
         }
     }
 
-    /// Gives a simulator another velocity and spin.
+    /// Sets velocity and spin of a simulator, and records the change for other processes.
     #[inline(always)]
     pub(super) fn set(&mut self, at: At, velocity: VectorOf<P>, spin: SpinOf<P>) {
         let slot = at.tile as usize;
@@ -135,7 +137,7 @@ impl<'a, 'b, P: Physics, F: Follow<P::Space>> TileNeighbourhood<'a, 'b, P, F> {
     }
 }
 
-/// Locks a tile, which the colouring leaves free.
+/// Locks a tile; the colouring keeps it free.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

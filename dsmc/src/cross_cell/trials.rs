@@ -14,14 +14,15 @@ use crate::grid::Grid;
 use crate::particle::{Follow, covered};
 use crate::within_cell::CollisionContext;
 
-/// How a scheme does its trials.
+/// Acceptance rule of a scheme for candidate pairs.
 ///
-/// Not closures: whether one is compiled into the loop around it, and so with the vector instructions of that, is up to the compiler.
+/// Not closures: the compiler might not inline them into the loop, and then they would lack its
+/// vector instructions.
 pub(super) trait CandidateRule<P: Physics, F: Follow<P::Space>> {
-    /// Looks at a line of so many cells before all that is in it.
+    /// Prepares a line of cells before its candidates are drawn.
     fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, columns: usize);
 
-    /// n chi times the ceiling in a cell, at most.
+    /// Majorant of n chi times the size factor in a cell \[1/length^D\].
     fn most(
         &self,
         worker: &TileCollider<'_, '_, '_, P, F>,
@@ -29,7 +30,8 @@ pub(super) trait CandidateRule<P: Physics, F: Follow<P::Space>> {
         column: usize,
     ) -> f64;
 
-    /// Tests one candidate pair and collides it if accepted. Returns `false` if the run was interrupted.
+    /// Tests one candidate pair and collides it if accepted. Returns `false` if the run was
+    /// interrupted.
     fn meet(
         &mut self,
         worker: &mut TileCollider<'_, '_, '_, P, F>,
@@ -39,18 +41,19 @@ pub(super) trait CandidateRule<P: Physics, F: Follow<P::Space>> {
     ) -> bool;
 }
 
-/// Partners around the point of contact, at the rate of Enskog's theory for the density around the simulator, or around the point
-/// halfway.
+/// Contact-point rule: partners are sought around the point of contact. The rate is Enskog's for
+/// the density around the simulator or around the point halfway.
 pub(super) struct AroundPoints<'a, P: Physics, L> {
     rates: &'a Rates<P::Space>,
     search: Search<'a, P, L>,
-    /// How far from a simulator the point halfway is, in cells, if the density is that there; less where a coordinate at the edge of a cell is
-    /// rounded to the other side.
+    /// Largest offset in cells of the point halfway to contact, where the density is taken there;
+    /// `None` otherwise. Larger offsets, due to rounding, are clamped.
     farthest: Option<[i64; 3]>,
-    /// The most others around points halfway from each cell of the line, and memory to work in.
+    /// Largest number of other units around points halfway, for each cell of the line.
     most_others: Vec<f64>,
+    /// Scratch memory.
     work: Vec<f32>,
-    /// The cell and the radius of the last trial where sizes differ.
+    /// Cell and radius of the last candidate, with its cached rate; for unequal sizes.
     last: ((usize, f64), OfSize),
 }
 
@@ -58,8 +61,8 @@ pub(super) struct AroundPoints<'a, P: Physics, L> {
 #[derive(Clone, Copy, Default)]
 struct OfSize {
     n_chi: f64,
-    /// Cross section times chi of pairs with the largest particles, over that of the contact distance and the chi of equal ones: none of its
-    /// pairs has more.
+    /// Majorant of cross section times chi over partners of all sizes, relative to the contact
+    /// distance and equal particles.
     ceiling: f64,
 }
 
@@ -80,7 +83,8 @@ impl<'a, P: Physics, L> AroundPoints<'a, P, L> {
         }
     }
 
-    /// What holds for simulators of a radius in a cell. Often they are those of the last trial.
+    /// Rate and majorant of particles of one radius in a cell; cached, as consecutive candidates
+    /// often agree.
     #[inline(always)]
     fn of_size(
         &mut self,
@@ -101,7 +105,7 @@ impl<'a, P: Physics, L> AroundPoints<'a, P, L> {
         self.last.1
     }
 
-    /// n chi of so many others.
+    /// Local rate n chi for a number of other units \[1/length^D\].
     #[inline(always)]
     fn n_chi(&self, others: f64) -> f64 {
         self.rates.at(others, Crowding::NONE, 1.0)
@@ -151,7 +155,7 @@ impl<P: Physics, F: Follow<P::Space>, L: Lanes> CandidateRule<P, F> for AroundPo
                 return true;
             }
         }
-        // What partners of its size can be of the ceiling at most is asked before one is sought.
+        // The majorant of this particle's size is tested before a partner is sought.
         let mut ceiling = cell.ceiling;
         if !sizes.are_equal() {
             let of_size = self.of_size(kernel, cell, sizes.radius(worker.patch.tag(trial.first)));
@@ -159,13 +163,13 @@ impl<P: Physics, F: Follow<P::Space>, L: Lanes> CandidateRule<P, F> for AroundPo
             if stream.random::<f64>() * cell.most >= ceiling * of_size.n_chi {
                 return true;
             }
-            // A search among the small for the partner of a large one may look at ten thousands.
+            // A search for a large particle's partner among small ones may test ten thousands.
             if kernel.stop.is_raised() {
                 return false;
             }
         }
         let (normal, distance) = (trial.normal, trial.distance);
-        // Beyond a wall there is nobody.
+        // Beyond a wall there are no partners.
         if !kernel.has_room(trial.position + normal * distance) {
             return true;
         }
@@ -175,7 +179,7 @@ impl<P: Physics, F: Follow<P::Space>, L: Lanes> CandidateRule<P, F> for AroundPo
             along: normal * reach,
         };
         let there = worker.patch.cell_of(aim.point);
-        // Nobody there is fast enough.
+        // No partner there is fast enough.
         let speed = trial.threshold - trial.along;
         if worker.patch.is_slow(there, normal, speed) {
             return true;
@@ -194,15 +198,16 @@ impl<P: Physics, F: Follow<P::Space>, L: Lanes> CandidateRule<P, F> for AroundPo
     }
 }
 
-/// Partners from the cell of the point of contact.
+/// ESMC rule: partners come from the cell of the point of contact.
 pub(super) struct InCells {
-    /// Largest chi, and the density of one simulator in the cell with the least room \[1/length^D\].
+    /// Largest chi of the tile and its neighbours.
     chi: f64,
+    /// Number density of one simulator in the cell with the smallest free volume \[1/length^D\].
     density: f64,
     least: f64,
-    /// Cells around a simulator that points of contact are in.
+    /// Range in cells of points of contact around a simulator.
     point: usize,
-    /// The first cell of the line, in the patch.
+    /// First cell of the line, in the halo copy.
     first: usize,
 }
 
@@ -271,7 +276,7 @@ impl<P: Physics, F: Follow<P::Space>> CandidateRule<P, F> for InCells {
                 return true;
             }
         }
-        // Halfway, where the density counts: the packing of the cell there, or of those around it.
+        // The density is taken halfway: packing of the cell there, or of its neighbourhood.
         let middle = trial.position + way * 0.5;
         let own = if kernel.density.looks_around() {
             0.0
@@ -288,7 +293,7 @@ impl<P: Physics, F: Follow<P::Space>> CandidateRule<P, F> for InCells {
     }
 }
 
-/// How many cells a point at this distance may be away along each axis, at most.
+/// Largest offset in cells along each axis of a point at this distance.
 fn steps_within<S: Space>(grid: &Grid<S>, distance: f64) -> [i64; 3] {
     [0, 1, 2].map(|axis| {
         if axis < S::DIMENSION {

@@ -1,17 +1,17 @@
-//! Values as bytes of messages between processes.
+//! Serialization of messages between processes.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// A value as bytes.
+/// Serializes a value.
 pub(crate) fn write<T: Serialize>(value: &T) -> Vec<u8> {
     postcard::to_stdvec(value).expect("all types here have a length")
 }
 
-/// A value from the bytes that another process wrote.
+/// Deserializes a value that another process sent.
 ///
 /// # Panics
-/// If they are of another program, which is an error of whoever connects the processes.
+/// If the bytes come from another program: an error of the transport between processes.
 pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> T {
     postcard::from_bytes(bytes).expect("the bytes of the same program")
 }

@@ -1,4 +1,4 @@
-//! Distribution of tiles among processes, and their return to the first.
+//! Distribution of tiles among processes, load balancing, and collection in the root process.
 
 use std::sync::Arc;
 
@@ -16,11 +16,13 @@ use crate::features::PROCESSES;
 use crate::particle::Follow;
 use crate::tile::{Outbox, Tile};
 
-/// How much dearer the dearest process may be than the mean before tiles change hands, and fewest steps between.
+/// Load imbalance, largest cost over mean cost, above which tiles change owners.
 const UNEVEN: f64 = 1.1;
+/// Smallest number of steps between two redistributions of tiles.
 pub(super) const STEPS_BETWEEN: u64 = 50;
 
-/// All that processes need to know of the gas besides its simulators, and who holds what.
+/// State of the gas without its simulators, and the owner of each tile; broadcast by the root
+/// process.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct Brief<P: Physics, F: Follow<P::Space>> {
@@ -30,18 +32,18 @@ struct Brief<P: Physics, F: Follow<P::Space>> {
 }
 
 impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
-    /// From now on several processes hold the gas, which they have made of the same scene, parameters and boundaries. What counts
-    /// is the gas of the first; it holds all until [`Self::divide`].
+    /// Declares that several processes hold the gas. Each has made the engine from the same
+    /// arguments; the root process holds all tiles until [`Self::divide`].
     pub fn share(&mut self, ranks: Arc<dyn Ranks>) {
         self.share = Some(Subdomain::new(ranks, self.tiles.len()));
     }
 
-    /// Whether this process holds all of the gas.
+    /// Returns true if this process holds all of the gas.
     pub fn is_whole(&self) -> bool {
         self.share.as_ref().is_none_or(|share| share.is_united)
     }
 
-    /// How many cells from a tile work on it looks at, at most, where partners are sought across cells.
+    /// Number of ghost cells around a tile, for cross-cell schemes; `None` for pairs within cells.
     pub(super) fn margin(&self) -> Option<usize> {
         let Constants {
             mean_radius,
@@ -61,7 +63,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         })
     }
 
-    /// Gives each process its tiles; all of them call it. Nothing happens if they have them.
+    /// Scatters the tiles to their owners. Collective call; does nothing if they are scattered.
     pub fn divide(&mut self) {
         if !PROCESSES {
             return;
@@ -107,7 +109,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         self.share = Some(share);
     }
 
-    /// Keeps nothing of the tiles of others, and none of the times that tiles took.
+    /// Empties the tiles of other processes, and resets the cost measurement.
     pub(super) fn part_with(&mut self, share: &mut Subdomain<P::Space>) {
         for (number, tile) in self.tiles.iter_mut().enumerate() {
             tile.is_here = share.is_mine(number);
@@ -122,7 +124,8 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         (share.is_united, share.since) = (false, 0);
     }
 
-    /// Gives the first process all tiles, arranged; all processes call it. Nothing happens if it has them.
+    /// Gathers all tiles, sorted, in the root process. Collective call; does nothing if they are
+    /// there.
     pub fn unite(&mut self) {
         let Some(mut share) = self.share.take_if(|share| !share.is_united) else {
             return;
@@ -148,7 +151,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         self.share = Some(share);
     }
 
-    /// Lets tiles change hands where one process has much more to do than others, by the time that tiles took.
+    /// Load balancing: moves tiles between processes where measured costs differ much.
     pub(crate) fn balance(&mut self) {
         if !PROCESSES {
             return;
@@ -187,7 +190,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         for (&owner, cost) in owners.iter().zip(&costs) {
             better[owner as usize] += cost;
         }
-        // What is gained must be worth the move.
+        // The gain must be worth the move.
         if largest(&sums) <= UNEVEN * mean || 1.05 * largest(&better) > largest(&sums) {
             return;
         }

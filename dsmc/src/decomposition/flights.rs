@@ -13,16 +13,16 @@ use crate::particle::{Follow, SimulatorOf};
 use crate::tally::{Counts, Stock};
 use crate::tile::{Left, Traveller};
 
-/// What one process learns from another.
+/// Message from one process to a neighbour after a free-flight phase.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct Sent<P: Physics, F: Follow<P::Space>> {
     leaving: Vec<Leaving<P, F>>,
-    /// Collisions in tiles of the sender, for the first process, if somebody looks at them.
+    /// Collisions in tiles of the sender, for the observers in the root process.
     logs: Vec<(u32, Vec<Collision>)>,
 }
 
-/// A simulator that crossed a border: from which tile, to which of those next to it, and from which cell.
+/// Migrating simulator: its tile, the offset of the adjacent tile it enters, and its source cell.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct Leaving<P: Physics, F: Follow<P::Space>> {
@@ -32,7 +32,7 @@ struct Leaving<P: Physics, F: Follow<P::Space>> {
     simulator: SimulatorOf<P, F>,
 }
 
-/// What all processes learn in each step.
+/// Global reduction of each step: statistics, counters, flags, and particles that flew far.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct News<P: Physics, F: Follow<P::Space>> {
@@ -40,7 +40,8 @@ struct News<P: Physics, F: Follow<P::Space>> {
     simulators: usize,
     ends: bool,
     pauses: bool,
-    /// To which tile, from which cell. Those from one cell are of one process, and stay in their order.
+    /// Particles that flew beyond adjacent tiles: target tile, source cell, simulator. Those from
+    /// one cell come from one process and keep their order.
     far: Vec<(u32, u32, SimulatorOf<P, F>)>,
     counts: Counts,
 }
@@ -57,8 +58,9 @@ impl<P: Physics, F: Follow<P::Space>> News<P, F> {
 }
 
 impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
-    /// After a flight: sends what left own tiles to the owners of those it enters, collisions to the first process if somebody looks
-    /// at them, and to all what the next step follows and what was counted, of which `counts` are those of this process.
+    /// Exchanges migrating simulators with neighbours after a free flight, sends collision logs to
+    /// the root process if `looks`, and reduces statistics and counters. `counts`: those of this
+    /// process. Returns the sums over all processes.
     pub(crate) fn exchange_with_others(&mut self, counts: Counts, looks: bool) -> Counts {
         if !PROCESSES {
             return counts;
@@ -80,7 +82,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
                 (rank, write(&sent))
             })
             .collect();
-        // What left own tiles, and is still here.
+        // Simulators that stay in this process.
         let tiles = self.tiles.iter().zip(&self.arriving);
         let own = tiles.filter(|(tile, _)| tile.is_here);
         let simulators = own
@@ -105,7 +107,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         counts
     }
 
-    /// What left own tiles for those of another process.
+    /// Simulators that left own tiles for tiles of another process.
     fn leaving(&self, share: &Subdomain<P::Space>, rank: usize) -> Vec<Leaving<P, F>> {
         let mut leaving = Vec::new();
         for (number, tile) in self.tiles.iter().enumerate() {
@@ -128,7 +130,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         leaving
     }
 
-    /// Collisions in own tiles.
+    /// Takes the collision logs of own tiles.
     fn logs(&mut self) -> Vec<(u32, Vec<Collision>)> {
         let own = self.tiles.iter_mut().enumerate();
         let own = own.filter(|(_, tile)| tile.is_here && !tile.log.is_empty());
@@ -136,7 +138,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
             .collect()
     }
 
-    /// Takes what left tiles of another process, tile after tile.
+    /// Adds simulators that left tiles of another process, tile after tile.
     fn enter(&mut self, leaving: &[Leaving<P, F>]) {
         for of_tile in leaving.chunk_by(|one, next| one.tile == next.tile) {
             let leavers: Vec<(u8, Traveller<P, F>)> = of_tile
@@ -153,7 +155,8 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         }
     }
 
-    /// All processes learn the stock, what was counted, and who flew farther than to the next tile.
+    /// Reduces statistics, counters and flags over all processes, and distributes particles that
+    /// flew far.
     fn tell_all(
         &mut self,
         share: &mut Subdomain<P::Space>,
@@ -196,8 +199,8 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
 }
 
 impl<S: stosszahl_model::Space> Subdomain<S> {
-    /// To whom this process sends after a flight, and from whom something comes: its neighbours, and the first process if somebody looks
-    /// at collisions.
+    /// Processes to send to and to receive from after a free flight: the neighbours, and the root
+    /// process if collisions are logged.
     fn after_flights(&self, looks: bool) -> (Vec<usize>, Vec<usize>) {
         let mut to = self.near.clone();
         if !looks {

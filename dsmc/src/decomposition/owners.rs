@@ -1,11 +1,13 @@
-//! Who holds which tiles: recursive bisection of the box by what tiles cost.
+//! Load balancing: recursive bisection of the box by the cost of tiles.
 
-/// The owner of each tile, for tiles in a block of `counts`, the first axis running fastest, among `ranks` processes.
+/// Assigns each tile of a block of `counts`, the first axis running fastest, to one of `ranks`
+/// processes.
 ///
-/// Tiles go to a range of processes. They are put in order along the axis that they extend farthest on, and cut where the
-/// costs are nearest to the shares of the two halves of the range; so on with both parts (Berger & Bokhari, IEEE Trans.
-/// Comput. 36, 570 (1987), doi:10.1109/TC.1987.1676942). A cut may be within a plane of tiles, so that parts differ by half of
-/// a tile, not of a plane. Each process has at least one tile, unless there are fewer.
+/// Recursive bisection (Berger & Bokhari, IEEE Trans. Comput. 36, 570 (1987),
+/// doi:10.1109/TC.1987.1676942): tiles are sorted along their longest axis and cut where the costs
+/// best match the shares of the two halves of the processes; both parts are bisected further. A cut
+/// may run within a plane of tiles, so parts differ by half a tile, not half a plane. Each process
+/// has at least one tile, if there are enough.
 pub(crate) fn bisect(counts: [u32; 3], costs: &[f64], ranks: usize) -> Vec<u32> {
     let mut owners = vec![0; costs.len()];
     let mut tiles: Vec<usize> = (0..costs.len()).collect();
@@ -37,7 +39,7 @@ fn cut(
         let places = tiles.iter().map(|&tile| at(tile, axis));
         places.clone().max().unwrap_or(0) - places.min().unwrap_or(0)
     };
-    // The last of the longest, whose tiles are farthest apart in memory.
+    // Of equally long axes the last, whose tiles are farthest apart in memory.
     let axis = (0..3).max_by_key(|&axis| extent(axis)).unwrap_or(0);
     tiles.sort_unstable_by_key(|&tile| (at(tile, axis), tile));
     let first = ranks / 2;
@@ -65,7 +67,7 @@ fn cut(
 mod tests {
     use super::*;
 
-    /// Each process has tiles, and none has more than the mean and half of one for each cut, for equal costs.
+    /// Each process has tiles, and at most the mean plus half a tile for each cut, for equal costs.
     #[test]
     fn equal_tiles_are_shared_evenly() {
         for (counts, ranks) in [
@@ -90,7 +92,7 @@ mod tests {
         }
     }
 
-    /// A tile that costs as much as all others together has half of the processes' cuts beside it.
+    /// A tile that costs as much as all others together gets half of the cuts next to it.
     #[test]
     fn dear_tiles_have_fewer_neighbours() {
         let mut costs = vec![1.0; 64];

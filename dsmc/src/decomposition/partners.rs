@@ -1,4 +1,4 @@
-//! What processes tell each other for schemes whose partners lie across cells.
+//! Ghost cells and their changes, exchanged for schemes whose partners lie in other cells.
 
 use std::collections::BTreeMap;
 
@@ -14,8 +14,8 @@ use crate::tally::Tally;
 use crate::tile::Tile;
 
 impl<S: Space> Subdomain<S> {
-    /// The values of tiles of other processes that count here, by the tile: those of tiles within `reach` cells of own ones; if it is
-    /// wide, also of those next to own ones.
+    /// Receives per-cell values from tiles of other processes: those within `reach` cells of own
+    /// tiles and, if `is_wide`, those adjacent to these. Returns them by tile number.
     pub(crate) fn units_around<P: Physics<Space = S>, F: Follow<S>>(
         &self,
         grid: &Grid<S>,
@@ -46,7 +46,7 @@ impl<S: Space> Subdomain<S> {
             }
             from.extend(wanted);
         }
-        // Who needs something of this process has something that it needs.
+        // The relation is symmetric: receivers are also senders.
         from.sort_unstable();
         from.dedup();
         let messages = to.iter().map(|(&rank, some)| (rank, write(some)));
@@ -163,7 +163,7 @@ impl<P: Physics, F: Follow<P::Space>> TilePeers<P, F> for Subdomain<P::Space> {
     }
 }
 
-/// The tiles that have cells within some cells of a tile, along each axis and around the box.
+/// Tiles that have cells within `reach` cells of a tile along each axis, across periodic faces.
 fn within<S: Space>(grid: &Grid<S>, tile: usize, reach: [usize; 3]) -> impl Iterator<Item = usize> {
     let place = grid.tile_place(grid.place_of(tile));
     let [columns, rows, layers] = [0, 1, 2].map(|axis| {

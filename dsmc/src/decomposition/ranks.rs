@@ -1,4 +1,4 @@
-//! What connects the processes that hold one gas, and what is built from it.
+//! Transport between the processes that hold one gas, and collective operations built from it.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -6,25 +6,27 @@ use stosszahl_model::Sum;
 
 use super::bytes::{read, write};
 
-/// Processes that hold one gas together. All of them make the same calls in the same order.
+/// Transport between processes that hold one gas. All of them make the same calls in the same
+/// order.
 pub trait Ranks: Send + Sync {
     /// Number of this process, from 0.
     fn rank(&self) -> usize;
 
-    /// Number of all.
+    /// Number of processes.
     fn size(&self) -> usize;
 
-    /// Sends messages to others, and returns those that come from the processes of a list, in its order. Each process that
-    /// sends to another is in the list of that one. Messages may be of any length; none is lost, and those of a pair of
-    /// processes come in order.
+    /// Sends messages to other processes, and returns one message from each process in `from`, in
+    /// that order. A process lists every sender in its own `from`. Messages may have any length;
+    /// none is lost, and those between two processes arrive in order.
     fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
         let mut all = Vec::new();
         self.exchange_around(messages, from, &mut || (), &mut |came| all = came);
         all
     }
 
-    /// The same around other work: sends, does what there is to do meanwhile, and then what needs what came; other exchanges may be in
-    /// that. Both are called once. Only at the end is it waited for that others have taken the messages: they may be at work too.
+    /// Exchanges messages around other work: sends, calls `meanwhile` while messages travel, then
+    /// calls `then` with the messages received, which may contain other exchanges. Each is called
+    /// once. Only at the end does it wait until the receivers have taken the messages.
     fn exchange_around(
         &self,
         messages: Vec<(usize, Vec<u8>)>,
@@ -34,11 +36,11 @@ pub trait Ranks: Send + Sync {
     );
 }
 
-/// The messages of all processes, by their number: in as many rounds as the number has bits (Bruck et al., IEEE Trans. Parallel
-/// Distrib. Syst. 8, 1143 (1997), doi:10.1109/71.642949).
+/// Gathers the messages of all processes in every process, by rank, in log2(size) rounds (Bruck et
+/// al., IEEE Trans. Parallel Distrib. Syst. 8, 1143 (1997), doi:10.1109/71.642949).
 pub fn all_gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     let (me, size) = (ranks.rank(), ranks.size());
-    // Those of this process and the ones after it.
+    // Messages of this process and the following ones.
     let mut known = vec![mine];
     let mut step = 1;
     while step < size {
@@ -52,8 +54,8 @@ pub fn all_gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     known
 }
 
-/// The sum of what all processes have, which all learn: in as many rounds as their number has bits, and two more unless it is a power of
-/// two. The order of adding is nobody's concern.
+/// Reduces a value over all processes and returns the result in each, in log2(size) rounds, and two
+/// more unless the size is a power of two. `add` must not depend on the order.
 pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
     ranks: &dyn Ranks,
     mut sum: T,
@@ -61,7 +63,7 @@ pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
 ) -> T {
     let (me, size) = (ranks.rank(), ranks.size());
     let from = |rank: usize| read::<T>(&ranks.exchange(Vec::new(), &[rank])[0]);
-    // Those beyond it have a partner that works for them.
+    // Processes beyond the power of two are represented by a partner.
     let paired = 1 << size.ilog2();
     if me >= paired {
         ranks.exchange(vec![(me - paired, write(&sum))], &[]);
@@ -84,7 +86,7 @@ pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
     sum
 }
 
-/// Puts a sum of all processes together in the first: along a binary tree, in as many rounds as their number has bits.
+/// Reduces a sum to the root process along a binary tree, in log2(size) rounds.
 pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn Sum) {
     let (me, size) = (ranks.rank(), ranks.size());
     let mut step = 1;
@@ -101,7 +103,7 @@ pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn Sum) {
     }
 }
 
-/// The messages of all processes to the first, by their number; nothing elsewhere.
+/// Gathers the messages of all processes in the root process, by rank; empty elsewhere.
 pub(crate) fn gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     if ranks.rank() > 0 {
         ranks.exchange(vec![(0, mine)], &[]);
@@ -113,7 +115,7 @@ pub(crate) fn gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     all
 }
 
-/// The message of the first process, to all: along a binary tree.
+/// Broadcasts the message of the root process along a binary tree.
 pub fn broadcast(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<u8> {
     let (me, size) = (ranks.rank(), ranks.size());
     let message = if me == 0 {
@@ -132,7 +134,7 @@ pub fn broadcast(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<u8> {
     message
 }
 
-/// Messages in one.
+/// Packs several messages into one.
 fn pack(messages: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(messages.iter().map(|one| one.len() + 8).sum());
     for message in messages {

@@ -1,7 +1,8 @@
-//! Checkpoints in shards: each process writes the tiles that it holds, and the first a manifest of the files that belong together.
+//! Sharded checkpoints: each process writes its tiles, the root process the manifest of the files.
 //!
-//! A shard is a snapshot with its own checksum, which the manifest repeats: a shard of another checkpoint is none of this one. Whoever
-//! goes on cuts the tiles anew, for any number of processes, and each reads those shards that have some of its tiles.
+//! A shard is a snapshot with a checksum that the manifest repeats, so shards of different
+//! checkpoints do not mix. A resumed run cuts the tiles anew, for any number of processes, and each
+//! reads the shards that hold some of its tiles.
 
 use std::path::PathBuf;
 
@@ -21,23 +22,23 @@ use crate::tile::Tile;
 /// Location of checkpoint shards: folder and run fingerprint.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Beside {
-    /// The folder of the checkpoint.
+    /// Folder of the checkpoint.
     pub folder: PathBuf,
-    /// The run that it belongs to.
+    /// Fingerprint of the run that the checkpoint belongs to.
     pub run: Fingerprint,
 }
 
-/// One file, with the tiles of one process.
+/// Checkpoint file with the tiles of one process.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Shard {
-    /// Its name in the folder of the checkpoint.
+    /// File name in the folder of the checkpoint.
     file: String,
     checksum: Checksum,
-    /// Numbers of the tiles, and of simulators in each.
+    /// Number of each tile, and of the simulators in it.
     tiles: Vec<(u32, u32)>,
 }
 
-/// The name of the shard of a process, of a checkpoint whose shards have names that begin so.
+/// File name of the shard of a process, for a checkpoint whose shard names begin with `stem`.
 pub fn shard_name(stem: &str, rank: usize) -> String {
     format!("{stem}{rank}.shard")
 }
@@ -54,7 +55,7 @@ impl Shard {
         }
     }
 
-    /// Its tiles.
+    /// Reads the tiles of this shard.
     fn read<P: Physics, F: Follow<P::Space>>(
         &self,
         beside: &Beside,
@@ -81,7 +82,7 @@ impl Shard {
     }
 }
 
-/// All simulators of a checkpoint in shards; those of a cell are in their order.
+/// Reads all simulators of a sharded checkpoint, in the order of their cells.
 pub(crate) fn read_all<P: Physics, F: Follow<P::Space>>(
     shards: &[Shard],
     beside: &Beside,
@@ -96,8 +97,8 @@ pub(crate) fn read_all<P: Physics, F: Follow<P::Space>>(
 }
 
 impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
-    /// Has all processes write the tiles that they hold, into files with names that begin with `stem`; all call it. The first learns
-    /// what belongs to the checkpoint, the others nothing.
+    /// Writes the tiles of all processes into files whose names begin with `stem`. Collective call.
+    /// Returns the shards in the root process, and nothing in the others.
     pub(crate) fn write_shards(
         &mut self,
         stem: &str,
@@ -153,7 +154,8 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         }))
     }
 
-    /// Gives each process its tiles, of a gas of which nobody has read any. All of them call it; each says what hinders it.
+    /// Reads the tiles of each process from shards. Collective call; errors of any process reach
+    /// all.
     pub(crate) fn read_shards(
         &mut self,
         shards: &[Shard],
@@ -198,7 +200,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         done
     }
 
-    /// Simulators of each tile, if shards have each tile once.
+    /// Number of simulators in each tile; an error unless the shards hold each tile once.
     fn counted_in(&self, shards: &[Shard]) -> Result<Vec<usize>, EngineError> {
         let mut counts = vec![None; self.tiles.len()];
         for &(tile, count) in shards.iter().flat_map(|shard| &shard.tiles) {
@@ -217,7 +219,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
 }
 
 impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
-    /// Whether the simulators of a content are in its cells, which `cell` finds.
+    /// Returns true if the simulators of a tile's data lie in its cells, given by `cell`.
     fn fits(&self, content: &TileData<P, F>, cell: impl Fn(VectorOf<P>) -> Option<usize>) -> bool {
         let total: usize = content.counts.iter().map(|&count| count as usize).sum();
         if content.counts.len() != self.cells() || total != content.simulators.len() {

@@ -1,4 +1,5 @@
-//! The part of a gas that a process holds, and who sees what of it.
+//! Subdomain: the tiles of a gas that one process holds, and the processes that read their ghost
+//! cells.
 
 use std::sync::Arc;
 
@@ -14,34 +15,35 @@ use crate::particle::{Follow, SimulatorOf};
 use crate::tally::Stock;
 use crate::tile::Tile;
 
-/// The part of a gas that this process holds.
+/// Subdomain of the gas that this process holds.
 pub(crate) struct Subdomain<S: Space> {
     pub(crate) ranks: Arc<dyn Ranks>,
-    /// The owner of each tile.
+    /// Owner of each tile, by rank.
     pub(crate) owners: Vec<u32>,
-    /// Other processes with tiles next to own ones.
+    /// Ranks of the processes with tiles adjacent to own tiles.
     pub(super) near: Vec<usize>,
-    /// Which other processes see each tile: its owner, and those with tiles next to it.
+    /// Other processes that read each tile: its owner, and those with adjacent tiles.
     pub(super) seers: Vec<Vec<GhostReader>>,
-    /// Of which tiles work around them changes what another process sees.
+    /// For each tile: true if collisions around it change ghost cells of another process.
     pub(super) tells: Vec<bool>,
-    /// For each colour of tiles: to whom changes may have to be told, and who may tell some.
+    /// For each colour of tiles: ranks that may need changes, and ranks that may send some.
     pub(super) colours: Vec<[Vec<usize>; 2]>,
-    /// Whether any process was asked to stop, or to pause, as all know it since the last step.
+    /// True if any process was asked to stop, as all know since the last step.
     pub(crate) ends: bool,
+    /// True if any process was asked to pause, as all know since the last step.
     pub(crate) pauses: bool,
-    /// Of all processes, since the last exchange.
+    /// Largest speeds and energy over all processes, since the last exchange.
     pub(crate) stock: Stock<S>,
-    /// Steps since tiles changed hands.
+    /// Number of steps since tiles changed owners.
     pub(super) since: u64,
-    /// Whether the first process holds all tiles for a while.
+    /// True if the root process holds all tiles for the time being.
     pub(crate) is_united: bool,
 }
 
 /// A process that holds ghost cells of this tile.
 pub(super) struct GhostReader {
     pub(super) rank: u32,
-    /// Which cells of it; all, if nothing is said.
+    /// Cells of the tile that the process reads; `None` for all.
     cells: Option<Vec<bool>>,
 }
 
@@ -51,7 +53,7 @@ impl GhostReader {
     }
 }
 
-/// What an arranged tile holds.
+/// Contents of a sorted tile: particle numbers by cell, and simulators.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(crate) struct TileData<P: Physics, F: Follow<P::Space>> {
@@ -85,7 +87,7 @@ impl<S: Space> Subdomain<S> {
         self.owners[tile] as usize == self.me()
     }
 
-    /// Sends to each near process what belongs to it, and returns what came.
+    /// Exchanges one message with each neighbour process, and returns those received.
     pub(crate) fn with_near<T: Serialize + DeserializeOwned>(
         &self,
         mut to: impl FnMut(usize) -> T,
@@ -95,13 +97,13 @@ impl<S: Space> Subdomain<S> {
         came.iter().map(|bytes| read(bytes)).collect()
     }
 
-    /// Which process that is not this one sees a tile, if that one does.
+    /// Reader of a tile with this rank, if that process reads it.
     pub(super) fn seer(&self, tile: usize, rank: usize) -> Option<&GhostReader> {
         let mut seers = self.seers[tile].iter();
         seers.find(|seer| seer.rank as usize == rank)
     }
 
-    /// Notes new owners. Work on a tile looks at cells at most `margin` cells from it.
+    /// Sets new owners. `margin`: number of ghost cells around a tile, for cross-cell schemes.
     pub(super) fn own(&mut self, grid: &Grid<S>, owners: Vec<u32>, margin: Option<usize>) {
         let me = self.me();
         let mut near: Vec<usize> = (0..owners.len())
@@ -158,13 +160,13 @@ impl<S: Space> Subdomain<S> {
     }
 }
 
-/// A tile and those next to it.
+/// Numbers of a tile and its neighbours.
 pub(crate) fn around<S: Space>(grid: &Grid<S>, tile: usize) -> impl Iterator<Item = usize> + '_ {
     let place = grid.place_of(tile);
     (0..OFFSETS).map(move |number| grid.tile_number(grid.neighbour(place, offset(number))))
 }
 
-/// The cells of a tile that are at most `margin` cells from a tile of a process.
+/// Marks the cells of a tile that are at most `margin` cells from a tile of the process `rank`.
 fn near_cells<S: Space>(
     grid: &Grid<S>,
     tile: usize,
@@ -203,7 +205,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         }
     }
 
-    /// Some of its cells.
+    /// Contents of the cells that another process reads.
     pub(super) fn part(&self, number: usize, seer: &GhostReader) -> TileData<P, F> {
         let mut content = TileData {
             tile: number as u32,
@@ -225,7 +227,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             .collect()
     }
 
-    /// What it costs, about: how long it took, or how much there is.
+    /// Cost of the tile: measured time \[s\], or an estimate before any step.
     pub(super) fn cost(&self) -> f64 {
         if self.seconds > 0.0 {
             self.seconds
@@ -234,7 +236,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         }
     }
 
-    /// The same of so many simulators, before any step.
+    /// Estimated cost of a tile with this number of simulators, before any step \[s\].
     pub(super) fn guess(&self, simulators: usize) -> f64 {
         1e-9 * (simulators + self.cells()) as f64
     }
@@ -250,7 +252,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         self.simulators = content.simulators;
     }
 
-    /// Lets go of all simulators.
+    /// Drops all simulators.
     pub(super) fn empty(&mut self) {
         self.simulators = Vec::new();
         self.codes = Vec::new();

@@ -1,4 +1,4 @@
-//! A gas that several processes hold, which are threads here, against the same gas in one.
+//! Domain decomposition over threads against the same gas in one process.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -23,7 +23,7 @@ use crate::{
     Parameters, Scheme, Weights,
 };
 
-/// Threads that send each other bytes.
+/// Transport between threads that send each other bytes.
 struct Threads {
     me: usize,
     to: Vec<Sender<Vec<u8>>>,
@@ -60,7 +60,7 @@ impl Ranks for Threads {
     }
 }
 
-/// Does the work as each of some processes, and returns what the first found.
+/// Runs the work once for each rank, in threads, and returns the result of the first.
 fn among<R: Send>(size: usize, work: impl Fn(Arc<dyn Ranks>) -> R + Sync) -> R {
     let mut ends: Vec<(Vec<Sender<_>>, Vec<_>)> =
         (0..size).map(|_| (Vec::new(), Vec::new())).collect();
@@ -107,7 +107,7 @@ fn messages_reach_all() {
     }
 }
 
-/// Sums of a gas that several processes hold, put together from the parts of all.
+/// Sums over particles are reduced to the root process.
 #[test]
 fn sums_over_processes_are_put_together_in_the_first() {
     for size in 1..10 {
@@ -121,7 +121,7 @@ fn sums_over_processes_are_put_together_in_the_first() {
     }
 }
 
-/// All that an observer sees, in numbers that depend on the order.
+/// Hash and sum of all observed collisions; both depend on the order.
 #[derive(Default, PartialEq, Debug, Clone, Copy)]
 struct Seen(u64, f64);
 
@@ -141,7 +141,7 @@ struct Legs {
     looks: bool,
 }
 
-/// What is left of a gas after some legs, between which the first process holds all of it.
+/// State of a gas after several segments, between which the root process holds all of it.
 fn run<P: Physics, F: Follow<P::Space>>(
     make: &(dyn Fn() -> Engine<P, F> + Sync),
     legs: &Legs,
@@ -157,7 +157,7 @@ fn run<P: Physics, F: Follow<P::Space>>(
     }
     let mut seen = Seen::default();
     for leg in 0..legs.count {
-        // Every second leg goes on from where tiles are.
+        // Every second segment continues with scattered tiles.
         if leg % 2 == 1 {
             engine.unite();
             if first {
@@ -259,8 +259,8 @@ fn a_gas_in_space_is_the_same_for_any_number_of_processes() {
     }
 }
 
-/// A channel of rough disks that flow in and fall between a vibrating floor and a wall, around a disk, with simulators of several
-/// weights.
+/// Channel of rough disks with inflow, gravity, a vibrating floor, a disk as obstacle, and several
+/// simulator weights.
 #[test]
 fn a_flow_is_the_same_for_any_number_of_processes() {
     let inflow = |side, density: f64, velocity: f64| Inflow {
@@ -320,7 +320,8 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
     });
 }
 
-/// A partition that cuts cells, with a slit and a disk in it: density windows of one process hold sub-cells of others.
+/// Partition that cuts cells, with a slit and a disk in it: density windows of one process contain
+/// sub-cells of others.
 #[test]
 fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
     let plate = |from: [f64; 2], to: [f64; 2]| Outline::Segment {
@@ -368,7 +369,7 @@ fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
     }
 }
 
-/// Tiles change hands as the gas piles up, and nothing else does.
+/// Load balancing moves tiles as the gas piles up, and results do not change.
 #[test]
 fn tiles_that_change_hands_change_nothing() {
     let scene = equal::<Plane>(0.9);
@@ -396,7 +397,7 @@ fn tiles_that_change_hands_change_nothing() {
         engine.share(ranks);
         let mut seen = Seen::default();
         for step in 0..legs.steps {
-            // The first guess counts simulators.
+            // The first estimate counts simulators.
             for tile in engine.tiles.iter_mut().filter(|_| step > 0) {
                 let weight = if tile.place.low[0] >= 40.0 {
                     1e-3
@@ -436,10 +437,10 @@ fn tiles_that_change_hands_change_nothing() {
     assert!(single == found);
 }
 
-/// What the manifest of a checkpoint in shards holds.
+/// Manifest of a sharded checkpoint.
 type Manifest<P, F> = (Checkpoint<P, F>, Vec<Shard>);
 
-/// Steps of a channel, and the bytes of all that is left.
+/// Runs a channel for some steps and returns the bytes of its state.
 fn goes_on<F: Follow<Plane>>(mut engine: Engine<Disks, F>, first: bool) -> Vec<u8> {
     engine.advance(f64::INFINITY, 6, &mut ());
     engine.unite();
@@ -452,7 +453,7 @@ fn goes_on<F: Follow<Plane>>(mut engine: Engine<Disks, F>, first: bool) -> Vec<u
 
 type Disks = Scene<Plane, stosszahl_model::Smooth, Constant, Monodisperse, stosszahl_model::Free>;
 
-/// Disks that flow in, and fly to a wall.
+/// Channel with inflow at one side and a wall opposite.
 struct Channel {
     scene: Disks,
     boundaries: Boundaries<Plane>,
@@ -494,7 +495,7 @@ impl Channel {
         parameters(Scheme::Boltzmann, 2.0)
     }
 
-    /// Small tiles, which are those of the start however many simulators there are.
+    /// Sets small tiles that do not depend on the number of simulators.
     fn tile(&self, engine: &mut Engine<Disks>) {
         let simulators: Vec<_> = engine.ordered().copied().collect();
         let counts = engine.grid.counts().map(|count| count as usize);
@@ -528,7 +529,8 @@ impl Channel {
         .expect("an engine")
     }
 
-    /// Has some processes write a checkpoint, and returns its manifest, and what becomes of the gas.
+    /// Writes a checkpoint by several processes; returns its manifest and the later state of the
+    /// gas.
     fn written_by(&self, size: usize, beside: &Beside) -> (Vec<u8>, Vec<u8>) {
         among(size, |ranks| {
             let first = ranks.rank() == 0;
@@ -542,7 +544,7 @@ impl Channel {
         })
     }
 
-    /// Has one process read it, and go on.
+    /// Reads the checkpoint in one process and continues.
     fn read_by_one(&self, manifest: &[u8], beside: &Beside) -> Result<Vec<u8>, EngineError> {
         let (mut gas, shards): Manifest<Disks, Unfollowed> = read(manifest);
         gas.hold(read_all::<Disks, Unfollowed>(&shards, beside)?);
@@ -551,7 +553,7 @@ impl Channel {
         Ok(goes_on(engine, true))
     }
 
-    /// Has some processes read it, and go on if all can; what each says otherwise.
+    /// Reads the checkpoint in several processes and continues if all can; else returns the errors.
     fn read_by(&self, size: usize, manifest: &[u8], beside: &Beside) -> Result<Vec<u8>, String> {
         among(size, |ranks| {
             let (gas, shards): Manifest<Disks, Unfollowed> = read(manifest);
@@ -569,7 +571,7 @@ impl Channel {
     }
 }
 
-/// A checkpoint that some processes have written in shards goes on to the same bytes in any number, one included.
+/// A sharded checkpoint continues to the same bytes in any number of processes, one included.
 #[test]
 fn shards_are_read_by_any_number_of_processes() {
     let channel = Channel::new();
@@ -591,7 +593,8 @@ fn shards_are_read_by_any_number_of_processes() {
     }
 }
 
-/// A shard that is missing, short, changed, of another run or of another checkpoint is named, by one process and by several.
+/// A shard that is missing, truncated, changed, or of another run or checkpoint is named in the
+/// error.
 #[test]
 fn a_shard_that_cannot_be_used_is_named() {
     use std::fs;
@@ -618,7 +621,7 @@ fn a_shard_that_cannot_be_used_is_named() {
         folder: elsewhere.path().to_owned(),
         ..beside.clone()
     };
-    // Of as many processes, some steps later.
+    // A checkpoint of as many processes, some steps later.
     among(3, |ranks| {
         let mut engine = channel.begins();
         channel.tile(&mut engine);
@@ -651,7 +654,7 @@ fn a_shard_that_cannot_be_used_is_named() {
             channel.read_by(2, &manifest, beside).expect_err(wanted),
         ];
         for said in said {
-            // All are of another run, of which the first is named.
+            // If all shards are of another run, the first is named.
             let rank = usize::from(beside.run == [7; 32]);
             assert!(said.contains(&shard_name("gas.a-", rank)), "{said}");
             assert!(said.contains(wanted), "{wanted}: {said}");
@@ -663,7 +666,7 @@ fn a_shard_that_cannot_be_used_is_named() {
     assert!(found == wanted);
 }
 
-/// Files that no process can write are an error of the first, and the gas goes on.
+/// Shards that cannot be written are an error of the root process, and the gas continues.
 #[test]
 fn a_folder_that_is_not_there_is_an_error() {
     let channel = Channel::new();

@@ -3,14 +3,14 @@
 use super::*;
 use stosszahl_model::{Plane, Volume};
 
-/// A gas of so many cells of the size 2 and of particles that cover so much.
+/// Properties of a gas with cells of size 2 whose particles cover `unit`.
 fn gas(counts: [u32; 3], unit: f64) -> Gas {
     Gas {
         limit: 10.0,
         counts,
         cell: 4.0,
         width: 2.0,
-        // Three cells on a side of a triangle.
+        // Three cells on a side of triangular weights.
         diameter: 5.0,
         simulators_per_particle: 64.0,
         unit,
@@ -20,7 +20,7 @@ fn gas(counts: [u32; 3], unit: f64) -> Gas {
     }
 }
 
-/// The sums along lines and across them against the plain sum over all cells around.
+/// Window sums computed line by line against a plain sum over all cells around.
 fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
     let areas: Vec<f32> = (0..counts.iter().product())
         .map(|i| (i * i % 5) as f32)
@@ -57,7 +57,7 @@ fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
                 for y in 0..5 {
                     for x in 0..5 {
                         let line = (at[1] + y + ny - 2) % ny;
-                        // Columns of the rows above the box are displaced to the right, of those below to the left.
+                        // Rows above the box are displaced to the right, those below to the left.
                         let image = match at[1] + y {
                             above if above >= ny + 2 => nx - offset,
                             0 | 1 => offset,
@@ -77,7 +77,8 @@ fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
     }
 }
 
-/// What others count around cells near one, and the most of it, against sums over all simulators around but one of that cell.
+/// Units without one simulator of the cell, and their maximum, against sums over all simulators
+/// around.
 #[test]
 fn others_are_all_but_one() {
     let counts = [7, 6, 1];

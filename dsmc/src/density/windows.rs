@@ -1,4 +1,4 @@
-//! Density windows that bodies cut: they hold only what is on the same side.
+//! Density windows cut by obstacles: they contain only cells on the same side.
 
 /// A cell, or a sub-cell of a split one, whose particles count in density windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -9,11 +9,11 @@ pub(crate) struct WindowMember {
     pub(crate) sub_cell: Option<usize>,
 }
 
-/// The window of a cell or sub-cell, in the plane of the first two axes.
+/// Density window of a cell or sub-cell, in the plane of the first two axes.
 #[derive(Clone, Debug)]
 pub(crate) struct CutWindow<T> {
     pub(crate) centre: WindowCentre,
-    /// The cells and sub-cells that count.
+    /// Cells and sub-cells in the window.
     pub(crate) members: Vec<T>,
 }
 
@@ -26,19 +26,20 @@ pub(crate) enum WindowCentre {
     SubCell(usize),
 }
 
-/// Windows that bodies cut, and what is in them.
+/// All cut windows, with the particles and the free area in them.
 pub(crate) struct CutWindows {
     members: Vec<WindowMember>,
     windows: Vec<CutWindow<usize>>,
-    /// The window of each sub-cell.
+    /// Index of the window of each sub-cell.
     of_sub_cells: Vec<usize>,
     layers: CellLayers,
-    /// Units, and room for centres in cells, of each window in each layer.
+    /// Units in each window in each layer.
     units: Vec<f64>,
+    /// Free area of each window in each layer \[cells\].
     rooms: Vec<f64>,
 }
 
-/// Cells along the third axis, along which bodies are prisms.
+/// Layers of cells along the third axis, along which obstacles are prisms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellLayers {
     pub(crate) count: usize,
@@ -49,7 +50,7 @@ pub(crate) struct CellLayers {
 }
 
 impl CellLayers {
-    /// The layers in a window around one of them.
+    /// Layers in a window around a layer.
     fn around(self, layer: usize) -> impl Iterator<Item = usize> {
         let Self {
             count,
@@ -64,7 +65,8 @@ impl CellLayers {
 }
 
 impl CutWindows {
-    /// Windows in the order of their targets; `sub_cells`: number of those of all split cells.
+    /// Collects windows in the order of their centres. `sub_cells`: number of sub-cells of all
+    /// split cells.
     pub(crate) fn new(
         windows: Vec<CutWindow<WindowMember>>,
         sub_cells: usize,
@@ -99,12 +101,12 @@ impl CutWindows {
         }
     }
 
-    /// Takes the units of all cells and sub-cells that count.
+    /// Sets the units in all cells and sub-cells of the windows.
     pub(super) fn set_units(&mut self, units: &mut dyn FnMut(WindowMember, u32) -> f64) {
         self.units = self.sums(units);
     }
 
-    /// Takes the room for centres in all cells and sub-cells that count \[cells\].
+    /// Sets the free area of all cells and sub-cells of the windows \[cells\].
     pub(super) fn set_rooms(&mut self, room: &mut dyn FnMut(WindowMember, u32) -> f64) {
         self.rooms = self.sums(room);
     }
@@ -129,7 +131,7 @@ impl CutWindows {
             .collect()
     }
 
-    /// The cells with a window of their own, and its units and room.
+    /// Cells with a cut window, with its units and its free area.
     pub(super) fn cells(&self) -> impl Iterator<Item = ([u32; 3], f64, f64)> + '_ {
         let places = (0..self.layers.count as u32).flat_map(|layer| {
             self.windows
@@ -145,7 +147,7 @@ impl CutWindows {
             })
     }
 
-    /// Units for each cell of room around a sub-cell.
+    /// Units per cell of free area in the window of a sub-cell.
     pub(super) fn density(&self, sub_cell: usize, layer: u32) -> f64 {
         let place = self.of_sub_cells[sub_cell] + self.windows.len() * layer as usize;
         if self.rooms[place] > 0.0 {

@@ -1,9 +1,9 @@
-//! A gas that several processes hold, behind the common interface.
+//! Domain-decomposed gas behind the common interface.
 //!
-//! The first process drives the gas as any other ([`simulate_among`]); the others do what it does ([`serve`]). While the gas
-//! advances each holds its part. Sums over particles are made by all
-//! ([`Simulation::add_up`]), and checkpoints written by all. Whoever looks at particles in another way or kicks them makes the first
-//! process gather all.
+//! The root process drives the gas ([`simulate_among`]); the others serve it ([`serve`]). While the
+//! gas advances each process holds its part. Reductions over particles ([`Simulation::add_up`]) and
+//! checkpoints involve all processes. Any other access to the particles, and kicks, gather all
+//! simulators in the root process.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,10 +25,12 @@ use crate::features::PROCESSES;
 use crate::parameters::EngineError;
 use crate::particle::Follow;
 
-/// [`super::simulate`] of a gas that all of these processes hold. This is the first of them; the others [`serve`].
+/// Starts a gas as [`super::simulate`], decomposed over several processes. Called by the root
+/// process; the others call [`serve`].
 ///
 /// # Errors
-/// As [`super::simulate`]; if another process cannot hold its part; and [`EngineError::OneProcess`].
+/// As [`super::simulate`]; if another process cannot hold its part; and
+/// [`EngineError::OneProcess`].
 pub fn simulate_among(
     gas: &Gas<'_>,
     starts: &[Particles],
@@ -37,8 +39,9 @@ pub fn simulate_among(
     lead(gas, Source::Start(starts), ranks)
 }
 
-/// [`super::resume`] of a gas that all of these processes hold. This is the first of them; the others [`serve`]. The checkpoint is
-/// that of a gas in any number of processes; each reads its part of one in shards.
+/// Resumes a gas as [`super::resume`], decomposed over several processes. Called by the root
+/// process; the others call [`serve`]. The checkpoint may come from any number of processes; each
+/// reads its part of a sharded one.
 ///
 /// # Errors
 /// As [`super::resume`]; if another process cannot hold its part; and [`EngineError::OneProcess`].
@@ -76,7 +79,7 @@ fn lead(
     (led.gas)()
 }
 
-/// Whether all processes can go on; what hinders this one, or the first that something hinders.
+/// Shares errors between processes: returns the own error, else the first of another process.
 fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineError> {
     let why = mine.as_ref().err().map(ToString::to_string);
     let all = all_gather(ranks, write(&why));
@@ -91,14 +94,16 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineE
     }
 }
 
-/// Holds a part of a gas that another process drives, with everything but the start as there, until that lets go of it. The gas
-/// started with `count` particles in a box of these sides. `make` knows all sums that the first process asks for.
+/// Serves a part of a gas that the root process drives, until that ends it. All arguments but the
+/// start must equal those of the root process; the gas started with `count` particles in a box of
+/// sides `lengths`. `make` creates the sums that the root process asks for.
 ///
 /// # Errors
-/// [`EngineError`] if it cannot be made here or elsewhere; [`EngineError::OneProcess`] without the feature `processes`.
+/// [`EngineError`] if the gas cannot start here or elsewhere; [`EngineError::OneProcess`] without
+/// the feature `processes`.
 ///
 /// # Panics
-/// If the first process asks for a sum that `make` does not know.
+/// If the root process asks for a sum that `make` does not know.
 pub fn serve(
     gas: &Gas<'_>,
     count: usize,
@@ -111,7 +116,7 @@ pub fn serve(
         return Err(EngineError::OneProcess);
     }
     let Some(brief) = read::<Option<Brief>>(&broadcast(&**ranks, Vec::new())) else {
-        // It could not be made there, which is said there.
+        // The root process could not start the gas and reports why.
         return Ok(());
     };
     let source = Source::Checkpoint(Left {
@@ -129,16 +134,16 @@ pub fn serve(
     }
 }
 
-/// The first process keeps an engine that others help with.
+/// Root process: keeps the engine that the others help to advance.
 struct Lead(Arc<dyn Ranks>);
 
-/// What it begins with, and what others must know.
+/// Gas of the root process, and the data that the others need.
 struct Led {
     gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, EngineError>>,
     brief: Brief,
 }
 
-/// A gas without its simulators, and where they are if they are in shards.
+/// Checkpoint of a gas without its simulators, and the location of its shards if there are any.
 #[derive(Serialize, Deserialize)]
 struct Brief {
     kept: Vec<u8>,
@@ -171,7 +176,7 @@ impl Keep for Lead {
     }
 }
 
-/// From now on several processes hold the gas; of one in shards each reads its part.
+/// Declares that several processes hold the gas; each reads its part of a sharded checkpoint.
 fn begin_among<P: Physics, F: Follow<P::Space>>(
     cells: &mut Cells<P, F>,
     ranks: &Arc<dyn Ranks>,
@@ -185,12 +190,13 @@ fn begin_among<P: Physics, F: Follow<P::Space>>(
     agree(&**ranks, read)
 }
 
-/// Squared displacements in all processes.
+/// Sum of squared displacements over all processes.
 fn all_ways<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P, F>) -> Totals {
     all_reduce(ranks, cells.squared_ways(), |sum, more| sum.merge(&more))
 }
 
-/// Adds what all processes hold to a sum of the first, with neighbours up to a distance, if there is one.
+/// Reduces a sum over the particles of all processes in the root process, with neighbours up to
+/// `reach` if given.
 fn add_all<P: Physics, F: Follow<P::Space>>(
     cells: &Cells<P, F>,
     reach: Option<f64>,
@@ -204,7 +210,8 @@ fn add_all<P: Physics, F: Follow<P::Space>>(
     reduce(ranks, sum);
 }
 
-/// Deals out positions by equal strips of the first axis, one for each process, and adds those of the own strip and near it to a sum.
+/// Redistributes positions by equal strips of the first axis, one per process, and adds those in
+/// and near the own strip to a sum.
 fn add_strip<P: Physics, F: Follow<P::Space>>(
     cells: &Cells<P, F>,
     reach: f64,
@@ -214,14 +221,14 @@ fn add_strip<P: Physics, F: Follow<P::Space>>(
     let (me, size) = (ranks.rank(), ranks.size());
     let length = cells.engine.grid().domain().lengths().spatial().x;
     let width = length / size as f64;
-    // A little more, for rounding.
+    // Slightly more, for rounding.
     let far = (0.5 * width + reach) * (1.0 + 1e-9);
     let is_near = |x: f64, strip: usize| {
         let apart = (x - (strip as f64 + 0.5) * width).abs();
         apart.min(length - apart) <= far
     };
     let wide = ((far / width) as usize + 1).min(size / 2);
-    // Runs of equal weight, of which the first are near.
+    // Runs of equal weight; those near the strip come first.
     let mut strips: Vec<Vec<(f64, Vec<Vector3<f64>>)>> = vec![vec![(0.0, Vec::new())]; size];
     for tile in cells.engine.tiles_here() {
         cells.engine.each_in(tile, |simulator, weight| {
@@ -261,7 +268,7 @@ fn add_strip<P: Physics, F: Follow<P::Space>>(
     sum.close(me as u32);
 }
 
-/// Another process does as it is told.
+/// Worker process: executes the commands of the root process.
 struct Serve(Arc<dyn Ranks>, Interrupt, Make);
 
 impl Keep for Serve {
@@ -299,7 +306,7 @@ impl Keep for Serve {
                         all_ways(&*ranks, &cells);
                     }
                     Command::Write(stem, beside) => {
-                        // What hinders this process is said by the first.
+                        // The root process reports errors of this process.
                         let _ = engine.write_shards(&stem, &beside);
                     }
                     Command::End => return Ok(()),
@@ -309,33 +316,33 @@ impl Keep for Serve {
     }
 }
 
-/// Collisions are recorded for the first process.
+/// Observer that only requests that collisions are recorded for the root process.
 struct Looks;
 
 impl Observer for Looks {
     fn collisions(&mut self, _batch: &[stosszahl_model::Collision]) {}
 }
 
-/// A gas that several processes hold, in the first of them.
+/// Decomposed gas in the root process.
 struct Among<P: Physics, F: Follow<P::Space>> {
-    /// Behind a lock, as those who only look make it whole.
+    /// Engine behind a lock, because read access may gather all tiles.
     cells: Mutex<Cells<P, F>>,
     ranks: Arc<dyn Ranks>,
 }
 
 impl<P: Physics, F: Follow<P::Space>> Among<P, F> {
-    /// As it is, for what the first process knows anyway.
+    /// Locks the engine in its present state, for data that the root process always has.
     fn part(&self) -> MutexGuard<'_, Cells<P, F>> {
         self.cells.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Has all processes add what they hold to a sum.
+    /// Reduces a sum over all processes.
     fn add_by_all(&self, reach: Option<f64>, sum: &mut dyn Sum) {
         Command::AddUp(reach, sum.name().to_owned(), sum.save()).give(&*self.ranks);
         add_all(&self.part(), reach, sum, &*self.ranks);
     }
 
-    /// With all simulators here.
+    /// Locks the engine after gathering all simulators in the root process.
     fn whole(&self) -> MutexGuard<'_, Cells<P, F>> {
         let mut cells = self.part();
         if !cells.engine.is_whole() {
@@ -423,7 +430,7 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
         stem: &Path,
         run: &Fingerprint,
     ) -> Result<Option<Vec<u8>>, Failure> {
-        // Others may be in other folders.
+        // Other processes may run in other folders.
         let stem = std::path::absolute(stem).map_err(Failure::new)?;
         let name = stem.file_name().unwrap_or_default().to_string_lossy();
         let beside = Beside {

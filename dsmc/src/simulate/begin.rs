@@ -1,4 +1,4 @@
-//! Engines of the types that a gas asks for.
+//! Start and resume of engines of the types that a gas needs.
 
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
@@ -15,58 +15,58 @@ use crate::engine::Engine;
 use crate::parameters::{EngineError, Parameters};
 use crate::particle::{Follow, Followed, Unfollowed};
 
-/// What a gas in cells is made of, besides its start.
+/// Gas in cells: particles, parameters and boundaries; everything but its start.
 #[derive(Clone, Debug)]
 pub struct Gas<'a> {
-    /// What particles are.
+    /// Particles: sizes, masses and collision law.
     pub grains: &'a Grains,
     /// The scheme and its resolution.
     pub parameters: Parameters,
-    /// What stands at the faces of the box and in it; of disks, the third axis is ignored.
+    /// Boundary conditions; for disks, the third axis is ignored.
     pub boundaries: &'a Boundaries<Volume>,
-    /// Random streams.
+    /// Streams of random numbers.
     pub streams: Streams,
-    /// Whether displacements can be measured; smooth particles in a periodic box only.
+    /// True if displacements can be tracked; smooth particles in a periodic box only.
     pub displacements: bool,
 }
 
-/// Starts Monte Carlo in cells from particles in a box.
+/// Starts cell-based Monte Carlo from particles in a box.
 ///
-/// Several simulators for each particle start as [`crate::Copies`] says from one start; or from as many independent starts as
-/// there are simulators for a particle, where a start may not be moved and turned.
+/// Several simulators per particle start from one state as [`crate::Copies`] says, or from as many
+/// independent states, where a state may not be shifted and rotated.
 ///
 /// # Errors
-/// [`EngineError`] if the parts do not go together.
+/// [`EngineError`] if the arguments are inconsistent.
 pub fn simulate(gas: &Gas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulation>, EngineError> {
     begin(gas, Source::Start(starts), &Alone)
 }
 
-/// What a gas goes on from; all else must be as it was at the start.
+/// Checkpoint to resume from; all else must equal the start.
 #[derive(Clone, Copy, Debug)]
 pub struct Left<'a> {
     /// Number of particles at the start.
     pub count: usize,
-    /// Sides of the box.
+    /// Sides of the box \[length\]; the third is 0 for disks.
     pub lengths: [f64; 3],
-    /// The bytes of [`Simulation::checkpoint`], or of [`Simulation::checkpoint_in_shards`].
+    /// Bytes of [`Simulation::checkpoint`] or [`Simulation::checkpoint_in_shards`].
     pub checkpoint: &'a [u8],
-    /// Where the shards are, if there are some.
+    /// Location of the shards; `None` for a checkpoint without shards.
     pub beside: Option<&'a Beside>,
 }
 
-/// Goes on from a checkpoint.
+/// Resumes a gas from a checkpoint.
 ///
 /// # Errors
-/// As [`simulate`]; [`EngineError::Checkpoint`] if the bytes are none of this engine, and [`EngineError::Shard`] if a shard cannot be
-/// used.
+/// As [`simulate`]; [`EngineError::Checkpoint`] if the bytes are not of this engine, and
+/// [`EngineError::Shard`] if a shard cannot be used.
 pub fn resume(gas: &Gas<'_>, left: Left<'_>) -> Result<Box<dyn Simulation>, EngineError> {
     begin(gas, Source::Checkpoint(left), &Alone)
 }
 
-/// What becomes of an engine.
+/// Destination of a new engine: this process alone, or one of several.
 pub(super) trait Keep {
     type Kept;
-    /// Whether shards stay where they are, for the processes that hold their tiles.
+    /// True if shards stay unread, for the processes that own their tiles.
     const SHARES: bool;
     fn keep<P: Physics, F: Follow<P::Space>>(
         &self,
@@ -75,10 +75,10 @@ pub(super) trait Keep {
     ) -> Self::Kept;
 }
 
-/// Shards that nobody has read, and where they are.
+/// Unread shards and their location.
 pub(super) type Shards = Option<(Vec<Shard>, Beside)>;
 
-/// It is driven in this process.
+/// Destination of an engine driven by this process alone.
 struct Alone;
 
 impl Keep for Alone {
@@ -124,7 +124,7 @@ pub(super) fn begin<K: Keep>(
     }
 }
 
-/// Makes an engine of the types of a scene.
+/// Constructor of an engine whose types depend on the gas.
 struct Begin<'a, K> {
     gas: &'a Gas<'a>,
     source: Source<'a>,
@@ -132,7 +132,8 @@ struct Begin<'a, K> {
 }
 
 impl<K: Keep> Begin<'_, K> {
-    /// Engines of any grains. Rough ones always carry their displacement: an engine less to compile, for a vector more in each.
+    /// Makes an engine of any particles. Rough ones always carry displacements: one vector more
+    /// each, but one engine type less to compile.
     fn any<S: Space>(
         &self,
         count: usize,

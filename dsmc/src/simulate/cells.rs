@@ -1,4 +1,4 @@
-//! Monte Carlo in cells behind the common interface.
+//! Cell-based Monte Carlo behind the common interface.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -16,35 +16,38 @@ use crate::decomposition::Shard;
 use crate::engine::Engine;
 use crate::particle::{Follow, SimulatorOf};
 
-/// Simulator steps in one leg, and fewest time steps.
+/// Number of simulator steps in one segment.
 const LEG: u64 = 5_000_000;
+/// Smallest number of time steps in one segment.
 const LEAST_LEG: u64 = 20;
 
-/// Name of the entry of [`Simulation::boundaries`] that splitting and merging of simulators has.
+/// Name of the splitting and merging entry of [`Simulation::boundaries`].
 pub const BALANCE: &str = "splitting and merging";
 
-/// What is written into a checkpoint.
+/// Contents of a checkpoint.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(super) struct Kept<P: Physics, F: Follow<P::Space>> {
     pub(super) gas: Checkpoint<P, F>,
     pub(super) follows: bool,
-    /// Where the simulators are, if they are not in the gas.
+    /// Shards with the simulators; empty if these are in `gas`.
     pub(super) shards: Vec<Shard>,
 }
 
-/// Monte Carlo in cells behind [`Simulation`].
+/// Cell-based Monte Carlo engine behind [`Simulation`].
 pub(super) struct Cells<P: Physics, F: Follow<P::Space>> {
     pub(super) engine: Engine<P, F>,
-    /// Whether displacements can be followed, and are.
+    /// True if displacements can be tracked.
     pub(super) displacements: bool,
+    /// True if displacements are tracked.
     pub(super) follows: bool,
-    /// Other processes that hold parts of the gas, and are to be told what is done with it.
+    /// Other processes that hold parts of the gas, and receive commands; `None` for a single
+    /// process.
     pub(super) others: Option<Others>,
 }
 
 impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
-    /// [`Engine::advance`] of all processes.
+    /// Calls [`Engine::advance`] in all processes.
     fn go(&mut self, until: f64, steps: u64, observer: &mut dyn Observer) -> bool {
         if let Some(others) = &self.others {
             others.advance(until, steps, observer.looks());
@@ -52,7 +55,7 @@ impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
         self.engine.advance(until, steps, observer)
     }
 
-    /// Squared displacements of the simulators that this process holds, tile by tile.
+    /// Sums of squared displacements of the simulators of this process, tile by tile.
     pub(super) fn squared_ways(&self) -> Totals {
         let mut squares = Totals::new(1);
         for tile in self.engine.tiles_here() {
@@ -64,7 +67,8 @@ impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
         squares
     }
 
-    /// Such sums of all simulators over their number.
+    /// Mean squared displacement from sums over all simulators \[length^2\]; `None` without
+    /// simulators.
     pub(super) fn mean_of(&self, squares: &Totals) -> Option<f64> {
         let sum: f64 = squares.values().iter().sum();
         (self.count() > 0).then(|| sum / self.count() as f64)

@@ -1,4 +1,4 @@
-//! Gravity or a uniform shear flow, chosen when a gas begins: one type of engine for both.
+//! Field of gravity or uniform shear flow, chosen at run time: one engine type for both.
 
 use stosszahl_model::{
     Field, Grains, Gravity, Invalid, Law, Scene, Sheared, Space, Species, Surface,

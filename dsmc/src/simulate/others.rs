@@ -1,4 +1,4 @@
-//! Commands of the process that drives a gas to those that hold parts of it.
+//! Commands of the root process to the other processes of a decomposed gas.
 
 use std::sync::Arc;
 
@@ -6,22 +6,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::decomposition::{Beside, Ranks, broadcast, write};
 
-/// What the first process tells the others.
+/// Command of the root process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum Command {
-    /// Until when, for how many steps, and whether collisions are looked at.
+    /// Advances to a time, for at most a number of steps; `true` if collisions are observed.
     Advance(f64, u64, bool),
-    /// The first process is to hold all.
+    /// Gathers all tiles in the root process.
     Unite,
-    /// All are to add what they hold to the sum of this name, empty as it is; with neighbours up to a distance, if there is one.
+    /// Adds own particles to the sum of this name, given empty; with neighbours up to a distance if
+    /// one is given.
     AddUp(Option<f64>, String, Vec<u8>),
-    /// Displacements are followed from now on.
+    /// Restarts the tracking of displacements.
     Follow,
-    /// All are to add up squared displacements.
+    /// Sums squared displacements.
     Ways,
-    /// All are to write what they hold, into files with names that begin so.
+    /// Writes own tiles into files whose names begin with this stem.
     Write(String, Beside),
-    /// The gas is let go of.
+    /// Ends the gas.
     End,
 }
 
@@ -31,11 +32,11 @@ impl Command {
     }
 }
 
-/// The processes that do what the first does with its gas.
+/// Other processes of a decomposed gas, from the root process.
 pub(super) struct Others(pub(super) Arc<dyn Ranks>);
 
 impl Others {
-    /// Tells them to advance.
+    /// Commands the other processes to advance.
     pub(super) fn advance(&self, until: f64, steps: u64, looks: bool) {
         Command::Advance(until, steps, looks).give(&*self.0);
     }

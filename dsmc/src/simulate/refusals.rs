@@ -1,4 +1,4 @@
-//! Refusals of a gas in cells before it has particles.
+//! Checks of a gas in cells before it has particles.
 
 use stosszahl_model::{GrainSizes, Grains, Monodisperse, Physics, Sizes as _, Smooth, Space};
 
@@ -9,10 +9,10 @@ use crate::grid::Grid;
 use crate::parameters::EngineError;
 use crate::start::{check_choices, require_room};
 
-/// Most cells that are looked at: more take a while.
+/// Largest number of cells that are checked; more would take long.
 const MOST_CELLS: usize = 4_000_000;
 
-/// Means over the particles of a gas that is not there yet.
+/// Expected means over the particles of a gas that has not started.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExpectedGas {
     /// Sides of the box; the third is 0 for disks \[length\].
@@ -23,14 +23,15 @@ pub struct ExpectedGas {
     pub packing_fraction: f64,
 }
 
-/// Checks parameters, sizes and boundaries of a gas as [`super::simulate`] does, without its particles.
+/// Checks parameters, sizes and boundaries of a gas as [`super::simulate`] does, without its
+/// particles.
 ///
 /// # Errors
 /// [`EngineError`] if the parts do not go together.
 pub fn check(gas: &Gas<'_>, expected: &ExpectedGas) -> Result<(), EngineError> {
     let grains = &Grains {
         sizes: match &gas.grains.sizes {
-            // The largest is all that is asked for, and a list of all may be long.
+            // Only the largest size matters, and a list of all may be long.
             GrainSizes::Each(all) => GrainSizes::Equal(Monodisperse {
                 radius: all.largest_radius(),
                 mass: 1.0,

@@ -1,4 +1,4 @@
-//! Simulators tile by tile, for sums that processes make of what each of them holds.
+//! Access to simulators tile by tile, for distributed sums.
 
 use stosszahl_model::Physics;
 
@@ -10,12 +10,12 @@ where
     P: Physics,
     F: Follow<P::Space>,
 {
-    /// The numbers of the tiles that this process holds.
+    /// Numbers of the tiles that this process holds.
     pub(super) fn tiles_here(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.tiles.len()).filter(|&tile| self.tiles[tile].is_here)
     }
 
-    /// Shows each simulator of a tile and the number of particles that it stands for.
+    /// Calls `look` with each simulator of a tile and its weight, in particles.
     pub(super) fn each_in(&self, tile: usize, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
         let tile = &self.tiles[tile];
         for local in 0..tile.cells() {

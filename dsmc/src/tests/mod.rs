@@ -44,7 +44,7 @@ fn mixture(count: usize) -> Mixture {
     }
 }
 
-/// Positions uniform in a box of the given sides, components of velocities uniform from -1 to 1.
+/// State with positions uniform in a box, and velocity components uniform from -1 to 1.
 pub(crate) fn start<P: Physics>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
     let mut stream = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
     let mut vector = |low: f64, high: VectorOf<P>| {
@@ -90,7 +90,7 @@ const PARAMETERS: Parameters = Parameters {
     max_contact_value: 10.0,
 };
 
-/// Both engines after two runs, and again for other tiles.
+/// Compares the engine with the plain one after two runs, and again for other tiles.
 fn compare<P>(scene: &P, parameters: Parameters, sides: VectorOf<P>, count: usize, step: f64)
 where
     P: Physics<Surface = Smooth, Field = Free>,
@@ -140,7 +140,7 @@ fn disks_are_those_of_the_plain_engine() {
     }
 }
 
-/// In steps so long that many cross several tiles, or the box.
+/// Steps so long that many simulators cross several tiles, or the box.
 #[test]
 fn far_flyers_are_those_of_the_plain_engine() {
     let sides = Vector2::new(30.0, 22.0);
@@ -172,7 +172,7 @@ fn mixtures_are_those_of_the_plain_engine() {
     }
 }
 
-/// What somebody who looks at collisions sees.
+/// Observer that records all collisions.
 #[derive(Default, PartialEq, Debug)]
 pub(crate) struct Seen(pub(crate) Vec<Collision>);
 
@@ -182,8 +182,9 @@ impl Observer for Seen {
     }
 }
 
-/// Many simulators, so that threads are worth it: the same bytes, tallies and observations for one, two and three;
-/// with steps that follow the gas, through a stop in between, and with displacements followed.
+/// With many simulators, so that threads are used: bytes, counters and observed collisions are
+/// equal for one, two and three threads; with adaptive steps, through a stop in between, and with
+/// displacements tracked.
 #[test]
 fn threads_and_stops_change_nothing() {
     for scheme in [Scheme::Boltzmann, Scheme::Enskog(Neighbourhood::Cells(2))] {
@@ -227,7 +228,7 @@ fn threads_and_stops_change_nothing() {
     }
 }
 
-/// Steps that follow the gas are the same for other tiles too, as are the counts; only sums are added in another order.
+/// Adaptive steps and counters do not depend on the tiles; only sums are added in another order.
 #[test]
 fn tiles_change_nothing() {
     let state = start::<Equal<Plane>>(5000, Vector2::new(150.0, 90.0), 4);
@@ -251,7 +252,8 @@ fn tiles_change_nothing() {
     }
 }
 
-/// Everything that the engine holds, for smooth equal disks: 32 bytes are the record itself.
+/// Memory of the whole engine per simulator, for smooth equal disks: 32 bytes are the record
+/// itself.
 #[test]
 fn a_simulator_takes_at_most_48_bytes() {
     for (per_cell, scheme) in [
@@ -277,7 +279,8 @@ fn a_simulator_takes_at_most_48_bytes() {
     }
 }
 
-/// 1e5 steps of nothing but flight: `x_0` + v t to 1e-11 of the box, which is what 1e5 roundings may add up to.
+/// Free flight for 1e5 steps gives `x_0` + v t to 1e-11 of the box, the accumulated rounding of 1e5
+/// additions.
 #[test]
 fn free_flight_is_exact() {
     let state = start::<Equal<Plane>>(40, Vector2::new(12.0, 10.0), 9);
@@ -308,9 +311,9 @@ fn free_flight_is_exact() {
     }
 }
 
-/// Elastic spheres: rate, energy and momentum. Sixteen gases; z = 4 standard errors of the mean, which must be below
-/// 0.1 %; cells of about 400, so the start's finite number changes the rate by 1/400 at most and is taken out exactly by
-/// n(n - 1) of an ideal gas.
+/// Elastic spheres have the rate, energy and momentum of theory. Sixteen gases; z = 4 standard
+/// errors of the mean, which must be below 0.1 %. Cells of about 400 simulators: the finite number
+/// changes the rate by 1/400 at most, and n(n - 1) of an ideal gas corrects it exactly.
 #[test]
 fn spheres_collide_at_the_rate_of_theory() {
     let (count, side) = (20_000, 40.0);
@@ -333,7 +336,7 @@ fn spheres_collide_at_the_rate_of_theory() {
         let rate = 2.0 * engine.tally().collisions as f64 / count as f64 / engine.time();
         rates.push(rate / Volume::collision_rate(packing, 1.0));
         let end = engine.state();
-        // A random walk of 1e5 roundings.
+        // Random walk of 1e5 roundings.
         let energy = end.kinetic_energy(&scene) / state.kinetic_energy(&scene);
         assert!((energy - 1.0).abs() < 1e-13, "{energy}");
         assert!(end.momentum(&scene).norm() < 1e-10);
@@ -343,8 +346,9 @@ fn spheres_collide_at_the_rate_of_theory() {
     assert!((mean - 1.0).abs() < 4.0 * error, "{mean} ± {error}");
 }
 
-/// The ideal gas of pressure: without displacement, a pair that meets anywhere in its cell carries no momentum on average;
-/// with it, elastic disks carry Z - 1 = (pi/2) n d^2 chi at the rate of theory.
+/// Collisional virial follows from the displacement: without it, pairs within a cell carry no
+/// momentum on average; with it, elastic disks carry Z - 1 = (pi/2) n d^2 chi at the rate of
+/// theory.
 #[test]
 fn virial_is_that_of_the_displacement() {
     let count = 20_000;
@@ -372,8 +376,8 @@ fn virial_is_that_of_the_displacement() {
         } else {
             expected
         };
-        // Each collision carries up to the cell's width times the momentum, with a random sign: about
-        // 6 d . 1.5 sqrt(T) of spread, and 4.4 standard errors of their mean.
+        // Each collision carries momentum over up to a cell width, with random sign: a spread of
+        // about 6 d . 1.5 sqrt(T), and 4.4 standard errors of the mean.
         let spread = 9.0 * temperature.sqrt() * (engine.tally().collisions as f64).sqrt() / scale;
         assert!(
             (excess - expected).abs() < 4.4 * spread,

@@ -1,5 +1,6 @@
-//! The plain engine that the tests hold the fast one against: one vector, a stable sort by cell in each step, no
-//! tiles, no threads, and the formulas written out once more. Same streams, same bytes.
+//! Plain engine, the slow reference of the tests: one vector, a stable sort by cell in each step,
+//! no tiles, no threads, and the formulas written out once more. With equal streams it gives equal
+//! bytes.
 
 use rand::RngExt;
 use stosszahl_model::random::{Purpose, ShortStream, Streams};
@@ -10,13 +11,13 @@ use stosszahl_model::{
 
 use crate::{Displacement, Neighbourhood, Parameters, Scheme};
 
-/// The plain engine, with steps of one length.
+/// Plain engine with steps of fixed length.
 pub(super) struct Plain<P: Physics> {
     scene: P,
     parameters: Parameters,
     domain: Domain<P::Space>,
     counts: [usize; 3],
-    /// Positions, velocities, indices; by cell after a sort.
+    /// Position, velocity and index of each simulator; sorted by cell after a sort.
     pub(super) members: Vec<(VectorOf<P>, VectorOf<P>, usize)>,
     streams: Streams,
 }
@@ -70,7 +71,7 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
         }
     }
 
-    /// As [`Engine::advance`] with a held step that the clock can show exactly.
+    /// Advances as [`Engine::advance`] with a fixed step that the clock represents exactly.
     pub(super) fn advance(&mut self, steps: u64, first: u64, step: f64) -> u64 {
         let mut collisions = 0;
         self.fly(0.5 * step);
@@ -84,7 +85,7 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
         collisions
     }
 
-    /// Packing fraction of a block of cells, of the number of cells around that the scheme asks for.
+    /// Packing fraction of the density window of a cell.
     fn packing(&self, cell: [usize; 3], volume: f64) -> f64 {
         let reach = match self.parameters.scheme {
             Scheme::Enskog(Neighbourhood::Cells(n)) => n as usize,
@@ -219,7 +220,7 @@ impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
     }
 }
 
-/// How many there are: 400 in every mixture of these tests, and all alike otherwise.
+/// Number of sizes: 400 in every mixture of these tests, one for equal particles.
 fn members_of<Z: Sizes>(_sizes: &Z) -> usize {
     if Z::UNIFORM { 1 } else { 400 }
 }

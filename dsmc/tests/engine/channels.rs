@@ -1,4 +1,4 @@
-//! Disks with partners around the point of contact between walls: their collision rate against exact disks.
+//! Contact-point scheme in channels between walls: collision rate against exact disks.
 
 use nalgebra::vector;
 use stosszahl_dsmc::{Boundaries, Clearance, Engine, EngineError, Parameters, Scheme};
@@ -17,9 +17,12 @@ const AROUND_POINTS: Parameters = Parameters {
     ..PARAMETERS
 };
 
-/// Packing fraction of the channel, its width in diameters, and the collisions of an elastic disk in a unit of time at
-/// temperature one: 400 disks (1200 from 6 d on) of the event-driven engine between specular walls, from rows of disks with
-/// Maxwellian velocities, 40 collisions of each after 100 for each; standard errors 0.1 to 0.4 %.
+/// Reference of exact disks: packing fraction, channel width in diameters, and collisions per disk
+/// and unit time at temperature one.
+///
+/// Event-driven engine, 400 elastic disks (1200 from 6 d on) between specular walls, from rows of
+/// disks with Maxwellian velocities: 40 collisions per disk after 100 of relaxation. Standard
+/// errors are 0.1 to 0.4 %.
 const EXACT: [(f64, f64, f64); 15] = [
     (0.1, 3.0, 0.5561),
     (0.1, 4.0, 0.5620),
@@ -59,9 +62,9 @@ fn channel(packing: f64, width: f64, count: usize) -> (Boundaries<Plane>, State<
     (boundaries, state)
 }
 
-/// The rate falls short of that of exact disks by no more than the engine says it may, and 4 % for the noise of 1200
-/// simulators over 40 collisions each, with which the density of a window of ten diameters and its chi vary; it is not
-/// above by more than those 4 %.
+/// The collision rate is below that of exact disks by at most the bound of the engine plus 4 %, and
+/// above it by at most 4 %. The 4 % are the noise of 1200 simulators over 40 collisions each, with
+/// which the density in a window of ten diameters and its chi vary.
 #[test]
 fn disks_in_channels_collide_as_often_as_the_engine_says() {
     let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
@@ -95,7 +98,7 @@ fn disks_in_channels_collide_as_often_as_the_engine_says() {
     }
 }
 
-/// Narrower channels are refused by name; others schemes have no such bound.
+/// Narrower channels are refused with the scheme's name; other schemes have no such limit.
 #[test]
 fn channels_of_few_diameters_are_refused() {
     let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());

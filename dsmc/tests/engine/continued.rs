@@ -1,5 +1,5 @@
-//! Partners across cells between open faces and walls: runs that are continued, starts from nothing, and steps that are
-//! broken off.
+//! Cross-cell schemes between open faces and walls: resumed runs, starts from an empty box, and
+//! interrupted steps.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -25,7 +25,7 @@ const ACROSS: Parameters = Parameters {
     ..PARAMETERS
 };
 
-/// A channel between specular walls, open at both ends, with streams of one density that drift through it.
+/// Channel between specular walls, open at both ends, with inflows of one density and drift.
 fn channel(density: f64, drift: f64) -> Boundaries<Plane> {
     let faces = [
         [Face::Open; 2],
@@ -49,8 +49,8 @@ fn channel(density: f64, drift: f64) -> Boundaries<Plane> {
     }
 }
 
-/// A run with a stop after `steps` of twice as many gives the bytes of one without: places, velocities, tallies, and what
-/// boundaries gave.
+/// A run stopped and resumed after half of its steps gives the bytes of an uninterrupted run:
+/// positions, velocities, counters and ledgers.
 fn stops_change_nothing(
     scene: &Disks,
     parameters: Parameters,
@@ -84,7 +84,8 @@ fn stops_change_nothing(
         )
     };
     let through = run(false);
-    // The number of simulators at the stop is another than at the start: what tiles must not follow.
+    // The number of simulators at the stop differs from that at the start; tiles must not follow
+    // it.
     let started = state.bodies.len() * parameters.simulators_per_particle as usize;
     assert!(through.0.abs_diff(started) > started / 5, "{}", through.0);
     assert!(through.3.collisions > 100, "{:?}", through.3);
@@ -103,7 +104,7 @@ fn continued_flows_with_partners_across_cells_are_the_same_bytes() {
     }
 }
 
-/// Sums over tiles have their last digits by the order of adding, so by the tiles.
+/// Sums over tiles depend in their last digits on the order of adding, and thus on the tiles.
 #[test]
 fn continued_sums_at_boundaries_are_the_same_bytes() {
     let faces = [[Face::Wall(Wall::specular()); 2]; 2];
@@ -118,8 +119,8 @@ fn continued_sums_at_boundaries_are_the_same_bytes() {
     stops_change_nothing(&scene, PARAMETERS, &state, &boundaries, 3);
 }
 
-/// A channel that starts empty fills with what flows in, faster than sound: 24 d of it hold the density of the stream within
-/// 10 %, which is z = 4 for the 16 samples of 96 disks, were they as noisy as Poisson's.
+/// A channel that starts empty fills by supersonic inflow: 24 d of it hold the density of the
+/// stream within 10 %, which is z = 4 for 16 samples of 96 disks with Poisson noise.
 #[test]
 fn an_empty_channel_fills() {
     let (density, drift) = (0.05, 4.0);
@@ -143,7 +144,7 @@ fn an_empty_channel_fills() {
         let mut engine: Engine<Disks> =
             Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
-        // Tiles for what will be there.
+        // Tiles are made for the expected number.
         assert!(engine.grid().cells() > 100);
         let mut inside = 0.0;
         for sample in 0..16 {
@@ -159,7 +160,8 @@ fn an_empty_channel_fills() {
     }
 }
 
-/// Disks of very different sizes need some 10^9 trials for a step: an interrupt breaks it off, and nothing goes on.
+/// A step of disks of very different sizes takes some 10^9 candidates: an interrupt stops it, and
+/// nothing continues.
 #[test]
 fn a_long_step_can_be_broken_off() {
     let count = 300;
@@ -205,14 +207,14 @@ fn a_long_step_can_be_broken_off() {
         assert!(engine.is_interrupted());
         let (steps, collisions) = (engine.tally().steps, engine.tally().collisions);
         assert!(steps <= 1 && collisions < 10_000, "{steps} {collisions}");
-        // Half a step is no state to go on from.
+        // Half a step is not a state to continue from.
         engine.stop_on(&Interrupt::default());
         assert!(!engine.advance(1e6, u64::MAX, &mut ()));
         assert_eq!(engine.tally().steps, steps);
     }
 }
 
-/// An elastic law that raises an interrupt at the tenth collision.
+/// Elastic law that raises an interrupt at the tenth collision.
 #[derive(Clone, Debug, Default)]
 struct Tenth(Interrupt, Arc<AtomicU64>);
 
@@ -225,7 +227,7 @@ impl Restitution for Tenth {
     }
 }
 
-/// A search for the partner of a large disk takes long: none begins once the interrupt is raised.
+/// A search for the partner of a large disk takes long; none starts after the interrupt is raised.
 #[test]
 fn no_partner_of_unequal_disks_is_sought_after_an_interrupt() {
     let sizes = (0..400).map(|i| (if i == 0 { 5.0 } else { 0.5 }, 1.0));

@@ -1,4 +1,4 @@
-//! Gases that flow through open faces, and simulators whose weight depends on the place.
+//! Flows through open faces, and simulator weights that depend on position.
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_dsmc::{
@@ -17,7 +17,7 @@ use crate::support::{
 
 type Disks = Grains<Plane, Smooth>;
 
-/// An inflow through the lower face of the first axis.
+/// Inflow through the lower face of the first axis.
 fn inflow<S: Space>(density: f64, velocity: S::Vector, temperature: f64) -> Inflow<S> {
     Inflow {
         axis: 0,
@@ -30,7 +30,7 @@ fn inflow<S: Space>(density: f64, velocity: S::Vector, temperature: f64) -> Infl
     }
 }
 
-/// A channel along the first axis, open at both ends.
+/// Channel along the first axis, open at both ends.
 fn channel<S: Space>(inflows: Vec<Inflow<S>>, side: Face<S>) -> Boundaries<S> {
     let faces = [[Face::Open; 2], [side; 2], [Face::Periodic; 2]];
     Boundaries {
@@ -40,10 +40,10 @@ fn channel<S: Space>(inflows: Vec<Inflow<S>>, side: Face<S>) -> Boundaries<S> {
     }
 }
 
-/// A rough gas that drifts through a free channel, at once with and against a part of its own thermal motion, stays as it
-/// is: density, velocity and temperatures in four slices within 1 %, for a subsonic and a supersonic drift. The channel
-/// starts empty; 40 samples, each a transit apart, of 1000 spheres in each slice leave errors of 0.5 % for a density whose
-/// fluctuations are Poisson's, and less for the others.
+/// A rough gas that drifts through a free channel keeps density, velocity and temperatures in four
+/// slices within 1 %, for a subsonic and a supersonic drift. The channel starts empty; 40 samples,
+/// each a transit apart, of 1000 spheres per slice give errors of 0.5 % for a density with Poisson
+/// noise, and less for the others.
 #[test]
 fn a_drifting_gas_stays_uniform() {
     let density = 100.0;
@@ -98,7 +98,8 @@ fn a_drifting_gas_stays_uniform() {
     }
 }
 
-/// What came in less what went out is what is there: to the rounding of sums of some 1e5 terms.
+/// Checks that the ledgers account for the content of the box: to the rounding of sums of some 1e5
+/// terms.
 fn check_ledgers<S: Space, C: Surface<S>, F: Follow<S>>(
     engine: &Engine<Grains<S, C>, F>,
     scene: &Grains<S, C>,
@@ -121,8 +122,8 @@ fn check_ledgers<S: Space, C: Surface<S>, F: Follow<S>>(
     assert!((energy - heat).abs() < 1e-7, "{energy} {heat}");
 }
 
-/// Nothing comes in where there is nothing, or where what is there only goes away; what is there leaves, and an empty
-/// channel stays empty, in finitely many steps.
+/// No particles enter with zero density or with a gas that drifts outwards; a channel then empties,
+/// and an empty one stays empty, in a finite number of steps.
 #[test]
 fn without_flux_a_channel_runs_empty() {
     let scene = grains(0.01, 1.0, Smooth, no_gravity());
@@ -149,8 +150,9 @@ fn without_flux_a_channel_runs_empty() {
     }
 }
 
-/// A supersonic stream into an empty channel: what came in is density times speed, to z = 4.4 of the error of numbers drawn
-/// next to their mean, which is below that of Poisson's law; it fills the channel evenly and leaves at its far end.
+/// A supersonic stream into an empty channel: the inflow is density times speed, within z = 4.4 of
+/// the error of randomly rounded numbers, which is below Poisson's. It fills the channel evenly and
+/// leaves at the far end.
 #[test]
 fn a_supersonic_stream_fills_an_empty_channel() {
     let (density, drift) = (40.0, 20.0);
@@ -180,8 +182,9 @@ fn a_supersonic_stream_fills_an_empty_channel() {
     check_ledgers(&engine, &scene);
 }
 
-/// A box with weights of 1 and 3.7: over 1e6 changes of weight, splits and merges alike, particles, mass, momentum and
-/// energy are kept on average, to 3 standard errors of the mean over 24 gases; and the density is even.
+/// Weights of 1 and 3.7: over 1e6 changes of weight, splits and merges conserve particles, mass,
+/// momentum and energy on average, to 3 standard errors of the mean over 24 gases, and the density
+/// is uniform.
 #[test]
 fn splits_and_merges_are_fair() {
     let weights = Weights::along(0, vec![1.0, 3.7, 0.3]).expect("factors");
@@ -237,7 +240,7 @@ fn splits_and_merges_are_fair() {
         let variance = values.map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0);
         let error = (variance / n).sqrt();
         assert!(mean.abs() < 3.0 * error, "{quantity}: {mean} +- {error}");
-        // Of 1e4 particles and energies.
+        // Relative to 1e4 particles and their energies.
         assert!(error < 200.0, "{quantity}: the error {error} is too wide");
     }
     for third in thirds {
@@ -246,23 +249,25 @@ fn splits_and_merges_are_fair() {
     }
 }
 
-/// Among walls, gravity, streams, weights and collisions, the same bytes for any number of threads and any tiles, and
-/// through a stop.
+/// With walls, gravity, inflows, weights and collisions, results have the same bytes for any number
+/// of threads, any tiles, and through a stop.
 #[test]
 fn threads_tiles_and_stops_change_nothing() {
     let factors = vec![1.0, 0.8, 0.5, 1.7, 1.0, 2.5, 1.0, 0.6];
     nothing_changes(Weights::table([4, 2, 1], factors).expect("factors"), |x| x);
 }
 
-/// The same where factors follow the number, before the stop and after it: at one end the gas begins 5.7 times as dense as in the mean,
-/// at the other with a sixth of that.
+/// Threads, tiles and stops change nothing with adaptive weights, which change before and after the
+/// stop: the gas starts 5.7 times denser than the mean at one end, and at a sixth of the mean at
+/// the other.
 #[test]
 fn they_change_nothing_where_weights_follow_the_number() {
     let following = Weights::following(0, 8).expect("slices");
     nothing_changes(following, |x| 12.0 * (x / 12.0).powi(6));
 }
 
-/// `place`: where simulators of a uniform gas begin along the channel.
+/// Checks that threads, tiles and stops change nothing. `place`: maps uniform coordinates along the
+/// channel to initial ones.
 fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
     let density = 400.0;
     let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 });
@@ -350,7 +355,7 @@ fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
             "{threads} threads, {stop}"
         );
     }
-    // Sums of what tiles give are added in another order.
+    // Sums over tiles are added in another order.
     for per_tile in [1, 300, 1_000_000] {
         let other = run(2, Some(per_tile), false);
         assert!(alone.0 == other.0 && alone.1 == other.1, "{per_tile}");
@@ -410,7 +415,7 @@ fn streams_that_have_no_meaning_are_refused() {
     }
 }
 
-/// Species may come and go; particles with a size each of their own may not.
+/// Species may flow in and out; particles with individual sizes may not.
 #[test]
 fn only_species_can_flow() {
     let boundaries = channel(
@@ -485,10 +490,12 @@ fn only_species_can_flow() {
     );
 }
 
-/// An atmosphere over a warm floor, whose density falls by a factor of 24 between the lowest and the highest fifth of its height,
-/// after 40 mean free times: the engine, and the mean particles, temperature and simulators of each fifth over forty samples.
-/// Barometric and at the temperature of the floor, also at the top, to 2 %: samples of 4000 simulators in each fifth, which are
-/// renewed in some ten samples, have errors below 0.8 %.
+/// Atmosphere over a warm floor, whose density falls by a factor of 24 from the lowest to the
+/// highest fifth of its height, after 40 mean free times. Returns the engine, and mean particles,
+/// temperature and simulators of each fifth over forty samples.
+///
+/// Checks the barometric density and the floor's temperature up to the top, to 2 %. Samples of 4000
+/// simulators in each fifth, renewed in some ten samples, have errors below 0.8 %.
 fn atmosphere(count: f64, weights: Weights) -> (Engine<Disks>, [[f64; 3]; 5]) {
     let height = 10.0;
     let pull = 0.4;
@@ -511,7 +518,7 @@ fn atmosphere(count: f64, weights: Weights) -> (Engine<Disks>, [[f64; 3]; 5]) {
         .expect("a box");
     let mut state: State<Disks> = gas(&scene, domain, 0.0, count as usize, 1.0, 8);
     for body in &mut state.bodies {
-        // Uniform numbers become barometric heights.
+        // Maps uniform numbers to barometric heights.
         let below = body.position[1] / height;
         body.position[1] = -(-below * -(-pull * height).exp_m1()).ln_1p() / pull;
     }
@@ -543,7 +550,7 @@ fn atmosphere(count: f64, weights: Weights) -> (Engine<Disks>, [[f64; 3]; 5]) {
     (engine, fifths)
 }
 
-/// Density of a fifth of the atmosphere over that of the lowest.
+/// Density of a fifth of the atmosphere over that of the lowest fifth.
 fn share(fifth: u32) -> f64 {
     (-0.8 * f64::from(fifth)).exp()
 }
@@ -559,15 +566,15 @@ fn weights_do_not_change_an_atmosphere() {
     assert!(engine.ledgers().balanced > 100_000);
 }
 
-/// Weights that follow the number leave each fifth between a half and twice of the mean of the start, where a fortieth and 2.8 times
-/// would be without, and change the atmosphere as little.
+/// Adaptive weights keep the number of simulators in each fifth between half and twice the initial
+/// mean, where fixed ones give from a fortieth to 2.8 times, and do not change the atmosphere.
 #[test]
 fn weights_follow_the_number() {
     let count = 32_000.0;
     let weights = Weights::following(1, 5).expect("slices");
     let (engine, fifths) = atmosphere(count, weights);
     for (number, [_, _, simulators]) in fifths.into_iter().enumerate() {
-        // Once in a while a fifth is beyond its bounds until the next look.
+        // A fifth may exceed its bounds until the next adaptation.
         let over_mean = simulators / (count / 5.0);
         assert!((0.45..2.1).contains(&over_mean), "{number}: {over_mean}");
     }

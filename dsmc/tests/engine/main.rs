@@ -1,4 +1,4 @@
-//! Monte Carlo in cells. One program for all tests, so that each instance of the engine is compiled once.
+//! Tests of cell-based Monte Carlo, in one program so that each engine type is compiled once.
 
 mod channels;
 mod continued;

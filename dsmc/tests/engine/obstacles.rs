@@ -1,4 +1,4 @@
-//! Gases around obstacles, and what is counted in cells.
+//! Gases around obstacles, and counts by cell.
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_dsmc::{Boundaries, Clearance, Displacement, Engine, Parameters, Scheme};
@@ -44,7 +44,7 @@ fn around<S: Space>(obstacles: Vec<Obstacle>, clearance: Clearance) -> Boundarie
     }
 }
 
-/// A state without those that overlap an obstacle.
+/// Removes particles that overlap an obstacle from a state.
 fn outside(mut state: State<Disks>, obstacles: &[Obstacle], radius: f64) -> State<Disks> {
     let is_free = |body: &Body<Disks>| {
         let mut near = obstacles.iter();
@@ -61,9 +61,10 @@ fn outside(mut state: State<Disks>, obstacles: &[Obstacle], radius: f64) -> Stat
     state
 }
 
-/// Elastic disks around specular obstacles in a periodic box, some of which reach to its edge: they keep their energy, none
-/// gets inside, the density stays even, and the collision rate is that of the room that is left. z = 4.4 for shares of
-/// particles, and the Poisson error for collisions, with 1 % for the room that is sampled.
+/// Elastic disks around specular obstacles in a periodic box, some across its edge, keep their
+/// energy and stay outside. Density is uniform, and the collision rate is that of the free volume.
+/// z = 4.4 for fractions of particles, and the Poisson error for collisions, with 1 % for the
+/// sampled volume.
 #[test]
 fn a_gas_around_obstacles_stays_in_equilibrium() {
     let obstacles = vec![
@@ -119,7 +120,7 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
         );
         let given = ledgers.total().1 - (end.momentum(&scene) - state.momentum(&scene));
         assert!(given.norm() < 1e-8 && ledgers.rests == 0, "{given}");
-        // Counts by cell add up to all.
+        // Counts by cell add up to the total.
         let counts = engine.take_cell_counts();
         assert_eq!(counts.len(), engine.grid().cells());
         let counted: f64 = counts.iter().map(|count| count.collisions).sum();
@@ -134,7 +135,8 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
     }
 }
 
-/// Steps so long that disks cross the box several times: the obstacle is met all the same, also around the edge.
+/// In steps so long that disks cross the box several times, every contact with an obstacle is
+/// found, also across a periodic face.
 #[test]
 fn nothing_flies_through_an_obstacle() {
     let obstacles = vec![block([4.0, 0.0], [6.0, 10.0], SPECULAR)];
@@ -152,7 +154,8 @@ fn nothing_flies_through_an_obstacle() {
                 .expect("an engine");
         engine.hold_step(step);
         engine.advance(100.0, u64::MAX, &mut ());
-        // Between 6 and 14 in the first coordinate, to and fro: from 11 it is at the wall at 6 after 5, then every 8.
+        // Motion between 6 and 14 along the first axis: from 11 it reaches the obstacle at 6 after
+        // 5, then every 8.
         let end = engine.state().bodies[0];
         assert_eq!(engine.ledgers().obstacles[0].contacts, 12.0);
         assert_eq!(end.velocity, vector![-1.0, 0.5]);
@@ -163,7 +166,7 @@ fn nothing_flies_through_an_obstacle() {
     }
 }
 
-/// A grain that falls on a block which gives half of its speed back comes to rest on it.
+/// A particle that falls on an obstacle of restitution 0.5 comes to rest on it.
 #[test]
 fn a_grain_comes_to_rest_on_a_block() {
     let law = Rebound::Restitutive {
@@ -193,9 +196,9 @@ fn a_grain_comes_to_rest_on_a_block() {
     assert!(body.velocity.norm() < 1e-6, "{body:?}");
 }
 
-/// A grain that does not rebound slides down a slope of 45 degrees without friction: g t^2/4 along each axis in a time t,
-/// while the slope gives it the momentum g t/2 along each. What is left of rounding, and of the 1e-9 that it begins above
-/// the slope, is below 1e-6.
+/// A particle of restitution 0 slides down a frictionless slope of 45 degrees: g t^2/4 along each
+/// axis in time t, while the slope gives it the momentum g t/2 along each. Tolerance: rounding, and
+/// its initial height of 1e-9 above the slope, below 1e-6.
 #[test]
 fn a_grain_slides_down_a_slope() {
     let law = Rebound::Restitutive {
@@ -237,9 +240,9 @@ fn a_grain_slides_down_a_slope() {
     assert!((given - vector![1.0, 1.0]).norm() < 1e-6, "{given}");
 }
 
-/// Grains that lose half of their speed in every contact fall into a funnel with a disk in it, and come to rest in wedges
-/// between its sides, the disk and the floor: the run ends, no grain is in an obstacle or outside, the energy only falls, and
-/// what boundaries and weight gave is what is there.
+/// Particles of restitution 0.5 fall into a funnel that holds a disk, and come to rest in wedges
+/// between its sides, the disk and the floor. The run ends, no particle is inside an obstacle or
+/// outside the box, the energy only falls, and the ledgers balance.
 #[test]
 fn grains_come_to_rest_in_wedges() {
     let law = Rebound::Restitutive {
@@ -314,7 +317,8 @@ fn grains_come_to_rest_in_wedges() {
     }
 }
 
-/// In three dimensions obstacles are prisms: spheres around a cylinder keep their energy, stay out, and fill the rest.
+/// In three dimensions obstacles are prisms: spheres around a cylinder keep their energy, stay
+/// outside, and fill the rest.
 #[test]
 fn spheres_flow_around_a_cylinder() {
     let boundaries = around::<Volume>(vec![disk(3.0, 3.0, 1.5)], Clearance::Centre);
@@ -372,7 +376,8 @@ fn a_grain_inside_an_obstacle_is_named() {
     assert!(said.contains("obstacle 0: reaches from (8.5"), "{said}");
 }
 
-/// Default cells follow the free path in the area that bodies leave: those of the gas in that area alone.
+/// Default cells follow the free path in the area that obstacles leave: they equal those of a gas
+/// in that area alone.
 #[test]
 fn default_cells_follow_the_free_area() {
     let scene = grains(0.1, 1.0, Smooth, no_gravity());
@@ -392,12 +397,12 @@ fn default_cells_follow_the_free_area() {
         let wanted = parameters.cells(&domain, packing, 0.1);
         let found = engine.grid().counts().map(|count| count as usize);
         assert_eq!(found, wanted, "{clearance:?}");
-        // Spread over the whole box, the gas would have a path four times as long.
+        // Averaged over the whole box, the path would be four times as long.
         assert!(wanted[0] > 2 * parameters.cells(&domain, packing / 4.0, 0.1)[0]);
     }
 }
 
-/// Counts by cell are all that the tally has, within and across cells.
+/// Counts by cell add up to the tally, for pairs within cells and cross-cell.
 #[test]
 fn counts_by_cell_add_up() {
     let scene = grains(1.0, 0.9, Smooth, no_gravity());

@@ -1,4 +1,4 @@
-//! Laws of pairs of species reach the pairs that they are written for, however the gas is stored.
+//! Restitution laws of pairs of species apply to the right pairs, however the gas is stored.
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -12,7 +12,7 @@ use stosszahl_model::{
     PerPair, Polydisperse, Species,
 };
 
-/// Restitution by the species of both, and how often each pair of species met.
+/// Restitution by the species of both particles, and collision numbers of each pair of species.
 #[derive(Default)]
 struct Laws([u64; 3]);
 
@@ -28,8 +28,8 @@ impl Observer for Laws {
     }
 }
 
-/// Two species of a hundred, with two simulators for each particle: as species, and each particle with its own size,
-/// plain and in scenes that know species only.
+/// Two species of a hundred with two simulators per particle: as species, and with individual
+/// sizes, in plain scenes and in scenes that know species only.
 #[test]
 fn copies_of_species_keep_their_laws() {
     let sizes = [(0.5, 1.0), (0.3, 0.2)];
@@ -103,7 +103,7 @@ fn copies_of_species_keep_their_laws() {
             .advance(f64::INFINITY, Budget::Collisions(1000), &mut met)
             .expect("no failure");
         assert!(met.0.iter().all(|&count| count > 50), "{:?}", met.0);
-        // Copy after copy, each in the order of the particles.
+        // Set after set, each in the order of the particles.
         let found = engine.particles().all;
         let species = found.iter().map(|one| one.species);
         assert!(species.eq((0..400).map(|index| index / 100 % 2)));

@@ -1,4 +1,4 @@
-//! Grains that turn each other: cooling in cells against the two-temperature theory.
+//! Rough particles in cells: cooling against the two-temperature theory.
 
 use stosszahl_analysis::theory::{RoughGas, Temperatures};
 use stosszahl_dsmc::{
@@ -37,7 +37,7 @@ fn theory<S: Space>(gas: &Gas<S>) -> RoughGas {
     RoughGas::new::<S>(restitution, gas.surface, DENSITY, 1.0, 1.0, 1.0).expect("a gas")
 }
 
-/// Points in a box of the density above, with Maxwellian velocities and spins.
+/// Points in a box of the gas's density, with Maxwellian velocities and spins.
 fn start<S: Space>(gas: &Gas<S>, count: usize, temperatures: Temperatures) -> State<Gas<S>> {
     let streams = Streams::new(11, 0);
     let side = (count as f64 / DENSITY).powf(1.0 / S::DIMENSION as f64);
@@ -82,7 +82,7 @@ fn temperatures<S: Space>(gas: &Gas<S>, engine: &Spinning<S>) -> Temperatures {
     }
 }
 
-/// Departures from Maxwellians: of the fourth moment of velocities, of that of spins, and of the product of squares.
+/// Cumulants: of velocities, of spins, and of the product of their squares.
 fn cumulants<S: Space>(state: &State<Gas<S>>) -> [f64; 3] {
     let count = state.bodies.len() as f64;
     let mean =
@@ -109,8 +109,9 @@ const EQUAL: Temperatures = Temperatures {
     rotation: 1.0,
 };
 
-/// Both temperatures after 2, 5 and 10 mean free times of the start within 2 % of theory in three Sonine orders; z = 4
-/// standard errors of 50 000 grains are 1.5 %. The fourth cumulant of the spins exceeds 0.3 in the end.
+/// Translational and rotational temperatures after 2, 5 and 10 initial mean free times within 2 %
+/// of theory in three Sonine orders; z = 4 standard errors of 50 000 particles are 1.5 %. The
+/// fourth cumulant of the spins exceeds 0.3 at the end.
 #[test]
 fn two_temperatures_cool_as_in_theory() {
     for (restitution, beta) in [(0.6, 0.0), (0.6, 1.0), (1.0, 0.0), (0.6, -1.0)] {
@@ -132,7 +133,7 @@ fn two_temperatures_cool_as_in_theory() {
     }
 }
 
-/// Restitution 1 with perfectly smooth or rough grains: energy to a random walk of 1e6 roundings.
+/// Perfectly smooth or rough elastic particles conserve energy, to a random walk of 1e6 roundings.
 #[test]
 fn energy_is_kept_where_it_must_be() {
     for beta in [-1.0, 1.0] {
@@ -153,17 +154,20 @@ fn energy_is_kept_where_it_must_be() {
         assert!((energy(&end) / before - 1.0).abs() < 1e-13);
         assert!(end.momentum(&gas).norm() < 1e-10);
         let exchanged = end.spin_temperature(&gas) / state.spin_temperature(&gas);
-        // Perfectly smooth grains never turn each other; perfectly rough ones have come to share alike, 0.5 to 0.75.
+        // Perfectly smooth particles exchange no spin; perfectly rough ones have reached
+        // equipartition, 0.5 to 0.75.
         let expected = if beta < 0.0 { 1.0 } else { 1.5 };
         assert!((exchanged - expected).abs() < 0.02, "{beta}: {exchanged}");
     }
 }
 
-/// The ratio of temperatures late in cooling, after 40 to 60 collisions per grain, and the cumulants, in one cell, where no flow can
-/// grow, against theory in three Sonine orders. Standard errors of 60 000 grains at three times are below 0.7 % of
-/// the ratio; four of them are 2.8 %, and within 3 % it must be. In space up to 1.2 % are the theory's, which does not know that directions
-/// of velocities and spins are correlated. Spins are as far from Maxwellian as a fourth cumulant of 0.28 says, whose scatter is up to
-/// 0.05 with one for all of 60 000.
+/// Temperature ratio and cumulants late in cooling, after 40 to 60 collisions per particle, in one
+/// cell, where no flow can grow, against theory in three Sonine orders.
+///
+/// Standard errors of 60 000 particles at three times are below 0.7 % of the ratio; four of them
+/// are 2.8 %, and the tolerance is 3 %. In three dimensions up to 1.2 % are an error of the theory,
+/// which neglects correlations between directions of velocities and spins. The fourth cumulant of
+/// the spins is 0.28, whose scatter is up to 0.05 with 60 000 particles.
 fn late_ratios<S: Space>() {
     let count = 60_000_u32;
     for beta in [-0.9, -0.5, 0.0, 0.5, 0.9] {
@@ -209,7 +213,7 @@ fn late_ratios_of_disks() {
     late_ratios::<Plane>();
 }
 
-/// Smooth grains pay nothing: position and velocity, and for rough ones the spin.
+/// Smooth particles store no spin: position and velocity only.
 #[test]
 fn spins_take_room_only_where_there_are_some() {
     type Of<S, W> = Simulator<<S as Space>::Vector, (), (), W>;
@@ -219,7 +223,8 @@ fn spins_take_room_only_where_there_are_some() {
     assert_eq!(size_of::<Of<Volume, <Volume as Space>::Spin>>(), 72);
 }
 
-/// Copies of a start keep the temperatures of both motions; schemes across cells turn grains, too, and keep what is kept.
+/// Copies of a start keep both temperatures; cross-cell schemes also change spins, and conserve
+/// what must be conserved.
 #[test]
 fn copies_and_partners_across_cells_spin_too() {
     let gas = scene::<Volume>(1.0, 1.0);

@@ -1,5 +1,5 @@
-//! Grains that fall in a closed box: what they come to, against the barometric solution (Kawasaki 1985, section 3.1 and
-//! appendices A and B).
+//! Sedimentation of particles in a closed box against the barometric solution (Kawasaki 1985,
+//! section 3.1 and appendices A and B).
 
 use nalgebra::vector;
 use stosszahl_dsmc::{Boundaries, Engine, Followed, Parameters};
@@ -12,11 +12,11 @@ use crate::support::{Grains, PARAMETERS, gas, of_kinds, sphere_for_unit_path};
 
 type Column = Grains<Volume, Rough>;
 
-/// Height of the column, in mean free paths, and pull.
+/// Height of the column \[mean free paths\].
 const HEIGHT: f64 = 10.0;
 const PULL: f64 = 0.1;
 
-/// One species: its mass and diameter, and how many.
+/// Species: mass, diameter and number.
 #[derive(Clone, Copy)]
 struct Species {
     mass: f64,
@@ -31,7 +31,8 @@ impl Species {
     }
 }
 
-/// Mean height of the barometric solution over that of the column, for a weight x: 1/x - 1/(e^x - 1).
+/// Mean height of the barometric solution over that of the column, for a weight x: 1/x - 1/(e^x -
+/// 1).
 fn mean_height(weight: f64) -> f64 {
     1.0 / weight - 1.0 / weight.exp_m1()
 }
@@ -41,7 +42,7 @@ fn ends(weight: f64) -> [f64; 2] {
     [weight / -(-weight).exp_m1(), weight / weight.exp_m1()]
 }
 
-/// The root of an increasing function.
+/// Root of an increasing function, by bisection.
 fn solve(function: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
@@ -54,7 +55,8 @@ fn solve(function: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     low
 }
 
-/// Final temperature from energy: 3 T for each grain (three ways to move and three to turn) and potential energy.
+/// Final temperature from energy conservation: 3 T per particle (three translational and three
+/// rotational degrees of freedom) and potential energy.
 fn final_temperature(species: &[Species], start: f64) -> f64 {
     let energy = |temperature: f64, height: &dyn Fn(&Species) -> f64| {
         let each = |species: &Species| {
@@ -79,8 +81,8 @@ fn column(species: &[Species]) -> Column {
     of_kinds(kinds.collect(), 1.0, surface, field)
 }
 
-/// Lets a column of grains fall: temperature after 10 mean free times, and the means of temperature and of heights from
-/// `begin` mean free times on; `slices`: numbers in tenths of the column for each species.
+/// Results of a falling column: temperature after 10 mean free times, and means of temperature and
+/// heights from `begin` mean free times on. `slices`: numbers in tenths of the column, by species.
 struct Fall {
     early: f64,
     temperature: f64,
@@ -155,8 +157,8 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
     found
 }
 
-/// Temperature and the densities at both ends, by the barometric law that has the mean height, within 1 %; and the density
-/// in tenths of the column, by `slices`.
+/// Checks temperature and densities at both ends, by the barometric law with the measured mean
+/// height, within 1 %, and the density in tenths of the column within `slices`.
 fn check(species: &[Species], start: f64, found: &Fall, slices: f64) {
     let expected = final_temperature(species, start);
     assert!(
@@ -169,7 +171,8 @@ fn check(species: &[Species], start: f64, found: &Fall, slices: f64) {
         let weight = solve(|weight| height - mean_height(weight), 1e-3, 100.0);
         let known = kind.weight(expected);
         for (found, expected) in ends(weight).into_iter().zip(ends(known)) {
-            // The thin gas above heavy grains is exponentially sensitive: there, of the density below.
+            // The dilute gas above heavy particles is exponentially sensitive: its error is taken
+            // relative to the density below.
             let off = (found - expected).abs() / expected.max(0.1);
             assert!(off < 0.01, "{number}: {found} {expected}");
         }
@@ -183,9 +186,10 @@ fn check(species: &[Species], start: f64, found: &Fall, slices: f64) {
     }
 }
 
-/// Section 2.4's units: the first temperature is 1/2, so that a grain's weight times the height is two of it. The formula
-/// sheet has 1.0962 for the final over the first temperature, and 2.175 and 0.351 for the densities at the ends over the
-/// mean. Around ten mean free times the gas is hotter by more than 2 %: it overshoots.
+/// In the units of section 2.4 the initial temperature is 1/2, so a particle's weight times the
+/// height is two. The formulas give 1.0962 for the final over the initial temperature, and 2.175
+/// and 0.351 for the densities at the ends over the mean. Around ten mean free times the gas is
+/// hotter by more than 2 %: it overshoots.
 #[test]
 fn one_species_settles() {
     let count = 16_000;
@@ -205,7 +209,8 @@ fn one_species_settles() {
     assert!(found.early / expected > 1.02, "{}", found.early);
 }
 
-/// Two species, as many of each, in appendix A's units: mean free path and mean collision time of the mixture are one.
+/// Checks two species of equal numbers, in appendix A's units: mean free path and mean collision
+/// time of the mixture are one.
 fn two_species(masses: [f64; 2], diameters: [f64; 2], expected: [f64; 3], begin: f64) {
     let count = 8000;
     let density = count as f64 / (0.25 * HEIGHT);
@@ -221,7 +226,8 @@ fn two_species(masses: [f64; 2], diameters: [f64; 2], expected: [f64; 3], begin:
         path += 0.5 / inverse;
         rate += 0.5 * collisions;
     }
-    // The unit of length fixes the diameters, then the unit of time the temperature: T_0 = 1 for these masses.
+    // The unit of length fixes the diameters, then the unit of time the temperature: T_0 = 1 for
+    // these masses.
     let shrunk = path.sqrt();
     let heavier = (rate * path).powi(2);
     let species = [0, 1].map(|kind| Species {

@@ -1,4 +1,5 @@
-//! Uniform shear flow: energy of collisions, the stress of dilute gases, windows of density, and bytes.
+//! Uniform shear flow: energy balance of collisions, stress of dilute gases, density windows, and
+//! bytes of resumed runs.
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -11,7 +12,8 @@ use stosszahl_model::{
     Budget, Collision, Constant, Grains, Observer, Particle, Particles, Rough, Simulation, Volume,
 };
 
-/// Shear rate, dimension, packing fraction and number of a gas of particles with the diameter one in a cube or square.
+/// Shear flow of particles of diameter one in a cube or square: rate, dimension, packing fraction,
+/// number.
 #[derive(Clone, Copy)]
 struct Flow {
     rate: f64,
@@ -21,7 +23,7 @@ struct Flow {
 }
 
 impl Flow {
-    /// Side of the box.
+    /// Side of the box \[diameters\].
     fn side(self) -> f64 {
         let ball = if self.dimension == 2 {
             std::f64::consts::PI / 4.0
@@ -31,7 +33,7 @@ impl Flow {
         (self.count as f64 * ball / self.packing).powf(1.0 / self.dimension as f64)
     }
 
-    /// Places at random and velocities of temperature one, without momentum.
+    /// Random positions and velocities of temperature one, without net momentum.
     fn start(self) -> Particles {
         let mut stream = Streams::new(7, 0).at(Purpose::Placement, [0, 0]);
         let side = self.side();
@@ -111,7 +113,7 @@ fn moments(gas: &dyn Simulation) -> (f64, [f64; 4]) {
     (energy, fluxes)
 }
 
-/// Energy that collisions took, momentum transfer yx, and the number of collisions.
+/// Energy dissipated in collisions, momentum transfer yx, and number of collisions.
 #[derive(Default)]
 struct Losses {
     lost: f64,
@@ -129,9 +131,10 @@ impl Observer for Losses {
     }
 }
 
-/// Collisions of a step change the energy by what they take and by the work of the flow over the contact distance, `-a r_y Δp_x`
-/// each. The energy just before and after them follows from those a flight earlier and later: `c_x` changes by `-a c_y t`. Bound:
-/// some 10^4 terms, each rounded to 1e-16 of the energy of a particle, with signs of chance, times a hundred for sums in other orders.
+/// Collisions of a step change the energy by dissipation and by the work of the flow over the
+/// contact distance, `-a r_y Δp_x` each. The energy just before and after them follows from values
+/// half a flight away: `c_x` changes by `-a c_y t`. Tolerance: some 10^4 terms, each rounded to
+/// 1e-16 of a particle's energy, with random signs, times a hundred for other orders of summation.
 #[test]
 fn collisions_take_what_they_tell() {
     let schemes = [
@@ -179,7 +182,8 @@ fn collisions_take_what_they_tell() {
     }
 }
 
-/// Blocks of a dilute steady gas, each with the means over time of `a/nu_0`, `nu_0 = n T/eta_0`, and of `P/(n T)`: xx, yy, zz, -xy.
+/// Steady dilute flow in blocks, each with time averages of `a/nu_0`, `nu_0 = n T/eta_0`, and of
+/// `P/(n T)`: xx, yy, zz, -xy.
 fn steady_state(flow: Flow, restitution: f64, blocks: usize) -> Vec<[f64; 5]> {
     let boundaries = Boundaries::default();
     let grains = flow.grains(restitution);
@@ -190,7 +194,7 @@ fn steady_state(flow: Flow, restitution: f64, blocks: usize) -> Vec<[f64; 5]> {
     // nu_0/sqrt(T): 2 n d sqrt(pi) or 16/5 n d^2 sqrt(pi).
     let factor = if flow.dimension == 2 { 2.0 } else { 3.2 };
     let unit = factor * density * std::f64::consts::PI.sqrt();
-    // Fifteen units of 1/nu_0 to forget the start, and ten for each block.
+    // Fifteen units of 1/nu_0 for relaxation, and ten for each block.
     let mut until = 15.0 / unit;
     let mut advance = |engine: &mut Box<dyn Simulation>, time: f64| {
         until += time;
@@ -223,9 +227,10 @@ fn steady_state(flow: Flow, restitution: f64, blocks: usize) -> Vec<[f64; 5]> {
     all
 }
 
-/// Stress and temperature of dilute sheared gases against an independent Boltzmann Monte Carlo simulation, whose own error is .5 %.
-/// Allowed: 1 % of n T, which has room for both errors and that of cells and steps. Five standard errors of the blocks must be below
-/// that: a value that is 2 % off then passes by chance at most once in 10^4 times.
+/// Stress and temperature of dilute sheared gases against an independent Boltzmann Monte Carlo
+/// simulation, whose own error is 0.5 %. Tolerance: 1 % of n T, for both errors and that of cells
+/// and steps. Five standard errors of the blocks must be below that: a value that is 2 % off then
+/// passes by chance at most once in 10^4 times.
 #[test]
 fn dilute_sheared_gases_have_the_stress_of_the_boltzmann_equation() {
     let rows = [
@@ -242,7 +247,7 @@ fn dilute_sheared_gases_have_the_stress_of_the_boltzmann_equation() {
         };
         let volume = flow.side().powi(dimension as i32);
         let factor = if dimension == 2 { 2.0 } else { 3.2 };
-        // So that the temperature is about that of the start.
+        // The rate keeps the temperature near that of the start.
         flow.rate = known[0] * factor * flow.count as f64 / volume * std::f64::consts::PI.sqrt();
         let blocks = steady_state(flow, restitution, 12);
         for (index, known) in known.into_iter().enumerate() {
@@ -260,7 +265,8 @@ fn dilute_sheared_gases_have_the_stress_of_the_boltzmann_equation() {
     }
 }
 
-/// A run in legs with stops has the bytes of one without, for smooth and rough particles, in the plane and in space.
+/// A run resumed after several stops has the bytes of an uninterrupted one, for smooth and rough
+/// particles, in two and three dimensions.
 #[test]
 fn resumed_flows_have_the_same_bytes() {
     for dimension in [2, 3] {

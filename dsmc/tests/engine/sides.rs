@@ -1,4 +1,4 @@
-//! Bodies thinner than a cell, or cutting one: partners are on the same side.
+//! Obstacles thinner than a cell, or cutting one: partners are on the same side.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
@@ -23,19 +23,19 @@ fn obstacle(outline: Outline) -> Obstacle {
     Obstacle::new(outline, SPECULAR).expect("an obstacle")
 }
 
-/// A thin plate through some points.
+/// Thin plate through some points.
 fn plate(points: &[[f64; 2]]) -> Obstacle {
     let points = points.iter().map(|&point| point.into()).collect();
     obstacle(Outline::Polyline { points })
 }
 
-/// A solid with some corners.
+/// Solid polygon with some corners.
 fn solid(points: &[[f64; 2]]) -> Obstacle {
     let points = points.iter().map(|&point| point.into()).collect();
     obstacle(Outline::Polygon { points })
 }
 
-/// Periodic along the first axis, between elastic walls along the second.
+/// Channel that is periodic along the first axis, with elastic walls along the second.
 fn channel(obstacles: Vec<Obstacle>, clearance: Clearance) -> Boundaries<Plane> {
     let wall = Face::Wall(Wall::specular());
     Boundaries {
@@ -46,16 +46,16 @@ fn channel(obstacles: Vec<Obstacle>, clearance: Clearance) -> Boundaries<Plane> 
     }
 }
 
-/// The height of a partition at x, for a box 12 wide.
+/// Height of a partition at x, for a nominal height, in a box 12 wide.
 type Height = fn(f64, f64) -> f64;
 
-/// A flat partition, and one that is bent.
+/// Flat partition, and bent one.
 const SHAPES: [Height; 2] = [
     |_, at| at,
     |x, at| at + 0.25 * (3.0 - (x - 6.0).abs()).max(0.0) - (3.0 - (x - 9.0).abs()).max(0.0) / 6.0,
 ];
 
-/// A partition across the box, thin or of a thickness.
+/// Partition across the box, thin or of finite thickness.
 fn partition(shape: Height, at: f64, thickness: f64) -> Obstacle {
     let corners = [0.0, 3.0, 6.0, 9.0, 12.0].map(|x| [x, shape(x, at)]);
     if thickness == 0.0 {
@@ -66,7 +66,7 @@ fn partition(shape: Height, at: f64, thickness: f64) -> Obstacle {
     solid(&all)
 }
 
-/// Two gases, one on each side of a partition, with numbers and temperatures of their own.
+/// Two gases, one on each side of a partition, with their own numbers and temperatures.
 fn two_gases(
     partition: &dyn Fn(f64) -> f64,
     thickness: f64,
@@ -79,7 +79,7 @@ fn two_gases(
     let boundaries = channel(Vec::new(), Clearance::Centre);
     let domain = boundaries.walls.domain(vector![12.0, 8.0]).expect("a box");
     let mut sides = [0, 1].map(|side| {
-        // Ten times as many as are needed: those on the other side go.
+        // Ten times as many as needed: those on the other side are dropped.
         let many = 10 * counts[side];
         let mut all = gas::<Disks>(
             &scene,
@@ -107,7 +107,7 @@ fn two_gases(
     all
 }
 
-/// Number and energy below and above.
+/// Number and energy below and above the partition.
 fn by_side(state: &State<Disks>, partition: &dyn Fn(f64) -> f64) -> [[f64; 2]; 2] {
     let mut sums = [[0.0; 2]; 2];
     for body in &state.bodies {
@@ -118,7 +118,7 @@ fn by_side(state: &State<Disks>, partition: &dyn Fn(f64) -> f64) -> [[f64; 2]; 2
     sums
 }
 
-/// Schemes that can do with obstacles, with where bodies stop their particles.
+/// Schemes that support obstacles, with the clearance at which obstacles stop their particles.
 const SCHEMES: [(Scheme, Clearance); 4] = [
     (Scheme::Boltzmann, Clearance::Centre),
     (Scheme::FreeVolume, Clearance::Radius),
@@ -126,9 +126,9 @@ const SCHEMES: [(Scheme, Clearance); 4] = [
     (Scheme::Enskog(Neighbourhood::Cells(0)), Clearance::Centre),
 ];
 
-/// A hot gas below an elastic partition and a cold one above, wherever it cuts the cells, thin or
-/// two diameters thick, straight or bent: no collision carries energy through it. What is left is
-/// rounding: each of some 1e5 collisions and rebounds changes the energy by some 1e-16.
+/// No collision carries energy through an elastic partition between a hot and a cold gas, wherever
+/// it cuts the cells, thin or two diameters thick, straight or bent. Tolerance: each of some 1e5
+/// collisions and rebounds changes the energy by some 1e-16.
 #[test]
 fn no_energy_goes_through_a_partition() {
     for (scheme, clearance) in SCHEMES {
@@ -168,7 +168,7 @@ fn no_energy_goes_through_a_partition() {
     }
 }
 
-/// Counts collisions below and above a height.
+/// Collision counter below and above a partition.
 struct Sides<'a> {
     partition: &'a dyn Fn(f64) -> f64,
     found: [f64; 2],
@@ -183,10 +183,10 @@ impl Observer for Sides<'_> {
     }
 }
 
-/// Each side of a partition has the collision rate of its own density, in cells that the
-/// partition cuts too. z = 4.4 Poisson errors, which see 3.5 %. Besides, chi of a count of few
-/// simulators is that of a denser gas: 1.5 % more for the 27 to 53 of a cell, less than 1 % for
-/// those of Enskog's windows of 25 cells.
+/// Each side of a partition has the collision rate of its own density, also in cells that the
+/// partition cuts. z = 4.4 Poisson errors, which detect 3.5 %. In addition, chi of a noisy count is
+/// that of a denser gas: 1.5 % more for the 27 to 53 simulators of a cell, less than 1 % for Enskog
+/// windows of 25 cells.
 #[test]
 fn each_side_has_the_collision_rate_of_its_own_density() {
     const SETS: u32 = 8;
@@ -217,7 +217,7 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
                 let mut engine: Engine<Disks> =
                     Engine::start_sets(&scene, parameters, &sets, &boundaries, streams)
                         .expect("an engine");
-                // From the start, which leaves a margin at bends, to an even density.
+                // Relaxes from the start, which leaves a margin at bends, to a uniform density.
                 engine.advance(3.0, u64::MAX, &mut ());
                 let mut sides = Sides {
                     partition: &height,
@@ -251,8 +251,7 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
     }
 }
 
-/// The area below and above a partition that is open to centres that stay `clearance` away, by a
-/// fine grid.
+/// Area below and above a partition that is open to centres at `clearance` from it, by a fine grid.
 fn free_area(partition: &dyn Fn(f64) -> f64, thickness: f64, clearance: f64) -> [f64; 2] {
     const STEPS: u32 = 1200;
     let columns = (0..STEPS).map(|column| 12.0 * (f64::from(column) + 0.5) / f64::from(STEPS));
@@ -272,10 +271,10 @@ fn free_area(partition: &dyn Fn(f64) -> f64, thickness: f64, clearance: f64) -> 
     areas.map(|area| area * 12.0 / f64::from(STEPS))
 }
 
-/// Disks between a wall at rest and one that slides, with a partition halfway up a cell: below it
-/// they feel nothing of the slide. The error of the mean velocity is that of eight replicas. t = 6.4
-/// stands for 1e-4 false alarms on two sides with 7 degrees of freedom. The error must be small
-/// enough to see half of the 0.2 to 0.4 that pairs through the partition gave.
+/// A partition halfway up a cell shields disks below it from a sliding wall above. The error of the
+/// mean velocity is that of eight replicas; t = 6.4 is 1e-4 false alarms on two sides with 7
+/// degrees of freedom. The error must be small enough to detect half of the 0.2 to 0.4 that pairs
+/// through the partition gave.
 #[test]
 fn a_partition_shields_a_gas_from_a_sliding_wall() {
     let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 1.0 });
@@ -326,8 +325,8 @@ fn a_partition_shields_a_gas_from_a_sliding_wall() {
     }
 }
 
-/// A comb of plates in cells that hold several teeth, and a disk: the same bytes for any number of
-/// threads, and for cells grouped otherwise.
+/// A comb of plates in cells that hold several teeth, and a disk: the bytes do not depend on the
+/// number of threads or the grouping of cells.
 #[test]
 fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
     let mut obstacles: Vec<Obstacle> = (0..8)
@@ -373,7 +372,8 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
     assert!(one == run(2, Some(700)));
 }
 
-/// Bodies are prisms in space: two gases of spheres, in cells that a plate cuts.
+/// Obstacles are prisms in three dimensions: a plate that cuts cells separates two gases of
+/// spheres.
 #[test]
 fn no_energy_goes_through_a_plate_in_space() {
     let boundaries = Boundaries::<Volume> {
@@ -440,7 +440,7 @@ fn refusal(obstacles: Vec<Obstacle>, parameters: Parameters) -> EngineError {
     engine.err().expect("a refusal")
 }
 
-/// What cannot be told apart is refused, with the cells that would do.
+/// Obstacles that cut a cell into too many parts are refused, with a cell size that works.
 #[test]
 fn bodies_that_cannot_be_told_apart_are_refused() {
     let teeth: Vec<[f64; 2]> = (0..300)

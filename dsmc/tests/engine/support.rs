@@ -1,4 +1,4 @@
-//! What the tests of walls and flow share.
+//! Particles, parameters and starts shared by the tests of walls and flow.
 
 #![allow(dead_code, reason = "each file of tests uses what it needs")]
 
@@ -10,10 +10,11 @@ use stosszahl_model::{
     initial,
 };
 
-/// Particles as programs have them that read what these are: an engine takes ten seconds to compile, so all tests share a few.
+/// Particles as programs have them that read their properties at run time. All tests share a few
+/// types, since an engine takes ten seconds to compile.
 pub type Grains<S, C> = Scene<S, C, Law, Species, Gravity<S>>;
 
-/// Bird's dilute gas, in cells that each test chooses.
+/// Parameters of Bird's dilute gas, in cells that each test chooses.
 pub const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
     displacement: Displacement::None,
@@ -24,7 +25,7 @@ pub const PARAMETERS: Parameters = Parameters {
     max_contact_value: 10.0,
 };
 
-/// Particles of one diameter and of mass one, however many.
+/// Particles of one diameter and of mass one, in any number.
 pub fn grains<S: Space, C: Surface<S>>(
     diameter: f64,
     restitution: f64,
@@ -39,7 +40,7 @@ pub fn grains<S: Space, C: Surface<S>>(
     of_kinds(vec![kind], restitution, surface, field)
 }
 
-/// Particles of several kinds.
+/// Particles of several species.
 pub fn of_kinds<S: Space, C: Surface<S>>(
     kinds: Vec<Kind>,
     restitution: f64,
@@ -55,22 +56,22 @@ pub fn of_kinds<S: Space, C: Surface<S>>(
     }
 }
 
-/// Gravity that does not pull.
+/// Zero gravity.
 pub fn no_gravity<S: Space>() -> Gravity<S> {
     Gravity::new(S::vector(|_| 0.0)).expect("finite")
 }
 
-/// The mean free path of disks is one at this density and this diameter.
+/// Diameter of disks whose mean free path is one at this density.
 pub fn disk_for_unit_path(density: f64) -> f64 {
     1.0 / (8.0_f64.sqrt() * density)
 }
 
-/// The same for spheres.
+/// Diameter of spheres whose mean free path is one at this density.
 pub fn sphere_for_unit_path(density: f64) -> f64 {
     (2.0_f64.sqrt() * std::f64::consts::PI * density).powf(-0.5)
 }
 
-/// Points anywhere in a box but its margins, with Maxwellian velocities and no drift.
+/// Gas of random points in a box without its margins, with Maxwellian velocities and no drift.
 pub fn gas<P: Physics>(
     scene: &P,
     domain: Domain<P::Space>,

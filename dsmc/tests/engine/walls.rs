@@ -1,4 +1,4 @@
-//! Walls around the gas: what they keep, what they give, and hard cases.
+//! Walls around the gas: conservation, exchange of momentum and energy, and hard cases.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_analysis::statistics::Estimate;
@@ -31,7 +31,7 @@ fn domain(boundaries: &Boundaries<Plane>, sides: [f64; 2]) -> Domain<Plane> {
     boundaries.walls.domain(sides.into()).expect("a box")
 }
 
-/// One disk in a box.
+/// Engine with one disk in a box.
 fn alone(
     boundaries: &Boundaries<Plane>,
     field: Gravity<Plane>,
@@ -48,8 +48,9 @@ fn alone(
         .expect("an engine")
 }
 
-/// Elastic disks that all fly along the first axis, in a specular box: they come to share their energy among both, keep
-/// it, and fill the box evenly. Errors: 1e-10 for the energy; z = 4.4 for shares of energy and of particles.
+/// Elastic disks that all fly along the first axis, in a specular box: energy equilibrates between
+/// both axes and is conserved, and the density becomes uniform. Errors: 1e-10 for the energy; z =
+/// 4.4 for fractions of energy and of particles.
 #[test]
 fn a_specular_box_is_an_equilibrium() {
     let count = 20_000;
@@ -91,9 +92,9 @@ fn a_specular_box_is_an_equilibrium() {
     assert!(given.energy.abs() < 1e-10 * energy);
 }
 
-/// Elastic disks, half as hot as the diffuse walls that slide along them: they take the temperature and the velocity of
-/// the walls, each to 1 % of the temperature and of the thermal speed. Ten samples, some relaxation times apart, of
-/// 20 000 disks have standard errors of 0.2 %.
+/// Elastic disks at half the temperature of diffuse sliding walls take on the temperature and
+/// velocity of the walls, each to 1 % of the temperature and of the thermal speed. Ten samples,
+/// some relaxation times apart, of 20 000 disks have standard errors of 0.2 %.
 #[test]
 fn diffuse_walls_give_their_temperature_and_velocity() {
     let count = 20_000;
@@ -129,8 +130,9 @@ fn diffuse_walls_give_their_temperature_and_velocity() {
     assert!(slip.abs() < 0.01 * thermal, "{slip}");
 }
 
-/// What walls, vibrating, sliding, rubbing and diffuse, and the weight give to spinning grains is what their momentum and
-/// energy change by: to a random walk of some 1e5 roundings of what goes in and out.
+/// Ledgers of vibrating, sliding, rough and diffuse walls and of gravity account for the momentum
+/// and energy of spinning particles: to a random walk of some 1e5 roundings of the exchanged
+/// amounts.
 #[test]
 fn ledgers_close() {
     let count = 2000;
@@ -184,8 +186,8 @@ fn ledgers_close() {
     }
 }
 
-/// The collision rate of a gas whose centres stay half a diameter from the walls, or a wall that has come in by a distance
-/// and hardly moves, is that of its density where it can be: z = 4.4 of the Poisson error, below 1.5 %.
+/// The collision rate follows the density in the free volume, for centres that stay half a diameter
+/// from the walls or for a wall displaced inwards: z = 4.4 of the Poisson error, below 1.5 %.
 #[test]
 fn density_is_that_of_the_room() {
     let count = 4000;
@@ -232,14 +234,15 @@ fn density_is_that_of_the_room() {
     }
 }
 
-/// A coordinate that goes to and fro between 0 and `length`, mirrored at both.
+/// Coordinate that moves to and fro between 0 and `length`, reflected at both.
 fn folded(x: f64, length: f64) -> f64 {
     let along = x.rem_euclid(2.0 * length);
     along.min(2.0 * length - along)
 }
 
-/// Free flight in a specular box for thousands of contacts against its mirror images, in short steps and in steps that cross
-/// the box, with tiles of one cell and with one tile: 1e5 roundings of the box at most.
+/// Free flight in a specular box for thousands of contacts against its mirror images, in short
+/// steps and in steps that cross the box, with tiles of one cell and with one tile: at most 1e5
+/// roundings of the box.
 #[test]
 fn flight_between_walls_is_that_of_mirror_images() {
     let boundaries = boxed(Wall::specular());
@@ -274,7 +277,8 @@ fn flight_between_walls_is_that_of_mirror_images() {
     }
 }
 
-/// The same under gravity: each disk bounces on the floor with its own period 2 sqrt(v^2 + 2 g h)/g.
+/// Free flight under gravity: each disk bounces on the floor with its own period 2 sqrt(v^2 + 2 g
+/// h)/g.
 #[test]
 fn bouncing_is_periodic() {
     let boundaries = between([[Face::Periodic; 2], [Face::Wall(Wall::specular()); 2]]);
@@ -301,7 +305,7 @@ fn bouncing_is_periodic() {
             .map(|body| {
                 let (height, velocity) = (body.position[1], body.velocity[1]);
                 let fastest = (velocity * velocity + 2.0 * pull * height).sqrt();
-                // Since it was thrown up from the floor.
+                // Time since it left the floor.
                 let since = (fastest - velocity) / pull + 100.0;
                 let since = since.rem_euclid(2.0 * fastest / pull);
                 fastest * since - 0.5 * pull * since * since
@@ -311,7 +315,8 @@ fn bouncing_is_periodic() {
         let mut found: Vec<f64> = end.bodies.iter().map(|body| body.position[1]).collect();
         expected.sort_by(f64::total_cmp);
         found.sort_by(f64::total_cmp);
-        // Each of some hundred bounces is off by some roundings, times speed and number of those that follow.
+        // Each of some hundred bounces is off by some roundings, times speed and number of later
+        // bounces.
         for (found, expected) in found.iter().zip(&expected) {
             assert!(
                 (found - expected).abs() < 1e-9,
@@ -321,7 +326,7 @@ fn bouncing_is_periodic() {
     }
 }
 
-/// A corner turns a disk around, to the last digit, also where it comes along the diagonal.
+/// A corner reverses the velocity of a disk exactly, also along the diagonal.
 #[test]
 fn a_corner_turns_around() {
     let boundaries = boxed(Wall::specular());
@@ -349,7 +354,7 @@ fn a_corner_turns_around() {
     }
 }
 
-/// A disk that grazes a wall at 1e-12 in speed and height touches it when it has to, and stays inside.
+/// A disk that grazes a wall at 1e-12 in speed and height touches it in time, and stays inside.
 #[test]
 fn grazing_disks_touch_and_stay_inside() {
     let boundaries = boxed(Wall::specular());
@@ -368,7 +373,7 @@ fn grazing_disks_touch_and_stay_inside() {
         assert_eq!(body.velocity[1], if touched { speed } else { -speed });
         assert!((body.position[1] - 1e-12).abs() < 3.0 * speed + 1e-15 && body.position[1] >= 0.0);
     }
-    // On the wall itself, along it, and on the far one.
+    // On the wall itself, along it, and on the opposite one.
     for y in [0.0, 10.0] {
         let mut engine = alone(
             &boundaries,
@@ -383,7 +388,7 @@ fn grazing_disks_touch_and_stay_inside() {
     }
 }
 
-/// A wall much faster than the disks throws all of them, and none is left behind it.
+/// A wall much faster than the disks throws all of them, and leaves none behind.
 #[test]
 fn a_wall_faster_than_the_grains_leaves_none_behind() {
     let mut wall = Wall::<Plane>::specular();
@@ -412,13 +417,13 @@ fn a_wall_faster_than_the_grains_leaves_none_behind() {
         assert!(lowest >= height - 1e-9, "{time}: {lowest} {height}");
     }
     let end = engine.state();
-    // Thrown at twice its speed of 20; their own collisions lose most of it.
+    // Thrown at twice the wall's speed of 20; their collisions dissipate most of it.
     assert!(end.temperature(&scene) > 1.0, "{}", end.temperature(&scene));
     assert_eq!(engine.ledgers().rests, 0);
 }
 
-/// A grain that falls onto a floor which gives half of its speed back comes to rest there after infinitely many contacts
-/// in a finite time: they end, are counted, and the floor bears its weight.
+/// A particle that falls onto a floor of restitution 0.5 comes to rest there after infinitely many
+/// contacts in finite time: the contacts end, are counted, and the floor carries its weight.
 #[test]
 fn a_grain_comes_to_rest_on_the_floor() {
     let floor = Wall::still(Rebound::Restitutive {
@@ -454,7 +459,7 @@ fn a_grain_comes_to_rest_on_the_floor() {
         engine.advance(50.0, u64::MAX, &mut ());
         assert_eq!(engine.state().bodies[0].position, at_rest);
         assert_eq!(engine.ledgers().rests, 0);
-        // A corner that it slides into.
+        // A corner into which the particle slides.
         let aslant = Gravity::<Plane>::new(vector![-1.0, -2.0]).expect("finite");
         let mut engine: Engine<Disks> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
@@ -464,8 +469,8 @@ fn a_grain_comes_to_rest_on_the_floor() {
     }
 }
 
-/// A grain that rests on a floor which shakes more gently than it falls goes with it; on one that shakes harder it is
-/// thrown, and comes down again.
+/// A particle at rest on a vibrating floor stays on it while the floor accelerates less than
+/// gravity, is thrown when it accelerates more, and lands again.
 #[test]
 fn a_grain_rides_on_a_shaking_floor() {
     let mut floor = Wall::<Plane>::still(Rebound::Restitutive {
@@ -480,11 +485,12 @@ fn a_grain_rides_on_a_shaking_floor() {
     let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
     let mut engine: Engine<Disks> = alone(&boundaries, down, vector![5.0, 0.0], vector![0.0, 0.0]);
     engine.hold_step(0.0625);
-    // On the way in it is on the floor, at its speed of a half.
+    // On the way in, the particle is on the floor and has its speed of one half.
     engine.advance(0.375, u64::MAX, &mut ());
     let body = engine.state().bodies[0];
     assert_eq!((body.position[1], body.velocity[1]), (0.1875, 0.5));
-    // From the turn at a half on it flies, (t - 1/2)/2 - (t - 1/2)^2 above a quarter, until the floor meets it.
+    // From the turn at one half it flies, (t - 1/2)/2 - (t - 1/2)^2 above a quarter, until the
+    // floor meets it.
     engine.advance(0.75, u64::MAX, &mut ());
     let body = engine.state().bodies[0];
     assert!((body.position[1] - 0.3125).abs() < 1e-12, "{body:?}");
@@ -548,8 +554,8 @@ fn what_does_not_fit_is_refused() {
     ));
 }
 
-/// The pressure of dense elastic disks on the walls of a specular box of this side, over that of Enskog's equation of state for the
-/// density in the middle; energy is kept.
+/// Pressure of dense elastic disks on the walls of a specular box, over Enskog's equation of state
+/// at the density in the middle. Checks that energy is conserved.
 fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
     let boundaries = Boundaries {
         clearance: Clearance::Radius,
@@ -599,8 +605,8 @@ fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
     push / (4.0 * (side - 1.0) * f64::from(samples)) / bulk
 }
 
-/// Dense elastic disks with partners across cells in a specular box press on the walls as much as in between, to 2 %. Four gases,
-/// of which the standard error must be a fifth of that at most.
+/// Cross-cell schemes of dense elastic disks give wall pressures equal to the bulk pressure, to 2
+/// %. Four gases; their standard error must be at most a fifth of that.
 fn dense_disks_press_on_their_walls(scheme: Scheme) {
     let found: Vec<f64> = (0..4)
         .map(|seed| pressure_over_bulk(scheme, 40.0, seed))
@@ -623,9 +629,9 @@ fn dense_disks_press_on_their_walls_by_esmc() {
     dense_disks_press_on_their_walls(Scheme::Esmc(Neighbourhood::Cells(2)));
 }
 
-/// Copies of a start between walls fill the box as evenly as the start: the mean height of 200 disks with 64 simulators
-/// each, whose sets are mirrored as wholes, is that of 64 draws of a set's mean (z = 4.4); and starts given one by one are
-/// taken as they are, or refused with what is wrong.
+/// Several sets of simulators between walls fill the box as evenly as the start: the mean height of
+/// 200 disks with 64 simulators each, whose sets are reflected as wholes, is that of 64 draws of a
+/// set's mean (z = 4.4). Starts given one by one are taken unchanged, or refused with the reason.
 #[test]
 fn several_simulators_start_evenly_between_walls() {
     let boundaries = boxed(Wall::specular());

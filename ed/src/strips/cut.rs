@@ -1,7 +1,7 @@
 //! Cuts a gas into strips, renews their halos, and joins the gas again.
 //!
-//! A disk has the same number everywhere: each strip has room for all disks, of which it knows
-//! some. So disks and their lists are copied unchanged.
+//! A disk has one number in all strips: each strip has room for all disks, but holds only some of
+//! them. So disks and their lists are copied unchanged.
 
 use rayon::prelude::*;
 use stosszahl_model::{Field, Physics, Plane, SpinOf, memory};
@@ -20,7 +20,7 @@ use crate::strip_log::{SEAM, StripLog, StripRows};
 /// Fewest rows in a halo: the seam, and four that wrong events may enter.
 pub(super) const LEAST_HALO: i32 = 5;
 
-/// Returns the boundaries of this many strips, equally high; `None` if the box has too few rows.
+/// Returns the boundaries of `strips` strips of equal height; `None` if the box has too few rows.
 pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
     let strips = strips as i64;
     let cuts: Vec<i32> = (0..=strips)
@@ -37,7 +37,7 @@ pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     let mut below = 0.0;
     for (strip, &its) in work.iter().enumerate() {
         let height = f64::from(cuts[strip + 1] - cuts[strip]);
-        // Boundaries that are in this strip if its work is the same in all rows.
+        // Boundaries within this strip, if its work is uniform over its rows.
         for number in 1..work.len() {
             let beyond = each * number as f64 - below;
             if beyond >= 0.0 && beyond < its {
@@ -154,12 +154,12 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
         give(&self.numbers, &self.last_contact, &mut strip.last_contact);
         give(&self.numbers, &self.rebounds, &mut strip.rebounds);
         give(&self.numbers, &self.windings, &mut strip.windings);
-        // The first of each list comes last.
+        // Reverse order, because the list adds at its front.
         for &disk in self.numbers.iter().rev() {
             let place = strip.disks.cells.place(strip.disks.home(disk), 1, 1);
             strip.disks.cells.set_first(place, disk);
             let time = strip.disks.time(disk);
-            // Its event is mostly the one that the strip knew before.
+            // Event that is mostly equal to the one the strip knew before.
             strip.calendar.push_once(Entry { time, disk });
         }
     }
@@ -244,11 +244,11 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
     }
 }
 
-/// Data that each strip gets from each other one, in memory that serves one window after another.
+/// Data exchanged between strips, by sender; the memory is reused in all windows.
 pub(super) type HaloExchange<P> = Vec<Vec<Parcel<P>>>;
 
-/// Gives new rows to strips: of its old rows each keeps those of its core, and the others come from
-/// the strip in whose core they were.
+/// Gives new rows to strips. A strip keeps the rows of its old core; the others come from the strip
+/// that had them in its core.
 pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
     strips: &mut [Engine<P, Q>],
     places: &[StripRows],
@@ -273,7 +273,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
     renewed.for_each(|((strip, parcels), (place, old))| {
         let mut gone = Vec::new();
         if let Some(window) = &mut strip.window {
-            // Rows of its own that it gives away.
+            // Rows of the old core that go to other strips.
             for row in old.core.clone() {
                 window.is_foreign[row as usize] = true;
             }
@@ -287,7 +287,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
         for parcel in parcels {
             parcel.put_into(strip);
         }
-        // Or the calendar would come back to their events.
+        // Cancelled events of disks that have left; the calendar would return to them.
         gone.retain(|&disk| strip.disks.all[disk as usize].is_absent());
         for disk in gone {
             let time = f64::INFINITY;
@@ -310,7 +310,7 @@ pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
         let window = strip.window.as_ref();
         !disk.is_absent() && window.is_some_and(|window| window.place.owns(disk.home[1]))
     };
-    // Mostly the strip in whose rows a disk was when the gas was put together last.
+    // Strip whose rows held the disk when the gas was joined last; mostly still right.
     let mut of_row = vec![0_u8; usize::from(whole.disks.cells.counts()[1])];
     for (number, strip) in (0..).zip(strips) {
         let rows = strip.window.iter().flat_map(|its| its.place.core.clone());

@@ -15,7 +15,7 @@ use crate::strip_log::{Edge, LoggedContact, SEAM, StripLog};
 pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
     let halo = lower.rows.len() / 2;
     let parts = |row: &usize| lower.rows[*row] != upper.rows[*row];
-    // The upper strip is wrong far below the edge, and the lower one far above.
+    // Wrong rows of the upper strip are far below the edge, those of the lower strip far above it.
     let below = (0..halo).rev().find(parts).map_or(0, |row| row + 1);
     let above = (halo..2 * halo).find(parts).map_or(0, |row| 2 * halo - row);
     below.max(above) as f64 / (halo - SEAM as usize) as f64
@@ -27,8 +27,8 @@ const PART: usize = 512;
 /// Contact, and the strip in whose core it was.
 type Logged = (usize, LoggedContact);
 
-/// Contacts of all strips in the order of time, simultaneous ones by their disks. Mostly a few of
-/// them are needed, which are found without the others in between.
+/// Contacts of all strips in the order of time, simultaneous ones by their disks. Mostly a few are
+/// needed, which are found without sorting the others.
 struct Logs<'a> {
     /// Log of each strip in each span of time; simultaneous contacts are in the same span.
     parts: Vec<Vec<&'a [LoggedContact]>>,
@@ -153,7 +153,7 @@ pub(super) fn merge<P: Physics<Space = Plane>, Q: Calendar>(
     let contact = |&number: &u64| (number, logs.nth((number - before - 1) as usize));
     let counted: Vec<_> = counts.par_iter().map(contact).collect();
     for (number, contact) in counted {
-        // What is feeble is left to an engine alone.
+        // Negligible approach speeds need a single engine.
         let latest = whole.latest(contact.pair, contact.now);
         if progress.usual_collision(number, &latest) {
             return false;

@@ -53,7 +53,7 @@ use crate::events::{Goal, Leap};
 use crate::strip_log::{SEAM, StripLog, StripRows};
 use cut::{HaloExchange, LEAST_HALO};
 
-/// Cost of a window, in collisions per disk: halos, logs, and waiting threads.
+/// Cost of a window, in collisions per disk: halos, logs and idle threads.
 const COST: f64 = 0.009;
 
 /// First guess of the rows of a halo beyond the seam for a window of one collision per disk.
@@ -70,7 +70,7 @@ const WORTH: f64 = 0.03;
 /// Most disks whose next contacts are sampled.
 const ASKED: usize = 10_000;
 
-/// Windows after which the gas is joined: it returns there if a later window is wrong.
+/// Windows after which the gas is joined; it returns to that state if a later window is wrong.
 const MOST_BEHIND: usize = 4;
 
 /// Largest share of the rows of a halo beyond the seam that wrong events may enter, so that one
@@ -308,7 +308,7 @@ where
             let places = self.places(whole, &cuts);
             let window = self.window(whole, &places[0], goal.last, recorder);
             let Some(window) = window else {
-                // Higher strips have room for wider halos.
+                // Fewer and higher strips have room for wider halos.
                 let ends =
                     self.longest(&places[0]) >= WORTH || Self::left(whole, goal.last) < WORTH;
                 let Some(fewer) = cut::fewer(cuts.len() - 1).filter(|_| !ends) else {
@@ -398,7 +398,7 @@ where
     /// Finds the boundaries of strips for a leap towards a goal, and the own time at which it ends
     /// at the latest; `None` if it does not pay.
     fn prepare(&mut self, whole: &Engine<P, Q>, goal: &Goal) -> Option<(Vec<i32>, f64)> {
-        // Rows of cells that slide step all at once.
+        // Not for sliding rows, which step all at once.
         if self.settings.strips < 2 || P::Field::SHEARED {
             return None;
         }
@@ -406,14 +406,14 @@ where
         if ((goal.last - whole.tally.collisions) as f64) < worth {
             return None;
         }
-        // Whether feeble contacts are a collapse depends on their order.
+        // The order of negligible contacts decides whether they are a collapse.
         if whole.progress.is_negligible() {
             return None;
         }
         let cuts = self.cuts(whole)?;
         let end = goal.end.min(whole.horizon.next_down());
         if self.strips.is_empty() {
-            // It is known within a factor of two.
+            // The rate is known within a factor of two.
             self.settings.rate = Self::rate_to_come(whole);
             worth *= 0.5;
         }
@@ -486,8 +486,8 @@ where
         AIM * (to_go - DEVIATIONS * to_go.sqrt()) / whole.names.len() as f64
     }
 
-    /// Gives rows to strips, of which there may be none yet. As long as there are some, the gas
-    /// itself has no events.
+    /// Gives rows to strips, which are created at first. While strips exist, the whole gas has no
+    /// events.
     fn give_places(
         whole: &mut Engine<P, Q>,
         strips: &mut Vec<Engine<P, Q>>,
@@ -548,7 +548,7 @@ where
             };
             let is_done = !whole.stop.ends() && {
                 Self::give_places(whole, &mut strips, places, &mut parcels, now);
-                // Observers have seen them all.
+                // Without an observer, which has received all collisions.
                 Self::run_all(&mut strips, &goal, [u64::MAX; 2], false).0
             };
             if !is_done {
@@ -583,7 +583,7 @@ where
         if waits.is_empty() {
             return 0.0;
         }
-        // Both of two disks may know.
+        // Factor below one, because both partners of a contact may predict it.
         0.75 * every as f64 * rate(waits)
     }
 
@@ -609,7 +609,7 @@ where
         (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
     }
 
-    /// Compares the histories of neighbours.
+    /// Compares the histories of neighbouring strips.
     fn examine(strips: &[Engine<P, Q>], left: u64) -> Outcome {
         let windows: Vec<&StripLog<P>> = strips
             .iter()
@@ -640,7 +640,7 @@ where
         Outcome::Kept(entered)
     }
 
-    /// Adapts the next windows to the last one, and counts.
+    /// Adapts the next windows to the last one, and updates the counts.
     fn learn(
         &mut self,
         disks: usize,
@@ -665,7 +665,7 @@ where
         }
         let collisions = rate * (end - begin) / disks as f64;
         let rows = f64::from(halo - SEAM);
-        // The last window before an end may be as short as can be.
+        // Bound for the last window before an end, which may be very short.
         let root = collisions.max(WORTH).sqrt();
         let settings = &mut self.settings;
         match *outcome {
@@ -673,7 +673,7 @@ where
                 settings.windows += 1;
                 settings.events += events - twice;
                 settings.twice += twice;
-                // A window that ended early tells little, unless wrong events came far.
+                // A window that ended early gives little information, unless wrong events came far.
                 if collisions >= 0.5 * (rows / settings.depth).powi(2) || entered > settings.entered
                 {
                     let depth = entered * rows / (settings.entered * root);

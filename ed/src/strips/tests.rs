@@ -91,8 +91,8 @@ fn strips_stay_between_advances() {
         (bytes, stay, engine.settings().clone())
     };
     let alone = stages(1, [FIRST_DEPTH; 2]);
-    // Where wrong events go as deep as 60 rows, windows pay in three strips and not in twelve;
-    // where they go as deep as 20, in twelve too, but three are there.
+    // Windows pay in three strips and not in twelve where wrong events go 60 rows deep. Where they
+    // go 20 rows deep they pay in twelve too, but three strips exist already.
     let expected = [(2, [FIRST_DEPTH; 2], 2), (12, [60.0, 20.0], 3)];
     for (strips, depths, few) in expected {
         let (bytes, stay, spread) = stages(strips, depths);
@@ -103,14 +103,14 @@ fn strips_stay_between_advances() {
     }
 }
 
-/// Calendars change their buckets while a gas cools, and file all events anew. A strip has
-/// forgotten the events of disks that left it, and has none twice, so that few stale ones come up.
-/// Here each boundary moves by a row with each window. There are 0.0055 for each event; 0.016 if it
+/// Stale events stay rare when calendars change their buckets in a cooling gas and file all events
+/// anew. A strip forgets the events of disks that left it, and has none twice. Here each boundary
+/// moves by a row with each window. There are 0.0055 stale events for each event; 0.016 if a strip
 /// forgets none, 0.18 if it has some twice.
 #[test]
 fn strips_forget_the_events_of_disks_that_left() {
     let mut engine = cooling(200);
-    // The first contacts of a lattice say little about those to come.
+    // First contacts of a lattice, which say little about later ones.
     engine
         .advance(f64::INFINITY, 80_000, &mut ())
         .expect("time");

@@ -119,7 +119,7 @@ fn a_ball_comes_to_rest() {
         println!("{at:?}: {hops:.2} contacts a contact time");
         assert!(hops < 2.1, "{hops}");
         let body = engine.state().bodies[0];
-        // It hops for less than a contact time.
+        // Height of hops that last less than a contact time.
         let height = weight * contact_time * contact_time / 8.0;
         assert!(body.position[1] - rest < 1.01 * height && body.position[1] - rest > -1e-15);
         assert!(engine.worst_overlap() < 1e-15);

@@ -1,4 +1,4 @@
-//! Legs of a run: stops on their way, and checkpoints at these.
+//! Segments (legs) of a run: stops within them, and checkpoints at these.
 
 use nalgebra::{Vector3, vector};
 use stosszahl_ed::{Boundaries, Dissipation, resume, simulate};
@@ -57,9 +57,9 @@ impl Case {
     }
 }
 
-/// Returns three cases: some hundred disks, of which a leg has more collisions than these tests; as
-/// many in a closed box that heats them; and forty in so thin a gas that the engine starts afresh
-/// since own times are long.
+/// Returns three cases: some hundred disks, of which a segment has more collisions than these
+/// tests; as many in a closed box that heats them; and forty in so thin a gas that the engine
+/// restarts because of long own times.
 fn cases() -> [Case; 3] {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
     let heated = walled([None, Some([Wall::specular(), diffuse])]);
@@ -82,8 +82,7 @@ fn advance(gas: &mut dyn Simulation, until: f64) {
     while !gas.advance(until, Budget::Leg, &mut ()).expect("time") {}
 }
 
-/// Stops change nothing: a gas that is sampled on its way has the same bits, after the same work,
-/// as one that is not.
+/// Stops change nothing: a gas that is sampled has the bits and the work of one that is not.
 #[test]
 fn stops_change_nothing() {
     for (number, case) in cases().iter().enumerate() {

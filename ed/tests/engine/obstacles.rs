@@ -19,7 +19,7 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
         centre: vector![0.5, 5.0],
         radius: 0.5,
     }));
-    // Against the disk from the left, across the boundary.
+    // Disk against the disk from the left, across the boundary.
     let state = alone(&boundaries, [8.0, 8.0], [6.0, 5.0], [1.0, 0.0]);
     let scene = grains(Smooth, 1.0, down(0.0));
     let mut engine =
@@ -30,7 +30,7 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
     assert!((body.position - vector![6.5, 5.0]).norm() < 1e-15);
     assert_eq!(engine.ledgers()[4].contacts, 1.0);
     assert_eq!(engine.ledgers()[4].momentum, vector![-2.0, 0.0]);
-    // And inside it, seen from the other side.
+    // Disk inside the disk, across the boundary.
     let inside = alone(&boundaries, [8.0, 8.0], [7.8, 5.0], [1.0, 0.0]);
     let scene = grains(Smooth, 1.0, down(0.0));
     let error = Engine::<_>::between(scene, Dissipation::Scene, inside, &boundaries).err();
@@ -126,11 +126,11 @@ fn a_disk_rests_in_a_wedge() {
         assert!(engine.worst_overlap() < 1e-12);
         assert!(engine.tally().rebounds < 10_000_000);
         if half < 1.0 {
-            // It meets the plates sooner than after a contact time, and is sent up again with
-            // little loss.
+            // The disk meets the plates within a contact time, and is sent up again with little
+            // loss.
             assert!(body.position[1] - rest < 0.45 && body.position[1] > rest - 1e-9);
         } else {
-            // Nothing rubs: the disk continues to swing a little.
+            // Without friction the disk continues to swing a little.
             let hop = 1e-2;
             assert!(
                 (body.position[1] - rest).abs() < hop && (body.position[0] - 100.0).abs() < hop

@@ -43,7 +43,8 @@ fn energy_and_momentum_are_conserved() {
     }
 }
 
-/// Perfectly rough disks retrace their way: velocities and spins reversed, and the same time back.
+/// Perfectly rough disks return to their start: velocities and spins are reversed after a time, and
+/// run for an equal time.
 #[test]
 fn perfectly_rough_disks_return_to_their_start() {
     let scene = grains(rough(1.0), 1.0, down(0.0));
@@ -62,8 +63,8 @@ fn perfectly_rough_disks_return_to_their_start() {
         .expect("collisions");
     let end = back.state();
     for (one, other) in begin.bodies.iter().zip(&end.bodies) {
-        // As for smooth disks: a collision or two a disk, each of which multiplies 1e-14 by less
-        // than a hundred.
+        // Tolerance: a collision or two a disk, each of which multiplies 1e-14 by less than a
+        // hundred.
         assert!(begin.domain.distance(one.position, other.position) < 1e-9);
         assert!((one.spin + other.spin).norm() < 1e-9);
     }

@@ -123,7 +123,7 @@ fn follow_plain<P: Physics<Space = Plane>>(
             "{name}, {number}: {time} {event:?}"
         );
     }
-    // The last one may be later by rounding.
+    // Rounding may delay the last collision beyond the end.
     assert!(
         journal.0.len() + 1 >= collisions,
         "{name}: {} of {collisions}",
@@ -283,7 +283,7 @@ fn resumed_runs_have_the_same_bytes() {
     );
 }
 
-/// A driven gas has a balance too.
+/// The energy balance holds in a driven gas too.
 #[test]
 fn the_balance_knows_what_drives_supply() {
     let mut gas = simulate(
@@ -327,7 +327,7 @@ fn flows_that_cannot_be_are_refused() {
         mass: 1.0,
     });
     run(&each).expect("a gas");
-    // The box of another flow.
+    // The box of a flow with another shear rate.
     let scene = equal(constant(1.0), 1.0);
     let state = gas(&scene, 2.0, vector![9.0, 9.0], 5, 1);
     let error = Engine::<_>::new(scene, Dissipation::Scene, state).err();

@@ -125,7 +125,7 @@ fn compare<P: Physics<Space = Plane>>(
         assert!(left.1 == plain.1, "{name}: collisions of {strips} strips");
         assert!(left.0 == plain.0, "{name}: bytes of {strips} strips");
     }
-    // As many collisions again, in five advances of one engine.
+    // Equally many collisions in five advances of one engine.
     let engine = Engine::<P>::between(scene.clone(), dissipation, start.clone(), boundaries);
     let mut engine = engine.expect("an engine");
     let times: Vec<f64> = (0..5)
@@ -171,7 +171,7 @@ fn periodic_gases() {
     }
 }
 
-/// Behind the common interface, leg by leg, with pauses in between.
+/// Strips give equal bytes behind the common interface, by legs and with pauses.
 #[test]
 fn a_simulation_on_two_threads() {
     let scene = disks(0.8);
@@ -206,7 +206,8 @@ fn a_simulation_on_two_threads() {
     assert!(alone == shared);
 }
 
-/// A cooled gas has clusters, in which windows are short, and empty regions.
+/// Strips give equal bytes in a cooled gas with clusters, in which windows are short, and empty
+/// regions.
 #[test]
 fn a_clustered_gas() {
     let scene = disks(0.8);
@@ -221,8 +222,8 @@ fn a_clustered_gas() {
     compare("clustered", &scene, dissipation, &boundaries, &start, &legs);
 }
 
-/// Between walls of all kinds, around obstacles, under gravity, with spin: what walls have given
-/// too.
+/// Strips give equal bytes, ledgers of walls too, between walls of all kinds, around obstacles,
+/// under gravity, and with spin.
 #[test]
 fn walls_obstacles_gravity_and_spin() {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
@@ -264,7 +265,7 @@ fn walls_obstacles_gravity_and_spin() {
     );
 }
 
-/// A gas that collapses does so at the same collision, with the same words.
+/// A collapse happens at the collision, and with the message, of a single engine.
 #[test]
 fn a_collapse_is_that_of_one_engine() {
     let scene = disks(0.3);

@@ -259,7 +259,7 @@ pub fn follow_plain<P: Physics<Space = Plane>>(
     let state = engine.state();
     for (one, other) in state.bodies.iter().zip(&slow.bodies) {
         let apart = state.domain.distance(one.position, other.position);
-        // The engine is 1e-7 later.
+        // The engine ends later by 1e-7.
         assert!(apart < 1e-7 + 2e-7 * one.velocity.norm(), "{apart:e} apart");
     }
     let tally = engine.tally();

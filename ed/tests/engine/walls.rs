@@ -240,7 +240,7 @@ fn what_does_not_fit_is_refused_and_named() {
     let lengths = [6.0, 5.0];
     let state = |at: [f64; 2]| alone(&boundaries, lengths, at, [0.0, 0.0]);
     let scene = || disks(1.0);
-    // Through the wall by 0.1, and outside.
+    // States inside the wall by 0.1, and outside the box.
     let error = refused(scene(), state([5.6, 2.0]), &boundaries);
     let EngineError::Overlap {
         disk: 0,
@@ -260,7 +260,7 @@ fn what_does_not_fit_is_refused_and_named() {
             .contains("the wall of axis 1, side 0 by 2.5"),
         "{error}"
     );
-    // A wall that is not at its face when the disk starts.
+    // A wall that is away from its face when the disk starts.
     let floor = vibrates(Wall::specular(), 1.0, 2.0);
     let moving = walled([None, Some([floor, Wall::specular()])]);
     let mut late = alone(&moving, lengths, [3.0, 1.3], [0.0, 0.0]);
@@ -275,7 +275,7 @@ fn what_does_not_fit_is_refused_and_named() {
     );
 }
 
-/// An obstacle; a box that is another; a wall and its opposite too near; an open face.
+/// Refuses an obstacle, another box, a wall too near to its opposite, and an open face.
 #[test]
 fn boundaries_that_do_not_fit_are_refused() {
     let boundaries = closed();
@@ -343,7 +343,7 @@ fn boundaries_that_do_not_fit_are_refused() {
         matches!(error, EngineError::OpenFace { axis: 0, side: 1 }),
         "{error}"
     );
-    // A checkpoint of other walls.
+    // A checkpoint with other walls.
     let mut checkpoint = Checkpoint::from(state([3.0, 2.5]));
     checkpoint.ledgers = vec![Ledger::default(); 3];
     let error = Engine::<_>::between(scene(), Dissipation::Scene, checkpoint, &boundaries).err();
@@ -385,8 +385,9 @@ fn grazing_a_wall() {
     }
 }
 
-/// Into a wedge of one degree between a wall and a plate, and out again: as many contacts as the
-/// angle has place in two right ones at the most, the energy kept, and never inside.
+/// A disk flies into a wedge of one degree between a wall and a plate, and out again. It has at
+/// most as many contacts as the angle fits into two right angles, keeps its energy, and is never
+/// inside a wall.
 #[test]
 fn a_disk_leaves_a_wedge_of_one_degree() {
     let angle = 1.0_f64.to_radians();
@@ -421,8 +422,8 @@ fn a_disk_leaves_a_wedge_of_one_degree() {
     }
 }
 
-/// A floor that moves ten times as fast as the disks, and one that runs away from them: no disk is
-/// left in it.
+/// No disk stays in a floor that moves ten times as fast as the disks, nor in one that moves away
+/// from them.
 #[test]
 fn a_floor_may_be_faster_than_the_disks() {
     for (amplitude, period) in [(0.5, 0.1), (1.0, 0.2), (0.01, 0.002)] {
@@ -447,12 +448,12 @@ fn a_floor_may_be_faster_than_the_disks() {
             );
         }
         assert!(engine.tally().rebounds > 50);
-        // It has given its energy.
+        // The moving floor has added energy.
         assert!(engine.ledgers()[2].energy > 0.0);
     }
 }
 
-/// A wall that comes and goes for ever at a time far from zero is where its period says.
+/// A vibrating wall far from time zero is where its period says.
 #[test]
 fn vibrations_keep_their_phase() {
     let vibration = Vibration::new(0.5, 2.0).expect("a vibration");

@@ -52,7 +52,7 @@ pub enum FileError {
     /// The file could not be read.
     #[error("{}: {source}", path.display())]
     Unreadable {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
@@ -60,7 +60,7 @@ pub enum FileError {
     /// A line has wrong content.
     #[error("{}:{line}: found {found}; expected {expected}", path.display())]
     Content {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Line, counted from 1.
         line: usize,
@@ -167,7 +167,7 @@ pub fn read(path: &Path) -> Result<StartFile, FileError> {
         path: path.to_owned(),
         source,
     };
-    // A run reads it more than once, and would wait for a pipe.
+    // Regular files only: a run reads the file more than once, and a pipe would block.
     if !fs::metadata(path).map_err(failed)?.is_file() {
         let kind = io::ErrorKind::InvalidInput;
         return Err(failed(io::Error::new(
@@ -176,7 +176,7 @@ pub fn read(path: &Path) -> Result<StartFile, FileError> {
         )));
     }
     let text = fs::read_to_string(path).map_err(failed)?;
-    // Editors of some systems begin a file with a byte order mark.
+    // Some systems' editors put a byte order mark at the beginning.
     let text = text.trim_start_matches('\u{feff}');
     let source = Source { path };
     let ending = path
@@ -224,7 +224,7 @@ fn read_csv(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
         }
     }
     let column = |name: &str| names.get(name).copied();
-    // The first two components come together; the third may be left out.
+    // Vectors need their first two components; the third one is optional.
     let vector = |[a, b, c]: [&str; 3]| match [column(a), column(b), column(c)] {
         [None, None, None] => Ok(None),
         found @ [Some(_), Some(_), _] => Ok(Some(found)),
@@ -332,7 +332,7 @@ fn read_xyz(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
     let mut columns = HashMap::new();
     let mut next = 0;
     for property in parts.chunks(3) {
-        // A bound, so that sums of widths are numbers, too.
+        // Upper bound of a width, so that sums of widths do not overflow.
         let width: Option<usize> = property
             .get(2)
             .and_then(|width| width.parse().ok())
@@ -526,7 +526,7 @@ mod tests {
         assert_eq!(bare.velocities, None);
     }
 
-    /// `/dev/null` is a device that ends; of others, and of pipes, that is not known.
+    /// Devices and pipes are refused, `/dev/null` in place of all, because it ends.
     #[cfg(unix)]
     #[test]
     fn what_is_no_file_is_refused() {

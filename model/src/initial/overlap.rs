@@ -60,8 +60,8 @@ pub fn first_overlap(
             &[0.0]
         }
     });
-    // The tree with itself is faster than with each disk, and nearly always nothing is found. It
-    // says whether, not which is the first.
+    // Fast test of the tree against itself, which only says whether there is an overlap; nearly
+    // always there is none.
     let meets = |one: &BvhNode, other: &BvhNode| one.intersects(other);
     let is_inside = tree.leaf_pairs(&tree, meets).any(|(first, second)| {
         let [first, second] = [first, second].map(|leaf| leaf as usize);
@@ -74,7 +74,7 @@ pub fn first_overlap(
             break;
         }
         let own = radius(first);
-        // Images beyond one box length matter only to disks wider than the box.
+        // Images beyond one box length, needed only for disks wider than the box.
         for &shift_x in shifts[0] {
             for &shift_y in shifts[1] {
                 let shifted = centre + domain.images().image([shift_x, shift_y, 0.0]).position;

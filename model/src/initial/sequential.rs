@@ -56,7 +56,7 @@ fn add(
             .iter()
             .fold(0.0, |most: f64, &radius| most.max(radius));
     let lengths = domain.lengths();
-    // As fine as a diameter, but never many more cells than disks.
+    // Cells about as wide as a diameter, but never many more than disks.
     let most = (2.0 * count as f64).sqrt().ceil() as usize + 1;
     let cells = [0, 1].map(|axis| ((lengths[axis] / diameter).floor() as usize).clamp(1, most));
     let cell_of = |position: Vector2<f64>| {
@@ -162,7 +162,7 @@ mod tests {
             let found = sequential_addition(count, 1.0, &domain, &mut stream, &interrupt);
             assert!(interrupt.is_raised(), "{count} disks were placed before");
             assert!(found.is_none());
-            // Two numbers for each trial.
+            // Each trial draws two numbers.
             assert!(stream.after <= 2 * 1024, "{}", stream.after);
         }
     }

@@ -1,5 +1,5 @@
-//! Kinetic theory of equal hard spheres (D = 3), as far as the Monte Carlo engine needs it; symbols
-//! as above.
+//! Kinetic theory of equal hard spheres (D = 3), as far as the Monte Carlo engine needs it, with
+//! the symbols of [`kinetic`](super).
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,5 @@
-//! The parts of an obstacle that a particle can touch, and when it does: edges, corners and disks.
+//! Parts of an obstacle that a particle can touch, edges, corners and disks, and the times of
+//! contact.
 //!
 //! All times are roots of the exact flight. Straight flight: a linear equation for an edge and a
 //! quadratic one for a corner or a disk. Parabolic flight: a quadratic and a quartic. The quartic
@@ -41,7 +42,7 @@ impl Flight {
         let (mut least, mut most) = (self.position.inf(&end), self.position.sup(&end));
         for axis in 0..2 {
             let turn = -self.velocity[axis] / self.acceleration[axis];
-            // Also false where nothing turns.
+            // Turning point of the flight; false without acceleration, for NaN too.
             if turn > 0.0 && turn < time {
                 let there = self.at(turn)[axis];
                 least[axis] = least[axis].min(there);
@@ -192,7 +193,7 @@ impl Edge {
         let acceleration = flight.acceleration.dot(&normal);
         let gap = height - radius;
         if gap <= 0.0 && height > 0.0 && over(flight.position) {
-            // It touches.
+            // Contact by rounding or at once.
             let pressed = speed < 0.0 || (speed == 0.0 && acceleration < 0.0);
             let time = if pressed {
                 0.0
@@ -254,11 +255,11 @@ fn bent(flight: &Flight, reach: f64, limit: f64) -> Option<f64> {
     let b = arm.dot(&velocity);
     let (speed, weight) = (velocity.norm(), pull.norm());
     let distance = arm.norm();
-    // After this time it is out of reach for ever.
+    // Time after which the point is out of reach for ever.
     let gone = (speed + (speed * speed + 2.0 * weight * (distance + reach)).sqrt()) / weight;
     let end = limit.min(2.0 * gone);
     if !end.is_finite() {
-        // The pull is too weak to be resolved.
+        // Straight flight, where the acceleration is too weak to be resolved.
         return straight(flight, reach);
     }
     if distance - reach > (speed + 0.5 * weight * end) * end {
@@ -269,7 +270,7 @@ fn bent(flight: &Flight, reach: f64, limit: f64) -> Option<f64> {
     if touches && (b < 0.0 || (b == 0.0 && bend < 0.0)) {
         return Some(0.0);
     }
-    // One that overlaps by rounding touches.
+    // Contact of a point that overlaps by rounding.
     let square = if touches {
         arm.norm_squared()
     } else {
@@ -299,7 +300,7 @@ fn bent(flight: &Flight, reach: f64, limit: f64) -> Option<f64> {
                 let both = |time: f64| (excess(time), slope(time));
                 return Some(descent::bracketed(both, begin..end));
             }
-            // It rose by less than can be resolved.
+            // The rise was smaller than can be resolved.
             return Some(begin);
         }
         begin = end;

@@ -28,7 +28,7 @@ pub fn time_to_plane(height: f64, velocity: f64, acceleration: f64) -> Option<f6
     }
     let discriminant = velocity * velocity - 2.0 * acceleration * height;
     if acceleration < 0.0 {
-        // Below the plane by rounding, it comes back as from the plane.
+        // A point below the plane by rounding returns as from the plane.
         let root = discriminant.max(0.0).sqrt();
         return Some(if velocity >= 0.0 {
             (velocity + root) / -acceleration
@@ -53,7 +53,7 @@ pub fn time_to_vibrating_plane(
     now: f64,
     limit: f64,
 ) -> Option<f64> {
-    // For one that stays at its height all periods are alike.
+    // Limit for a point that stays at its height, to which all periods are alike.
     let limit = if velocity == 0.0 && acceleration == 0.0 {
         limit.min(1.5 * vibration.period())
     } else {
@@ -169,11 +169,11 @@ mod tests {
             }
         }
         assert!(found > 1000);
-        // Faster than the wall comes after it, and for ever.
+        // Departure faster than the wall: a return after some time, or never.
         let away = time_to_vibrating_plane(0.4, 0.3, 0.0, &vibration, 0.9, f64::INFINITY);
         assert_eq!(away, None);
-        // At rest where the wall turns, it is touched there or not at all; slower than anything, it
-        // is touched once there.
+        // At rest at the height of the turn, the wall touches there or not at all; at the smallest
+        // speed it touches once there.
         for height in [0.3, 0.3 * (1.0 + 1e-15), 0.3 * (1.0 - 1e-15)] {
             time_to_vibrating_plane(height, 0.0, 0.0, &vibration, 0.1, f64::INFINITY);
             let slow = time_to_vibrating_plane(height, -1e-20, 0.0, &vibration, 0.1, f64::INFINITY);

@@ -78,7 +78,7 @@ pub enum Face<S: Space> {
     /// Periodic face: particles that leave enter on the opposite side.
     #[default]
     Periodic,
-    /// A wall.
+    /// Wall, from which particles rebound.
     Wall(Wall<S>),
     /// Open face: particles that leave are removed. Monte Carlo only, since exact dynamics keeps
     /// its disks.

@@ -344,7 +344,7 @@ impl Obstacles {
             acceleration,
         };
         let [least, most] = flight.bounds(limit);
-        // Wider than by rounding.
+        // Reach with a margin against rounding.
         let reach = (radius.max(self.hair) * (1.0 + 1e-9)).max(HAIR * extent(&[least, most]));
         let reach = Vector::new(reach, reach);
         let (least, most): (Vector, Vector) = (least.into(), most.into());
@@ -456,7 +456,7 @@ fn edges<'a>(
     let joints = edges.iter().zip(edges.iter().cycle().skip(1));
     for (joint, (before, after)) in joints.enumerate() {
         let last = joint + 1 == edges.len();
-        // In a hollow of a solid the edges are touched, but never the corner.
+        // Corners: in a hollow of a solid only the edges are touched.
         if both_sides || before.along.perp(&after.along) > 0.0 {
             features.push(corner(&points[joint + 1]));
         }

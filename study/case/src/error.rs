@@ -31,7 +31,7 @@ pub enum CaseError {
     /// The path names a folder.
     #[error("{}: this is a folder; a case is one TOML file", path.display())]
     Folder {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
     /// The file is far larger than a case can be.
@@ -141,7 +141,7 @@ pub enum Fault {
     MissingKey {
         /// Meaning of the absence, such as a default that does not go with other keys.
         found: Option<String>,
-        /// What should be there.
+        /// Expected value.
         allowed: String,
     },
     /// A value of the wrong type, out of range, or at odds with another key.

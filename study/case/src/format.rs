@@ -1,7 +1,8 @@
 //! The case format, version 2: the keys, their types, their ranges and their defaults.
 //!
-//! The doc comments are the descriptions of the JSON Schema. Lengths, masses and energies are in the units of the case;
-//! times are in the unit that `run.time_unit` names. The kind of a case is derived, never written: see [`Case::kind`].
+//! The doc comments are the descriptions of the JSON Schema. Lengths, masses and energies are in
+//! the units of the case; times are in the unit that `run.time_unit` names. The kind of a case is
+//! derived, never written: see [`Case::kind`].
 
 use std::collections::BTreeMap;
 
@@ -25,7 +26,8 @@ pub use question::*;
 pub struct Case {
     /// Version of the case format. This program reads version 2.
     pub format: u64,
-    /// Title in one line. Default: made of the gas as it is run. Where `--set` or a sweep changes the gas, that is added.
+    /// Title in one line. Default: made of the gas as it is run. Where `--set` or a sweep changes
+    /// the gas, that is added.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     #[schemars(length(min = 1))]
     pub title: String,
@@ -39,7 +41,8 @@ pub struct Case {
     #[schemars(extend("maximum" = i64::MAX))]
     #[serde(default = "one")]
     pub seed: u64,
-    /// Number of independent runs, each with its own initial state; error bars come from their spread.
+    /// Number of independent runs, each with its own initial state; error bars come from their
+    /// spread.
     #[serde(default = "four")]
     #[schemars(range(min = 1, max = 1_000_000))]
     pub replicas: u64,
@@ -100,7 +103,8 @@ pub struct Case {
     /// Largest error of the Monte Carlo engines; their simulators and time steps are then chosen by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<Accuracy>,
-    /// Parameter sweeps: each block maps quoted dotted keys, such as "gas.restitution", to values and stands for their product.
+    /// Parameter sweeps: each block maps quoted dotted keys, such as "gas.restitution", to values
+    /// and stands for their product.
     #[serde(default, skip_serializing)]
     pub sweep: Vec<BTreeMap<String, Axis>>,
 }
@@ -130,7 +134,8 @@ pub enum Axis {
     Range(Range),
 }
 
-/// Values in equal steps or equal factors, with 12 digits each; whole numbers where the key asks for them.
+/// Values in equal steps or equal factors, with 12 digits each; whole numbers where the key asks
+/// for them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
@@ -141,8 +146,8 @@ pub struct Range {
     /// Number of values, in place of a step.
     #[schemars(range(min = 2, max = 10_000))]
     pub points: Option<u64>,
-    /// Difference between two values, or with `log` their quotient, in place of a number of values. The last value is the last
-    /// step that does not go beyond `to`.
+    /// Difference between two values, or with `log` their quotient, in place of a number of values.
+    /// The last value is the last step that does not go beyond `to`.
     pub step: Option<f64>,
     /// In equal factors in place of equal steps; both ends lie above 0 then.
     #[serde(default)]
@@ -193,7 +198,8 @@ pub enum Units {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
-    /// Energy that each particle gains on average, in temperatures of the start for each unit of time.
+    /// Energy that each particle gains on average, in temperatures of the start for each unit of
+    /// time.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e12))]
     pub heating: f64,
     /// Time between two kicks.
@@ -216,16 +222,19 @@ pub struct Thermostat {
 pub struct Start {
     /// How particles are placed.
     pub placement: Placement,
-    /// File with positions or velocities, `.csv` or `.xyz`, relative to the case file; with placement or velocities = "file".
+    /// File with positions or velocities, `.csv` or `.xyz`, relative to the case file; with
+    /// placement or velocities = "file".
     #[schemars(length(min = 1))]
     pub file: Option<String>,
-    /// Corners `[[x0, y0], [x1, y1]]` of the region in which the particles lie, of three numbers in space. Default: the whole box.
+    /// Corners `[[x0, y0], [x1, y1]]` of the region in which the particles lie, of three numbers in
+    /// space. Default: the whole box.
     #[schemars(extend("items" = json!({"type": "array", "minItems": 2, "maxItems": 3, "items": {"type": "number"}})))]
     pub region: Option<[Vec<f64>; 2]>,
     /// Where the velocities come from.
     pub velocities: Velocities,
-    /// Elastic collisions per particle before t = 0; 0 means none. Default: 0 in flows and where a file or a region gives the
-    /// places, else 10, and `10 sqrt(phi) chi` up to 100 at packings above 0.3.
+    /// Elastic collisions per particle before t = 0; 0 means none. Default: 0 in flows and where a
+    /// file or a region gives the places, else 10, and `10 sqrt(phi) chi` up to 100 at packings
+    /// above 0.3.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub equilibration: Option<f64>,
     /// Give up equilibrating here. Default: four times `equilibration`, and at least 200.
@@ -303,7 +312,8 @@ pub enum VelocityWord {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityCumulant {
-    /// Fourth cumulant `D/(D + 2) <v^4>/<v^2>^2 - 1`: from -1/2 of disks and -2/5 of spheres, all of one speed, to 10; 0 is Maxwellian.
+    /// Fourth cumulant `D/(D + 2) <v^4>/<v^2>^2 - 1`: from -1/2 of disks and -2/5 of spheres, all
+    /// of one speed, to 10; 0 is Maxwellian.
     #[schemars(range(min = -0.5, max = 10.0))]
     pub a2: f64,
 }
@@ -312,18 +322,21 @@ pub struct VelocityCumulant {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
-    /// Unit of all times in this file. Default: "haff" in a periodic box (the mean free time of an elastic gas), else "case".
+    /// Unit of all times in this file. Default: "haff" in a periodic box (the mean free time of an
+    /// elastic gas), else "case".
     pub time_unit: Option<TimeUnit>,
     /// End of the run.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e15))]
     pub until: f64,
-    /// First sample after t = 0, with samples in equal factors of time. Default: `until/1000`; not with `samples`.
+    /// First sample after t = 0, with samples in equal factors of time. Default: `until/1000`; not
+    /// with `samples`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub first_sample: Option<f64>,
     /// Samples in each factor of ten of time. Default: 12.
     #[schemars(range(min = 1, max = 1000))]
     pub samples_per_decade: Option<u64>,
-    /// Number of samples at equal intervals. Default in flows: 400; elsewhere samples are in equal factors of time.
+    /// Number of samples at equal intervals. Default in flows: 400; elsewhere samples are in equal
+    /// factors of time.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub samples: Option<u64>,
     /// Seconds of computing between two checkpoints.
@@ -362,19 +375,21 @@ pub enum DifferBeyond {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Judging {
-    /// Chance that any verdict of a point says `differ` where there is no difference. Over the points of a sweep it is the rate of
-    /// false discoveries.
+    /// Chance that any verdict of a point says `differ` where there is no difference. Over the
+    /// points of a sweep it is the rate of false discoveries.
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 0.5))]
     pub family_wise_error_rate: f64,
     /// Margin of every comparison: largest relative difference that counts as agreement.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub tolerance: f64,
-    /// Margin of numbers that are zero under chaos, in their own unit: the slope of P(b/d), the fourth cumulant less theory.
+    /// Margin of numbers that are zero under chaos, in their own unit: the slope of P(b/d), the
+    /// fourth cumulant less theory.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub absolute_tolerance: f64,
     /// Difference beyond which the whole interval must lie to be called one.
     pub differ_beyond: DifferBeyond,
-    /// Orders of the Sonine expansion of theory: 1 for Maxwellian species. Default: as many as are quick.
+    /// Orders of the Sonine expansion of theory: 1 for Maxwellian species. Default: as many as are
+    /// quick.
     #[schemars(range(min = 1, max = 12))]
     pub sonine_orders: Option<u64>,
 }

@@ -73,7 +73,7 @@ const MOST_BYTES: u64 = 1 << 20;
 pub struct CaseFile {
     /// The text of the file, byte for byte.
     pub text: String,
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
     /// The points of the sweeps, each different from the others; one point without settings if
     /// there is no sweep.
@@ -150,8 +150,8 @@ impl CaseFile {
         written.or_else(|| leading_question(&self.text))
     }
 
-    /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements are not looked at; see
-    /// [`Format::read`].
+    /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements
+    /// are not looked at; see [`Format::read`].
     ///
     /// The value of an override is TOML, or a bare word taken as text. A key that is overridden is
     /// no longer swept; with `run.until`, times and windows of measurements beyond it are left out.
@@ -277,7 +277,8 @@ impl Format {
     }
 }
 
-/// A case whose title is of what is run: made of the gas where it gives none, and with the keys of the gas that were set from outside.
+/// A case whose title is of what is run: made of the gas where it gives none, and with the keys of
+/// the gas that were set from outside.
 fn titled(mut case: Case, overrides: &[Override]) -> Case {
     if case.title.is_empty() {
         case.title = case.derived_title();

@@ -103,16 +103,15 @@ impl Origins {
         Ok((table, origins))
     }
 
-    /// Puts a key, and everything below it, where an argument gives it.
+    /// Records that an argument sets a key and all keys below it.
     pub(crate) fn set_by_argument(&mut self, key: &[String], argument: &str) {
         let by = Replaced::Argument(argument.into());
         self.replaced.push((key.to_vec(), by));
     }
 
-    /// Puts a key, and everything below it, where a sweep gives it.
+    /// Records that a sweep, at the place `source`, sets a key and all keys below it.
     pub(crate) fn set_by_sweep(&mut self, key: &[String], source: &[String]) {
-        /// Of a source, the keys `sweep`, the number of the block, and the swept key; then comes
-        /// the place in its list.
+        /// Length of a source without the place in the list: `sweep`, number of the block, key.
         const TO_KEY: usize = 3;
         let axis = &source[..source.len().min(TO_KEY)];
         let spans = [self.find(source, false).0, self.find(axis, true).0];

@@ -1,7 +1,9 @@
-//! Paper files: one TOML file says which bundled cases make the figures of a paper, and what the paper says of each.
+//! Paper files: one TOML file says which bundled cases make the figures of a paper, and what the
+//! paper says of each.
 //!
-//! They are read as cases are: types, ranges and words against a schema made from the types here, then relations between keys. Every
-//! error names the file, the line, the key, the value found and what is allowed.
+//! They are read as cases are: types, ranges and words against a schema made from the types here,
+//! then relations between keys. Every error names the file, the line, the key, the value found and
+//! what is allowed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -129,12 +131,13 @@ pub struct Claim {
     pub table: Option<String>,
     /// Column of the number.
     pub column: Option<String>,
-    /// Values of key columns that choose its row: words, numbers, or [from, to], of whose rows the mean is taken.
+    /// Values of key columns that choose its row: words, numbers, or [from, to], of whose rows the
+    /// mean is taken.
     #[serde(default, rename = "where")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub keys: BTreeMap<String, Value>,
-    /// A quantity that follows from the case, by the name that `check` gives it, or the `seconds` or `collisions` of a run: in place of
-    /// a table.
+    /// A quantity that follows from the case, by the name that `check` gives it, or the `seconds`
+    /// or `collisions` of a run: in place of a table.
     pub derived: Option<String>,
     /// A number by which it is divided.
     pub over: Option<Place>,
@@ -182,12 +185,12 @@ pub enum Errors {
     Blocks,
 }
 
-/// A paper file as read.
+/// Paper file with its content and the places of its keys.
 #[derive(Clone, Debug)]
 pub struct PaperFile {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// The paper.
+    /// Content of the file.
     pub paper: Paper,
     table: Table,
     origins: Origins,
@@ -202,7 +205,8 @@ impl PaperFile {
         Self::from_text(path, &read_text(path)?)
     }
 
-    /// Reads the text of a paper file; `path` stands in messages, and cases are looked for beside it.
+    /// Reads the text of a paper file; `path` stands in messages, and cases are looked for beside
+    /// it.
     ///
     /// # Errors
     /// As [`PaperFile::read`], but for the file itself.

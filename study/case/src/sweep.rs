@@ -16,11 +16,11 @@ const MOST_POINTS: usize = 10_000;
 /// One value that a sweep gives to one key.
 #[derive(Clone, Debug)]
 pub(crate) struct Chosen {
-    /// The dotted key as written.
+    /// Dotted key as written.
     pub(crate) written: String,
-    /// The keys from the root.
+    /// Keys from the root of the case.
     pub(crate) key: Key,
-    /// The value.
+    /// Value of the key.
     pub(crate) value: Value,
     /// Place in the sweep at which the value was written.
     pub(crate) source: Key,

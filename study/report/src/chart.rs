@@ -1,6 +1,8 @@
-//! Charts: curves with error bars, histograms, theory, reference lines, and the ranges of their axes.
+//! Charts: curves with error bars, histograms, theory, reference lines, and the ranges of their
+//! axes.
 //!
-//! Colours are custom properties of the style sheet, so a chart follows the light or dark scheme. Legends are HTML.
+//! Colours are custom properties of the style sheet, so a chart follows the light or dark scheme.
+//! Legends are HTML.
 
 use std::fmt::Write as _;
 
@@ -10,21 +12,21 @@ use stosszahl_results::Scale;
 use crate::draw::{Canvas, Plot, axes, chart_size};
 use crate::scale::{Frame, Tick, extent, shows};
 
-/// An axis of a chart.
+/// Axis of a chart: label, scale, and range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartAxis {
     /// Label, with symbol and unit.
     pub label: String,
-    /// Scale.
+    /// Scale of the axis: linear or logarithmic.
     pub scale: Scale,
-    /// Range of the data where it is wider than that of this chart, as in panels that share their axes.
+    /// Range of the data where it is wider than in this chart, as in panels with common axes.
     pub span: Option<(f64, f64)>,
     /// Names of the positions 1, 2, 3 and so on, in place of numbers.
     pub names: Vec<String>,
 }
 
 impl ChartAxis {
-    /// An axis around its data.
+    /// Creates an axis whose range follows from the data.
     pub fn new(label: impl Into<String>, scale: Scale) -> Self {
         Self {
             label: label.into(),
@@ -53,10 +55,10 @@ impl ChartAxis {
     }
 }
 
-/// Mark of a data point.
+/// Marker of data points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
-    /// Disk.
+    /// Filled circle.
     Circle,
     /// Square.
     Square,
@@ -64,12 +66,12 @@ pub enum Marker {
     Triangle,
     /// Diamond.
     Diamond,
-    /// Triangle on its tip.
+    /// Triangle pointing down.
     Inverted,
 }
 
 impl Marker {
-    /// All of them, in the order of use.
+    /// All markers, in the order of use.
     pub const ALL: [Self; 5] = [
         Self::Circle,
         Self::Square,
@@ -78,7 +80,7 @@ impl Marker {
         Self::Inverted,
     ];
 
-    /// Its name in the data of a figure.
+    /// Name of the marker in the data of a figure.
     fn name(self) -> &'static str {
         match self {
             Self::Circle => "circle",
@@ -89,7 +91,7 @@ impl Marker {
         }
     }
 
-    /// Adds the mark at a place to a path of SVG.
+    /// Adds the marker at a position to an SVG path.
     pub(crate) fn path(self, path: &mut String, x: f64, y: f64) {
         // Writing to a string cannot fail.
         let _ = match self {
@@ -102,23 +104,24 @@ impl Marker {
     }
 }
 
-/// How the points of a curve are joined.
+/// Line style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stroke {
-    /// Not at all.
+    /// No line.
     None,
-    /// By a thin line, a guide to the eye between marks.
+    /// Thin line, a guide to the eye between markers.
     Thin,
-    /// By a solid line.
+    /// Solid line.
     Solid,
-    /// By a dashed line, for theory.
+    /// Dashed line, for theory.
     Dashed,
-    /// By bars that stand on zero, from each point to its `end`.
+    /// Bars from zero, each from a point to its `end`.
     Bars,
 }
 
 impl Stroke {
-    /// Its class in the style sheet; none without a line. A curve of `many` points has no marks, so its line is thicker.
+    /// CSS class of the line; `None` without a line. A curve of `many` points has no markers, so
+    /// its line is thicker.
     pub(crate) fn class(self, many: bool) -> Option<&'static str> {
         match self {
             Self::None => None,
@@ -130,40 +133,41 @@ impl Stroke {
     }
 }
 
-/// A data point.
+/// Data point of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
     /// Abscissa.
     pub x: f64,
-    /// Where the bar or step of a histogram ends; the abscissa of a point that has no width.
+    /// Abscissa at which the bar or step of a histogram ends; equal to `x` for a point without
+    /// width.
     pub end: f64,
     /// Ordinate.
     pub y: f64,
     /// Standard error of the ordinate.
     pub error: Option<f64>,
-    /// What theory says.
+    /// Theoretical value of the ordinate.
     pub theory: Option<f64>,
 }
 
-/// Points of one kind.
+/// Curve of a chart: points, markers, line and colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     /// Name in the legend.
     pub label: String,
     /// Colour, a CSS value.
     pub colour: String,
-    /// Mark of the points, if any.
+    /// Marker of the points; `None` without markers.
     pub marker: Option<Marker>,
-    /// How they are joined.
+    /// Line style between the points.
     pub stroke: Stroke,
-    /// The points, by increasing abscissa.
+    /// Points, by increasing abscissa.
     pub points: Vec<Point>,
 }
 
-/// A word at a place.
+/// Text label at a position of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Word {
-    /// The word.
+    /// Text of the label.
     pub text: String,
     /// Abscissa.
     pub x: f64,
@@ -171,7 +175,7 @@ pub struct Word {
     pub y: f64,
 }
 
-/// A chart.
+/// Chart with axes, curves, reference lines and labels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// Horizontal axis.
@@ -182,12 +186,12 @@ pub struct Chart {
     pub curves: Vec<Curve>,
     /// Horizontal reference lines with their labels.
     pub lines: Vec<(String, f64)>,
-    /// Words beside points.
+    /// Text labels beside points.
     pub words: Vec<Word>,
 }
 
 impl Chart {
-    /// A chart without curves.
+    /// Creates a chart without curves.
     pub fn new(x: ChartAxis, y: ChartAxis) -> Self {
         Self {
             x,
@@ -203,7 +207,7 @@ impl Chart {
         all.filter(|point| shows(self.x.scale, point.x) && shows(self.y.scale, point.y))
     }
 
-    /// Whether nothing could be drawn.
+    /// Returns true if the chart has no point to draw.
     pub fn is_empty(&self) -> bool {
         self.points().next().is_none()
     }
@@ -219,7 +223,7 @@ impl Chart {
         let fixed = self.lines.iter().map(|line| line.1);
         let fixed = fixed.chain((bars && scale == Scale::Linear).then_some(0.0));
         let (low, high) = extent(scale, self.points().map(|point| point.y).chain(fixed))?;
-        // A single huge error bar must not flatten everything else.
+        // A single huge error bar must not flatten all other data.
         let reach = 1.5 * (high - low).max(0.1 * high.abs());
         let ends = self.points().flat_map(|point| {
             let error = point.error.filter(|error| error.is_finite());
@@ -229,8 +233,9 @@ impl Chart {
         extent(scale, ends.chain([low, high]))
     }
 
-    /// Gives charts that stand side by side the same axes. Where a chart would use less than a quarter of the common vertical
-    /// axis, each keeps its own, so that small effects are seen. Returns whether vertical axes are common.
+    /// Gives adjacent charts common axes. Where a chart would use less than a quarter of the common
+    /// vertical axis, each keeps its own, so that small effects are visible. Returns whether
+    /// vertical axes are common.
     pub fn share_axes(charts: &mut [Self]) -> bool {
         fn unite(ranges: &[(f64, f64)]) -> Option<(f64, f64)> {
             let all = ranges.iter().copied();
@@ -260,7 +265,7 @@ impl Chart {
     }
 
     fn frames(&self) -> (Frame, Frame) {
-        // Steps and bars end where the axis does.
+        // Steps and bars end at the end of the axis.
         let steps = self.points().any(|point| point.end > point.x);
         (
             self.x.frame(self.abscissae(), steps),
@@ -268,7 +273,7 @@ impl Chart {
         )
     }
 
-    /// Draws the chart; `description` is for those who cannot see it.
+    /// Draws the chart; `description` is its text for screen readers.
     pub(crate) fn plot(&self, description: String) -> Plot {
         let (x, y) = self.frames();
         let ticks = [self.x.ticks(&x), self.y.ticks(&y)];
@@ -288,7 +293,7 @@ impl Chart {
         }
     }
 
-    /// The numbers behind the chart, for the script that makes it interactive.
+    /// Numbers of the chart in JSON, for the script that makes it interactive.
     fn data(&self) -> Value {
         let (x, y) = self.frames();
         let axis = |axis: &ChartAxis, frame: Frame| {
@@ -313,7 +318,7 @@ impl Chart {
 }
 
 impl Curve {
-    /// Numbers of a curve as columns; columns without a number are left out.
+    /// Numbers of a curve as columns of JSON; columns without a number are left out.
     fn data(&self) -> Value {
         let points = || {
             self.points
@@ -343,7 +348,8 @@ impl Curve {
     }
 }
 
-/// A number with nine digits, which a page can afford; tables have all. Numbers that are not finite have no place in JSON.
+/// Rounds a number to nine digits, enough for a page; tables have all. `None` for numbers that are
+/// not finite, which JSON lacks.
 pub(crate) fn short(value: f64) -> Option<f64> {
     format!("{value:.8e}")
         .parse()

@@ -1,16 +1,19 @@
-//! The points of a sweep together: intervals that are corrected for how many there are.
+//! Corrected intervals of a sweep: control of the false discovery rate over its points.
 //!
-//! Each point has a number that was chosen before the run, with an interval at its own level q. Of m points, those are *decided* whose interval
-//! lies inside the margin or on one side of zero. The largest k is sought for which at least k points are decided at the level
-//! q k/m, and all intervals are then those of that level; with none, those of q/m. This is the step-up of Y. Benjamini & Y. Hochberg,
-//! *J. R. Stat. Soc. B* **57**, 289 (1995), with the intervals of Y. Benjamini & D. Yekutieli, *J. Am. Stat. Assoc.* **100**, 71
-//! (2005): of the decided points a share q at most is decided falsely, on average. Bonferroni's correction for m points would leave
-//! nothing to find in a large sweep.
+//! Each point has a number chosen before the run, with an interval at the level q. Of m points,
+//! those are *decided* whose interval lies inside the margin or on one side of zero. The largest k
+//! is determined for which at least k points are decided at the level q k/m; all intervals are then
+//! taken at that level, or at q/m if there is no such k.
+//!
+//! This is the step-up procedure of Y. Benjamini & Y. Hochberg, *J. R. Stat. Soc. B* **57**, 289
+//! (1995), with the intervals of Y. Benjamini & D. Yekutieli, *J. Am. Stat. Assoc.* **100**, 71
+//! (2005): of the decided points a fraction q at most is decided falsely, on average. Bonferroni's
+//! correction for m points would leave nothing to find in a large sweep.
 
 use stosszahl_analysis::compare::{Interval, Rule, Verdict as Test};
 use stosszahl_results::{ComparedNumber, VerdictKind};
 
-/// Number of a point with its own interval and the corrected one.
+/// Intervals of a point: at its own level, and corrected for all points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corrected {
     /// Interval at the level of the point alone.
@@ -21,7 +24,7 @@ pub struct Corrected {
     pub kind: VerdictKind,
 }
 
-/// Ends of an interval at a level, and what it decides.
+/// Interval of a number at a level, and its decision.
 fn at(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
     let freedom = one.degrees_of_freedom.map(|count| count as usize);
     let interval = Interval::student(one.difference, one.standard_error, freedom, level);
@@ -33,7 +36,8 @@ fn at(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
     (interval.ends, interval.decide(&rule))
 }
 
-/// Corrects the numbers of all points of a sweep; those without one, or whose comparison is void, do not count.
+/// Corrects the numbers of all points of a sweep. Points without a number, or with a void
+/// comparison, do not count.
 ///
 /// ```
 /// use stosszahl_report::corrected;
@@ -97,8 +101,8 @@ mod tests {
         }
     }
 
-    /// Intervals find the differences that the procedure on p values finds: the largest k with
-    /// p_(k) <= q k/m.
+    /// Corrected intervals find the same differences as the procedure on p values: the largest k
+    /// with p_(k) <= q k/m.
     #[test]
     fn differences_are_those_of_benjamini_and_hochberg() {
         for shift in [0.0, 0.5, 1.0, 1.7] {
@@ -120,7 +124,7 @@ mod tests {
         }
     }
 
-    /// Ten points that differ clearly do not hide an eleventh, as Bonferroni's correction would.
+    /// Ten clear differences do not hide an eleventh, as Bonferroni's correction would.
     #[test]
     fn clear_points_leave_the_others_their_power() {
         let mut numbers = vec![Some(number(8.0)); 10];

@@ -1,7 +1,8 @@
-//! Drawing of charts as SVG: axes, curves, marks and legends.
+//! SVG drawing of charts: axes, curves, markers and legends.
 //!
-//! Written here and not with a plotting library: the static figures of reports need a few hundred lines, the libraries that
-//! were tried doubled the time to build the program, counted clip paths globally and drew legends over data.
+//! The alternative of a plotting library lost: static figures of reports take a few hundred lines
+//! here. The libraries that were tried doubled the build time, numbered clip paths globally and
+//! drew legends over data.
 
 use std::fmt::Write as _;
 
@@ -11,45 +12,50 @@ use serde_json::Value;
 use crate::chart::{Chart, Curve, Point, Stroke};
 use crate::scale::{Frame, Tick};
 
-/// Width and height of a chart, and room around its frame: left, right, top, bottom.
+/// Width of a chart \[px\].
 pub(crate) const WIDTH: f64 = 440.0;
+/// Height of a chart \[px\].
 pub(crate) const HEIGHT: f64 = 310.0;
+/// Margin left of the frame \[px\].
 pub(crate) const LEFT: f64 = 62.0;
+/// Margin right of the frame \[px\].
 pub(crate) const RIGHT: f64 = 14.0;
+/// Margin above the frame \[px\].
 pub(crate) const TOP: f64 = 10.0;
+/// Margin below the frame \[px\].
 pub(crate) const BOTTOM: f64 = 46.0;
-/// Points of a curve that are drawn as marks; a curve of more is a line.
+/// Largest number of points drawn as markers; a longer curve is a line.
 const MARKS: usize = 60;
-/// Points of a line that are drawn.
+/// Largest number of points of a drawn line.
 const VERTICES: usize = 600;
 
-/// Width and height inside of the frame of a chart.
+/// Width and height of the area inside a chart's frame \[px\].
 pub(crate) fn chart_size() -> [f64; 2] {
     [WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM]
 }
 
-/// A chart or a map that is drawn.
+/// Drawn chart or map.
 #[derive(Clone, Debug)]
 pub(crate) struct Plot {
-    /// What it shows, for those who cannot see it.
+    /// Text description for screen readers.
     pub description: String,
-    /// Height, where the width is [`WIDTH`].
+    /// Height, for the width [`WIDTH`] \[px\].
     pub height: f64,
-    /// What stands inside the SVG element.
+    /// Content of the SVG element.
     pub content: Markup,
-    /// The numbers behind it.
+    /// Numbers of the drawing in JSON.
     pub data: Value,
 }
 
 impl Plot {
-    /// The SVG element inside a page.
+    /// SVG element for a page.
     pub fn inline(&self) -> Markup {
         html! {
             svg.plot viewBox=(format!("0 0 {WIDTH} {:.0}", self.height)) role="img" aria-label=(self.description) { (self.content) }
         }
     }
 
-    /// The SVG element inside another one, at a place.
+    /// SVG element nested in another one, at a position.
     pub fn placed(&self, x: f64, y: f64) -> Markup {
         html! {
             svg.plot x=(format!("{x:.0}")) y=(format!("{y:.0}")) width=(WIDTH) height=(format!("{:.0}", self.height)) { (self.content) }
@@ -57,7 +63,7 @@ impl Plot {
     }
 }
 
-/// Frame, grid, ticks and labels around an area of a size.
+/// Frame, grid, ticks and labels around an area of the given size.
 pub(crate) fn axes(
     [width, height]: [f64; 2],
     [x_ticks, y_ticks]: &[Vec<Tick>; 2],
@@ -88,7 +94,7 @@ pub(crate) fn axes(
             .filter_map(|(place, label)| Some((*place, label.clone()?)));
         named.collect()
     };
-    // Labels that would run into each other are left out.
+    // Labels that would overlap are left out.
     let mut free = f64::NEG_INFINITY;
     let mut below = labelled(x_ticks);
     below.retain(|(place, label)| {
@@ -115,7 +121,7 @@ pub(crate) fn axes(
     }
 }
 
-/// The area inside the frame.
+/// Coordinate system of the area inside a chart's frame.
 pub(crate) struct Canvas {
     pub x: Frame,
     pub y: Frame,
@@ -123,7 +129,7 @@ pub(crate) struct Canvas {
 }
 
 impl Canvas {
-    /// A chart inside its axes.
+    /// Draws a chart inside its axes.
     pub fn chart(&self, chart: &Chart, axes: &Markup) -> Markup {
         let [width, height] = self.size;
         let words = chart.words.iter().filter_map(|word| {
@@ -148,12 +154,12 @@ impl Canvas {
 
     fn place(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         let (x, y) = (self.x.place(x)?, self.y.place(y)?);
-        // Far outside is as good as infinitely far, and short to write.
+        // Far outside is drawn like infinity, and is shorter to write.
         let near = |place: f64| place.clamp(-50.0, 50.0);
         Some((near(x) * self.size[0], (1.0 - near(y)) * self.size[1]))
     }
 
-    /// Lines, bars and error bars, which the frame cuts.
+    /// Lines, bars and error bars, clipped by the frame.
     fn strokes(&self, curve: &Curve) -> Markup {
         let (mut line, mut errors) = (String::new(), String::new());
         let mut joined = false;
@@ -198,7 +204,7 @@ impl Canvas {
         }
     }
 
-    /// Bars that stand on zero.
+    /// Path of bars from zero.
     fn bars(&self, points: &[Point]) -> String {
         let mut path = String::new();
         let foot = (1.0 - self.y.clamped(0.0)) * self.size[1];
@@ -213,7 +219,7 @@ impl Canvas {
         path
     }
 
-    /// Marks, which the frame does not cut.
+    /// Markers, not clipped by the frame.
     fn marks(&self, curve: &Curve) -> Markup {
         let mut path = String::new();
         if let Some(marker) = curve.marker
@@ -234,7 +240,7 @@ impl Canvas {
     }
 }
 
-/// The sign of a curve in a legend, 34 wide and 12 high.
+/// Legend symbol of a curve, 34 wide and 12 high \[px\].
 pub(crate) fn sign(curve: &Curve) -> Markup {
     let mut mark = String::new();
     if let Some(marker) = curve.marker {

@@ -1,7 +1,7 @@
-//! From a table and the description of a figure to its charts: which rows are a panel, which a curve, and in which style.
+//! Charts of a table's figure: the rows of each panel and curve, and their styles.
 //!
-//! Every engine has one colour and one mark in all charts. Where curves do not tell engines apart they run through a
-//! second, ordered scale from dark to bright, as times do.
+//! Every engine has one colour and one marker in all charts. Where the curves of one engine differ
+//! in another key, such as time, colours follow a second, ordered scale from dark to bright.
 
 use std::fmt::Write as _;
 
@@ -12,27 +12,27 @@ use crate::draw::Plot;
 use crate::map::Map;
 use crate::words::{number, spread};
 
-/// Panels that a figure has at most.
+/// Largest number of panels of a figure.
 pub(crate) const PANELS: usize = 9;
-/// Curves of one engine that a panel has at most.
+/// Largest number of curves of one engine in a panel.
 const CURVES: usize = 8;
-/// Colours of the ordered scale in the style sheet.
+/// Number of colours of the ordered scale in the style sheet.
 const SHADES: usize = 7;
 
-/// A figure that is drawn.
+/// Drawn figure: legend, panels and notes.
 pub(crate) struct Drawn {
-    /// One entry for each kind of curve.
+    /// Legend entries, one for each kind of curve.
     pub legend: Vec<Curve>,
     /// Panels with their titles; a single panel may have none.
     pub panels: Vec<(String, Plot)>,
-    /// Whether all panels have the same vertical axis.
+    /// True if all panels have one vertical axis.
     pub common: bool,
-    /// What is left out.
+    /// Note on everything that is left out.
     pub note: String,
 }
 
 impl Drawn {
-    /// Figures one after the other, with one legend.
+    /// Joins figures one after the other, with one legend.
     pub(crate) fn join(all: Vec<Self>) -> Self {
         let mut joined = Self {
             legend: Vec::new(),
@@ -48,7 +48,7 @@ impl Drawn {
     }
 }
 
-/// Adds the curves that a legend does not name yet, without their points.
+/// Adds curves to a legend, without their points, unless it has them.
 fn add_to_legend<'a>(legend: &mut Vec<Curve>, curves: impl IntoIterator<Item = &'a Curve>) {
     for curve in curves {
         if !legend.iter().any(|one| one.label == curve.label) {
@@ -65,18 +65,18 @@ pub fn engine_colour(engine: &str) -> String {
     engine_rank(engine).map_or("var(--ink)".into(), |rank| format!("var(--engine-{rank})"))
 }
 
-/// Mark of an engine.
+/// Marker of an engine.
 pub fn engine_marker(engine: &str) -> Marker {
     Marker::ALL[engine_rank(engine).unwrap_or(0) % Marker::ALL.len()]
 }
 
-/// Rows that agree in some columns.
+/// Group of rows with equal values in some columns.
 struct Group<'a> {
     keys: Vec<&'a Cell>,
     rows: Vec<&'a [Cell]>,
 }
 
-/// The groups of rows that agree in some columns, in the order in which they occur.
+/// Groups rows by their values in some columns, in order of occurrence.
 fn groups<'a>(rows: &[&'a [Cell]], columns: &[usize]) -> Vec<Group<'a>> {
     let mut places = std::collections::HashMap::new();
     let mut groups: Vec<Group<'a>> = Vec::new();
@@ -91,7 +91,7 @@ fn groups<'a>(rows: &[&'a [Cell]], columns: &[usize]) -> Vec<Group<'a>> {
     groups
 }
 
-/// A cell as people read it.
+/// Formats a cell for readers.
 pub(crate) fn cell_text(column: &str, cell: &Cell) -> String {
     match cell {
         Cell::Text(text) if column.starts_with("engine") => engine_title(text).to_owned(),
@@ -102,7 +102,7 @@ pub(crate) fn cell_text(column: &str, cell: &Cell) -> String {
     }
 }
 
-/// What a group is about, in words.
+/// Title of a group of rows, made of its key values.
 fn title(table: &Table, columns: &[usize], keys: &[&Cell]) -> String {
     let mut words: Vec<String> = Vec::new();
     let mut engines: Vec<String> = Vec::new();
@@ -127,7 +127,8 @@ fn title(table: &Table, columns: &[usize], keys: &[&Cell]) -> String {
     words.join(", ")
 }
 
-/// The engine that a group is about: of a pair the one that is compared with the exact one, or the first if neither is exact.
+/// Engine of a group of rows: of a pair, the one compared with the exact one, or the first if
+/// neither is exact.
 fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a Cell]) -> Option<&'a str> {
     let named = columns
         .iter()
@@ -147,7 +148,7 @@ fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a Cell]) -> Option<&'a
     found
 }
 
-/// Whether a group is about two engines of which none is the exact one.
+/// Returns true if a group is about two engines of which neither is exact.
 fn of_others(table: &Table, columns: &[usize], keys: &[&Cell]) -> bool {
     let named = columns.iter().zip(keys);
     let engines = named.filter(|(column, _)| table.columns[**column].name.starts_with("engine"));
@@ -155,7 +156,7 @@ fn of_others(table: &Table, columns: &[usize], keys: &[&Cell]) -> bool {
     engines.clone().count() > 1 && !engines.map(|(_, cell)| *cell).any(|cell| exact(&cell))
 }
 
-/// The columns of some names, those that the table has.
+/// Positions of the columns with these names, if the table has them.
 fn find(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
     names
         .iter()
@@ -231,20 +232,22 @@ fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) ->
     })
 }
 
-/// What the curves of a figure have in common.
+/// Curves of a figure: their table, columns and keys.
 struct Curves<'a> {
     table: &'a Table,
     figure: &'a Figure,
     x: usize,
     y: usize,
-    /// Key columns that tell curves apart: engines, and all others that have more than one value.
+    /// Key columns that distinguish engines.
     engines: Vec<usize>,
+    /// Key columns that distinguish other curves: those with more than one value.
     others: Vec<usize>,
-    /// Values of the other key columns: those that are drawn, and how many there are.
+    /// Values of the other key columns that are drawn.
     values: Vec<String>,
+    /// Number of values of the other key columns.
     all: usize,
     several: bool,
-    /// Names of places on the horizontal axis, where it has words.
+    /// Names of positions on the horizontal axis, if it has words.
     names: Vec<String>,
 }
 
@@ -280,7 +283,7 @@ impl<'a> Curves<'a> {
         })
     }
 
-    /// Sentences for the caption: what is plotted, what bars and dashed lines are, and what is left out.
+    /// Caption sentences: the quantity, the meaning of bars and dashed lines, and what is left out.
     fn note(&self, rows: &[&[Cell]]) -> String {
         let column = &self.table.columns[self.y];
         let mut note = String::new();
@@ -329,7 +332,7 @@ impl<'a> Curves<'a> {
         Some(place as f64 + 1.0)
     }
 
-    /// The points of some rows, with the ordinates of a column and those of its errors and of theory.
+    /// Points of some rows, from a column of ordinates and those of its errors and theory.
     fn points(
         &self,
         rows: &[&[Cell]],
@@ -356,7 +359,7 @@ impl<'a> Curves<'a> {
         points
     }
 
-    /// The column after the ordinate that has a role, among those that belong to it.
+    /// Column of this role that belongs to the ordinate, after it in the table.
     fn companion(&self, role: Role) -> Option<usize> {
         let after = self.table.columns.iter().enumerate().skip(self.y + 1);
         let mut own = after.take_while(|(_, column)| {
@@ -392,7 +395,7 @@ impl<'a> Curves<'a> {
             };
             let engine = engine(self.table, &keys, &group.keys).or(of_panel);
             let (colour, marker) = match engine {
-                // Of a pair without the exact engine neither has a colour of its own left.
+                // In a pair without the exact engine, neither engine has a colour of its own left.
                 Some(engine)
                     if self.others.is_empty() && of_others(self.table, &keys, &group.keys) =>
                 {
@@ -435,7 +438,7 @@ impl<'a> Curves<'a> {
                 }
             }
             let (marker, stroke) = match self.figure.mark {
-                // Beside a theory the difference is what matters, so that steps need not stand on zero.
+                // Beside a theory the difference matters, so steps need not start from zero.
                 Mark::Bars if has_level => (None, Stroke::Solid),
                 Mark::Bars => (None, Stroke::Bars),
                 Mark::Points => (Some(marker), Stroke::None),
@@ -454,7 +457,7 @@ impl<'a> Curves<'a> {
         if let [law] = laws.as_mut_slice() {
             (law.label, law.colour) = ("theory".into(), "var(--ink)".into());
         }
-        // What is measured stands above what is not.
+        // Measured curves are drawn above theory.
         chart.curves = laws.into_iter().chain(measured).collect();
         chart
     }
@@ -466,7 +469,8 @@ fn shade(place: usize, count: usize) -> String {
     format!("var(--shade-{})", (place * (SHADES - 1) + last / 2) / last)
 }
 
-/// One map for each panel, all with the same colours; keys that would tell curves apart are panels, too.
+/// Draws a map for each panel, with common colours; keys that would distinguish curves become
+/// panels.
 fn maps(table: &Table, figure: &Figure, rows: &[&[Cell]], mut panels: Vec<usize>) -> Option<Drawn> {
     let (x, y) = (table.find(&figure.x.column)?, table.find(&figure.y.column)?);
     let first = || {

@@ -1,11 +1,13 @@
-//! The report: one self-contained HTML page from a results folder.
+//! Report of a results folder: one self-contained HTML page.
 //!
-//! [`write_report`] needs nothing but the folder, so a report can be rebuilt at any time, on any machine, and the same
-//! folder gives the same bytes. Nothing here knows a table by name: a table says by its figures how it is drawn. The page
-//! loads nothing from anywhere: style, charts, particles, scripts and their library are inside. Figures are drawn as static SVG,
-//! which is what is printed and what is seen without script; the same drawings are files beside the page. A script puts
-//! an interactive chart in the place of each: uPlot (`vendor/uplot`) draws axes and lines and does the zooming. It was
-//! chosen by weight, 53 kB where others of its kind have 300 to 1100.
+//! [`write_report`] needs only the folder, so a report can be rebuilt at any time on any machine,
+//! and equal folders give equal bytes. No table is known by name: its figures say how it is drawn.
+//! The page loads nothing from outside: style, charts, particles, scripts and their library are
+//! inside.
+//!
+//! Figures are static SVG, which is printed and shown without scripts, and also stored as files. A
+//! script replaces each by an interactive chart: uPlot (`vendor/uplot`) draws axes and lines and
+//! zooms. It was chosen for its size, 53 kB; others of its kind have 300 to 1100.
 //!
 //! | module   | owns                                                        |
 //! |----------|-------------------------------------------------------------|
@@ -51,14 +53,14 @@ pub use discoveries::{Corrected, corrected};
 pub use listing::{Listed, Listing, listing};
 pub use paper::{PaperClaim, PaperFigure, PaperPage, PaperRun, figure_anchor, figure_name, paper};
 
-/// Why a report could not be built.
+/// Error with which a report cannot be built.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
     /// The folder holds neither a run nor a sweep.
     #[error("{}: neither manifest.json nor sweep.json is in this folder; expected the folder of a finished run", folder.display())]
     NoResults {
-        /// The folder.
+        /// Path of the folder.
         folder: PathBuf,
     },
     /// A file of the folder is absent or damaged, or the page cannot be written.
@@ -69,13 +71,13 @@ pub enum ReportError {
     Snapshot(#[from] FileError),
 }
 
-/// A figure of a table as one SVG file that stands alone; `None` if there is nothing to draw.
+/// Draws a figure of a table as a standalone SVG file; `None` if there is nothing to draw.
 pub fn drawing(table: &Table, figure: &Figure) -> Option<String> {
     Some(sheet::sheet(&figure.title, &figure::draw(table, figure)?))
 }
 
-/// Figures of several tables as one SVG file below a common legend, each in panels with words above them; `None` if there is nothing to
-/// draw in one of them.
+/// Draws figures of several tables as one SVG file with a common legend, each in panels with a
+/// heading; `None` if one of them has nothing to draw.
 pub fn drawings(title: &str, figures: &[(&str, &Table, &Figure)]) -> Option<String> {
     let drawn = figures.iter().map(|(words, table, figure)| {
         let mut drawn = figure::draw(table, figure)?;
@@ -89,15 +91,15 @@ pub fn drawings(title: &str, figures: &[(&str, &Table, &Figure)]) -> Option<Stri
     Some(sheet::sheet(title, &figure::Drawn::join(all)))
 }
 
-/// A page and the drawings and tables beside it.
+/// Page with its drawings and tables.
 struct Report {
     page: String,
-    /// Names of files inside the folder, and what they hold.
+    /// Names of files inside the folder, and their contents.
     beside: Vec<(String, Vec<u8>)>,
 }
 
 impl Report {
-    /// Writes all of it, the page last; `guard` is asked before each file.
+    /// Writes all files, the page last; `guard` is called before each file.
     fn write(&self, folder: &Path, guard: Guard<'_>) -> Result<PathBuf, ReportError> {
         for (name, bytes) in &self.beside {
             guard()?;
@@ -110,11 +112,11 @@ impl Report {
     }
 }
 
-/// Says whether files may still be written into the folder.
+/// Check whether files may still be written into the folder.
 type Guard<'a> = &'a dyn Fn() -> Result<(), ResultsError>;
 
-/// Writes the report of a results folder that this process holds, as [`write_report`] does; nothing is written if the folder was moved
-/// or replaced meanwhile.
+/// Writes the report of a results folder held by this process, as [`write_report`]. Nothing is
+/// written if the folder was moved or replaced meanwhile.
 ///
 /// # Errors
 /// As [`write_report`], and [`ResultsError::Moved`].
@@ -122,11 +124,12 @@ pub fn write_held_report(folder: &Folder) -> Result<PathBuf, ReportError> {
     write_guarded(folder.path(), &|| folder.require_same())
 }
 
-/// Rebuilds `report.html` and the drawings of a results folder or of a sweep folder and returns the path of the page. In a
-/// sweep folder the report of each finished point is rebuilt too.
+/// Rebuilds `report.html` and the drawings of a results folder or of a sweep folder and returns the
+/// path of the page. In a sweep folder the report of each finished point is rebuilt too.
 ///
 /// # Errors
-/// The folder holds no finished run and no sweep, a table or snapshot is damaged, or a file cannot be written.
+/// The folder holds no finished run and no sweep, a table or snapshot is damaged, or a file cannot
+/// be written.
 pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
     write_guarded(folder, &|| Ok(()))
 }

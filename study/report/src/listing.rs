@@ -1,4 +1,4 @@
-//! A page of a headline, a figure, sentences and lists in words: that of a frontier.
+//! Page with a headline, a figure, sentences and lists, as of a frontier.
 
 use maud::html;
 use stosszahl_results::Table;
@@ -6,27 +6,27 @@ use stosszahl_results::Table;
 use crate::figure::draw;
 use crate::page::{self, Column, document, unbroken};
 
-/// A list in words: its title, its columns, its rows.
+/// List of texts: its title, columns and rows.
 pub type Listing<'a> = (&'a str, &'a [Column<'a>], &'a [Vec<String>]);
 
-/// What is on a page.
+/// Contents of a list page.
 #[derive(Clone, Copy, Debug)]
 pub struct Listed<'a> {
-    /// Its title.
+    /// Title of the page.
     pub title: &'a str,
-    /// The sentence that says it all.
+    /// Headline: the main result in one sentence.
     pub headline: &'a str,
-    /// The picture below it.
+    /// Table whose figures are shown below the headline.
     pub figure: &'a Table,
-    /// Sentences below the picture.
+    /// Sentences below the figures.
     pub lines: &'a [String],
-    /// Sentences that are folded, each group under its title.
+    /// Collapsed groups of sentences, each with its title.
     pub folded: &'a [(&'a str, &'a [String])],
     /// Lists; those without rows are left out.
     pub lists: &'a [Listing<'a>],
 }
 
-/// The page.
+/// Builds the page.
 pub fn listing(page: &Listed<'_>) -> String {
     let table = page.figure;
     let figures = (table.figures.iter()).filter_map(|figure| Some((figure, draw(table, figure)?)));

@@ -1,4 +1,4 @@
-//! Maps: a quantity over the plane as coloured cells, with a bar that says what the colours mean.
+//! Maps: a quantity over the plane as coloured cells, with a colour bar.
 
 use std::fmt::Write as _;
 
@@ -10,9 +10,9 @@ use crate::chart::short;
 use crate::draw::{BOTTOM, LEFT, Plot, TOP, WIDTH, axes};
 use crate::scale::Frame;
 
-/// Room on the right, for the bar.
+/// Margin on the right, for the colour bar \[px\].
 const RIGHT: f64 = 84.0;
-/// Least and largest height of the box.
+/// Smallest and largest height of the map \[px\].
 const HEIGHTS: [f64; 2] = [90.0, 380.0];
 /// Colours of the bar, lowest first (viridis).
 const COLOURS: [[f64; 3]; 6] = [
@@ -23,24 +23,24 @@ const COLOURS: [[f64; 3]; 6] = [
     [122.0, 209.0, 81.0],
     [253.0, 231.0, 37.0],
 ];
-/// Steps of colour.
+/// Number of colour steps.
 const STEPS: usize = 48;
 
-/// A quantity over the plane.
+/// Map of a quantity over the plane.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Map {
     /// Labels of the axes.
     pub labels: [String; 2],
-    /// What the colours mean.
+    /// Label of the colour bar.
     pub value: String,
     /// Scale of the colours.
     pub scale: Scale,
-    /// Places `x`, `y` and the quantity there.
+    /// Coordinates `x`, `y` and the quantity there.
     pub cells: Vec<[f64; 3]>,
 }
 
 impl Map {
-    /// Least and largest quantity.
+    /// Smallest and largest value; `None` without values.
     pub fn range(&self) -> Option<(f64, f64)> {
         crate::scale::extent(self.scale, self.cells.iter().map(|cell| cell[2]))
     }
@@ -57,7 +57,7 @@ impl Map {
         let frame = |ends| Frame::around(Scale::Linear, ends, true);
         let (x, y) = (frame(ends[0]), frame(ends[1]));
         let bar = Frame::around(self.scale, (low, high), high > low);
-        // One path for each colour.
+        // All cells of one colour form one path.
         let mut paths = vec![String::new(); STEPS];
         let shown = self
             .cells
@@ -106,7 +106,7 @@ impl Map {
         }
     }
 
-    /// The numbers behind the map: ranges of the axes, the place of the frame in the drawing, and the cells.
+    /// Numbers of the map in JSON: axis ranges, position of the frame in the drawing, and cells.
     fn data(&self, [x, y]: [[f64; 2]; 2], frame: [f64; 4]) -> Value {
         let shown = |axis: usize| -> Vec<Option<f64>> {
             let known = self
@@ -123,7 +123,7 @@ impl Map {
     }
 }
 
-/// Draws the obstacles of a case over a map of its plane: disks, polylines and polygons as the case has them.
+/// Draws the obstacles of a case over a map of its plane: disks, polylines and polygons.
 pub(crate) fn with_obstacles(plot: &mut Plot, obstacles: &[Value]) {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let range = |axis: &str| [0, 1].map(|end| number(&plot.data[axis]["range"][end]));
@@ -158,7 +158,7 @@ pub(crate) fn with_obstacles(plot: &mut Plot, obstacles: &[Value]) {
     plot.content = content;
 }
 
-/// Edges of the cells around the distinct places: half-way between neighbours.
+/// Cell edges, halfway between distinct neighbouring coordinates.
 fn edges(places: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut places: Vec<f64> = places.filter(|place| place.is_finite()).collect();
     places.sort_by(f64::total_cmp);

@@ -14,25 +14,26 @@ pub(crate) const PALETTE: &str = include_str!("palette.css");
 pub(crate) const PLOT: &str = include_str!("plot.css");
 /// Style sheet of all pages.
 const STYLE: &str = include_str!("style.css");
-/// The library that draws interactive charts, with its style and licence.
+/// Library for interactive charts, with its style and licence.
 const LIBRARY: [&str; 3] = [
     include_str!("../vendor/uplot/uPlot.iife.min.js"),
     include_str!("../vendor/uplot/uPlot.min.css"),
     include_str!("../vendor/uplot/LICENSE"),
 ];
-/// The script that makes figures interactive.
+/// Script that makes figures interactive.
 const FIGURES: &str = include_str!("figures.js");
-/// Rows of a table that a page shows; its file has all.
+/// Largest number of table rows on a page; the file has all.
 const ROWS: usize = 300;
-/// Lines of a case file that are shown without folding.
+/// Number of lines of a case file shown without collapsing.
 const LINES: usize = 60;
 
-/// A column of a table: its name, and whether it holds words.
+/// Column of a list: its name, and whether it holds words.
 pub type Column<'a> = (&'a str, bool);
 
-/// A whole page around its content; nothing in it may load anything. Scripts are those of what the content holds.
+/// Builds a whole page around its content, without any external resource. Scripts are included only
+/// if the content needs them.
 pub(crate) fn document(title: &str, content: &Markup, script: Option<&str>) -> String {
-    // Pictures that are saved are drawn from data inside the page.
+    // Saved pictures are drawn from data inside the page.
     let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
     let interactive = content.0.contains("class=\"interactive\"");
     let [library, library_style, licence] = LIBRARY;
@@ -61,12 +62,12 @@ pub(crate) fn document(title: &str, content: &Markup, script: Option<&str>) -> S
     page.into_string()
 }
 
-/// Data for a script: JSON in which nothing can close the element around it.
+/// Embeds data for a script: JSON that cannot close the element around it.
 pub(crate) fn data(value: &Value) -> Markup {
     PreEscaped(value.to_string().replace('<', "\\u003c"))
 }
 
-/// A table that scrolls where it is wider than the page.
+/// Table that scrolls if it is wider than the page.
 pub fn table(columns: &[Column<'_>], rows: &[Vec<String>]) -> Markup {
     let class = |words: bool| words.then_some("text");
     let cell_class = |words: bool, cell: &str| match words {
@@ -85,7 +86,7 @@ pub fn table(columns: &[Column<'_>], rows: &[Vec<String>]) -> Markup {
     }
 }
 
-/// A figure with its legend, panels and caption, and the data from which the script makes it interactive.
+/// Figure with legend, panels and caption, and the data that make it interactive.
 pub(crate) fn figure(number: usize, title: &str, caption: &str, drawn: &Drawn) -> Markup {
     let arrangement = match drawn.panels.len() {
         1 => "one",
@@ -116,9 +117,9 @@ pub(crate) fn figure(number: usize, title: &str, caption: &str, drawn: &Drawn) -
     }
 }
 
-/// A table of the results folder, folded, with what its columns mean.
+/// Collapsed table of the results folder, with the meaning of its columns.
 pub(crate) fn folded(source: &Table) -> Markup {
-    // A standard error stands in the cell of its value.
+    // A standard error is shown in the cell of its value.
     let places: Vec<usize> = (0..source.columns.len())
         .filter(|place| *place == 0 || source.columns[*place].role != Role::StandardError)
         .collect();
@@ -156,7 +157,7 @@ pub(crate) fn folded(source: &Table) -> Markup {
     }
 }
 
-/// The conclusions, each with its kind as a word and a colour.
+/// Verdicts, each with its kind as a word and a colour.
 pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
     html! {
         ul.verdicts { @for verdict in verdicts {
@@ -168,24 +169,24 @@ pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
     }
 }
 
-/// The conclusion that answers the question of a case.
+/// Verdict that answers the question of a case.
 pub(crate) fn headline(verdict: &Verdict) -> Markup {
     html! { p.headline {
         (kind(verdict.kind)) " "
-        // A number for information says of what it is in its topic alone.
+        // Only the topic of an informative number tells its quantity.
         @if verdict.kind == VerdictKind::Note { (verdict.topic) ": " }
         (unbroken(&verdict.sentence))
     } }
 }
 
-/// A sentence whose numbers are not torn from their errors and units at the end of a line.
+/// Keeps numbers together with their errors and units at line ends.
 pub(crate) fn unbroken(sentence: &str) -> String {
     sentence
         .replace(" ± ", "\u{a0}±\u{a0}")
         .replace(" %", "\u{a0}%")
 }
 
-/// The kind of a conclusion as a word with a sign, in its colour.
+/// Kind of a verdict as a word with a symbol, in its colour.
 pub(crate) fn kind(kind: VerdictKind) -> Markup {
     let sign = match kind {
         VerdictKind::Agree => "✓",
@@ -198,7 +199,7 @@ pub(crate) fn kind(kind: VerdictKind) -> Markup {
     html! { span.kind.(kind.name()) { (sign) " " (kind.name()) } }
 }
 
-/// A box of warnings; nothing without any.
+/// Box of warnings; empty without any.
 pub(crate) fn warnings(warnings: &[Markup]) -> Markup {
     html! {
         @if !warnings.is_empty() {
@@ -207,7 +208,7 @@ pub(crate) fn warnings(warnings: &[Markup]) -> Markup {
     }
 }
 
-/// The case file, folded where it is long.
+/// Case file, collapsed if it is long.
 pub(crate) fn case_file(text: &str) -> Markup {
     html! {
         h2 { "Case file" }

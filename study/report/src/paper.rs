@@ -1,4 +1,5 @@
-//! The page of a paper: its figures drawn again, and below each what the paper claims, what was found, and the verdict.
+//! Page of a paper: its figures reproduced, each with the paper's claims, the numbers found, and
+//! the verdicts.
 
 use std::path::Path;
 
@@ -11,82 +12,82 @@ use crate::figure::{Drawn, draw};
 use crate::page;
 use crate::{ReportError, sweep};
 
-/// What the page of a paper shows.
+/// Contents of the page of a paper.
 #[derive(Clone, Debug)]
 pub struct PaperPage<'a> {
     /// Title of the paper.
     pub title: &'a str,
     /// Authors, journal, year.
     pub source: &'a str,
-    /// What a reader should know of the paper as a whole.
+    /// Remark on the paper as a whole.
     pub remark: Option<&'a str>,
-    /// How many claims have which verdict.
+    /// Numbers of claims by verdict, in words.
     pub summary: String,
-    /// How the paper was run.
+    /// Kind of the runs, such as full or quick.
     pub kind: &'a str,
-    /// Chance of any false alarm.
+    /// Probability of any false alarm.
     pub family_wise_error_rate: f64,
-    /// Its figures and tables.
+    /// Figures and tables of the paper.
     pub figures: Vec<PaperFigure<'a>>,
-    /// The runs that they are of.
+    /// Runs behind the figures.
     pub runs: Vec<PaperRun<'a>>,
 }
 
 /// A figure or table of a paper.
 #[derive(Clone, Debug)]
 pub struct PaperFigure<'a> {
-    /// Its number in the paper.
+    /// Number of the figure in the paper.
     pub name: &'a str,
-    /// What it shows.
+    /// Title of the figure.
     pub title: &'a str,
-    /// What of it is not here.
+    /// Parts of the figure that are missing here.
     pub missing: Option<&'a str>,
-    /// The run whose tables are drawn.
+    /// Name of the run whose tables are drawn.
     pub run: &'a str,
-    /// Those tables, each with the number of one of its figures from 1; all of them without.
+    /// Tables to draw, each with the number of one of its figures from 1, or `None` for all.
     pub drawings: Vec<(&'a str, Option<usize>)>,
-    /// What the paper says.
+    /// Claims of the paper about the figure.
     pub claims: Vec<PaperClaim<'a>>,
 }
 
-/// One claim with what was found.
+/// Claim of a paper with the number found.
 #[derive(Clone, Debug)]
 pub struct PaperClaim<'a> {
     /// The claim in words.
     pub claim: &'a str,
-    /// Where its number stands.
+    /// Location of the number in the results.
     pub place: String,
-    /// The number of the paper.
+    /// Number of the paper, as text.
     pub paper: String,
-    /// The number that was found.
+    /// Number found, as text.
     pub found: String,
     /// Largest deviation that counts as agreement; empty for bounds.
     pub margin: String,
-    /// What was found over what the paper says, of values.
+    /// Number found over the paper's value; `None` for bounds.
     pub ratio: Option<Estimate>,
-    /// What follows.
+    /// Verdict on the claim.
     pub verdict: &'a Verdict,
-    /// Why the paper is wrong.
+    /// Correction of the paper, where it is wrong.
     pub correction: Option<&'a str>,
 }
 
-/// A run of a case.
+/// Run of a case for a paper.
 #[derive(Clone, Debug)]
 pub struct PaperRun<'a> {
-    /// Its name, which is that of its folder.
+    /// Name of the run and of its folder.
     pub name: &'a str,
-    /// The case.
+    /// Name of the case.
     pub case: &'a str,
     /// Title of the case.
     pub title: &'a str,
-    /// What is set in it.
+    /// Settings changed in the case.
     pub settings: Vec<String>,
 }
 
-/// Builds the page of a paper, whose runs lie in folders of their names inside `folder`.
+/// Builds the page of a paper whose runs are in folders of their names inside `folder`.
 ///
 /// # Errors
-/// A results folder is damaged.
+/// [`ReportError`] if a results folder is damaged.
 pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError> {
     let mut number = 0;
     let mut figures = Vec::new();
@@ -127,7 +128,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
     Ok(page::document(paper.title, &content, None))
 }
 
-/// "Fig. 3b", or the name of what says itself what it is.
+/// Display name of a figure: "Fig. 3b" for a number, else the name itself.
 pub fn figure_name(name: &str) -> String {
     if name.starts_with(|c: char| c.is_ascii_digit()) {
         format!("Fig. {name}")
@@ -142,7 +143,7 @@ pub fn figure_anchor(name: &str) -> String {
     format!("figure-{}", name.chars().map(letter).collect::<String>())
 }
 
-/// Figures of some tables of a results folder: of a sweep with a panel for each point.
+/// Figures of some tables of a results folder; of a sweep, with a panel for each point.
 fn drawn(
     folder: &Path,
     wanted: &[(&str, Option<usize>)],
@@ -172,7 +173,7 @@ fn drawn(
     Ok(found)
 }
 
-/// The claims of a figure, each with its verdict.
+/// Table of the claims of a figure, each with its verdict.
 fn claims(all: &[PaperClaim<'_>]) -> Markup {
     html! {
         @if !all.is_empty() {
@@ -201,7 +202,7 @@ fn claims(all: &[PaperClaim<'_>]) -> Markup {
     }
 }
 
-/// Each correction once.
+/// Corrections of the paper, each once.
 fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
     let mut found: Vec<(&str, &str)> = Vec::new();
     for one in all {
@@ -214,7 +215,7 @@ fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
     found
 }
 
-/// What was found over what the paper says; none with fewer than two values.
+/// Figure of the ratios of found to claimed values; `None` with fewer than two.
 fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
     let mut table = stosszahl_results::table! {
         "claims", "What was found over what the paper says.";
@@ -243,7 +244,7 @@ fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
     Some(page::figure(number, &title, &ratios.caption, &drawn))
 }
 
-/// The runs, each with its headline and a link to its report.
+/// Table of the runs, each with its headline and a link to its report.
 fn runs(folder: &Path, all: &[PaperRun<'_>]) -> Result<Markup, ReportError> {
     let mut rows = Vec::new();
     for run in all {

@@ -1,4 +1,4 @@
-//! The page of one run.
+//! Page of one run.
 
 use std::path::Path;
 
@@ -55,7 +55,7 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportErro
     })
 }
 
-/// What was run, in a few sentences, and what follows.
+/// Summary of a run: what was run, in a few sentences, and its verdicts.
 fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     let manifest = &stored.manifest;
     let engines: Vec<&str> = manifest
@@ -67,7 +67,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     let others = manifest.verdicts.iter().filter(|one| !first.contains(one));
     let (urgent, mut rest): (Vec<&Verdict>, Vec<&Verdict>) =
         others.partition(|one| one.kind == VerdictKind::Warning);
-    // Where nothing is compared, the first number for information answers the question.
+    // Where nothing is compared, the first informative number answers the question.
     let told = (rest.iter().position(|one| one.topic != "steady state"))
         .filter(|_| first.is_empty())
         .map(|place| rest.remove(place));
@@ -76,7 +76,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
         .iter()
         .filter(|start| start.equilibrated == Some(false))
         .count();
-    // What may void everything below.
+    // Warnings that may void the results below.
     let mut warnings: Vec<Markup> = Vec::new();
     if uneven > 0 {
         warnings.push(html! {
@@ -135,17 +135,17 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     }
 }
 
-/// The figures of a run.
+/// Figures of a run.
 struct Figures {
     /// Figure of the question, or the first of the run without one.
     first: Markup,
-    /// All others, each with its table below.
+    /// All other figures, each with its table below.
     others: Markup,
-    /// Names and texts of the drawings.
+    /// Names and contents of the drawings.
     drawings: Vec<(String, Vec<u8>)>,
 }
 
-/// A part of the section of figures.
+/// Entry of the section of figures.
 enum Part<'a> {
     Figure(&'a Figure, Drawn),
     Other(Markup),
@@ -189,7 +189,7 @@ fn figures(stored: &Stored) -> Figures {
             others.push(Part::Other(page::folded(table)));
         }
     }
-    // Numbered as they stand on the page.
+    // Figures are numbered in the order of the page.
     let mut count = 0;
     let mut numbered = |figure: &Figure, drawn: &Drawn| {
         count += 1;
@@ -220,7 +220,7 @@ fn has_particles(manifest: &Manifest) -> bool {
     snapshots.any(Snapshot::is_shown) || !manifest.frames.is_empty()
 }
 
-/// The player of the particles.
+/// Section with the particle player.
 fn particles(player: &Player, manifest: &Manifest) -> Markup {
     html! {
         @if has_particles(manifest) {
@@ -244,10 +244,10 @@ fn particles(player: &Player, manifest: &Manifest) -> Markup {
     }
 }
 
-/// The controls of the player, and what its colours mean.
+/// Controls of the player, and its colour legend.
 fn controls(player: &Player) -> Markup {
     html! {
-        // The script shows them, as they do nothing without it.
+        // The script shows the controls, which do nothing without it.
         div.controls id="viewer-controls" hidden {
             @if player.shown > 1 {
                 button id="viewer-play" type="button" aria-pressed="false" { "play" }
@@ -293,7 +293,7 @@ fn derived(manifest: &Manifest) -> Markup {
     }
 }
 
-/// Work of the engines: one column for each.
+/// Table of the engines' work, with one column for each.
 fn work(manifest: &Manifest) -> Markup {
     let engines = &manifest.engines;
     let mut rows: Vec<Vec<String>> = Vec::new();
@@ -333,7 +333,7 @@ fn work(manifest: &Manifest) -> Markup {
     }
 }
 
-/// How the replicas began.
+/// Table of the initial states of the replicas.
 fn start(manifest: &Manifest) -> Markup {
     let mut rows = Vec::new();
     for start in &manifest.start {

@@ -1,30 +1,31 @@
-//! Scales of axes: where a value stands, and which ticks a person would draw.
+//! Axis scales: positions of values, and readable ticks.
 
 use stosszahl_results::Scale;
 
 use crate::words::{number, power};
 
-/// Largest size of a number that is drawn, so that sums and squares stay finite.
+/// Largest absolute value that is drawn, so that sums and squares stay finite.
 const LARGEST: f64 = 1e100;
 
-/// A scale with its ends.
+/// Range of an axis with its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frame {
     scale: Scale,
-    /// Ends; on a logarithmic scale those of the decimal logarithm.
+    /// Lower end; on a logarithmic scale its decimal logarithm.
     low: f64,
+    /// Upper end; on a logarithmic scale its decimal logarithm.
     high: f64,
 }
 
-/// A tick: its place from 0 to 1, and its label unless it is a minor one.
+/// Tick: its position from 0 to 1, and its label; minor ticks have none.
 pub(crate) type Tick = (f64, Option<String>);
 
-/// Whether a value has a place on a scale.
+/// Returns true if a value can be drawn on a scale.
 pub(crate) fn shows(scale: Scale, value: f64) -> bool {
     value.abs() <= LARGEST && (scale == Scale::Linear || value >= 1.0 / LARGEST)
 }
 
-/// Smallest and largest of the values that have a place.
+/// Smallest and largest of the values that can be drawn; `None` without any.
 pub(crate) fn extent(scale: Scale, values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let shown = values.filter(|value| shows(scale, *value));
     shown.fold(None, |range, value| {
@@ -34,7 +35,7 @@ pub(crate) fn extent(scale: Scale, values: impl Iterator<Item = f64>) -> Option<
 }
 
 impl Frame {
-    /// A frame around data, with a little room; `exact` is without.
+    /// Creates a range around data with some margin, or `exact` without.
     pub fn around(scale: Scale, (low, high): (f64, f64), exact: bool) -> Self {
         if exact && high > low {
             return match scale {
@@ -48,14 +49,14 @@ impl Frame {
         }
         match scale {
             Scale::Linear => {
-                // A single value gets a frame of a fifth of its size.
+                // A single value gets a range of a fifth of its size.
                 let least = if high > low { 1e-6 } else { 0.2 };
                 let span = (high - low)
                     .max(least * high.abs().max(low.abs()))
                     .max(1e-12);
                 let middle = 0.5 * (low + high);
                 let mut ends = [middle - 0.56 * span, middle + 0.56 * span];
-                // Zero is worth some room, and is not crossed for it.
+                // The range extends to zero if that is close, and not across zero.
                 if low >= 0.0 && ends[0] < 0.25 * span {
                     ends[0] = 0.0;
                 } else if high <= 0.0 && ends[1] > -0.25 * span {
@@ -76,7 +77,8 @@ impl Frame {
                 if high.ceil() - high < 0.2 {
                     high = high.ceil();
                 }
-                // A factor of three has two labels at least.
+                // A range of less than a factor of three is widened, so that it has at least two
+                // labels.
                 let missing = (3_f64.log10() - (high - low)).max(0.0);
                 Self {
                     scale,
@@ -87,7 +89,7 @@ impl Frame {
         }
     }
 
-    /// Its ends.
+    /// Ends of the range, in units of the data.
     pub fn ends(&self) -> [f64; 2] {
         match self.scale {
             Scale::Linear => [self.low, self.high],
@@ -95,7 +97,7 @@ impl Frame {
         }
     }
 
-    /// The place of a value from 0 to 1, outside of them if it is; `None` if it has none.
+    /// Position of a value, from 0 to 1 inside the range; `None` if it cannot be drawn.
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = match self.scale {
             _ if !shows(self.scale, value) => return None,
@@ -105,12 +107,12 @@ impl Frame {
         Some((value - self.low) / (self.high - self.low))
     }
 
-    /// The place of a value; what lies beyond an end, or has no place, stands at that end.
+    /// Position of a value, clamped to the range.
     pub fn clamped(&self, value: f64) -> f64 {
         self.place(value).unwrap_or(0.0).clamp(0.0, 1.0)
     }
 
-    /// Its ticks.
+    /// Ticks of the axis.
     pub fn ticks(&self) -> Vec<Tick> {
         match self.scale {
             Scale::Linear => self.linear_ticks(),
@@ -133,7 +135,7 @@ impl Frame {
             if plain {
                 return format!("{value:.decimals$}").replace('-', "−");
             }
-            // As many digits as tell neighbours apart.
+            // As many digits as distinguish adjacent ticks.
             let digits = (value.abs() / step).log10().floor().clamp(0.0, 12.0) as usize + 2;
             number(value, digits)
         };
@@ -184,7 +186,7 @@ impl Frame {
     }
 }
 
-/// A step of 1, 2 or 5 times a power of ten that divides `span` into three to eight parts.
+/// Tick step of 1, 2 or 5 times a power of ten that divides `span` into three to eight parts.
 fn step(span: f64) -> f64 {
     let raw = span / 5.0;
     let power = 10_f64.powf(raw.log10().floor());

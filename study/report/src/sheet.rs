@@ -1,4 +1,4 @@
-//! A figure as one SVG file that stands alone: panels with their titles below a legend, in the colours of paper.
+//! Standalone SVG file of a figure: panels with titles below a legend, in the colours for print.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -7,14 +7,14 @@ use crate::draw::{WIDTH, sign};
 use crate::figure::Drawn;
 use crate::page::{PALETTE, PLOT};
 
-/// Room between panels.
+/// Gap between panels \[px\].
 const GAP: f64 = 16.0;
-/// Height of a line of text.
+/// Height of a line of text \[px\].
 const LINE: f64 = 20.0;
-/// Width of a letter, about.
+/// Approximate width of a letter \[px\].
 const LETTER: f64 = 6.6;
 
-/// The file of a figure; `title` is for those who cannot see it.
+/// Builds the file of a figure; `title` is also its text for screen readers.
 pub(crate) fn sheet(title: &str, drawn: &Drawn) -> String {
     let columns = match drawn.panels.len() {
         1 => 1,
@@ -53,7 +53,7 @@ pub(crate) fn sheet(title: &str, drawn: &Drawn) -> String {
     on_paper(&page.into_string())
 }
 
-/// The legend in lines that end where the sheet does, and where they end.
+/// Legend broken into lines of the given width, and its height \[px\].
 fn legend(curves: &[Curve], width: f64) -> (Markup, f64) {
     let (mut x, mut y) = (6.0, 6.0);
     let mut items: Vec<Markup> = Vec::new();
@@ -72,7 +72,8 @@ fn legend(curves: &[Curve], width: f64) -> (Markup, f64) {
     (html! { @for item in &items { (item) } }, end)
 }
 
-/// Colours of the style sheet as they are on paper, since programs for drawings know no custom properties.
+/// Replaces custom properties of the style sheet by print colours, since drawing programs do not
+/// know them.
 fn on_paper(text: &str) -> String {
     let first = PALETTE.split_once(":root{").map_or("", |(_, rest)| rest);
     let first = first.split_once('}').map_or("", |(block, _)| block);

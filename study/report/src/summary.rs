@@ -1,4 +1,5 @@
-//! A sweep in one table: a row for each point with what was set there, its verdict, and the last value of each estimate.
+//! Summary table of a sweep: for each point its settings, verdict, and the last value of each
+//! estimate.
 
 use std::collections::BTreeMap;
 
@@ -7,13 +8,13 @@ use stosszahl_results::{Cell, Column, Role, Stored, Sweep, Table, headlines};
 
 use crate::sweep::{Numbers, text};
 
-/// Whether a key column is a time, of which the last is taken.
+/// Returns true if a key column is a time, of which the last value is taken.
 fn is_time(name: &str) -> bool {
     name == "time" || name.starts_with("window") || name.starts_with("elapsed")
 }
 
-/// Columns of estimates of a table with their last cells, each under a name that says table and engines; none of tables in
-/// which other keys have several values.
+/// Estimate columns of a table with their last values, named after table and engines; none for
+/// tables in which other keys have several values.
 fn estimates(table: &Table) -> Vec<(Column, Cell)> {
     let keys = || {
         let columns = table.columns.iter().enumerate();
@@ -29,7 +30,7 @@ fn estimates(table: &Table) -> Vec<(Column, Cell)> {
     }) {
         return Vec::new();
     }
-    // Rows are in the order of time, so that the last of each engine wins.
+    // Rows are ordered in time, so the last of each engine wins.
     let mut last: Vec<(String, &Vec<Cell>)> = Vec::new();
     for row in &table.rows {
         let engines = keys().filter(|(_, column)| column.name.starts_with("engine"));
@@ -72,7 +73,7 @@ fn estimates(table: &Table) -> Vec<(Column, Cell)> {
     found
 }
 
-/// The table of a sweep; points that are not finished have empty cells.
+/// Builds the table of a sweep; unfinished points have empty cells.
 pub(crate) fn summary(
     sweep: &Sweep,
     points: &[Option<Stored>],

@@ -1,5 +1,5 @@
-//! The page of a sweep: first what was measured against what was swept, as a curve or a map, then a list of the points, and each
-//! figure at all points.
+//! Page of a sweep: measured against swept quantities, as curves or maps; then the list of points,
+//! and each figure at all points.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -19,7 +19,7 @@ use crate::sheet::sheet;
 use crate::words::{self, number};
 use crate::{Guard, Report, ReportError, run, summary};
 
-/// Name of the column that says which point a row is of.
+/// Name of the column with the point of a row.
 const POINT: &str = "point";
 
 /// Builds the page of a sweep and rewrites the reports of its finished points.
@@ -44,12 +44,13 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     let answers = |table: &Table, figure: &Figure| {
         table.name == question.table && figure.y.column == question.column
     };
-    // What answers the question against the swept keys: as a map where two keys span one, and as curves with error bars.
+    // The answer to the question against the swept keys: as a map where two keys span one, and as
+    // curves with error bars.
     let drawn = |(table, figure, file): &(Table, &Figure, String)| {
         let (rows, trend, map) = trend(table, &keys, figure)?;
         let leads = answers(table, figure);
         let curves = map.is_none() || leads;
-        // Where there is a map, it has the name of the figure.
+        // If there is a map, it gets the name of the figure.
         let of_curves = match map {
             Some(_) => file.replace(".svg", "-curves.svg"),
             None => file.clone(),
@@ -103,14 +104,14 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     })
 }
 
-/// The swept keys.
+/// Swept keys.
 fn keys(sweep: &Sweep) -> Vec<&String> {
     let points = sweep.points.iter();
     let keys: BTreeSet<&String> = points.flat_map(|point| point.values.keys()).collect();
     keys.into_iter().collect()
 }
 
-/// The tables of all finished points, each with its figures, which have a panel for each point.
+/// Tables of all finished points, each with its figures in one panel per point.
 pub(crate) fn at_each_point(
     folder: &Path,
     sweep: &Sweep,
@@ -126,7 +127,7 @@ pub(crate) fn at_each_point(
     Ok(drawn.collect())
 }
 
-/// The tables and figures of the first finished point, and the names of their drawings.
+/// Tables and figures of the first finished point, with the names of their drawings.
 fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
     let tables = points
         .iter()
@@ -153,12 +154,12 @@ pub(crate) fn text(value: Option<&Value>) -> String {
     }
 }
 
-/// The conclusion of a point that comes first.
+/// First headline of a point.
 fn conclusion(stored: &Stored) -> Option<&Verdict> {
     headlines(&stored.manifest.verdicts).first().copied()
 }
 
-/// Warnings of the tables of points that are not those of their manifests.
+/// Warnings about tables that differ from the manifests of their points.
 fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     let both = sweep.points.iter().zip(points);
     let files = both.flat_map(|(point, stored)| {
@@ -168,10 +169,11 @@ fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     files.collect()
 }
 
-/// Number of a point, with its own interval and the corrected one; `None` of points that compare nothing, or whose comparison is void.
+/// Numbers of all points, each with its own and its corrected interval; `None` where nothing is
+/// compared or the comparison is void.
 pub(crate) type Numbers = Vec<Option<(ComparedNumber, Corrected)>>;
 
-/// Numbers of all points, corrected for how many there are.
+/// Corrects the numbers of all points for multiple testing.
 fn corrections(points: &[Option<Stored>]) -> Numbers {
     let number = |stored: &Option<Stored>| {
         let first = conclusion(stored.as_ref()?)?;
@@ -187,7 +189,7 @@ fn corrections(points: &[Option<Stored>]) -> Numbers {
         .collect()
 }
 
-/// At how many points the number of the question is of each kind, corrected for all points; void points beside them.
+/// Number of points of each verdict, by corrected intervals; void points are listed separately.
 fn tally(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     let mut kinds: Vec<(VerdictKind, usize)> = Vec::new();
     for (stored, number) in points.iter().zip(numbers) {
@@ -219,7 +221,7 @@ fn tally(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     }
 }
 
-/// A number with its own interval and the corrected one, in per cent where it is relative.
+/// Formats a number's interval, in per cent where it is relative.
 fn interval(number: &ComparedNumber, ends: Option<[f64; 2]>) -> String {
     let (scale, unit) = if number.relative {
         (100.0, " %")
@@ -232,12 +234,12 @@ fn interval(number: &ComparedNumber, ends: Option<[f64; 2]>) -> String {
     })
 }
 
-/// A key that a narrow screen may break after its dots and low lines.
+/// Formats a key so that it may break after dots and underscores.
 fn breakable(key: &str) -> Markup {
     html! { @for part in key.split_inclusive(['.', '_']) { (part) wbr; } }
 }
 
-/// List of the points with their values, first verdicts and links.
+/// List of the points with values, first verdicts and links.
 fn overview(
     sweep: &Sweep,
     points: &[Option<Stored>],
@@ -283,7 +285,7 @@ fn overview(
     }
 }
 
-/// A relative link to the report of a point; characters with a meaning in links are encoded.
+/// Relative link to the report of a point, percent-encoded.
 fn link(name: &str) -> String {
     let mut address = String::from("./");
     for byte in name.bytes() {
@@ -297,7 +299,7 @@ fn link(name: &str) -> String {
     address + "/" + REPORT_FILE
 }
 
-/// The rows of a table at all points, of which only those of the last panel of a figure.
+/// Rows of a table at all points, only from the last panel of a figure.
 fn gather(
     sweep: &Sweep,
     points: &[Option<Stored>],
@@ -352,7 +354,7 @@ fn gather(
     all
 }
 
-/// A figure with a panel for each point.
+/// Copies a figure with one panel per point.
 fn at_each(figure: &Figure) -> Figure {
     let engines = || {
         figure
@@ -378,9 +380,9 @@ fn at_each(figure: &Figure) -> Figure {
     all
 }
 
-/// The last value in time of each curve against the swept key that has the most values.
+/// Draws the last value in time of each curve against the swept key with the most values.
 ///
-/// Beside the curves there is a map where two keys have several values.
+/// If two keys have several values, a map is drawn too.
 fn trend(
     all: &Table,
     keys: &[&String],
@@ -401,7 +403,8 @@ fn trend(
             .collect::<BTreeSet<_>>()
             .len()
     };
-    // How long and how often a point runs, what is measured, and the shape of its box go along with what it is.
+    // Duration and number of samples, measures, and the shape of the box are not physical
+    // parameters.
     let along = |key: &str| {
         key.starts_with("run.")
             || key.starts_with("measure.")
@@ -461,7 +464,7 @@ fn trend(
     Some((table, trend, map))
 }
 
-/// A map over two swept keys; none if they are no numbers.
+/// Draws a map over two swept keys; `None` unless they are numbers.
 fn map(all: &Table, figure: &Figure, curves: &[usize], keys: [&str; 2]) -> Option<Figure> {
     for key in keys {
         let column = all.find(key)?;

@@ -1,10 +1,11 @@
-//! The particles of the frames and snapshots, packed for the player inside the page.
+//! Particles of frames and snapshots, packed for the player of the page.
 //!
-//! A particle takes six bytes before compression: two numbers of sixteen bits for its position, eight bits each for direction
-//! and speed; one more holds the radius where radii differ, and one the last collision where it is known. Where the particles of a frame are those of the frame before,
-//! the differences of positions are stored, high and low bytes apart, which `deflate` makes shorter. Where all would weigh too
-//! much, each frame but the last is cut to a fair sample. The drawing is done by the plain script in `viewer.js`, because a
-//! library for it would weigh more than the particles.
+//! Before compression a particle takes six bytes: sixteen bits for each coordinate, eight each for
+//! direction and speed. One more holds the radius if radii differ, and one the last collision if it
+//! is known. If consecutive frames hold the same particles, differences of positions are stored,
+//! high and low bytes separately, which `deflate` compresses better. If all frames together are too
+//! large, each but the last is cut to a fair sample. A plain script (`viewer.js`) draws them,
+//! because a library would be larger than the particles.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -21,33 +22,34 @@ use stosszahl_results::{Manifest, engine_rank, engine_title, frames};
 use crate::ReportError;
 use crate::words::{number, spread};
 
-/// The script of the player.
+/// Script of the player.
 pub(crate) const SCRIPT: &str = include_str!("viewer.js");
-/// Bytes of the particles of the last frames, and of all others, before compression.
+/// Size limits \[bytes\] before compression: of the last frames, and of all others.
 const BUDGET: [usize; 2] = [2_100_000, 2_000_000];
-/// Frames that a page has at most.
+/// Largest number of frames on a page.
 const FRAMES: usize = 120;
 
-/// What the player shows.
+/// Data of the particle player.
 pub(crate) struct Player {
-    /// JSON that may stand inside a script element; empty without frames.
+    /// JSON for a script element; empty without frames.
     pub data: String,
-    /// Times that are shown, and times of which there are frames.
+    /// Number of times that are shown.
     pub shown: usize,
+    /// Number of times for which there are frames.
     pub available: usize,
-    /// Whether frames show only some of the particles.
+    /// True if frames show a sample of the particles.
     pub sampled: bool,
-    /// Files that the folder lacks.
+    /// Names of files that are missing in the folder.
     pub missing: Vec<String>,
 }
 
-/// Frames of one engine.
+/// Sequence of frames of one engine.
 struct Reel {
     engine: String,
     frames: Vec<Frame>,
 }
 
-/// Reads frames and snapshots of a folder and packs them, as many as fit.
+/// Reads frames and snapshots of a folder and packs as many as fit.
 pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, ReportError> {
     let (mut reels, missing) = reels(folder, manifest)?;
     let mut times: Vec<f64> = (reels.iter())
@@ -97,7 +99,7 @@ pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, Repor
     })
 }
 
-/// Frames of all engines by their rank, and the files that are missing.
+/// Frames of all engines by their rank, and the missing files.
 fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>), ReportError> {
     let (mut reels, mut missing): (Vec<Reel>, Vec<String>) = (Vec::new(), Vec::new());
     for entry in &manifest.frames {
@@ -111,7 +113,7 @@ fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>),
             missing.push(entry.file.clone());
         }
     }
-    // Snapshots are shown where there is no frame of their engine.
+    // Snapshots are shown where their engine has no frame.
     let framed: Vec<String> = manifest
         .frames
         .iter()
@@ -141,7 +143,7 @@ fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>),
     Ok((reels, missing))
 }
 
-/// All particles of a snapshot as a frame.
+/// Converts a snapshot to a frame with all its particles.
 fn frame_of(particles: &StartFile, time: f64) -> Frame {
     let positions = particles.positions.iter().flatten();
     let dots: Vec<Dot> = (positions.enumerate())
@@ -168,7 +170,7 @@ pub(crate) fn obstacles(manifest: &Manifest) -> Vec<Value> {
     shapes.collect()
 }
 
-/// The bytes of all frames, one after the other.
+/// Packed bytes of all frames, one after the other.
 #[derive(Default)]
 struct Packed(Vec<u8>);
 
@@ -197,7 +199,7 @@ impl Packed {
         described
     }
 
-    /// Places, or what they changed by, high bytes first.
+    /// Packs coordinates, or their changes, high bytes first.
     fn places(&mut self, now: &[u8], before: Option<&Vec<u8>>) {
         let word = |bytes: &[u8], i: usize| u16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]);
         let changed: Vec<u16> = (0..now.len() / 2)
@@ -209,7 +211,7 @@ impl Packed {
             .extend(changed.iter().map(|word| word.to_le_bytes()[0]));
     }
 
-    /// Compressed, as text.
+    /// Compressed bytes as Base64 text.
     fn deflated(&self) -> String {
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
         // Writing to memory cannot fail.

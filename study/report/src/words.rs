@@ -1,8 +1,8 @@
-//! Numbers as people write them.
+//! Number formats for readers.
 
 use stosszahl_results::with_decimals;
 
-/// A number with about `digits` significant digits; a dash if it is not finite.
+/// Formats a number with about `digits` significant digits; a dash if it is not finite.
 pub fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -12,7 +12,7 @@ pub fn number(value: f64, digits: usize) -> String {
     }
     let size = value.abs();
     let sign = if value < 0.0 { "−" } else { "" };
-    // Rounded by the formatter, so that 0.99999 has the exponent of what is shown.
+    // The formatter rounds first, so that 0.99999 gets the exponent of the shown number.
     let text = format!("{size:.*e}", digits.saturating_sub(1));
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
@@ -26,7 +26,7 @@ pub fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// Drops zeros at the end of a fraction.
+/// Removes trailing zeros of a fraction.
 fn without_zeros(text: &str) -> &str {
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.')
@@ -35,7 +35,7 @@ fn without_zeros(text: &str) -> &str {
     }
 }
 
-/// A value with its standard error, both to the second significant digit of the error.
+/// Formats a value with its standard error, both to the second significant digit of the error.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error.filter(|error| error.is_finite() && *error > 0.0) {
         _ if !value.is_finite() => "–".to_owned(),
@@ -50,7 +50,7 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
     }
 }
 
-/// Ten to the power of a whole number.
+/// Formats ten to the power of a whole number.
 pub fn power(exponent: i32) -> String {
     let raised = exponent.to_string();
     let raised = raised.chars().map(|c| match c {
@@ -63,7 +63,7 @@ pub fn power(exponent: i32) -> String {
     "10".chars().chain(raised).collect()
 }
 
-/// At most `most` of the items, evenly spread, the first and the last among them.
+/// Picks at most `most` items, evenly spread, including the first and the last.
 pub(crate) fn spread<T: Clone>(items: &[T], most: usize) -> Vec<T> {
     match (items.len(), most) {
         (_, 0) => Vec::new(),

@@ -1,4 +1,4 @@
-//! Pages of made-up results: what must be in them, and what must not.
+//! Pages of made-up results: required and forbidden contents.
 #![allow(clippy::unwrap_used, reason = "a test may stop at what it cannot read")]
 
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ use stosszahl_results::{
 };
 
 const ENGINES: [&str; 2] = ["ed", "dsmc-contact-point"];
-/// Files of uPlot 1.6.32 as the registry has them: name, bytes, BLAKE3.
+/// Files of uPlot 1.6.32 in the registry: name, bytes, BLAKE3.
 const LIBRARY: [(&str, usize, &str); 3] = [
     (
         "uPlot.iife.min.js",
@@ -51,7 +51,7 @@ fn energy(shift: f64) -> Table {
             let estimate = Estimate {
                 replicas: None,
                 value: Some(value),
-                // One error that is as large as the value, and one that is not known.
+                // One error is as large as the value, and one is unknown.
                 standard_error: (step != 3).then_some(if step == 22 {
                     value
                 } else {
@@ -265,7 +265,7 @@ fn manifest() -> Manifest {
     }
 }
 
-/// A finished run with two snapshots.
+/// Writes a finished run with two snapshots.
 fn write(place: &Place<'_>, shift: f64) {
     let mut manifest = manifest();
     for engine in ENGINES {
@@ -307,7 +307,7 @@ fn run(path: &Path) -> String {
     fs::read_to_string(write_report(path).unwrap()).unwrap()
 }
 
-/// Whether each tag is closed in the right order; scripts and styles hold no tags.
+/// Checks that all tags are closed in the right order; scripts and styles hold no tags.
 fn balanced(page: &str) {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = page;
@@ -333,7 +333,7 @@ fn balanced(page: &str) {
     assert!(open.is_empty(), "not closed: {open:?}");
 }
 
-/// The page without the text of its programs, which nobody reads.
+/// Returns a page without the text of its scripts.
 fn without_programs(page: &str) -> String {
     let mut parts = page.split("<script>");
     let first = parts.next().unwrap_or_default().to_owned();
@@ -399,7 +399,7 @@ fn the_page_of_a_run_has_all_that_the_folder_holds() {
     }
     let again = fs::read_to_string(write_report(place.path()).unwrap()).unwrap();
     assert_eq!(page, again);
-    // The library stands in the page once, with its licence.
+    // The page includes the library once, with its licence.
     for once in ["var uPlot=", "Permission is hereby granted, free of charge"] {
         assert_eq!(page.matches(once).count(), 1, "{once}");
     }
@@ -423,13 +423,13 @@ fn figures_hold_the_numbers_behind_them() {
     assert_eq!(curves[1]["label"], "ED (exact)");
     let (times, values, theory) = (&curves[1]["x"], &curves[1]["y"], &curves[1]["theory"]);
     assert_eq!(times.as_array().unwrap().len(), 25);
-    // The first time is 0.01, and the exact gas has what theory says; nine digits are kept.
+    // The first time is 0.01, and the exact gas follows theory; nine digits are kept.
     let law = 1.01_f64.powi(-2);
     assert!((values[0].as_f64().unwrap() - law).abs() < 5e-10);
     assert_eq!(values[0], theory[0]);
     assert!((curves[1]["error"][0].as_f64().unwrap() - 0.04 * law).abs() < 5e-10);
     assert!(curves[1]["error"][3].is_null());
-    // Windows of the impact parameter stand side by side, with steps that have two ends.
+    // Windows of the impact parameter are side by side, with steps that have two ends.
     let windows = all[1]["panels"].as_array().unwrap();
     assert_eq!(windows.len(), 3);
     assert_eq!(windows[0]["plot"]["curves"][0]["end"][9], 1.0);
@@ -533,7 +533,7 @@ fn a_folder_without_results_is_an_error() {
 #[test]
 fn the_page_of_a_sweep_compares_its_points() {
     let place = tempfile::tempdir().unwrap();
-    // Replicas and what is measured differ from point to point too, but are not what a curve is drawn against.
+    // Replicas and measures differ between points too, but are not abscissae.
     let points: Vec<SweepPoint> = [(0.9, 100, 4), (0.8, 100, 8), (0.7, 200, 16), (0.6, 200, 32)]
         .iter()
         .map(|(r, n, replicas)| SweepPoint {
@@ -575,10 +575,11 @@ fn the_page_of_a_sweep_compares_its_points() {
     ] {
         assert!(page.contains(word), "{word}");
     }
-    // What was measured against what was swept comes before the list of the points.
+    // Measured against swept quantities come before the list of points.
     let at = |word: &str| page.find(word).unwrap();
     assert!(at("K(t) / K(0) at the end, against gas.restitution") < at("<h2>Points</h2>"));
-    // A row for each point: the energy of the last time, t = 100, where shift is 2 and the exact gas has (1 + 2 t / 20) over theory.
+    // One row per point: the energy at the last time, t = 100, where shift is 2 and the exact gas
+    // has (1 + 2 t / 20) over theory.
     let table = fs::read_to_string(place.path().join("sweep.csv")).unwrap();
     let lines: Vec<&str> = table.lines().collect();
     assert_eq!(lines.len(), 5);
@@ -593,7 +594,7 @@ fn the_page_of_a_sweep_compares_its_points() {
     assert!((number("energy.energy_ratio[ed]") / law - 11.0).abs() < 1e-9);
     assert!((number("energy.energy_ratio_se[ed]") / law - 0.04 * 11.0).abs() < 1e-9);
     assert!(lines[4].contains("not finished"));
-    // Each figure stands beside the page as a drawing, as that of a run does.
+    // Each figure has a drawing beside the page, as in the report of a run.
     let drawing = |name: &str| fs::read_to_string(place.path().join("figures").join(name)).unwrap();
     assert!(drawing("energy.svg").contains("against gas.restitution"));
     assert!(drawing("energy-at-each-point.svg").contains("at each point"));

@@ -38,7 +38,7 @@ pub(crate) fn read(
         let path = PathBuf::from(format!("{}.toml", run.case));
         format().from_text(&path, &text, &overrides)
     };
-    // What the paper sets is written in the paper.
+    // Settings of the paper are written in the paper file.
     read.map_err(|error| match error.refusal() {
         Some(refusal) if refusal.argument.is_some() => {
             let set = |keys: &BTreeMap<String, Value>| {
@@ -58,7 +58,7 @@ pub(crate) fn read(
 /// Formats a value as TOML on one line.
 fn inline(value: &Value) -> String {
     match value {
-        // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
+        // Exponent form: the TOML writer would write 1e300 with three hundred zeros.
         Value::Float(number) => format!("{number:?}"),
         Value::Array(all) => {
             let all: Vec<String> = all.iter().map(inline).collect();

@@ -73,7 +73,7 @@ fn derived(stored: &Stored, name: &str) -> Option<Estimate> {
             return Some(Estimate::of(found.value, Some(0.0)));
         }
     };
-    // How far it would be off next time is not known.
+    // Unknown fluctuation between runs.
     Some(Estimate::of(work, None))
 }
 
@@ -132,7 +132,7 @@ fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estim
             )
         })?;
         let known = error.and_then(|error| row[error].number());
-        // Theory without an error has none that is known of.
+        // Error zero for a theory without an error column.
         Ok(Estimate::of(value, known.or(is_theory.then_some(0.0))))
     };
     rows.iter().map(one).collect()
@@ -162,8 +162,8 @@ fn mean(found: &[Estimate], spot: &Spot<'_>) -> Result<Estimate, String> {
     }
 }
 
-/// Quotient of two numbers, whose errors are taken for independent, or the power of a key by which
-/// it grows.
+/// Divides two numbers with independent errors. If the key grows by the factor `growth`, returns
+/// the exponent of the power law instead.
 pub(crate) fn quotient(a: &Estimate, b: &Estimate, growth: Option<f64>) -> Estimate {
     let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
     let errors = a.standard_error.zip(b.standard_error);
@@ -204,7 +204,7 @@ mod tests {
         let all = [1.0, 2.0, 3.0].map(Some);
         let found = over(all);
         assert_eq!((found.value, found.replicas), (Some(2.0), Some(3)));
-        // The spread is one.
+        // Spread of the numbers: one.
         assert!((found.standard_error.unwrap_or(0.0) - 1.0 / 3.0_f64.sqrt()).abs() < 1e-14);
         assert_eq!(over([Some(1.0)]).standard_error, None);
     }

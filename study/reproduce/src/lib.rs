@@ -1,12 +1,14 @@
 //! Reproduction of papers: the cases of their figures, and a verdict on each of their claims.
 //!
-//! A paper is data ([`stosszahl_case::paper`]): runs of cases, figures, and claims that each name
-//! one number of a table and what the paper says of it. [`Reproduction::new`] reads the cases and
-//! finds every run, point, table and column before anything is run. [`Reproduction::run`] runs what
-//! is not finished, one folder for each run. [`Reproduction::judge`] looks the numbers up and lets
-//! the one judge of [`stosszahl_study::judge`] speak; all claims of a paper share its chance of a
-//! false alarm (Bonferroni), also where only one figure is asked for. [`Reproduction::write`]
-//! leaves `claims.csv` and a page.
+//! A paper is data ([`stosszahl_case::paper`]): runs of cases, figures, and claims. Each claim
+//! names a number of a table, and the paper's value or bound.
+//!
+//! - [`Reproduction::new`] reads the cases and finds every run, point, table and column in advance.
+//! - [`Reproduction::run`] runs all unfinished cases, one folder for each run.
+//! - [`Reproduction::judge`] reads the numbers and judges them by [`stosszahl_study::judge`]. All
+//!   claims of a paper share its chance of a false alarm (Bonferroni), also where only one figure
+//!   is requested.
+//! - [`Reproduction::write`] writes `claims.csv` and a page.
 //!
 //! | module  | owns                                          |
 //! |---------|-----------------------------------------------|
@@ -51,7 +53,7 @@ pub enum ReproduceError {
     /// The folder holds something else.
     #[error("{}: {found}; use --out for another folder", path.display())]
     Occupied {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
         /// Content found there.
         found: String,
@@ -68,7 +70,7 @@ pub enum ReproduceError {
     /// The folder of the paper cannot be used.
     #[error("{}: {source}", path.display())]
     System {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,

@@ -277,7 +277,7 @@ impl<'a> Reproduction<'a> {
         let source = match (&claim.derived, &claim.table, &claim.column) {
             (Some(name), ..) => Source::Derived(name),
             (_, Some(table), Some(column)) => Source::Column(table, column),
-            // What was read has one or the other.
+            // Reading guarantees one of the two forms.
             _ => return Ok(Vec::new()),
         };
         let mut spot = Spot {

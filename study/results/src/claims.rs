@@ -1,19 +1,22 @@
-//! Claims of tasks in a results folder that several processes work in.
+//! Task claims in a results folder shared by several processes.
 //!
-//! Each process has a file of its own in the folder `claims`, which it writes again and again: its heartbeat. A claim of a task is a hard
-//! link to that file under the name of the task, so that all claims of a process beat with it. Making a link is atomic on network file
-//! systems too, and fails if the name is taken. All links are in one folder, as some file systems have none between folders. No claim is ever removed or replaced while the task is open: the claim of a process that
+//! Each process has a file in the folder `claims`, which it rewrites periodically: its heartbeat. A
+//! claim of a task is a hard link to that file under the name of the task, so that all claims of a
+//! process share its heartbeat. Creating a link is atomic, also on network file systems, and fails
+//! if the name is taken. All links are in one folder, as some file systems have none between
+//! folders. No claim is removed or replaced while the task is open: the claim of a process that
 //! died is superseded by one with the next number.
 //!
-//! | name | what it is |
+//! | name | content |
 //! |---|---|
 //! | `worker-ID` | heartbeat of a process |
 //! | `ID.files` | files that this process has written |
 //! | `TASK.N` | claim of a task, after N claims of processes that died |
 //! | `TASK.done` | end of a task |
 //!
-//! Times are those of the file system: a claim is as old as the difference between its time of change and that of the own file, which has just
-//! been written. A process of the same machine is known to be dead at once, as its lock on its file is gone.
+//! Times are those of the file system: the age of a claim is the difference between its
+//! modification time and that of the process's own file, which has just been written. A dead
+//! process of the same machine is detected at once, as the lock on its file is released.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
@@ -29,17 +32,17 @@ use crate::list::is_same_file;
 
 /// Name of the folder of claims inside that of a run.
 pub const CLAIMS: &str = "claims";
-/// How the name of the file of a process begins.
+/// Prefix of the heartbeat file of a process.
 const WORKER: &str = "worker-";
-/// How the name of the list of files of a process ends.
+/// Suffix of the file list of a process.
 pub(crate) const LIST_ENDING: &str = ".files";
-/// How the name of the mark of a finished task ends.
+/// Suffix of the mark of a finished task.
 const DONE: &str = "done";
-/// Heartbeats within the time after which a process is lost.
+/// Number of heartbeats within the time after which a process counts as lost.
 const BEATS: u32 = 8;
 /// Longest time between two heartbeats.
 const LONGEST_BEAT: Duration = Duration::from_secs(5);
-/// Characters of the machine in the file of a process; the count of heartbeats follows.
+/// Number of characters for the machine in the file of a process; the count of heartbeats follows.
 const MACHINE_WIDTH: usize = 80;
 
 /// State of the process that holds a claim.
@@ -49,7 +52,7 @@ enum Holder {
     Own,
     /// A process that is alive.
     Alive,
-    /// A process that has ended, or was not heard of for too long.
+    /// A process that has ended, or without a heartbeat for too long.
     Lost,
 }
 
@@ -58,7 +61,7 @@ enum Holder {
 pub struct TaskClaim {
     folder: PathBuf,
     task: String,
-    /// Claims of the task by processes that died before.
+    /// Number of earlier claims of the task, by processes that died.
     pub generation: u32,
 }
 
@@ -68,21 +71,21 @@ impl TaskClaim {
     }
 }
 
-/// This process among those that work in a results folder. It leaves when the value is dropped.
+/// This process as one of those that work in a results folder. Dropping the value deregisters it.
 #[derive(Debug)]
 pub struct FolderWorker {
-    /// The folder of claims.
+    /// Folder of claims.
     folder: PathBuf,
     id: String,
     pulse: Arc<Pulse>,
     patience: Duration,
     machine: String,
-    /// Ends the thread of heartbeats when it is dropped.
+    /// Sender whose drop ends the heartbeat thread.
     end: Option<Sender<()>>,
     beats: Option<JoinHandle<()>>,
 }
 
-/// The file of a process, and when it was last written.
+/// Heartbeat file of a process, and the time of its last write.
 #[derive(Debug)]
 struct Pulse {
     file: Mutex<(File, u64)>,
@@ -90,7 +93,7 @@ struct Pulse {
 }
 
 impl Pulse {
-    /// Writes the file. What is written sets its time of change by the clock of the file system.
+    /// Writes the heartbeat file; the file system's clock sets its modification time.
     fn beat(&self) -> io::Result<()> {
         let mut locked = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         let (file, count) = &mut *locked;
@@ -102,7 +105,7 @@ impl Pulse {
         Ok(())
     }
 
-    /// The time by the clock of the file system, to within `within`.
+    /// Time by the clock of the file system, accurate to `within`.
     fn now(&self, within: Duration) -> io::Result<SystemTime> {
         let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.is_none_or(|last| last.elapsed() > within) {
@@ -121,7 +124,7 @@ fn claim_path(folder: &Path, task: &str, generation: u32) -> PathBuf {
     folder.join(format!("{task}.{generation}"))
 }
 
-/// Name of a machine since it was started; `None` if the system does not tell.
+/// Identity of a machine since its boot; `None` if the system does not provide it.
 fn machine() -> Option<String> {
     let boot = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok()?;
     let boot = boot.trim();
@@ -129,7 +132,7 @@ fn machine() -> Option<String> {
     (known && boot.is_ascii()).then(|| boot.to_owned())
 }
 
-/// A name that no other process has.
+/// Creates a unique name for a process.
 pub(crate) fn unique_id() -> String {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let mut hash = blake3::Hasher::new();
@@ -143,7 +146,8 @@ pub(crate) fn unique_id() -> String {
 }
 
 impl FolderWorker {
-    /// Registers this process in a results folder. A process of which nothing is heard for `patience` is lost.
+    /// Registers this process in a results folder. A process without a heartbeat for `patience`
+    /// counts as lost.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the folder cannot be written.
@@ -152,7 +156,7 @@ impl FolderWorker {
         Self::register_beating(results, patience, Some(period))
     }
 
-    /// Registers this process, with so much time between two heartbeats; without, there is one alone.
+    /// Registers this process with this period of heartbeats; with `None`, a single one.
     fn register_beating(
         results: &Path,
         patience: Duration,
@@ -166,7 +170,8 @@ impl FolderWorker {
         fs::create_dir_all(&folder).map_err(failed(&folder))?;
         let id = unique_id();
         let machine = machine().unwrap_or_default();
-        // It has its name only when it is locked, as others take an unlocked one for that of a process that died.
+        // It gets its name only when it is locked, since an unlocked file counts as that of a dead
+        // process.
         let (hidden, path) = (
             folder.join(format!(".{id}")),
             folder.join(format!("{WORKER}{id}")),
@@ -195,7 +200,7 @@ impl FolderWorker {
             let beating = pulse.clone();
             thread::spawn(move || {
                 while ended.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
-                    // A full disk or a server that is away: the next one may come through.
+                    // A full disk or an unavailable server; the next heartbeat may succeed.
                     let _ = beating.beat();
                 }
             })
@@ -211,12 +216,12 @@ impl FolderWorker {
         })
     }
 
-    /// Name of the process, of letters and digits.
+    /// Name of the process, made of letters and digits.
     pub fn id(&self) -> &str {
         &self.id
     }
 
-    /// The list of files of this process.
+    /// Path of the file list of this process.
     pub(crate) fn list_path(&self) -> PathBuf {
         self.folder.join(format!("{}{LIST_ENDING}", self.id))
     }
@@ -241,7 +246,7 @@ impl FolderWorker {
             return Ok(Some(Holder::Lost));
         }
         let now = self.pulse.now(self.patience / BEATS)?;
-        // One that is ahead is alive.
+        // A modification time in the future counts as alive.
         let age = now.duration_since(theirs.modified()?).unwrap_or_default();
         Ok(Some(if age > self.patience {
             Holder::Lost
@@ -250,7 +255,8 @@ impl FolderWorker {
         }))
     }
 
-    /// Claims a task, in the folder of claims, if it is free or its holder was lost; `None` if another process, or this one, has it.
+    /// Claims a task in the folder of claims, if it is free or its holder is lost; `None` if it is
+    /// held.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the file system cannot make links.
@@ -280,11 +286,11 @@ impl FolderWorker {
         let own = self.folder.join(format!("{WORKER}{}", self.id));
         match fs::hard_link(&own, &path) {
             Ok(()) => Ok(Some(claim)),
-            // The answer of a server may be lost, and the link be asked for twice.
+            // The reply of a server may be lost, and the link be created twice.
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {
                 Ok(self.holds(&claim).then_some(claim))
             }
-            // The run is finished, and its claims are gone.
+            // The run is finished, and its claims are removed.
             Err(error) if error.kind() == ErrorKind::NotFound && !folder.exists() => Ok(None),
             Err(error) => Err(ResultsError::Links {
                 path,
@@ -293,7 +299,7 @@ impl FolderWorker {
         }
     }
 
-    /// Returns `true` if this process still has the task: no other has taken it over.
+    /// Returns true if this process still holds the task and no other has taken it over.
     pub fn holds(&self, claim: &TaskClaim) -> bool {
         let next = claim_path(&claim.folder, &claim.task, claim.generation + 1);
         let own = match (fs::metadata(claim.path()), self.pulse.metadata()) {
@@ -303,7 +309,7 @@ impl FolderWorker {
         own && !next.exists()
     }
 
-    /// Marks a task as finished. All that it left must be written before.
+    /// Marks a task as finished. Its results must be written before.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the mark cannot be made.
@@ -312,13 +318,13 @@ impl FolderWorker {
         match File::create_new(&path) {
             Ok(_) => Ok(()),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
-            // The run is finished, and its claims are gone.
+            // The run is finished, and its claims are removed.
             Err(error) if error.kind() == ErrorKind::NotFound && !folder.exists() => Ok(()),
             Err(error) => Err(ResultsError::system(&path, "written")(error)),
         }
     }
 
-    /// Finds another process that is alive.
+    /// Returns true if another process is alive in the folder.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the folder of claims cannot be read.
@@ -350,15 +356,15 @@ impl Drop for FolderWorker {
             .file
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        // As in the list of files: a child process may have a copy of the open file.
+        // As for the file list: a child process may have a copy of the open file.
         let _ = locked.0.unlock();
         let _ = fs::remove_file(self.folder.join(format!("{WORKER}{}", self.id)));
-        // The last one to leave a finished run.
+        // The last process to leave a finished run removes the folder.
         let _ = fs::remove_dir(&self.folder);
     }
 }
 
-/// State of the tasks of a folder of claims, read once.
+/// State of the tasks in a folder of claims, read once.
 #[derive(Clone, Debug, Default)]
 pub struct TaskStates {
     names: std::collections::BTreeSet<String>,
@@ -374,12 +380,12 @@ impl TaskStates {
         }
     }
 
-    /// Returns `true` if the task is finished.
+    /// Returns true if the task is finished.
     pub fn is_done(&self, task: &str) -> bool {
         self.names.contains(&format!("{task}.{DONE}"))
     }
 
-    /// Returns `true` if some process has claimed the task.
+    /// Returns true if some process has claimed the task.
     pub fn is_claimed(&self, task: &str) -> bool {
         self.names.contains(&format!("{task}.0"))
     }
@@ -389,12 +395,13 @@ fn is_id(text: &str) -> bool {
     text.len() == 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
-/// Returns `true` if a name in a folder of claims is the file of a process, which is hidden until it is locked.
+/// Returns true if a name in a folder of claims is the file of a process, which is hidden until it
+/// is locked.
 fn is_of_worker(name: &str) -> bool {
     name.starts_with(WORKER) || name.strip_prefix('.').is_some_and(is_id)
 }
 
-/// Returns `true` if a name in a folder of claims is a claim or the mark of a finished task.
+/// Returns true if a name in a folder of claims is a claim or the mark of a finished task.
 fn is_of_task(name: &str) -> bool {
     let Some((task, end)) = name.rsplit_once('.') else {
         return false;
@@ -402,7 +409,7 @@ fn is_of_task(name: &str) -> bool {
     !task.is_empty() && (end == DONE || end.parse::<u32>().is_ok())
 }
 
-/// Removes the claims of finished tasks, of those whose names begin so.
+/// Removes the claims of finished tasks whose names begin with `prefix`.
 pub(crate) fn remove_claims(folder: &Path, prefix: &str) {
     let is_one = |name: &str| name.starts_with(prefix) && is_of_task(name);
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -413,7 +420,7 @@ pub(crate) fn remove_claims(folder: &Path, prefix: &str) {
 }
 
 impl FolderWorker {
-    /// Removes the files of processes that were lost.
+    /// Removes the files of lost processes.
     pub(crate) fn remove_lost(&self) {
         for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             if entry.file_name().to_str().is_some_and(is_of_worker)
@@ -425,7 +432,7 @@ impl FolderWorker {
     }
 }
 
-/// The lists of files that processes left in a folder of claims.
+/// File lists of processes in a folder of claims.
 pub(crate) fn lists(results: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(results.join(CLAIMS)).into_iter().flatten();
     let is_list = |path: &PathBuf| {
@@ -436,7 +443,8 @@ pub(crate) fn lists(results: &Path) -> Vec<PathBuf> {
     paths.filter(is_list).collect()
 }
 
-/// Removes what processes that died left in a folder of claims. To be called while no other process works in the folder.
+/// Removes files of dead processes from a folder of claims. Call it while no other process works in
+/// the folder.
 pub(crate) fn remove_workers(results: &Path) {
     let folder = results.join(CLAIMS);
     for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
@@ -458,7 +466,8 @@ mod tests {
 
     const LONG: Duration = Duration::from_hours(1);
 
-    /// Of many processes one has a task; when it has ended, one other takes it over, and the first has it no more.
+    /// Of many processes one holds a task; when it ends, one other takes over, and the first holds
+    /// it no more.
     #[test]
     fn one_of_many_has_a_task() {
         let place = tempfile::tempdir().expect("a folder");
@@ -482,7 +491,7 @@ mod tests {
             let claim = claims[holder].clone().expect("a claim");
             assert_eq!(claim.generation, generation);
             assert!(workers[holder].holds(&claim));
-            // Its end is seen at once, as its lock is gone.
+            // Its end is detected at once, as its lock is released.
             drop(workers.remove(holder));
             if let Some(other) = workers.first() {
                 assert!(!other.holds(&claim));
@@ -495,8 +504,8 @@ mod tests {
         assert!(!states.is_claimed("replica-4"));
     }
 
-    /// A process that stands still is lost when its file is older than the patience by the clock of the folder, and not before; what it has
-    /// claimed is not its own any more.
+    /// A suspended process counts as lost when its file is older than the patience by the folder's
+    /// clock, and not before; it then no longer holds its claims.
     #[test]
     fn a_process_that_stands_still_is_lost() {
         let place = tempfile::tempdir().expect("a folder");
@@ -518,13 +527,13 @@ mod tests {
         assert_eq!(taken.generation, 1);
         assert!(second.holds(&taken) && !first.holds(&claim));
         assert!(!second.find_other().expect("read"));
-        // Its next heartbeat brings it back to life, but not its task.
+        // Its next heartbeat makes it alive again, but does not restore its task.
         first.pulse.beat().expect("a heartbeat");
         assert!(second.find_other().expect("read") && !first.holds(&claim));
         assert_eq!(first.claim(&folder, "a").expect("links"), None);
     }
 
-    /// Nothing is left of processes that have ended well, and nothing of a user's is removed.
+    /// Processes that end normally leave no files, and no files of the user are removed.
     #[test]
     fn claims_are_removed_and_nothing_else() {
         let place = tempfile::tempdir().expect("a folder");

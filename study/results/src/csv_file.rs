@@ -1,11 +1,12 @@
-//! Tables as CSV: numbers in the shortest form that reads back the same, nothing where nothing is known.
+//! CSV files of tables: numbers in the shortest form that reads back exactly, empty cells where
+//! nothing is known.
 //!
-//! Words that spreadsheets would take for a formula, as they begin with `=`, `+`, `-` or `@`, are written behind an apostrophe, which
-//! spreadsheets do not show; numbers stay numbers.
+//! Words that spreadsheets would take for a formula, beginning with `=`, `+`, `-` or `@`, are
+//! written behind an apostrophe, which spreadsheets do not show; numbers stay numbers.
 //!
-//! A column with a unit (`1` for pure numbers) holds numbers, one without holds words. Numbers with a point or an
-//! exponent are read as numbers, all others as counts, so a table that is written and read is the same table, but for
-//! numbers that are not finite and empty words, which are written as nothing.
+//! A column with a unit (`1` for pure numbers) holds numbers, one without holds words. Numbers with
+//! a point or an exponent are read as numbers, all others as counts. So a table that is written and
+//! read back is unchanged, except for non-finite numbers and empty words, which become empty cells.
 
 use std::path::Path;
 
@@ -28,7 +29,7 @@ impl Serialize for Cell {
 }
 
 impl Cell {
-    /// Its number, if it holds one that is finite.
+    /// Number in the cell, if it is finite.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number).filter(|number| number.is_finite()),
@@ -51,23 +52,24 @@ impl Cell {
     }
 }
 
-/// Whether a spreadsheet would take words for a formula, or would once an apostrophe is taken away.
+/// Returns true if a spreadsheet would take words for a formula, at once or after removal of an
+/// apostrophe.
 fn is_formula(text: &str) -> bool {
     let begin = text.trim_start_matches('\'');
     begin.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
 impl Table {
-    /// Name of its file.
+    /// Name of the CSV file.
     pub fn file(&self) -> String {
         format!("{}.csv", self.name)
     }
 
-    /// The table as CSV: a line of names, and a line for each row.
+    /// Formats the table as CSV: a line of names, and one line for each row.
     ///
     /// # Errors
-    /// A row has more or fewer cells than the table has columns, or words stand where a unit is named. Both are errors of
-    /// the program.
+    /// [`ResultsError`] if a row has more or fewer cells than the table has columns, or a column
+    /// with a unit holds words. Both are errors of the program.
     pub fn to_csv(&self) -> Result<Vec<u8>, ResultsError> {
         let path = || self.file().into();
         for (row, line) in self.rows.iter().zip(2..) {
@@ -146,7 +148,7 @@ impl Table {
     }
 }
 
-/// What is wrong with a table as a whole.
+/// Converts an error of the CSV reader to one of the table.
 fn fault(path: &Path, error: &csv::Error) -> ResultsError {
     let line = error.position().map_or(0, csv::Position::line);
     match error.kind() {

@@ -1,6 +1,6 @@
-//! Names of the engines, in one place.
+//! Names of the engines.
 
-/// The engines by name, each with the title that people read, in the order of tables and legends.
+/// Engines by name, each with its title, in the order of tables and legends.
 pub const ENGINES: [(&str, &str); 8] = [
     ("ed", "ED (exact)"),
     ("dsmc-boltzmann", "DSMC Boltzmann"),
@@ -12,17 +12,17 @@ pub const ENGINES: [(&str, &str); 8] = [
     ("dsmc-homogeneous", "DSMC without positions"),
 ];
 
-/// The title of an engine; a name that is not known stands for itself.
+/// Title of an engine; an unknown name is its own title.
 pub fn engine_title(name: &str) -> &str {
     engine_rank(name).map_or(name, |rank| ENGINES[rank].1)
 }
 
-/// The place of an engine in [`ENGINES`].
+/// Position of an engine in [`ENGINES`].
 pub fn engine_rank(name: &str) -> Option<usize> {
     ENGINES.iter().position(|engine| engine.0 == name)
 }
 
-/// The title of a derived quantity: words, after the title of the engine that it is of.
+/// Title of a derived quantity: its words, after the title of its engine.
 pub fn quantity_title(name: &str) -> String {
     let of_engine = |(engine, title): &(&str, &str)| {
         let rest = name.strip_prefix(&engine.replace('-', "_"))?;
@@ -30,7 +30,7 @@ pub fn quantity_title(name: &str) -> String {
     };
     let title = ENGINES.iter().find_map(of_engine);
     let title = title.unwrap_or(name.to_owned()).replace('_', " ");
-    // A name begins with a capital.
+    // The name of a person is capitalised.
     title.replace("haff", "Haff")
 }
 

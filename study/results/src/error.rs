@@ -1,162 +1,163 @@
-//! What can be wrong with a results folder.
+//! Errors of results folders.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why results cannot be written or read.
+/// Error with which results cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResultsError {
-    /// There are results already.
+    /// Results exist already.
     #[error("{} exists; use --resume to continue it, --force to replace it, or --out for another folder", path.display())]
     Exists {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
-    /// Something else is there.
+    /// The folder exists, but is not a results folder.
     #[error("{} is no results folder (it has no run.json of this program) and is not replaced; use --out for another folder", path.display())]
     NotResults {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
     /// The folder is of another version, which kept no list of its files.
     #[error("{}: run.json has format {found}, this program knows format {expected}; use --out for another folder, or delete this one", path.display())]
     OtherVersion {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// Format of its `run.json`.
+        /// Format of the folder's `run.json`.
         found: String,
         /// Format that this program knows.
         expected: u32,
     },
-    /// The case or start file is inside.
+    /// The case or start file is inside the folder to be replaced.
     #[error("{} lies in the folder {} that would be replaced", input.display(), path.display())]
     InputInside {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// The file.
+        /// Path of the case or start file.
         input: PathBuf,
     },
     /// There is nothing to continue.
     #[error("{}: nothing to resume here; expected a results folder of this case", path.display())]
     NothingToResume {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
-    /// The mark of the folder cannot be understood.
+    /// The `run.json` of the folder cannot be read.
     #[error("{}: run.json is damaged, so that nothing says which run this is; restore it, or use --out for another folder", path.display())]
     Damaged {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
     /// The folder belongs to another case.
     #[error("{} belongs to another run ({differences}); use --force to replace it, or --out for another folder", path.display())]
     Foreign {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// What differs.
+        /// Differences between the cases, in words.
         differences: String,
     },
-    /// The run is finished, but the case now asks for another output of the same numbers.
+    /// The run is finished, but its case now requests other output.
     #[error("{} is finished, but the case has changed since ({differences}); use --force to run it again, or --out for another folder", path.display())]
     Changed {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// What differs.
+        /// Differences between the cases, in words.
         differences: String,
     },
-    /// Another process writes there.
+    /// Another process writes into the folder.
     #[error("{}: another process is writing here; wait for it, or use --out for another folder", path.display())]
     Locked {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
     /// The folder is not the one that was locked.
     #[error("{}: this is no longer the folder that the run began in: it, or its run.files, was moved, removed or replaced; stopped, nothing more is written; a folder that was moved goes on with --resume --out", path.display())]
     Moved {
-        /// Where the folder was.
+        /// Former path of the folder.
         path: PathBuf,
     },
-    /// The file system, or the system, cannot make the links that claims are.
+    /// The file system or the operating system does not support the hard links of claims.
     #[error("{}: cannot be linked: {source}; processes that work in one folder need a file system with hard links; without, use --part and merge", path.display())]
     Links {
-        /// The claim.
+        /// Path of the claim.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Another process has taken over a task of this one.
     #[error("{}: {task} was taken over by another process, as nothing was heard of this one", path.display())]
     TakenOver {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// The task.
+        /// Name of the task.
         task: String,
     },
-    /// A finished run whose files are not those of its manifest, which several processes cannot mend together.
+    /// Files of a finished run differ from its manifest, which several processes cannot repair
+    /// together.
     #[error("{}: files of the finished run are missing or changed; run it once with --resume", path.display())]
     Unsound {
         /// The folder of the run or point.
         path: PathBuf,
     },
-    /// Files that the run has written are gone.
+    /// Files written by the run are missing.
     #[error("{}: {}, which this run has written; use --force to run it again", path.display(), absent(files))]
     Lost {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// The files, relative to it.
+        /// Names of the files, relative to the folder.
         files: Vec<String>,
     },
-    /// A run without results.
+    /// Folder of a run without results.
     #[error("{}: {found}", path.display())]
     NoResults {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// What was found.
+        /// State of the folder, in words.
         found: &'static str,
     },
-    /// A file name that leads out of the folder.
+    /// A file name that points outside the folder.
     #[error("{name:?} is no name of a file inside the results folder")]
     Name {
-        /// The name.
+        /// File name as given.
         name: String,
     },
-    /// The system refused.
+    /// The operating system refused an operation.
     #[error("{}: cannot be {action}: {source}", path.display())]
     System {
-        /// Where.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What was tried: `made`, `written`, `read`, `removed`.
+        /// Failed operation: `made`, `written`, `read`, `removed`.
         action: &'static str,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A JSON file cannot be understood.
+    /// A JSON file cannot be parsed.
     #[error("{}, line {line}, key {key}: {source}", path.display())]
     Json {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Path of the key inside the file.
         key: String,
         /// Line, from one.
         line: usize,
-        /// What was found and what was expected.
+        /// Error of the parser: value found and expected.
         source: serde_json::Error,
     },
-    /// A manifest or an index of another format.
+    /// A manifest or sweep index of another format.
     #[error("{}: found format {found}, this program reads format {expected}; use the version that wrote it, or run the case again", path.display())]
     Format {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Format in the file.
         found: String,
         /// Format that this program reads.
         expected: u32,
     },
-    /// The header line of a table is not that of the manifest.
+    /// The header line of a table differs from the manifest.
     #[error("{}: found the columns {}; the manifest has {}", path.display(), found.join(","), expected.join(","))]
     Columns {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
         /// Columns in the file.
         found: Vec<String>,
@@ -166,36 +167,36 @@ pub enum ResultsError {
     /// A table has too few or too many rows, or a row has too few or too many cells.
     #[error("{}, line {line}: found {found} {what}; expected {expected}", path.display())]
     Length {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
         /// Line, from one.
         line: u64,
-        /// What is counted: `cells`, `rows`.
+        /// Name of the counted items: `cells` or `rows`.
         what: &'static str,
-        /// How many were found.
+        /// Number found.
         found: u64,
-        /// How many belong there.
+        /// Number expected.
         expected: u64,
     },
-    /// A cell cannot be understood.
+    /// A cell cannot be parsed.
     #[error("{}, line {line}, column {column}: found {found:?}; expected {expected}", path.display())]
     Cell {
-        /// The table.
+        /// Path of the table.
         path: PathBuf,
         /// Line, from one.
         line: u64,
         /// Name of the column.
         column: String,
-        /// What was found.
+        /// Content of the cell.
         found: String,
-        /// What the column holds.
+        /// Type of the column.
         expected: &'static str,
     },
 }
 
 impl ResultsError {
-    /// Whether the system is at fault, and not what was asked. A folder that cannot be made, and a place where nothing may be written,
-    /// are what was asked.
+    /// Returns true if the system is at fault, and not the request. A folder that cannot be made,
+    /// or a path that is not writable, is a fault of the request.
     pub fn is_system(&self) -> bool {
         use io::ErrorKind::{AlreadyExists, NotADirectory, PermissionDenied};
         use io::ErrorKind::{QuotaExceeded, ReadOnlyFilesystem, StorageFull};
@@ -212,7 +213,7 @@ impl ResultsError {
                 action: "made",
                 ..
             } => matches!(source.kind(), StorageFull | QuotaExceeded),
-            // A folder that cannot be made, as below /proc, is not found.
+            // A folder that cannot be made, as below /proc, reads as not found.
             Self::System { source, action, .. } => {
                 let absent = *action == "written" && source.kind() == io::ErrorKind::NotFound;
                 !absent && !refused.contains(&source.kind())
@@ -230,7 +231,7 @@ impl ResultsError {
     }
 }
 
-/// Files that are missing, in words.
+/// Lists missing files in words.
 fn absent(files: &[String]) -> String {
     match files {
         [one] => format!("{one} is missing"),

@@ -1,15 +1,17 @@
-//! The results folder: whether it may be written into, what in it belongs to the program, and whether it is finished.
+//! Results folder: whether it may be written, which files belong to the program, and whether it is
+//! finished.
 //!
-//! | file | what it is |
+//! | file | content |
 //! |---|---|
 //! | `run.json` | marks the folder: which runs it is for, with their cases and fingerprints |
 //! | `run.files` | each file that a run has written, noted before it is written; locked while a run writes |
 //! | `manifest.json` | written last: a run is finished if all files that it names are there with their checksums |
 //!
-//! Only files in `run.files` are ever removed, so what a user puts into the folder stays. The lock is on a file of its own,
-//! which is never replaced: a lock on `run.json` would be lost with each atomic write of it. Before each write the list at the path
-//! is compared with the open one, so that a run whose folder was moved or removed stops, and writes into no other. Files appear under their
-//! names only when they are complete (the crate `atomic-write-file`).
+//! Only files in `run.files` are ever removed, so files of the user stay. The lock is on a separate
+//! file that is never replaced: a lock on `run.json` would be lost with each atomic write of it.
+//! Before each write the list at the path is compared with the open one. So a run whose folder was
+//! moved or removed stops, and does not write into another one. Files appear under their names only
+//! when they are complete (the crate `atomic-write-file`).
 
 use std::fs;
 use std::io::{ErrorKind, Write as _};
@@ -34,10 +36,10 @@ pub const CHECKPOINTS: &str = "checkpoints";
 /// Name of the folder of snapshots inside that of a run.
 pub const SNAPSHOTS: &str = "snapshots";
 
-/// Time after which a process that shares a folder counts as lost to one that wants it alone.
+/// Time after which a process that shares a folder counts as lost to one that needs it exclusively.
 const PATIENCE: Duration = Duration::from_mins(1);
 
-/// What to do with a folder that exists.
+/// Treatment of an existing results folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
     /// Refuse it.
@@ -48,12 +50,12 @@ pub enum Existing {
     Replace,
 }
 
-/// A results folder that this process, and no other, writes into.
+/// Results folder that this process has locked for writing.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
     runs: Vec<RunId>,
-    /// Hash of the numbers and the name of each run.
+    /// Fingerprint of each run, with its name.
     fingerprints: Vec<[u8; 32]>,
     list: Mutex<List>,
     warning: Option<String>,
@@ -61,7 +63,7 @@ pub struct Folder {
     worker: Option<FolderWorker>,
 }
 
-/// The place of one run: the folder, or the subfolder of a point of a sweep.
+/// Location of one run: the folder, or the subfolder of a point of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<'a> {
     folder: &'a Folder,
@@ -69,7 +71,8 @@ pub struct Place<'a> {
     fingerprint: &'a [u8; 32],
 }
 
-/// Writes a file, in a folder that is made if need be, so that it appears under its name only when it is complete.
+/// Writes a file atomically: it appears under its name only when it is complete. Creates its folder
+/// if needed.
 ///
 /// # Errors
 /// [`ResultsError::System`] names the file.
@@ -85,7 +88,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
     write().map_err(ResultsError::system(path, "written"))
 }
 
-/// Copies a file so that the copy appears under its name only when it is complete.
+/// Copies a file atomically: the copy appears under its name only when it is complete.
 ///
 /// # Errors
 /// [`ResultsError::System`] names the file.
@@ -107,11 +110,11 @@ fn json(path: &Path, content: &impl Serialize) -> Result<Vec<u8>, ResultsError> 
 }
 
 impl Folder {
-    /// Makes the results folder of some runs, or finds the one to continue, and locks it until the value is dropped.
-    /// `inputs` are files that must survive.
+    /// Creates the results folder of some runs, or opens the one to continue, and locks it until
+    /// the value is dropped. `inputs` are files that must not be replaced.
     ///
     /// # Errors
-    /// [`ResultsError`]; nothing is changed then, unless the system fails half-way.
+    /// [`ResultsError`]; the folder is then unchanged, unless the system fails half-way.
     pub fn open(
         path: &Path,
         existing: Existing,
@@ -122,7 +125,7 @@ impl Folder {
         admit(path, existing, inputs, &runs)?;
         fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
         let (mut list, warning) = List::lock(path, false)?;
-        // Another process may have come between.
+        // Another process may have changed it in between.
         let known = admit(path, existing, inputs, &runs)?;
         if path.join(CLAIMS).exists() {
             require_nobody(path)?;
@@ -142,11 +145,11 @@ impl Folder {
         Ok(Self::of(path, runs, list, warning, None))
     }
 
-    /// Makes the results folder of some runs, or finds the one that other processes work in, and joins them until the value is
-    /// dropped. A process of which nothing is heard for `patience` is lost.
+    /// Creates the results folder of some runs, or joins the processes that work in it, until the
+    /// value is dropped. A process without a heartbeat for `patience` counts as lost.
     ///
     /// # Errors
-    /// [`ResultsError`], also if a process works there that does not share the folder.
+    /// [`ResultsError`], also if a process works there without sharing the folder.
     pub fn join(
         path: &Path,
         inputs: &[&Path],
@@ -162,7 +165,7 @@ impl Folder {
         let (mut list, warning) = List::lock(path, true)?;
         let file = path.join(RUN_FILE);
         if !is_marked()? {
-            // Whoever is first; all others find the mark, and compare.
+            // The first process creates the mark; all others find and compare it.
             write_new(&file, &json(&file, &Mark::new(&runs))?)?;
         }
         admit(path, Existing::Resume, inputs, &runs)?;
@@ -189,10 +192,11 @@ impl Folder {
         }
     }
 
-    /// Checks that a folder is one of these runs.
+    /// Checks that a folder belongs to these runs.
     ///
     /// # Errors
-    /// [`ResultsError::Foreign`] names what differs; [`ResultsError::NothingToResume`] if there are no results of this program.
+    /// [`ResultsError::Foreign`] names the differences; [`ResultsError::NothingToResume`] if there
+    /// are no results of this program.
     pub fn require_runs(path: &Path, runs: &[RunId]) -> Result<(), ResultsError> {
         let path = path.to_owned();
         let Some(known) = Mark::read(&path)? else {
@@ -209,12 +213,13 @@ impl Folder {
         self.worker.as_ref()
     }
 
-    /// The folder of claims.
+    /// Path of the folder of claims.
     pub fn claims(&self) -> PathBuf {
         self.path.join(CLAIMS)
     }
 
-    /// Takes the lists of files of all processes into the common one, and removes all claims, when all points are finished.
+    /// Merges the file lists of all processes into the common one, and removes all claims, when all
+    /// points are finished.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the lists cannot be read or written.
@@ -230,17 +235,17 @@ impl Folder {
         Ok(())
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What a user should know about the folder.
+    /// Warning about the folder for the user; `None` without one.
     pub fn warning(&self) -> Option<&str> {
         self.warning.as_deref()
     }
 
-    /// The places of the runs, in the order in which they were named.
+    /// Locations of the runs, in the order in which they were named.
     pub fn places(&self) -> impl Iterator<Item = Place<'_>> {
         let both = self.runs.iter().zip(&self.fingerprints);
         both.map(|(run, fingerprint)| Place {
@@ -250,10 +255,11 @@ impl Folder {
         })
     }
 
-    /// Checks that the path still leads to the folder that was locked. To be called before anything is written or removed by its path.
+    /// Checks that the path still leads to the locked folder. Call it before anything is written or
+    /// removed by its path.
     ///
     /// # Errors
-    /// [`ResultsError::Moved`] if the folder, or its list of files, was moved, removed or replaced.
+    /// [`ResultsError::Moved`] if the folder or its file list was moved, removed or replaced.
     pub fn require_same(&self) -> Result<(), ResultsError> {
         let list = self.list.lock().unwrap_or_else(PoisonError::into_inner);
         self.require_list(&list)
@@ -267,7 +273,7 @@ impl Folder {
             })
     }
 
-    /// Claims a file and writes it, as a whole.
+    /// Claims a file and writes it atomically.
     ///
     /// # Errors
     /// As [`Place::claim`].
@@ -286,7 +292,8 @@ impl Folder {
         write_file(&path, &json(&path, sweep)?)
     }
 
-    /// Notes that a file belongs to the run, so that `--force` removes it, makes its folder, and returns its path.
+    /// Registers a file of the run, so that `--force` removes it, creates its folder, and returns
+    /// its path.
     ///
     /// # Errors
     /// As [`Place::claim`].
@@ -307,7 +314,7 @@ impl Folder {
     }
 }
 
-/// Refuses names of points that lead out of the folder.
+/// Refuses point names that point outside the folder.
 fn require_names(runs: &[RunId]) -> Result<(), ResultsError> {
     let bad = |run: &&RunId| !run.name.is_empty() && !is_inside(&run.name);
     match runs.iter().find(bad) {
@@ -318,7 +325,7 @@ fn require_names(runs: &[RunId]) -> Result<(), ResultsError> {
     }
 }
 
-/// Refuses a folder in which a process is alive that shares it, where the lock does not tell.
+/// Refuses a folder that a live process shares, where the lock does not tell.
 fn require_nobody(path: &Path) -> Result<(), ResultsError> {
     let visitor = FolderWorker::register(path, PATIENCE)?;
     if visitor.find_other()? {
@@ -329,9 +336,9 @@ fn require_nobody(path: &Path) -> Result<(), ResultsError> {
     Ok(())
 }
 
-/// Writes a file as a whole if there is none of its name.
+/// Writes a file atomically unless it exists.
 fn write_new(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
-    // Others know it as a half-written one.
+    // Other processes recognise the name as that of a half-written file.
     let name = format!(".{RUN_FILE}.{}", &claims::unique_id()[..6]);
     let hidden = path.with_file_name(name);
     let write = || -> std::io::Result<()> {
@@ -351,7 +358,7 @@ fn write_new(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
     }
 }
 
-/// Whether a folder may be used; `true` if it has results of this program.
+/// Checks whether a folder may be used; `true` if it has results of this program.
 fn admit(
     path: &Path,
     existing: Existing,
@@ -410,12 +417,12 @@ fn admit(
 }
 
 impl<'a> Place<'a> {
-    /// The results folder that it is in.
+    /// Results folder of the run.
     pub fn folder(&self) -> &'a Folder {
         self.folder
     }
 
-    /// Where it is.
+    /// Path of the run's folder.
     pub fn path(&self) -> PathBuf {
         if self.run.name.is_empty() {
             return self.folder.path.clone();
@@ -428,12 +435,12 @@ impl<'a> Place<'a> {
         &self.run.name
     }
 
-    /// Hash of all that decides the numbers, and of the name of the point, for checkpoints.
+    /// Fingerprint of the run with the name of the point, for checkpoints.
     pub fn fingerprint(&self) -> &'a [u8; 32] {
         self.fingerprint
     }
 
-    /// Name of one of its tasks among those of all points.
+    /// Name of a task of this run among those of all points.
     pub fn task(&self, name: &str) -> String {
         format!("{}-{name}", self.task_prefix())
     }
@@ -442,12 +449,12 @@ impl<'a> Place<'a> {
         blake3::Hash::from_bytes(*self.fingerprint).to_hex()[..12].to_owned()
     }
 
-    /// Removes the claims of its tasks. To be called when it is finished.
+    /// Removes the claims of the run's tasks. Call it when the run is finished.
     pub fn remove_claims(&self) {
         claims::remove_claims(&self.folder.claims(), &self.task_prefix());
     }
 
-    /// Returns `true` if the run has a manifest: it was finished.
+    /// Returns true if the run has a manifest and thus was finished.
     pub fn has_manifest(&self) -> bool {
         self.path().join(MANIFEST_FILE).exists()
     }
@@ -459,16 +466,16 @@ impl<'a> Place<'a> {
         format!("{}/{name}", self.run.name)
     }
 
-    /// Notes that a file belongs to the run, so that `--force` removes it, makes its folder, and returns its path. Names
-    /// are relative, with `/` between folders. To be called before the file is written.
+    /// Registers a file of the run, so that `--force` removes it, creates its folder, and returns
+    /// its path. Names are relative, with `/` between folders. Call it before the file is written.
     ///
     /// # Errors
-    /// The name leads out of the folder, or the folder cannot be written.
+    /// [`ResultsError`] if the name points outside the folder, or the folder cannot be written.
     pub fn claim(&self, name: &str) -> Result<PathBuf, ResultsError> {
         self.folder.claim(&self.inside(name))
     }
 
-    /// Claims a file and writes it, as a whole.
+    /// Claims a file and writes it atomically.
     ///
     /// # Errors
     /// As [`Self::claim`].
@@ -476,11 +483,11 @@ impl<'a> Place<'a> {
         self.folder.write(&self.inside(name), bytes)
     }
 
-    /// Whether the run is finished but for its report: its manifest is of this run, and each file that it names is there
-    /// with its checksum.
+    /// Returns true if the run is finished except for its report: its manifest is of this run, and
+    /// each file in it exists with its checksum.
     ///
     /// # Errors
-    /// A file that is there cannot be read.
+    /// [`ResultsError`] if an existing file cannot be read.
     pub fn is_complete(&self) -> Result<bool, ResultsError> {
         let path = self.path();
         let Some(manifest) = Manifest::read(&path).ok().flatten() else {
@@ -491,18 +498,21 @@ impl<'a> Place<'a> {
         Ok(ours && absent.is_empty() && changed.is_empty())
     }
 
-    /// Those of some files that are not there: a checkpoint that is later than a snapshot that was lost must not be used.
+    /// Names of the files that do not exist. A checkpoint later than a lost snapshot must not be
+    /// used.
     pub fn missing<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Vec<String> {
         let path = self.path();
         let absent = names.into_iter().filter(|name| !path.join(name).exists());
         absent.map(str::to_owned).collect()
     }
 
-    /// Writes the tables, and then the manifest, of which it fills in what belongs to the folder: format, fingerprint,
-    /// tables and checksums. The run is finished then. The page and the drawings of a report are claimed, not written.
+    /// Writes the tables, and then the manifest, with its format, fingerprint, tables and checksums
+    /// filled in. The run is finished then. Page and drawings of a report are registered, not
+    /// written.
     ///
     /// # Errors
-    /// A snapshot is missing, a table is not rectangular, or a file cannot be written.
+    /// [`ResultsError`] if a snapshot is missing, a table is not rectangular, or a file cannot be
+    /// written.
     pub fn finish(
         &self,
         mut manifest: Manifest,
@@ -536,7 +546,7 @@ impl<'a> Place<'a> {
     /// Removes the checkpoints of a finished run.
     ///
     /// # Errors
-    /// [`ResultsError::System`] names what could not be removed.
+    /// [`ResultsError::System`] names the file that could not be removed.
     pub fn remove_checkpoints(&self) -> Result<(), ResultsError> {
         let list = &self.folder.list;
         let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,11 +1,13 @@
-//! Frames: where particles are at many times, small enough to be played in a page.
+//! Frames: positions and velocities of particles at many times, packed for animation in a page.
 //!
-//! Positions take sixteen bits along each axis, directions and speeds eight, what is left of the last collision four and four. Where there are too many particles, or simulators
-//! that stand for different numbers of them, a fair sample is kept: each kept one stands for as many particles as any other.
-//! Which ones depends on their numbers alone, so that a particle whose number stays is in all frames or in none, and they stand in an order
-//! that has nothing to do with where they are or how they move: the first few of a frame are a fair sample, too.
+//! Positions take sixteen bits along each axis, directions and speeds eight, and the last collision
+//! four and four. If there are too many particles, or simulators of unequal weight, a fair sample
+//! is kept: each kept particle stands for equally many. The choice depends on particle numbers
+//! alone, so a particle with a fixed number is in all frames or in none. The order is unrelated to
+//! position and velocity, so the first few of a frame are a fair sample too.
 //!
-//! What makes frames is `inline`, so that it is compiled where it is used: this crate is compiled lightly, and a run makes many.
+//! Functions that make frames are `inline`, so that they are compiled where they are used: this
+//! crate is compiled with little optimisation, and a run makes many frames.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -17,34 +19,35 @@ use crate::regular;
 
 /// Name of the folder of frames inside that of a run.
 pub const FRAMES: &str = "frames";
-/// Largest speed that is told from larger ones, in units of the root mean square of all.
+/// Largest resolved speed, in units of the root mean square of all particles.
 pub const FASTEST: f64 = 4.0;
-/// Steps in which the energy of the last partner, and the last impact parameter, are told apart: 1 to so many, 0 being unknown.
+/// Number of steps that resolve the energy of the last partner, and the last impact parameter; 0 is
+/// unknown.
 pub const STEPS: u8 = 15;
-/// Largest energy of a partner that is told from larger ones, in units of the mean of all.
+/// Largest resolved energy of a partner, in units of the mean of all particles.
 pub const HOTTEST: f64 = 4.0;
 
-/// Particles of one engine at one time, in the plane.
+/// Frame: particles of one engine at one time, in two dimensions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// Time, in the unit of time of the case.
     pub time: f64,
-    /// Sides of the box.
+    /// Sides of the box \[length\].
     pub sides: [f64; 2],
-    /// Whether the box is periodic, by axis.
+    /// Periodicity of the box, by axis.
     pub periodic: [bool; 2],
-    /// Particles that the engine has; simulators count as what they stand for.
+    /// Number of particles of the engine; simulators count with their weights.
     pub particles: f64,
-    /// Particles that each of those in the frame stands for.
+    /// Number of particles that each one in the frame stands for.
     pub share: f64,
-    /// Root mean square of the speed of all.
+    /// Root mean square speed of all particles \[length/time\].
     pub speed: f64,
-    /// Largest radius.
+    /// Largest radius \[length\].
     pub radius: f64,
     /// Abscissae in units of the side, two bytes each, the lower one first.
     #[serde(with = "serde_bytes")]
     pub x: Vec<u8>,
-    /// Ordinates.
+    /// Ordinates in units of the side, two bytes each, the lower one first.
     #[serde(with = "serde_bytes")]
     pub y: Vec<u8>,
     /// Directions of velocities: 256 for a turn, from the abscissa on.
@@ -56,18 +59,19 @@ pub struct Frame {
     /// Radii: 255 for the largest; empty where all are equal.
     #[serde(with = "serde_bytes")]
     pub size: Vec<u8>,
-    /// What is known of the last collision, in [`STEPS`] steps: the root of the energy of the partner in the upper four bits, the
-    /// impact parameter in the lower ones. 0 before the first collision; empty where the engine does not tell particles apart.
+    /// Last collision of each particle, in [`STEPS`] steps: square root of the partner's energy in
+    /// the upper four bits, impact parameter in the lower ones. 0 before the first collision; empty
+    /// where the engine does not distinguish particles.
     #[serde(with = "serde_bytes")]
     pub met: Vec<u8>,
 }
 
-/// What is known of the last collision of a particle.
+/// Last collision of a particle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Met {
-    /// Energy of its partner now, over the mean of all.
+    /// Present energy of the partner, over the mean of all particles.
     pub partner: f64,
-    /// Impact parameter over the distance of the centres at contact.
+    /// Impact parameter over the contact distance, from 0 to 1.
     pub impact: f64,
 }
 
@@ -79,7 +83,7 @@ impl Met {
     }
 }
 
-/// A particle as a frame sees it.
+/// Particle as input of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dot {
     /// Position \[length\].
@@ -88,13 +92,13 @@ pub struct Dot {
     pub velocity: [f64; 2],
     /// Radius \[length\].
     pub radius: f64,
-    /// Particles that it stands for.
+    /// Number of particles that it stands for.
     pub weight: f64,
-    /// Its last collision, if it is known.
+    /// Last collision of the particle; `None` if unknown.
     pub met: Option<Met>,
 }
 
-/// A number that looks random, of a number (the finaliser of `SplitMix64`).
+/// Pseudorandom hash of a number (the finaliser of `SplitMix64`).
 #[inline]
 fn scatter(index: u64) -> u64 {
     let mut mixed = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -103,7 +107,7 @@ fn scatter(index: u64) -> u64 {
     mixed ^ (mixed >> 31)
 }
 
-/// What a frame needs to know of all particles.
+/// Totals over all particles that scale a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crowd {
     /// Sum of the weights.
@@ -112,12 +116,12 @@ pub struct Crowd {
     pub heaviest: f64,
     /// Sum of the weights times the squared speeds \[length²/time²\].
     pub squares: f64,
-    /// Smallest and largest radius; nothing without particles.
+    /// Smallest and largest radius \[length\]; `None` without particles.
     pub radii: Option<[f64; 2]>,
 }
 
 impl Crowd {
-    /// Sees a particle.
+    /// Adds a particle.
     #[inline]
     pub fn add(&mut self, weight: f64, radius: f64, velocity: [f64; 2]) {
         self.particles += weight;
@@ -125,7 +129,7 @@ impl Crowd {
         self.widen(weight, radius);
     }
 
-    /// Sees a particle, but for the sums.
+    /// Widens the ranges by a particle, without changing the sums.
     #[inline]
     pub fn widen(&mut self, weight: f64, radius: f64) {
         self.heaviest = self.heaviest.max(weight);
@@ -133,7 +137,7 @@ impl Crowd {
         self.radii = Some([low.min(radius), high.max(radius)]);
     }
 
-    /// Sees what another has seen, but for the sums.
+    /// Widens the ranges by those of other totals, without changing the sums.
     pub fn widen_by(&mut self, other: &Self) {
         if let Some([low, high]) = other.radii {
             self.widen(other.heaviest, low);
@@ -141,21 +145,22 @@ impl Crowd {
         }
     }
 
-    /// Of how many particles one is kept, where about `most` are.
+    /// Number of particles per kept one, if about `most` are kept.
     pub fn share(&self, most: usize) -> f64 {
         let share = self.particles / most.max(1) as f64;
         share.max(self.heaviest).max(1.0)
     }
 }
 
-/// Whether a frame keeps a particle of a number and a weight w: with the probability w / share.
+/// Returns true if a frame keeps a particle with this number and weight w: with the probability w /
+/// share.
 #[inline]
 pub fn keeps(number: u64, weight: f64, share: f64) -> bool {
     scatter(number) as f64 / 2_f64.powi(64) * share < weight
 }
 
 impl Frame {
-    /// A frame of about `most` particles at most, which are numbered.
+    /// Creates a frame of about `most` particles at most, numbered in order.
     #[inline]
     pub fn new(time: f64, sides: [f64; 2], periodic: [bool; 2], dots: &[Dot], most: usize) -> Self {
         let mut crowd = Crowd::default();
@@ -168,7 +173,7 @@ impl Frame {
         Self::of(time, sides, periodic, &crowd, share, kept.collect())
     }
 
-    /// A frame of those that are kept of a crowd, with their numbers.
+    /// Creates a frame of the kept particles, with their numbers.
     #[inline]
     pub fn of(
         time: f64,
@@ -187,7 +192,7 @@ impl Frame {
         let [smallest, radius] = crowd.radii.unwrap_or_default();
         let equal = smallest == radius;
         let told = kept.iter().any(|(_, dot)| dot.met.is_some());
-        // By a second scatter, so that the order has nothing to do with weights.
+        // Sorted by a second hash, so that the order is unrelated to weights.
         kept.sort_by_cached_key(|(number, _)| scatter(scatter(*number)));
         let mut frame = Self {
             time,
@@ -222,17 +227,17 @@ impl Frame {
         frame
     }
 
-    /// Particles in it.
+    /// Number of particles in the frame.
     pub fn len(&self) -> usize {
         self.direction.len()
     }
 
-    /// Whether there is none.
+    /// Returns true if the frame has no particles.
     pub fn is_empty(&self) -> bool {
         self.direction.is_empty()
     }
 
-    /// The first of its particles, which are a fair sample of it.
+    /// First particles of the frame, which are a fair sample of it.
     #[must_use]
     pub fn first(&self, count: usize) -> Self {
         let count = count.min(self.len());
@@ -255,7 +260,7 @@ impl Frame {
     }
 }
 
-/// Frames as the bytes of a file.
+/// Serializes frames as the bytes of a file.
 ///
 /// # Errors
 /// [`ResultsError::System`] if they cannot be encoded, which is an error of the program.
@@ -268,7 +273,7 @@ pub fn to_bytes(frames: &[Frame]) -> Result<Vec<u8>, ResultsError> {
 /// Reads a file of frames.
 ///
 /// # Errors
-/// It cannot be read, or is damaged.
+/// [`ResultsError`] if the file cannot be read, or is damaged.
 pub fn read(path: &Path) -> Result<Vec<Frame>, ResultsError> {
     let failed = |error| ResultsError::system(path, "read")(error);
     let bytes = regular::read(path).map_err(failed)?;
@@ -279,7 +284,8 @@ pub fn read(path: &Path) -> Result<Vec<Frame>, ResultsError> {
 mod tests {
     use super::*;
 
-    /// A gas in a box of 10 x 5: simulators on the left stand for one particle, those on the right for a quarter.
+    /// Gas in a box of 10 x 5: simulators on the left stand for one particle, those on the right
+    /// for a quarter.
     fn gas() -> Vec<Dot> {
         let dot = |i: u32| Dot {
             position: [f64::from(i % 1000) * 0.01, f64::from(i / 1000) * 0.05],
@@ -298,7 +304,8 @@ mod tests {
             let frame = Frame::new(1.0, [10.0, 5.0], [true; 2], &dots, most);
             let left = frame.x.chunks(2).filter(|place| place[1] < 128).count();
             let (left, all) = (left as f64, frame.len() as f64);
-            // Of 62 500 particles 50 000 are on the left; five standard deviations of as many throws.
+            // Of 62 500 particles 50 000 are on the left; tolerance: five binomial standard
+            // deviations.
             let spread = 5.0 * (0.8 * 0.2 / all).sqrt();
             assert!((left / all - 0.8).abs() < spread, "{left} of {all}");
             let expected = 62_500.0 / frame.share;
@@ -316,7 +323,7 @@ mod tests {
         }
         let after = Frame::new(2.0, [10.0, 5.0], [true; 2], &dots, 5000);
         assert!(before.x == after.x && before.direction != after.direction);
-        // A quarter of turn 0 is at full speed over four times the mean.
+        // Direction 0, and the root mean square speed, a quarter of the range.
         assert!(
             after.pace.iter().all(|pace| *pace == 64)
                 && after.direction.iter().all(|turn| *turn == 0)
@@ -350,7 +357,7 @@ mod tests {
             .iter()
             .zip([(0.0, 5.0), (2.5, 0.0), (9.999_999, 1.0)])
         {
-            // What is below the box is drawn at its edge.
+            // Positions below the box are drawn at its edge.
             assert!((found.0 - x).abs() <= 10.0 / 65536.0 && (found.1 - y).abs() <= 5.0 / 65536.0);
         }
         assert!(frame.direction.iter().all(|turn| *turn == 192));
@@ -370,7 +377,8 @@ mod tests {
         let byte = |partner, impact| Met { partner, impact }.byte();
         assert_eq!(byte(0.0, 0.0), 0x11);
         assert_eq!(byte(HOTTEST, 1.0), 0xff);
-        // The mean energy lies in the middle, as its root is half of the largest; what is beyond is the largest.
+        // The mean energy is in the middle, as its root is half of the largest; values beyond are
+        // clamped.
         assert_eq!((byte(1.0, 0.5), byte(1e9, 2.0)), (0x88, 0xff));
         let frame = |known: &[Option<Met>]| {
             let dots: Vec<Dot> = known.iter().map(|met| dot(*met)).collect();

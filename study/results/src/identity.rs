@@ -1,4 +1,4 @@
-//! Which run a folder is for: `run.json` and the fingerprints in it.
+//! Identity of the runs of a folder: `run.json` and its fingerprints.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -11,31 +11,31 @@ use crate::error::ResultsError;
 use crate::manifest::Fingerprint;
 use crate::regular;
 
-/// Marks a results folder.
+/// Name of the file that marks a results folder.
 pub(crate) const RUN_FILE: &str = "run.json";
 /// Version of `run.json`.
 const RUN_FORMAT: u32 = 2;
-/// Differences that a message names.
+/// Largest number of differences that a message names.
 const NAMED: usize = 3;
 
-/// Which run a folder is for.
+/// Identity of a run: its point, its case and its fingerprints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunId {
     /// Name of the point of a sweep, which is that of its subfolder; empty without a sweep.
     pub name: String,
-    /// Hash of all that decides the numbers: version, case, input files.
+    /// Hash of all that determines the numbers: version, case, input files.
     pub numbers: [u8; 32],
-    /// Hash of the whole case but for `ignored` keys.
+    /// Hash of the whole case without `ignored` keys.
     pub output: [u8; 32],
     pub(crate) case: Value,
 }
 
-/// Keys of a case that do not decide the numbers, with dots between the names of tables.
+/// Keys of a case that do not affect the numbers, dotted.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Keys<'a> {
-    /// Keys that change nothing in the folder, such as `run.checkpoint_seconds`.
+    /// Keys that affect nothing in the folder, such as `run.checkpoint_seconds`.
     pub ignored: &'a [&'a str],
-    /// Keys that change only how the same numbers are shown and judged, such as `title` and `verdict`.
+    /// Keys that affect only how results are shown and judged, such as `title` and `verdict`.
     pub output: &'a [&'a str],
 }
 
@@ -45,7 +45,7 @@ pub(crate) struct Mark {
     program: String,
     format: u32,
     version: String,
-    /// By subfolder; one with an empty name without a sweep.
+    /// Runs by subfolder; without a sweep one run with an empty name.
     pub(crate) runs: BTreeMap<String, MarkedRun>,
 }
 
@@ -56,11 +56,11 @@ pub(crate) struct MarkedRun {
 }
 
 impl RunId {
-    /// Identifies a run by its case, with every default filled in and the values of the point of a sweep, and the files
-    /// that it reads: their bytes count, not their names.
+    /// Identifies a run by its case, with all defaults and swept values filled in, and by the
+    /// contents, not the names, of its input files.
     ///
     /// # Errors
-    /// A file cannot be read.
+    /// [`ResultsError`] if a file cannot be read.
     pub fn new(
         name: &str,
         case: &Value,
@@ -92,7 +92,7 @@ impl RunId {
         })
     }
 
-    /// Hash of all that decides the numbers, and of the name of the point, for checkpoints.
+    /// Fingerprint of the numbers and the name of the point, for checkpoints.
     pub fn identity(&self) -> [u8; 32] {
         let mut hash = blake3::Hasher::new();
         hash.update(&self.numbers).update(self.name.as_bytes());
@@ -140,7 +140,8 @@ impl Mark {
         }
     }
 
-    /// The mark of a folder; `None` without one of this program. One that is no JSON, or not what this program writes, is damaged.
+    /// Reads the mark of a folder; `None` without one of this program. One that is not JSON, or not
+    /// of the expected form, is damaged.
     pub(crate) fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
         let damaged = || ResultsError::Damaged {
             path: folder.to_owned(),
@@ -165,7 +166,7 @@ impl Mark {
             .map_err(|_| damaged())
     }
 
-    /// What differs from some runs in what decides the numbers; `None` if nothing does.
+    /// Differences from some runs that affect the numbers, in words; `None` if there are none.
     pub(crate) fn differences(&self, runs: &[RunId]) -> Option<String> {
         let names = runs.iter().map(|run| &run.name);
         if !self
@@ -192,7 +193,7 @@ impl Mark {
     }
 }
 
-/// The first keys in which two cases differ, in words.
+/// Lists the first keys in which two cases differ, in words.
 pub(crate) fn differences(there: &Value, here: &Value) -> String {
     fn flatten(value: &Value, key: &str, into: &mut BTreeMap<String, String>) {
         let inner = |name: &str| match key {

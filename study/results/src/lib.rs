@@ -1,11 +1,11 @@
-//! What a run leaves: tables that know their columns, verdicts in one vocabulary, a manifest, and the folder that holds them.
+//! Results of runs: tables with described columns, verdicts, the manifest, and the results folder.
 //!
-//! A [`Table`] is described once, where it is measured: each column has a name, a unit and a meaning, each estimate its
-//! standard error and its theory, each figure its axes. CSV files, the manifest, the report and the docs of the results
-//! folder are derived from that description, so a new observable touches one place.
+//! A [`Table`] is described once, where it is measured: each column has a name, a unit and a
+//! meaning, each estimate its standard error and its theory, each figure its axes. CSV files,
+//! manifest, report and the documentation of columns are derived from that description.
 //!
-//! A run opens its [`Folder`], which no other process can write into meanwhile, claims each file before it is written, and
-//! ends with [`Place::finish`]. Readers start from [`Stored::read`].
+//! A run opens its [`Folder`], which locks it, claims each file before it is written, and ends with
+//! [`Place::finish`]. Readers start from [`Stored::read`].
 
 mod claims;
 mod csv_file;

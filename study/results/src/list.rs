@@ -1,4 +1,4 @@
-//! The list of the files that a run has written, which is also the lock of the folder.
+//! List of the files that a run has written; it is also the lock of the folder.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -7,23 +7,26 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::error::ResultsError;
 
-/// Lists the files of the runs, and is locked while one writes.
+/// Name of the file that lists the files of the runs, and is locked while one writes.
 pub(crate) const LIST_FILE: &str = "run.files";
 
-/// Most times that the list is opened anew, as another process removed it between opening and locking.
+/// Largest number of times that the list is reopened, because another process removed it between
+/// opening and locking.
 const MOST_TRIES: usize = 100;
 
-/// The open and locked list of files.
+/// Open and locked list of files.
 #[derive(Debug)]
 pub(crate) struct List {
     pub(crate) file: File,
     pub(crate) known: BTreeSet<String>,
-    /// Where names are noted, if other processes work in the folder too: appending is not atomic on network file systems.
+    /// List of this process alone, if other processes work in the folder too, since appending is
+    /// not atomic on network file systems.
     own: Option<File>,
 }
 
 impl List {
-    /// Opens and locks the list of a folder, for this process alone or, if `shared`, for all that share it; the words are a warning.
+    /// Opens and locks the list of a folder, exclusively or `shared`. Returns a warning if locking
+    /// is not supported.
     pub(crate) fn lock(
         folder: &Path,
         shared: bool,
@@ -78,22 +81,22 @@ impl List {
         Ok((Self { file, known, own }, warning))
     }
 
-    /// Notes names in a list of this process alone from now on.
+    /// Registers names in a separate list of this process from now on.
     pub(crate) fn note_in(&mut self, path: &Path) -> std::io::Result<()> {
         self.own = Some(File::create_new(path)?);
         Ok(())
     }
 
-    /// Reads the names that other processes have noted.
+    /// Reads the names registered by other processes.
     pub(crate) fn read_others(&mut self, lists: &[PathBuf]) {
         for list in lists {
-            // One that is gone was taken into the common list.
+            // A list that is gone was merged into the common list.
             let text = fs::read(list).unwrap_or_else(|_| Vec::new());
             self.known.extend(names(&text).0);
         }
     }
 
-    /// Takes the names that processes have noted into the list, and removes theirs.
+    /// Merges the lists of processes into the common list, and removes them.
     pub(crate) fn take_over(&mut self, lists: &[PathBuf]) -> std::io::Result<()> {
         let gone_is_fine = |error: std::io::Error| match error.kind() {
             ErrorKind::NotFound => Ok(()),
@@ -115,8 +118,8 @@ impl List {
         removed.try_for_each(|one| one.or_else(gone_is_fine))
     }
 
-    /// Returns `true` if the list in the folder of this path is still the open one: the folder was not moved, removed or replaced, and
-    /// neither was the list. An inode is not used again while it is open.
+    /// Returns true if the list at this path is still the open one: neither the folder nor the list
+    /// was moved, removed or replaced. An inode is not reused while it is open.
     pub(crate) fn is_of(&self, folder: &Path) -> bool {
         match (self.file.metadata(), fs::metadata(folder.join(LIST_FILE))) {
             (Ok(open), Ok(there)) => is_same_file(&open, &there),
@@ -134,7 +137,7 @@ impl List {
         Ok(())
     }
 
-    /// Removes the files of the list that `which` picks, and folders of them that are empty then.
+    /// Removes the listed files that `which` selects, and their folders if they are empty then.
     pub(crate) fn remove(
         &self,
         folder: &Path,
@@ -146,7 +149,7 @@ impl List {
             remove_file(&path)?;
             parents.extend(Path::new(name).ancestors().skip(1).map(Path::to_owned));
         }
-        // A longer path sorts after the one that it is in.
+        // A longer path sorts after the one that contains it.
         for parent in parents.iter().rev() {
             let inside = folder.join(parent);
             for entry in fs::read_dir(&inside).into_iter().flatten().flatten() {
@@ -161,7 +164,7 @@ impl List {
                 }
             }
             if !parent.as_os_str().is_empty() {
-                // A folder with something of the user's in it stays.
+                // A folder with files of the user stays.
                 let _ = fs::remove_dir(&inside);
             }
         }
@@ -170,15 +173,15 @@ impl List {
 }
 
 impl Drop for List {
-    /// Lets go of the lock itself: closing the file would leave it to a child process that another thread is starting, which
-    /// holds a copy of each open file until it runs its own program.
+    /// Releases the lock explicitly. Closing the file would leave it to a child process in the
+    /// making, which holds copies of all open files until it runs its program.
     fn drop(&mut self) {
         let _ = self.file.unlock();
     }
 }
 
-/// The names in the text of a list, and its length up to the last line end. What follows was being noted when the process was killed:
-/// nothing was written under it.
+/// Parses the text of a list: its names, and its length up to the last line end. A truncated name
+/// follows only if the process was killed before it wrote that file.
 fn names(text: &[u8]) -> (BTreeSet<String>, usize) {
     let last = text.iter().rposition(|&byte| byte == b'\n');
     let whole = last.map_or(0, |last| last + 1);
@@ -193,19 +196,20 @@ pub(crate) fn is_same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// Systems that are not Unix keep a file that is open from being moved or removed.
+/// Compares files on systems other than Unix, which prevent an open file from being moved or
+/// removed.
 #[cfg(not(unix))]
 pub(crate) fn is_same_file(_: &fs::Metadata, _: &fs::Metadata) -> bool {
     true
 }
 
-/// Returns the name of the file that a half-written one was to become.
+/// Name of the final file of a half-written one; `None` if it is not half-written.
 pub fn half_written(name: &str) -> Option<String> {
     let (target, random) = name.strip_prefix('.')?.rsplit_once('.')?;
     (random.len() == 6).then(|| target.to_owned())
 }
 
-/// Whether a name stays inside the folder that it is relative to, and fits in a line.
+/// Returns true if a name stays inside its folder and contains no control characters.
 pub(crate) fn is_inside(name: &str) -> bool {
     let normal = |part: Component<'_>| matches!(part, Component::Normal(_));
     !name.is_empty() && !name.contains(char::is_control) && Path::new(name).components().all(normal)

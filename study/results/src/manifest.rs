@@ -1,7 +1,8 @@
 //! The manifest of a results folder (`manifest.json`) and the index of a sweep (`sweep.json`).
 //!
-//! The manifest says what was run, from which start, on which machine, with which work, what follows from it in words, and
-//! what each table means. JSON has no NaN: a number that is not finite is written as `null` and read back as NaN.
+//! The manifest records what was run, from which start, on which machine and with how much work,
+//! the verdicts in words, and the description of each table. JSON has no NaN: a non-finite number
+//! is written as `null` and read back as NaN.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -33,48 +34,48 @@ pub struct Manifest {
     pub format: u32,
     /// Program that wrote the folder.
     pub program: Program,
-    /// Which run this is; set when the run is finished.
+    /// Fingerprints of the run; set when it is finished.
     pub fingerprint: Fingerprint,
     /// Title of the run, plain text.
     pub title: String,
-    /// Question that the run answers, and where the answer stands.
+    /// Question that the run answers, and the location of the answer.
     #[serde(default)]
     pub question: Question,
     /// The case file, verbatim.
     pub case_text: String,
     /// The case as it was run, with every default filled in.
     pub case: serde_json::Value,
-    /// What the case is about: `comparison`, `homogeneous` or `flow`.
+    /// Kind of the case: `comparison`, `homogeneous` or `flow`.
     pub kind: String,
-    /// The unit of all times.
+    /// Unit of all times.
     pub time_unit: TimeUnit,
-    /// What follows from the case in numbers.
+    /// Quantities derived from the case.
     pub derived: Vec<Derived>,
     /// Machine that the run was made on.
     pub machine: Machine,
     /// Seed of all random streams.
     pub seed: u64,
-    /// Replicas that were run.
+    /// Number of replicas.
     pub replicas: u64,
     /// Duration of the whole run \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub wall_seconds: f64,
-    /// How each replica began.
+    /// Initial state of each replica.
     pub start: Vec<Start>,
     /// Work of each engine.
     pub engines: Vec<EngineWork>,
-    /// Conclusions in words, the most important first.
+    /// Verdicts, the most important first.
     pub verdicts: Vec<Verdict>,
-    /// What the program chose, and why.
+    /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,
-    /// What a reader should know.
+    /// Warnings.
     pub warnings: Vec<String>,
     /// Snapshots of replica 0.
     pub snapshots: Vec<Snapshot>,
     /// Frames of replica 0 for the player.
     #[serde(default)]
     pub frames: Vec<FramesEntry>,
-    /// The tables; set when the run is finished.
+    /// Tables; set when the run is finished.
     pub tables: Vec<TableEntry>,
 }
 
@@ -85,7 +86,7 @@ pub struct Question {
     pub text: String,
     /// Table that has the answer; empty if nothing is compared.
     pub table: String,
-    /// Its column.
+    /// Column of the answer in that table.
     pub column: String,
 }
 
@@ -96,39 +97,39 @@ pub struct Program {
     pub name: String,
     /// Version.
     pub version: String,
-    /// The commit that it was built from, and whether sources had changed since; empty if that is not known.
+    /// Commit of the build, and whether sources had changed since; empty if unknown.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub commit: String,
 }
 
-/// Which run a folder holds, as hexadecimal BLAKE3 hashes.
+/// Fingerprints of a run, as hexadecimal BLAKE3 hashes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fingerprint {
-    /// Of all that decides the numbers.
+    /// Hash of all that determines the numbers.
     pub numbers: String,
-    /// Of what decides only how they are shown and judged.
+    /// Hash of everything that affects only how results are shown and judged.
     pub output: String,
 }
 
-/// The unit of all times of a case.
+/// Unit of all times of a case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeUnit {
-    /// What it is, such as `Haff's cooling time`.
+    /// Name of the unit, such as `Haff's cooling time`.
     pub name: String,
-    /// How long it is, in units of the case.
+    /// Size of the unit, in the time unit of the case.
     #[serde(deserialize_with = "null_is_nan")]
     pub size: f64,
 }
 
-/// A number that follows from the case.
+/// Quantity derived from a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Derived {
-    /// Its name, in words.
+    /// Name of the quantity, in words.
     pub name: String,
-    /// Its value.
+    /// Value of the quantity.
     #[serde(deserialize_with = "null_is_nan")]
     pub value: f64,
-    /// Its unit; `1` for pure numbers.
+    /// Unit of the value; `1` for pure numbers.
     pub unit: String,
 }
 
@@ -143,17 +144,17 @@ pub struct Machine {
     pub system: String,
 }
 
-/// How a replica began.
+/// Initial state of a replica.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Number of the replica, from zero.
     pub replica: u64,
-    /// How the particles were placed.
+    /// Method of placement, in words.
     pub placement: String,
     /// Elastic collisions per particle before the start \[1\].
     #[serde(deserialize_with = "null_is_nan")]
     pub collisions_per_particle: f64,
-    /// Whether the start passed as an equilibrium state; none where the case gives the start.
+    /// True if the start passed the equilibrium tests; `None` where the case gives the start.
     pub equilibrated: Option<bool>,
     /// Tests of the start.
     pub tests: Vec<StartTest>,
@@ -169,21 +170,21 @@ pub struct StartTest {
     pub statistic: f64,
     /// Probability of so extreme a statistic in equilibrium \[1\].
     pub p_value: Option<f64>,
-    /// Whether the test was passed; `None` where it only informs.
+    /// True if the test was passed; `None` where it only informs.
     pub passed: Option<bool>,
-    /// What was measured, in words.
+    /// Measured quantity, in words.
     pub detail: String,
 }
 
 /// Work of one engine, over all replicas.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EngineWork {
-    /// Engine.
+    /// Name of the engine.
     pub engine: String,
     /// Computing time \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub seconds: f64,
-    /// Collisions.
+    /// Number of collisions.
     pub collisions: u64,
     /// Largest memory of one replica \[bytes\].
     pub bytes: u64,
@@ -192,10 +193,10 @@ pub struct EngineWork {
     pub work: BTreeMap<String, f64>,
 }
 
-/// A snapshot file.
+/// Snapshot file of one engine at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
-    /// Engine.
+    /// Name of the engine.
     pub engine: String,
     /// Number of the replica, from 0.
     #[serde(default)]
@@ -211,17 +212,18 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Whether a report may show it: particles of the first replica, which have positions.
+    /// Returns true if a report may show the snapshot: particles of the first replica, with
+    /// positions.
     pub fn is_shown(&self) -> bool {
         let ending = Path::new(&self.file).extension();
         self.replica == 0 && ending.is_some_and(|ending| ending == "xyz")
     }
 }
 
-/// A file of frames of one engine ([`crate::frames`]).
+/// File of frames of one engine ([`crate::frames`]).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FramesEntry {
-    /// Engine.
+    /// Name of the engine.
     pub engine: String,
     /// Path of the file, relative to the results folder, with `/` between names.
     pub file: String,
@@ -240,20 +242,20 @@ impl FramesEntry {
     }
 }
 
-/// A table of the folder, all but its rows.
+/// Description of a table of the folder, without its rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TableEntry {
-    /// Its name; its file is `NAME.csv`.
+    /// Name of the table; its file is `NAME.csv`.
     pub name: String,
-    /// What it holds.
+    /// Content of the table, in one sentence.
     pub about: String,
-    /// Its columns.
+    /// Columns of the table.
     pub columns: Vec<Column>,
-    /// How it is drawn.
+    /// Figures of the table.
     pub figures: Vec<Figure>,
-    /// Number of its rows.
+    /// Number of rows.
     pub rows: u64,
-    /// BLAKE3 hash of its file, hexadecimal.
+    /// BLAKE3 hash of the table's file, hexadecimal.
     pub blake3: String,
 }
 
@@ -266,13 +268,13 @@ pub struct Sweep {
     pub title: String,
     /// The case file, verbatim.
     pub case_text: String,
-    /// What the case is about.
+    /// Kind of the case: `comparison`, `homogeneous` or `flow`.
     pub kind: String,
     /// Points of the sweep, in the order of the case file.
     pub points: Vec<SweepPoint>,
 }
 
-/// One point of a sweep.
+/// Point of a sweep: its name and the swept values.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SweepPoint {
     /// Name of the point, which is that of its folder inside the sweep folder.
@@ -281,14 +283,14 @@ pub struct SweepPoint {
     pub values: BTreeMap<String, serde_json::Value>,
 }
 
-/// A finished run as its folder holds it, except the particles of its snapshots.
+/// Finished run as stored in its folder, without the particles of its snapshots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stored {
-    /// The manifest.
+    /// Manifest of the run.
     pub manifest: Manifest,
-    /// The tables, in the order of the manifest.
+    /// Tables, in the order of the manifest.
     pub tables: Vec<Table>,
-    /// Files that are not the ones that the run wrote.
+    /// Names of files that differ from those written by the run.
     pub changed: Vec<String>,
 }
 
@@ -313,7 +315,7 @@ impl TableEntry {
     /// Reads the table.
     ///
     /// # Errors
-    /// Its file is absent or damaged, or has other columns or another number of rows.
+    /// [`ResultsError`] if the file is absent or damaged, or its columns or number of rows differ.
     pub fn read(&self, folder: &Path) -> Result<Table, ResultsError> {
         let mut table = Table {
             name: self.name.clone().into(),
@@ -342,7 +344,7 @@ impl Manifest {
     /// Reads the manifest of a folder; `None` where there is none.
     ///
     /// # Errors
-    /// It cannot be read, or has another format.
+    /// [`ResultsError`] if the manifest cannot be read, or has another format.
     pub fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
         read_json(&folder.join(MANIFEST_FILE))
     }
@@ -358,10 +360,10 @@ impl Manifest {
         tables.chain(snapshots).chain(frames)
     }
 
-    /// Files that are absent, and files with other contents than the run wrote.
+    /// Files that are absent, and files whose contents have changed.
     ///
     /// # Errors
-    /// A file that is there cannot be read.
+    /// [`ResultsError`] if an existing file cannot be read.
     pub fn damage(&self, folder: &Path) -> Result<(Vec<String>, Vec<String>), ResultsError> {
         let (mut absent, mut changed) = (Vec::new(), Vec::new());
         for (file, expected) in self.files() {
@@ -376,10 +378,10 @@ impl Manifest {
 }
 
 impl Sweep {
-    /// Reads the index of a folder; `None` where there is none.
+    /// Reads the index of a sweep; `None` where there is none.
     ///
     /// # Errors
-    /// It cannot be read, or has another format.
+    /// [`ResultsError`] if the index cannot be read, or has another format.
     pub fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
         read_json(&folder.join(SWEEP_FILE))
     }
@@ -407,7 +409,8 @@ impl Stored {
     /// Reads a finished run; `None` where there is no manifest.
     ///
     /// # Errors
-    /// The manifest or a table is damaged, a table is absent, or the run has none.
+    /// [`ResultsError`] if the manifest or a table is damaged, a table is absent, or the run has
+    /// none.
     pub fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
         let Some(manifest) = Manifest::read(folder)? else {
             return Ok(None);
@@ -438,10 +441,10 @@ impl Stored {
     }
 }
 
-/// Finds the files of a finished run, or of the finished points of a sweep, that have other bytes than the run wrote.
+/// Finds the files of a finished run, or of the finished points of a sweep, that have changed.
 ///
 /// # Errors
-/// A manifest, the index of the sweep or a file cannot be read.
+/// [`ResultsError`] if a manifest, the sweep index or a file cannot be read.
 pub fn changed_files(folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
     let points = match Sweep::read(folder)? {
         Some(sweep) => sweep.points,
@@ -458,7 +461,7 @@ pub fn changed_files(folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
     Ok(all)
 }
 
-/// The hash of a file; `None` where there is none.
+/// BLAKE3 hash of a file; `None` where there is none.
 pub(crate) fn hash_of(path: &Path) -> Result<Option<String>, ResultsError> {
     let read = || -> std::io::Result<String> {
         let mut hasher = blake3::Hasher::new();
@@ -477,7 +480,7 @@ fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ResultsError
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         other => other.map_err(ResultsError::system(path, "read"))?,
     };
-    // A file of another format may lack the fields of this one, so its number is read first.
+    // A file of another format may lack fields of this one, so its number is read first.
     let stamp: serde_json::Value = parse(path, &bytes)?;
     let format = stamp.get("format");
     if format.and_then(serde_json::Value::as_u64) != Some(FORMAT.into()) {
@@ -511,7 +514,7 @@ fn finite_or_null<'de, D: Deserializer<'de>>(source: D) -> Result<BTreeMap<Strin
     Ok(read.into_iter().map(number).collect())
 }
 
-/// Reads a number that is `null` where it was not finite.
+/// Reads a number; `null` stands for NaN.
 fn null_is_nan<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(source)?.unwrap_or(f64::NAN))
 }

@@ -1,10 +1,11 @@
-//! Files of a results folder are read and hashed more than once: a pipe would be waited for, and a device read without end.
+//! Regular files only: results are read and hashed several times, and a pipe would block, or a
+//! device never end.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// Opens a file that is one.
+/// Opens a regular file.
 pub(crate) fn open(path: &Path) -> io::Result<File> {
     if fs::metadata(path)?.is_file() {
         File::open(path)
@@ -14,7 +15,7 @@ pub(crate) fn open(path: &Path) -> io::Result<File> {
     }
 }
 
-/// All of such a file.
+/// Reads all bytes of a regular file.
 pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.read_to_end(&mut bytes)?;

@@ -1,48 +1,48 @@
-//! Tables: columns that say what they are, rows, and the figures that show them.
+//! Tables of results: described columns, rows, and figures.
 
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-/// Text that is known at compile time, or read back from a manifest.
+/// Text known at compile time, or read back from a manifest.
 type Text = Cow<'static, str>;
 
 /// Name of the folder of drawings inside that of a run.
 pub const FIGURES: &str = "figures";
 
-/// A table of a results folder.
+/// Table of a results folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Its name, which is that of its file without the ending `.csv`.
+    /// Name of the table, and of its file without the ending `.csv`.
     pub name: Text,
-    /// What it holds, in one sentence.
+    /// Content of the table, in one sentence.
     pub about: Text,
-    /// The columns.
+    /// Columns of the table.
     pub columns: Vec<Column>,
-    /// The rows, each with one cell for each column.
+    /// Rows, each with one cell for each column.
     pub rows: Vec<Vec<Cell>>,
-    /// How it is drawn; none for tables that only list.
+    /// Figures of the table; empty for tables that are not drawn.
     pub figures: Vec<Figure>,
 }
 
-/// A column.
+/// Column of a table: name, unit, meaning and role.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Column {
-    /// Its name, as the header line of the file spells it.
+    /// Name of the column in the header line of the file.
     pub name: Text,
-    /// Unit of its numbers; `1` for pure numbers, empty for words.
+    /// Unit of the numbers; `1` for pure numbers, empty for words.
     pub unit: Text,
-    /// What it means.
+    /// Meaning of the column, in words.
     pub meaning: Text,
-    /// What it is to other columns.
+    /// Role of the column, such as value or standard error.
     pub role: Role,
 }
 
-/// What a column is to other columns.
+/// Role of a column in relation to others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
-    /// Says what a row is about: an engine, a time, a species.
+    /// Key that identifies a row: an engine, a time, a species.
     Key,
     /// A measured quantity.
     Value,
@@ -50,42 +50,42 @@ pub enum Role {
     StandardError,
     /// Theory of the value before it.
     Theory,
-    /// Error of that theory.
+    /// Error of the theory before it.
     TheoryError,
     /// A count or a remark.
     Note,
 }
 
-/// What stands in one row and column.
+/// Cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// Words.
     Text(String),
     /// A number; one that is not finite is written as an empty cell.
     Number(f64),
-    /// A count.
+    /// Whole number.
     Count(u64),
-    /// Nothing is known.
+    /// Empty cell: no value is known.
     Empty,
 }
 
-/// A measured quantity with all that is known of it.
+/// Measured quantity with its error and its theory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
-    /// The value.
+    /// Value found; `None` if it is unknown.
     pub value: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the value.
     pub standard_error: Option<f64>,
-    /// Replicas that the error is from; none if it is known otherwise.
+    /// Number of replicas behind the error; `None` if the error is known otherwise.
     pub replicas: Option<usize>,
-    /// What theory says.
+    /// Theoretical value.
     pub theory: Option<f64>,
-    /// The error of that.
+    /// Error of the theoretical value.
     pub theory_error: Option<f64>,
 }
 
 impl Estimate {
-    /// A value with its standard error.
+    /// Creates an estimate from a value and its standard error.
     pub fn of(value: f64, standard_error: Option<f64>) -> Self {
         Self {
             value: Some(value),
@@ -94,13 +94,13 @@ impl Estimate {
         }
     }
 
-    /// The same beside a theory.
+    /// Sets the theoretical value.
     #[must_use]
     pub fn against(self, theory: Option<f64>) -> Self {
         Self { theory, ..self }
     }
 
-    /// All of it in units of which one of its own is `unit`.
+    /// Converts the estimate to a unit of which one of its own is `unit`.
     #[must_use]
     pub fn times(self, unit: f64) -> Self {
         let scaled = |value: Option<f64>| value.map(|value| value * unit);
@@ -117,9 +117,9 @@ impl Estimate {
 /// A figure of a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// What it shows.
+    /// Title of the figure.
     pub title: Text,
-    /// A sentence or two below it.
+    /// Caption: a sentence or two below the figure.
     pub caption: Text,
     /// The horizontal axis.
     pub x: Axis,
@@ -127,13 +127,13 @@ pub struct Figure {
     pub y: Axis,
     /// Key columns that tell the curves apart, such as `engine`.
     pub curves: Vec<Text>,
-    /// Key columns of which each value has a panel of its own, such as a window of time.
+    /// Key columns with one panel per value, such as a time window.
     pub panels: Vec<Text>,
-    /// How points are drawn.
+    /// Style of the points.
     pub mark: Mark,
-    /// Lines that are no data: chaos, a law.
+    /// Reference lines, such as a law or the value under molecular chaos.
     pub lines: Vec<Line>,
-    /// The column of the colours of a map; without one it is the first value column.
+    /// Colour axis of a map; `None` for the first value column.
     #[serde(default)]
     pub colour: Option<Axis>,
 }
@@ -141,11 +141,11 @@ pub struct Figure {
 /// An axis of a figure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// The column.
+    /// Name of the column.
     pub column: Text,
-    /// Its label, with symbol and unit.
+    /// Label with symbol and unit.
     pub label: Text,
-    /// Its scale.
+    /// Scale: linear or logarithmic.
     pub scale: Scale,
 }
 
@@ -159,7 +159,7 @@ pub enum Scale {
     Logarithmic,
 }
 
-/// How the points of a curve are drawn.
+/// Style of the points of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mark {
@@ -169,21 +169,21 @@ pub enum Mark {
     Points,
     /// Bars of a histogram, from the column of the x axis to the next column.
     Bars,
-    /// A map: x and y are the place, the colour is [`Figure::colour`].
+    /// A map: x and y are positions, colours are [`Figure::colour`].
     Map,
 }
 
-/// A line that is no data.
+/// Horizontal reference line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// What it is.
+    /// Label of the line.
     pub label: Text,
-    /// Its height.
+    /// Ordinate of the line.
     pub y: f64,
 }
 
 impl Table {
-    /// A table without columns and rows.
+    /// Creates a table without columns and rows.
     pub fn new(name: &'static str, about: &'static str) -> Self {
         Self {
             name: name.into(),
@@ -194,7 +194,7 @@ impl Table {
         }
     }
 
-    /// Adds a column that says what a row is about.
+    /// Adds a key column.
     #[must_use]
     pub fn key(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         self.column(name.into(), unit, meaning, Role::Key)
@@ -206,7 +206,7 @@ impl Table {
         self.column(name.into(), unit, meaning, Role::Note)
     }
 
-    /// Adds a quantity that has neither error nor theory.
+    /// Adds a quantity without error and theory.
     #[must_use]
     pub fn value(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         self.column(name.into(), unit, meaning, Role::Value)
@@ -224,7 +224,7 @@ impl Table {
         )
     }
 
-    /// Adds a quantity, its standard error and its theory: also `NAME_theory`.
+    /// Adds a quantity, its standard error and its theory `NAME_theory`.
     #[must_use]
     pub fn with_theory(
         self,
@@ -241,7 +241,8 @@ impl Table {
         )
     }
 
-    /// Adds a quantity, its standard error, its theory and the error of that: also `NAME_theory_error`.
+    /// Adds a quantity, its standard error, its theory, and the error of the theory
+    /// `NAME_theory_error`.
     #[must_use]
     pub fn with_theory_error(
         self,
@@ -255,7 +256,7 @@ impl Table {
             .column(column, unit, about, Role::TheoryError)
     }
 
-    /// Adds the theory of the quantity before it, under a name of its own.
+    /// Adds the theory of the quantity before it, under this name.
     #[must_use]
     pub fn theory(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         self.column(name.into(), unit, meaning, Role::Theory)
@@ -278,7 +279,7 @@ impl Table {
         self
     }
 
-    /// Adds a row: its cells in the order of the columns, an estimate filling all of its columns.
+    /// Adds a row of cells in the order of the columns; an estimate fills all of its columns.
     pub fn add(&mut self, cells: impl Cells) {
         self.rows.push(Vec::with_capacity(self.columns.len()));
         cells.fill(self);
@@ -290,7 +291,8 @@ impl Table {
         }
     }
 
-    /// Names of the drawings of its figures inside a results folder: `figures/NAME.svg`, `figures/NAME-2.svg` and so on.
+    /// Names of the drawings inside a results folder: `figures/NAME.svg`, `figures/NAME-2.svg` and
+    /// so on.
     pub fn drawings(&self) -> Vec<String> {
         let number = |figure: usize| match figure {
             1 => String::new(),
@@ -301,15 +303,15 @@ impl Table {
             .collect()
     }
 
-    /// The number of a column.
+    /// Position of the column with this name; `None` without one.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)
     }
 }
 
-/// What fills cells of the last row of a table.
+/// Values that fill cells of the last row of a table.
 pub trait Cells {
-    /// Fills them, in the order of the columns.
+    /// Fills the cells, in the order of the columns.
     fn fill(self, table: &mut Table);
 }
 
@@ -349,7 +351,7 @@ impl Cells for usize {
     }
 }
 
-/// As many cells as the quantity has columns.
+/// Fills as many cells as the quantity has columns.
 impl Cells for Estimate {
     fn fill(self, table: &mut Table) {
         self.value.fill(table);
@@ -405,8 +407,8 @@ cells_of_tuples!(A B C D E F);
 cells_of_tuples!(A B C D E F G);
 cells_of_tuples!(A B C D E F G H);
 
-/// A table without rows, described line by line: what a column is, which is the method of [`Table`] that adds it, its name,
-/// its unit, and its meaning.
+/// Creates a table without rows from a list of columns: the [`Table`] method that adds it, name,
+/// unit, and meaning.
 #[macro_export]
 macro_rules! table {
     ($name:expr, $about:expr; $($role:ident $column:expr, $unit:expr, $meaning:expr;)*) => {
@@ -415,7 +417,7 @@ macro_rules! table {
 }
 
 impl Figure {
-    /// A figure of curves against a column, one for each engine.
+    /// Creates a figure of curves against a column, one for each engine.
     pub fn curves(title: &'static str, x: Axis, y: Axis) -> Self {
         Self {
             title: title.into(),
@@ -430,34 +432,34 @@ impl Figure {
         }
     }
 
-    /// The key columns that tell curves apart.
+    /// Sets the key columns that distinguish curves.
     #[must_use]
     pub fn by(self, columns: &[&'static str]) -> Self {
         let curves = columns.iter().map(|&name| name.into()).collect();
         Self { curves, ..self }
     }
 
-    /// The key columns of which each value has a panel.
+    /// Sets the key columns with one panel per value.
     #[must_use]
     pub fn panels(self, columns: &[&'static str]) -> Self {
         let panels = columns.iter().map(|&name| name.into()).collect();
         Self { panels, ..self }
     }
 
-    /// A sentence or two below it.
+    /// Sets the caption, a sentence or two.
     #[must_use]
     pub fn caption(self, caption: &'static str) -> Self {
         let caption = caption.into();
         Self { caption, ..self }
     }
 
-    /// How points are drawn.
+    /// Sets the style of the points.
     #[must_use]
     pub fn mark(self, mark: Mark) -> Self {
         Self { mark, ..self }
     }
 
-    /// Adds a line that is no data.
+    /// Adds a horizontal reference line.
     #[must_use]
     pub fn line(mut self, label: &'static str, y: f64) -> Self {
         let label = label.into();
@@ -467,7 +469,7 @@ impl Figure {
 }
 
 impl Axis {
-    /// A linear axis.
+    /// Creates a linear axis.
     pub fn linear(column: &'static str, label: &'static str) -> Self {
         Self {
             column: column.into(),
@@ -476,7 +478,7 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis.
+    /// Creates a logarithmic axis.
     pub fn logarithmic(column: &'static str, label: &'static str) -> Self {
         Self {
             scale: Scale::Logarithmic,

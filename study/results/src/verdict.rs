@@ -1,65 +1,68 @@
-//! Conclusions: one vocabulary for all of them.
+//! Verdicts: conclusions of a run in one vocabulary.
 
 use serde::{Deserialize, Serialize};
 
-/// A conclusion in words.
+/// Verdict: a conclusion in words.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// What the conclusion is about.
+    /// Topic of the conclusion.
     pub topic: String,
-    /// The conclusion, one short sentence that names its margin.
+    /// Conclusion in one short sentence that names its margin.
     pub sentence: String,
-    /// Its kind.
+    /// Kind of the conclusion.
     pub kind: VerdictKind,
-    /// The number that it is about, chosen before the run; `None` if nothing is compared.
+    /// Compared number, chosen before the run; `None` if nothing is compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub number: Option<ComparedNumber>,
 }
 
-/// Difference that a verdict is about, at the place that is chosen before the run: the last time, or the last window.
+/// Difference behind a verdict, at a place chosen before the run: the last time, or the last
+/// window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparedNumber {
     /// Quantity in words, such as "energy".
     pub quantity: String,
     /// Place in words, such as "at t = 20".
     pub place: String,
-    /// Whether the difference is a share of the quantity.
+    /// True if the difference is relative to the quantity.
     pub relative: bool,
-    /// The difference.
+    /// Difference found.
     pub difference: f64,
-    /// Its standard error over replicas, or blocks of time.
+    /// Standard error of the difference, over replicas or blocks of time.
     pub standard_error: Option<f64>,
     /// Degrees of freedom of the standard error; `None` where it is known without replicas.
     pub degrees_of_freedom: Option<u64>,
     /// Largest difference that counts as agreement.
     pub margin: f64,
-    /// Difference beyond which an interval must lie to be called one.
+    /// Difference beyond which the whole interval must lie to count as a difference.
     pub differ_beyond: f64,
-    /// Chance that the interval of the verdict misses this difference.
+    /// Probability that the interval of the verdict misses the true difference.
     pub level: f64,
 }
 
-/// Kind of a conclusion.
+/// Outcome of a verdict: of a comparison, or a warning or note without one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum VerdictKind {
     /// The whole interval of the difference lies inside the margin that the sentence names.
     Agree,
-    /// The whole interval lies on one side of zero, or of the margin where that is asked for.
+    /// The whole interval lies on one side of zero, or beyond the margin if that is requested.
     Differ,
     /// The interval allows both; the sentence says which bound holds.
     Undecided,
     /// The result must be read with care.
     Warning,
-    /// Nothing is compared: a number, for information.
+    /// Informative number without a comparison.
     Note,
-    /// What was compared is known not to stand for what it should; the sentence says why.
+    /// The compared number is known not to represent its quantity; the sentence says why.
     Void,
 }
 
-/// The conclusion that answers the question of a case, and up to three that come next. The first is the first that compares, even if it
-/// is void: its place is never given to another without a word. Void ones come last of the others; numbers for information and warnings
-/// are none.
+/// Returns the headlines: the verdict that answers the question of a case, and up to three more.
+///
+/// The first headline is the first comparison, even if it is void, so that no other verdict takes
+/// its place silently. Void comparisons come last among the others. Notes and warnings are no
+/// headlines.
 pub fn headlines(verdicts: &[Verdict]) -> Vec<&Verdict> {
     let compares = |one: &&Verdict| !matches!(one.kind, VerdictKind::Note | VerdictKind::Warning);
     let mut all: Vec<_> = verdicts.iter().filter(compares).collect();
@@ -71,7 +74,7 @@ pub fn headlines(verdicts: &[Verdict]) -> Vec<&Verdict> {
 }
 
 impl VerdictKind {
-    /// Its word in tables and reports.
+    /// Name of the kind in tables and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Agree => "agree",

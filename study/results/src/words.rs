@@ -1,6 +1,6 @@
-//! Numbers in words.
+//! Formats of numbers.
 
-/// A number as text, without the sign of one that is rounded to zero: "-0.000" is "0.000".
+/// Removes the sign of a number rounded to zero: "-0.000" becomes "0.000".
 pub fn unsigned_zero(text: String) -> String {
     match text.strip_prefix('-') {
         Some(zero) if zero.chars().all(|c| "0.".contains(c)) => zero.to_owned(),
@@ -8,7 +8,7 @@ pub fn unsigned_zero(text: String) -> String {
     }
 }
 
-/// A value and its error with so many decimals.
+/// Formats a value and its error with this number of decimals.
 pub fn with_decimals(value: f64, error: f64, decimals: usize) -> String {
     let value = unsigned_zero(format!("{value:.decimals$}"));
     format!("{value} ± {error:.decimals$}")

@@ -1,4 +1,4 @@
-//! A results folder from the outside: who may write, what is removed, when it is finished.
+//! Results folders from the outside: write access, removal of files, and completeness.
 #![allow(clippy::unwrap_used, reason = "a test may stop at what it cannot read")]
 
 use std::fs;
@@ -97,8 +97,8 @@ fn tables_are_written_as_before_and_read_back_the_same() {
     assert!(stored.changed.is_empty());
 }
 
-/// Words that a spreadsheet would compute are behind an apostrophe in the file, and themselves when they are read back; numbers stay
-/// numbers, also below zero.
+/// Words that a spreadsheet would compute are behind an apostrophe in the file, and read back
+/// unchanged; numbers stay numbers, also negative ones.
 #[test]
 fn words_of_a_table_are_no_formulas() {
     let words = ["=1+1", "+1", "-x", "@sum", "'=1", "'x", "a=b", "ed", "\t=1"];
@@ -155,7 +155,8 @@ fn a_second_process_is_refused_while_one_writes() {
     assert!(open(Existing::Resume).is_ok());
 }
 
-/// A folder that was moved, removed or replaced while it is written is noticed before each write, and what took its place is left alone.
+/// A folder moved, removed or replaced during a run is detected before each write, and its
+/// replacement is left untouched.
 #[cfg(unix)]
 #[test]
 fn a_folder_that_was_moved_or_removed_is_not_written() {
@@ -433,7 +434,7 @@ fn a_folder_that_cannot_be_is_named() {
         id(&case(7, "a")),
     )
     .unwrap_err();
-    // What was asked is at fault, not the system: another folder helps.
+    // The request is at fault, not the system: another folder helps.
     assert!(
         !error.is_system() && error.to_string().contains("file/results: cannot be made"),
         "{error}"

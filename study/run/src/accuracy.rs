@@ -1,12 +1,14 @@
 //! `[accuracy] target`: the resolution of the Monte Carlo engines, chosen from a pilot.
 //!
-//! The pilot is a small box of the same gas, too small for growing waves of shear, followed to `t_0`. There theory is exact:
-//! Haff's law with the relaxation of a2 for the energy of a gas that cools, Enskog's rate for the collisions of an elastic
-//! one. For each engine simulators per disk are doubled until the energy (or rate) is sure to be within the target, then steps
-//! are halved as long as it stays so. Runs have fixed seeds and the choice follows from their values and from the order of
-//! the work alone, so it is the same on any machine.
+//! The pilot is a small box of the gas, too small for growing shear waves, run to `t_0`. There
+//! theory is exact: Haff's law with the relaxation of a2 for the energy of a cooling gas, Enskog's
+//! rate for the collisions of an elastic one. For each engine, simulators per disk are doubled
+//! until the energy (or rate) is surely within the target; then steps are halved while it stays so.
+//! Runs have fixed seeds, and the choice follows from their values and from the order of the work
+//! alone, so it does not depend on the machine.
 //!
-//! What is bounded is the error of the scheme against Enskog's theory, not the difference to exact disks, which break chaos.
+//! The bound is on the error of the scheme against Enskog's theory, not on the difference to exact
+//! disks, which violate molecular chaos.
 
 use rayon::prelude::*;
 use stosszahl_analysis::accuracy::{Accuracy, Known};
@@ -23,21 +25,24 @@ use crate::run::{Options, RunError};
 use crate::unsaved::{Unsaved, collision_rate, energies, measures, resized};
 use crate::words::percent;
 
-/// Most and fewest disks of the pilot, and the side of its box over the shortest growing wave.
+/// Largest number of disks of the pilot.
 const MOST_DISKS: usize = 400;
+/// Smallest number of disks of the pilot.
 const FEWEST_DISKS: usize = 24;
+/// Side of the pilot's box over the shortest growing wavelength.
 const STABLE: f64 = 0.7;
-/// Runs of each candidate.
+/// Number of pilot runs for each candidate.
 const RUNS: u64 = 200;
-/// Simulators for each disk that are tried, in turn.
+/// Numbers of simulators per disk that are tried, in turn.
 const SIMULATORS: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
-/// First replica of the pilot: none that a run has.
+/// First replica number of the pilot, beyond those of any run.
 const FIRST: u64 = 1 << 34;
-/// When the pilot ends: in Haff's times, and in mean free times of an elastic gas.
+/// Duration of the pilot in Haff's times, for a cooling gas.
 const COOLING: f64 = 1.0;
+/// Duration of the pilot in mean free times, for an elastic gas.
 const ELASTIC: f64 = 20.0;
 
-/// Refuses a target where theory does not say what the error is.
+/// Refuses a target where theory does not give the error.
 ///
 /// # Errors
 /// [`PlanError`] names what the case has.
@@ -92,7 +97,7 @@ pub fn settle<'a>(
     planned.into_iter().map(one).collect()
 }
 
-/// The case with its resolution chosen, and the reasons in words.
+/// Chooses the resolution of a point; returns the case with it, and the reasons in words.
 fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<String>), PartError> {
     let small = Plan::new(&pilot(plan), &plan.folder)?;
     let measures = measures(&["energy", "impact_parameters"]);
@@ -132,7 +137,7 @@ fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<Strin
     Ok((case, words))
 }
 
-/// The small box.
+/// Case of the pilot: a small box of the same gas, up to `t_0`.
 fn pilot(plan: &Plan) -> Case {
     let density = plan.packing_fraction / std::f64::consts::FRAC_PI_4;
     let side = STABLE * plan.critical_length();
@@ -140,7 +145,7 @@ fn pilot(plan: &Plan) -> Case {
     let disks = (stable as usize).clamp(FEWEST_DISKS, plan.count().max(FEWEST_DISKS));
     let mut case = plan.case.clone();
     if case.start.placement == Placement::File {
-        // A file says one place of all disks, and not of fewer.
+        // A start file fixes the positions of all disks, not of fewer.
         case.start = Start {
             equilibration: case.start.equilibration,
             longest_equilibration: case.start.longest_equilibration,
@@ -167,7 +172,7 @@ fn pilot(plan: &Plan) -> Case {
     case
 }
 
-/// A resolution with what the pilot found of it.
+/// Resolution with the accuracy found by the pilot.
 struct Choice {
     parameters: Parameters,
     found: Accuracy,
@@ -201,7 +206,7 @@ impl Choice {
     }
 }
 
-/// Looks for the cheapest resolution of one engine.
+/// Search for the cheapest resolution of one engine that meets the target.
 struct Search<'a> {
     plan: &'a Plan,
     measures: &'a [&'static dyn Measure],
@@ -249,7 +254,7 @@ impl Search<'_> {
         Ok(Choice {
             parameters,
             found,
-            // All of what is not known of the bias, at 99 %.
+            // The whole upper limit of the bias counts, at 99 %.
             met: found.assured(u64::MAX) <= self.target,
         })
     }
@@ -273,7 +278,7 @@ impl Search<'_> {
         best.map_or_else(|| self.measure(engine, asked), Ok)
     }
 
-    /// Halves the steps while the target is kept.
+    /// Halves the number of steps while the target is met.
     fn fewer_steps(&self, engine: &EnginePlan, mut choice: Choice) -> Result<Choice, PartError> {
         while choice.parameters.steps_per_cell_crossing >= 2.0 {
             let steps_per_cell_crossing = 0.5 * choice.parameters.steps_per_cell_crossing;

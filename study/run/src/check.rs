@@ -1,4 +1,4 @@
-//! What a case means before it is run, as data.
+//! Outline of a case before it is run: derived quantities, power, cost, choices and warnings.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -15,30 +15,32 @@ use crate::plan::{Cost, EnginePlan, Kept, Looks, Plan, PlanError, Quantity, avai
 use crate::question;
 use crate::words::short;
 
-/// Trials for each collision from which a scheme is called slow.
+/// Number of candidate pairs per collision from which a scheme is called slow.
 const MANY_TRIALS: f64 = 50.0;
 
-/// What a time at which something is due takes in the list of a part, and each look while the list is made \[bytes\].
+/// Memory of one time in the schedule of a part \[bytes\].
 const DUE: f64 = 96.0;
+/// Memory of one sample of a measure while the schedule is made \[bytes\].
 const LOOK: f64 = 32.0;
-/// Times of a measure below which its tables are small.
+/// Number of sample times below which a measure's tables count as small.
 const FEW_LOOKS: usize = 1000;
-/// What a row of a table takes beside its cells \[bytes\].
+/// Memory of a table row besides its cells \[bytes\].
 const ROW: f64 = 64.0;
-/// Memory of a table with its text and its figures, while the report is made of it, over that of its rows: 3.0 to 3.7 were found.
+/// Memory of a table with its text and figures during the report, over that of its rows; 3.0 to 3.7
+/// were measured.
 const REPORTED: f64 = 3.4;
 
-/// A point of a case with all that follows from it.
+/// Point of a case with its plan and its measures.
 pub struct Planned<'a> {
-    /// The point.
+    /// Point of the case.
     pub point: &'a Point,
-    /// Its plan.
+    /// Plan of the point.
     pub plan: Plan,
-    /// What is measured, in the order of tables.
+    /// Measures of the point, in the order of tables.
     pub measures: Vec<&'static dyn Measure>,
 }
 
-/// What a case means.
+/// Outline of a case, as `check` shows it.
 #[derive(Clone, Debug)]
 pub struct Outline {
     /// The title of the case.
@@ -47,23 +49,23 @@ pub struct Outline {
     pub point: String,
     /// Quantities that follow from the case, in its units.
     pub derived: Vec<Quantity>,
-    /// Measurement whose verdict is the headline, and the engine that it is about where the case names one.
+    /// Measure whose verdict is the headline, and the engine of the question if the case names one.
     pub leading: String,
     /// Names of the engines.
     pub engines: Vec<&'static str>,
     /// Names of the measures.
     pub measures: Vec<&'static str>,
-    /// Replicas.
+    /// Number of replicas.
     pub replicas: u64,
-    /// What the replicas can tell, as far as their spread is known.
+    /// Statistical power of the verdicts, as far as the spread of replicas is known, in words.
     pub power: Vec<String>,
-    /// Memory and time.
+    /// Estimated memory and time.
     pub cost: Cost,
-    /// What the program chose, and why.
+    /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,
-    /// What a reader should know.
+    /// Warnings.
     pub warnings: Vec<String>,
-    /// What the time does not know as long as it is guessed.
+    /// Work that is missing in a nominal time estimate, in words.
     pub unknown: Vec<String>,
 }
 
@@ -78,13 +80,13 @@ impl<'a> Planned<'a> {
     /// Plans a point of a case.
     ///
     /// # Errors
-    /// [`CaseError`] shows where the key is written that is to blame.
+    /// [`CaseError`] shows where the offending key is written.
     pub fn new(file: &CaseFile, point: &'a Point) -> Result<Self, CaseError> {
         Self::of(file, point, &point.case, available_memory())
     }
 
-    /// Plans a point with a case in which choices are made that the point leaves open, where this much memory is free
-    /// \[bytes\], as [`Plan::within`].
+    /// Plans a point with a case in which open choices have been made. `free`: free memory
+    /// \[bytes\], see [`Plan::within`].
     ///
     /// # Errors
     /// As [`Planned::new`].
@@ -113,7 +115,7 @@ impl<'a> Planned<'a> {
         Ok(planned)
     }
 
-    /// Tables of one measure, by its place.
+    /// Tables of the measure at this position.
     fn tables_of(&self, place: usize) -> Vec<Table> {
         let name = self.measures.get(place).map(|measure| measure.name());
         let own = self.tables_of_measures().into_iter();
@@ -122,7 +124,7 @@ impl<'a> Planned<'a> {
             .collect()
     }
 
-    /// Refuses two measures of which each would write the table of the other.
+    /// Refuses two measures that would write the same table.
     fn require_own_tables(&self) -> Result<(), PlanError> {
         let mut owners: BTreeMap<String, &str> = BTreeMap::new();
         for (measure, table) in self.tables_of_measures() {
@@ -131,7 +133,7 @@ impl<'a> Planned<'a> {
             let Some(other) = owners.insert(file.clone(), name) else {
                 continue;
             };
-            // The one that the case asks for is where it can be mended.
+            // The measure that the case names is the one at fault, since it can be removed there.
             let asked = |name: &str| self.plan.case.measure.contains_key(name);
             let (here, there) = if asked(name) {
                 (name, other)
@@ -154,7 +156,7 @@ impl<'a> Planned<'a> {
         Ok(())
     }
 
-    /// The tables that a run will have, without rows. No theory is solved for them.
+    /// Tables that a run will have, without rows. Theory is not solved for them.
     pub fn tables(&self) -> Vec<Table> {
         let all = self.tables_of_measures().into_iter();
         all.map(|(_, table)| table).collect()
@@ -162,7 +164,7 @@ impl<'a> Planned<'a> {
 
     fn tables_of_measures(&self) -> Vec<(&'static dyn Measure, Table)> {
         let mut plan = self.plan.clone();
-        // Some have rows though there are no records.
+        // Some tables have rows although there are no records.
         if plan.equal_samples().is_some() {
             plan.case.run.samples = Some(1);
         }
@@ -186,14 +188,15 @@ impl<'a> Planned<'a> {
         .collect()
     }
 
-    /// Memory of the list of all looks of a part \[bytes\].
+    /// Memory of the schedule of a part \[bytes\].
     fn schedule_bytes(&self) -> f64 {
         let looks = self.measures.iter().map(|one| one.times(&self.plan).len());
         let (most, all) = looks.fold((0, 0), |(most, all), one| (most.max(one), all + one));
         DUE * most as f64 + LOOK * all as f64
     }
 
-    /// Memory of all tables that have rows for each time, with their text and their figures in the report \[bytes\].
+    /// Memory of all tables with rows for each time, with their text and figures in the report
+    /// \[bytes\].
     fn table_bytes(&self) -> f64 {
         let plan = &self.plan;
         let looks = self.measures.iter().map(|one| one.times(plan).len());
@@ -213,7 +216,7 @@ impl<'a> Planned<'a> {
             if !has("time") {
                 continue;
             }
-            // Tables of what another measure has recorded have its times.
+            // Tables made from records of another measure have its times.
             let times = Some(one.times(plan).len()).filter(|times| *times > 0);
             let mut rows = (times.unwrap_or(most) * plan.engines.len()) as f64;
             if has("replica") {
@@ -227,7 +230,7 @@ impl<'a> Planned<'a> {
         REPORTED * all
     }
 
-    /// What it costs on this many threads.
+    /// Estimated cost on this number of threads.
     pub fn cost(&self, threads: usize) -> Cost {
         let kept = |engine: &EnginePlan| {
             let count = (self.plan.count() * engine.copies()) as f64;
@@ -266,7 +269,7 @@ impl<'a> Planned<'a> {
         plan.cost(threads, &kept, &looks, figures)
     }
 
-    /// Outline of the planned case on this many threads.
+    /// Outline of the planned case on this number of threads.
     pub fn outline(&self, threads: usize) -> Outline {
         let level = level(self);
         let replicas = self.plan.case.replicas as usize;
@@ -287,7 +290,7 @@ impl<'a> Planned<'a> {
         }
     }
 
-    /// What a reader should know, slow schemes among it.
+    /// Warnings of the plan, and one for each slow scheme.
     fn warnings(&self) -> Vec<String> {
         let slow = self.plan.engines.iter().filter_map(|engine| {
             let trials = self.plan.trials_per_collision(engine)?;
@@ -304,8 +307,9 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// Chance of a false difference that each verdict of a point has: that of the point, shared by all of its verdicts (Bonferroni), so that
-/// it is known before anything is run. Points of a sweep do not share it: there the rate of false discoveries is controlled.
+/// False-alarm probability of each verdict of a point: that of the point divided by the number of
+/// its verdicts (Bonferroni), so it is known before the run. Points of a sweep do not share it;
+/// there the false discovery rate is controlled.
 pub fn level(planned: &Planned<'_>) -> f64 {
     let measures = planned.measures.iter();
     let all: usize = measures.map(|one| one.tests(&planned.plan)).sum();
@@ -320,7 +324,7 @@ pub fn check(file: &CaseFile) -> Result<Vec<Planned<'_>>, CaseError> {
     check_within(file, available_memory())
 }
 
-/// The same, where this much memory is free \[bytes\], as [`Plan::within`].
+/// Plans all points of a case, with this much free memory \[bytes\], see [`Plan::within`].
 pub(crate) fn check_within(
     file: &CaseFile,
     free: Option<f64>,
@@ -330,10 +334,10 @@ pub(crate) fn check_within(
     planned.collect()
 }
 
-/// The measures of a case: those that it names, and those that are made without being named.
+/// Measures of a case: those that it names, and those that are made by default.
 ///
 /// # Errors
-/// [`PlanError`] names the option, or the measure that does not exist.
+/// [`PlanError`] names the option, or the unknown measure.
 pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
     let known = |name: &str| measures::ALL.iter().any(|measure| measure.name() == name);
     if let Some(name) = plan.case.measure.keys().find(|name| !known(name)) {
@@ -365,7 +369,7 @@ pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
     Ok(list)
 }
 
-/// The error that shows where a key is written.
+/// Converts a plan error to one that shows where the key is written.
 fn refused(point: &Point, error: &PlanError) -> CaseError {
     let PlanError {
         key,

@@ -1,5 +1,5 @@
-//! Limit of the collisions of a particle in a unit of time, in exact dynamics: a gas that comes to rest collides ever more often, and a run
-//! of it would never end.
+//! Limit of the collision rate per particle in event-driven dynamics. A gas that comes to rest
+//! collides ever more often, and its run would never end.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Failure, RecentContacts, Simulation};
@@ -7,25 +7,27 @@ use stosszahl_model::{Failure, RecentContacts, Simulation};
 use crate::plan::{EngineKind, EnginePlan, Plan};
 use crate::words::short;
 
-/// Collisions over which a rate is taken that ends a run: of each particle, and of all.
+/// Collisions per particle in the window of a rate that may end a run.
 const OF_EACH: f64 = 1000.0;
+/// Collisions in all in the window of a rate that may end a run.
 const OF_ALL: u64 = 2_000_000;
-/// Collisions of all over which it is taken for the progress.
+/// Collisions in all in the window of a rate that is reported.
 const OF_ALL_TOLD: u64 = 100_000;
-/// Share of the limit from which it is told.
+/// Fraction of the limit above which the rate is reported.
 const TOLD: f64 = 0.01;
-/// Most particles that are named.
+/// Largest number of particles that are named.
 const NAMED: usize = 8;
 
-/// Collisions and time since a look at them.
+/// Window over which the collision rate is measured: its start and the collisions before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RateWindow {
-    /// Begin \[engine time\], and collisions until then.
+    /// Start of the window \[engine time\].
     time: f64,
+    /// Collisions until the start of the window.
     collisions: u64,
 }
 
-/// More collisions in a unit of time than the case allows.
+/// Error of a collision rate above the limit of the case.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "{} collisions of a particle in a unit of time, on average since time {}; allowed are up to {} \
@@ -35,22 +37,22 @@ pub(crate) struct RateWindow {
     digits(*rate), short(*since), digits(*limit)
 )]
 pub struct CollisionRateError {
-    /// Collisions of a particle in a unit of time of the case.
+    /// Collisions per particle and unit of time of the case.
     rate: f64,
-    /// The limit.
+    /// Limit of the rate, in the same unit.
     limit: f64,
-    /// Begin of the time over which it was taken, in the unit of time of the case.
+    /// Start of the window, in the unit of time of the case.
     since: f64,
-    /// Particles that make up most of them.
+    /// Particles that make up most of the collisions, in words.
     activity: String,
 }
 
 impl RateWindow {
-    /// Looks at a gas after a leg: what takes the time, in words, if that is notable. The gas has no other numbers whether this is called
-    /// or not.
+    /// Checks the collision rate after a segment. Returns a description of the busiest particles if
+    /// the rate is notable. The trajectory does not depend on this check.
     ///
     /// # Errors
-    /// [`CollisionRateError`] if the rate of enough collisions is above the limit of the engine.
+    /// [`CollisionRateError`] if the rate over enough collisions exceeds the limit of the engine.
     pub(crate) fn look(
         &mut self,
         plan: &Plan,
@@ -89,14 +91,15 @@ impl RateWindow {
 }
 
 impl RateWindow {
-    /// Collisions of a particle \[1/engine time\] since the begin of the window, and whether these are enough to end a run, at which the next
-    /// window begins; none of few collisions.
+    /// Collision rate per particle since the start of the window \[1/engine time\], and whether it
+    /// rests on enough collisions to end a run; the next window then starts. `None` for few
+    /// collisions.
     fn measure(&mut self, particles: usize, collisions: u64, time: f64) -> Option<(f64, bool)> {
         let since = collisions.saturating_sub(self.collisions);
         if since < OF_ALL_TOLD {
             return None;
         }
-        // Of a particle, as each collision is one of two.
+        // Per particle: each collision counts for two.
         let each = 2.0 * since as f64 / particles as f64;
         let rate = each / (time - self.time).max(f64::MIN_POSITIVE);
         let is_whole = since >= OF_ALL && each >= OF_EACH;
@@ -107,7 +110,7 @@ impl RateWindow {
     }
 }
 
-/// A rate in few digits.
+/// Formats a rate in few digits.
 fn digits(rate: f64) -> String {
     if rate < 1e4 {
         short(rate)
@@ -116,7 +119,7 @@ fn digits(rate: f64) -> String {
     }
 }
 
-/// Particles of the latest contacts, and where they are, in words.
+/// Describes the particles of the latest contacts and their position.
 fn activity(plan: &Plan, recent: Option<RecentContacts>) -> String {
     let Some(recent) = recent.filter(|recent| !recent.busiest.is_empty()) else {
         return "it is not known of which".to_owned();
@@ -149,12 +152,12 @@ mod tests {
     fn rates_are_taken_over_enough_collisions() {
         let mut window = RateWindow::default();
         assert_eq!(window.measure(10, OF_ALL_TOLD - 1, 1.0), None);
-        // 2 C/(N t), which is told but ends nothing yet.
+        // 2 C/(N t), which is reported but ends nothing yet.
         assert_eq!(window.measure(10, 200_000, 0.5), Some((80_000.0, false)));
         // Four collisions of each of a million particles are few.
         assert_eq!(window.measure(1_000_000, OF_ALL, 1.0), Some((4.0, false)));
         assert_eq!(window.measure(10, OF_ALL, 2.0), Some((2e5, true)));
-        // From there on anew; a time that stands still has a rate, too.
+        // A new window starts there; a time that stands still also has a rate.
         assert_eq!(window.measure(10, OF_ALL + 1, 3.0), None);
         let found = window.measure(10, 2 * OF_ALL, 2.0);
         assert!(found.is_some_and(|(rate, is_whole)| is_whole && rate > 1e300));

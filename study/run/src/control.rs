@@ -15,49 +15,51 @@ use stosszahl_results::{ResultsError, half_written};
 
 use crate::gauge::Gauge;
 
-/// What a run tells while it goes on; libraries print nothing.
+/// Receiver of progress messages; libraries print nothing.
 pub trait Progress: Sync {
-    /// A point of a sweep, or the only one, begins: its name or title, and its work, of which nothing is done.
+    /// Reports that a point of a sweep, or the only one, begins: its name or title, and its work.
     fn begin(&self, _point: usize, _name: &str, _work: Gauge) {}
 
-    /// A part has done a share of its work, and this many collisions since its last report.
+    /// Reports the fraction of a part's work that is done, and its collisions since the last
+    /// report.
     fn tell(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
 
-    /// What takes the time of a part that goes on slowly, in words.
+    /// Reports in words where a slow part spends its time.
     fn tell_activity(&self, _point: usize, _part: usize, _activity: &str) {}
 
-    /// A point is finished.
+    /// Reports that a point is finished.
     fn end(&self, _point: usize) {}
 
-    /// What a user should know.
+    /// Reports a note for the user.
     fn note(&self, _text: &str) {}
 }
 
-/// Tells nothing.
+/// Ignores all progress messages.
 impl Progress for () {}
 
-/// What a checkpoint holds.
+/// Content of a checkpoint.
 pub trait Content: Serialize + DeserializeOwned {
-    /// Which of the two sets of shards belongs to it, if it has some.
+    /// Set of shards that belongs to the checkpoint; `None` without shards.
     fn set(&self) -> Option<Set> {
         None
     }
 }
 
-/// Shards are written beside those of the checkpoint before, which go only when the new checkpoint is there: two sets in turn.
+/// Set of shards of a checkpoint. A new checkpoint writes the other set, and the old one is removed
+/// when it is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Set {
-    /// One.
+    /// First set.
     A,
-    /// The other.
+    /// Second set.
     B,
 }
 
 impl Set {
-    /// Both.
+    /// Both sets.
     pub const ALL: [Self; 2] = [Self::A, Self::B];
 
-    /// The one that the next checkpoint has.
+    /// Set that the next checkpoint uses.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -66,7 +68,7 @@ impl Set {
         }
     }
 
-    /// How the names of its shards begin, of a checkpoint with a name.
+    /// Stem of the shard file names of this set, for a checkpoint name.
     pub fn stem(self, checkpoint: &str) -> String {
         let set = match self {
             Self::A => "a",
@@ -76,12 +78,12 @@ impl Set {
     }
 }
 
-/// Place in a run that a checkpoint was written for. Two checkpoints of one run differ in it.
+/// Replica, part and seed that a checkpoint belongs to; distinguishes the checkpoints of one run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CheckpointOrigin {
     /// Replica, from 0.
     pub replica: u64,
-    /// `start`, or the name of the engine.
+    /// Name of the part: `start`, or the engine.
     pub part: String,
     /// Seed of the case.
     pub seed: u64,
@@ -102,20 +104,22 @@ impl fmt::Display for CheckpointOrigin {
 pub struct CheckpointFile<'a> {
     /// Path of the file.
     pub path: PathBuf,
-    /// Hash of all that decides the numbers, and of the point.
+    /// Fingerprint of the run and the point.
     pub run: Fingerprint,
-    /// Place in the run.
+    /// Replica, part and seed of the checkpoint.
     pub origin: CheckpointOrigin,
-    /// Says whether the file may still be written; `None` if it always may.
+    /// Check whether the file may still be written; `None` if it always may.
     pub guard: Option<&'a WriteGuard<'a>>,
 }
 
-/// Says whether files may still be written: the results folder is at its path, and the replica was not taken over by another process.
+/// Check whether files may still be written: the results folder is at its path, and no other
+/// process has taken over the replica.
 pub type WriteGuard<'a> = dyn Fn() -> Result<(), ResultsError> + Sync + 'a;
 
-/// Saves, stops and tells about one part of one replica. `T` is what is saved.
+/// Checkpointing, interruption and progress of one part of one replica. `T` is the content of a
+/// checkpoint.
 pub struct Control<'a, T> {
-    /// The checkpoint; none if nothing is kept.
+    /// File of the checkpoint; `None` if nothing is saved.
     file: Option<CheckpointFile<'a>>,
     interval: Duration,
     last: Mutex<Instant>,
@@ -125,14 +129,15 @@ pub struct Control<'a, T> {
     content: PhantomData<fn(T)>,
 }
 
-/// A finished part that took less since its last checkpoint is not saved by itself.
+/// Computing time since the last checkpoint below which a finished part is not saved.
 const WORTH_SAVING: Duration = Duration::from_secs(1);
 
-/// What to roll back to is kept at most so often \[s\], and so that keeping it takes at most this share of the time.
+/// Shortest time between two rollback states \[s\].
 const ROLLBACK_SECONDS: f64 = 1.0;
+/// Largest fraction of the computing time spent on rollback states.
 const ROLLBACK_SHARE: f64 = 0.02;
 
-/// What a leg that is broken off is rolled back to: what was saved before it, in memory.
+/// Rollback state of an interrupted segment: the content saved before it, in memory.
 pub struct Rollback<T> {
     saved: Option<T>,
     since: Instant,
@@ -149,13 +154,13 @@ impl<T> Default for Rollback<T> {
     }
 }
 
-/// The run was asked to stop; its checkpoint is written.
+/// Error of a run that was asked to stop, with its checkpoint written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
 
 #[cfg(test)]
 impl CheckpointFile<'_> {
-    /// A checkpoint outside of a results folder.
+    /// Creates a checkpoint file outside of a results folder.
     pub(crate) fn alone(path: PathBuf) -> Self {
         Self {
             path,
@@ -167,7 +172,7 @@ impl CheckpointFile<'_> {
 }
 
 impl<'a, T: Content> Control<'a, T> {
-    /// The control of a part, with `seconds` of computing between two checkpoints.
+    /// Creates the control of a part. `seconds`: computing time between two checkpoints.
     pub fn new(
         file: Option<CheckpointFile<'a>>,
         seconds: f64,
@@ -185,7 +190,7 @@ impl<'a, T: Content> Control<'a, T> {
         }
     }
 
-    /// The same where somebody hears what takes the time.
+    /// Sets the receiver of descriptions of slow work.
     #[must_use]
     pub fn with_activity(self, tell_activity: &'a (dyn Fn(&str) + Sync)) -> Self {
         Self {
@@ -194,17 +199,17 @@ impl<'a, T: Content> Control<'a, T> {
         }
     }
 
-    /// Tells what takes the time, in words.
+    /// Reports in words where the part spends its time.
     pub fn tell_activity(&self, activity: &str) {
         (self.tell_activity)(activity);
     }
 
-    /// Tells the share that is done, and the collisions since the last time.
+    /// Reports the fraction of work that is done, and the collisions since the last report.
     pub fn tell(&self, share: f64, collisions: u64) {
         (self.tell)(share, collisions);
     }
 
-    /// The last checkpoint, if there is one.
+    /// Reads the last checkpoint; `None` if there is none.
     ///
     /// # Errors
     /// [`SnapshotError`] if it is damaged, or of another run, replica or engine.
@@ -229,7 +234,7 @@ impl<'a, T: Content> Control<'a, T> {
     /// Writes a checkpoint.
     ///
     /// # Errors
-    /// [`SnapshotError`] if it cannot.
+    /// [`SnapshotError`] if the file cannot be written.
     pub fn save(&self, content: &T) -> Result<(), SnapshotError> {
         let Some(file) = &self.file else {
             return Ok(());
@@ -243,11 +248,12 @@ impl<'a, T: Content> Control<'a, T> {
         Ok(())
     }
 
-    /// Of a finished part: writes its checkpoint if the run is asked to stop, or if it took a while to come here from the last one. What
-    /// is done again in a moment is not worth a file, of which thousands of short replicas would make thousands.
+    /// Writes the checkpoint of a finished part if the run is asked to stop, or if the part took
+    /// long since the last checkpoint. Short replicas, of which there may be thousands, are not
+    /// worth a file.
     ///
     /// # Errors
-    /// Those of `content` and of [`Self::save`].
+    /// Errors of `content` and of [`Self::save`].
     pub fn finish<E: From<SnapshotError>>(
         &self,
         content: impl FnOnce() -> Result<T, E>,
@@ -259,15 +265,15 @@ impl<'a, T: Content> Control<'a, T> {
         Ok(())
     }
 
-    /// Of a gas that several processes hold: how the names of its shards begin, of a set, and the run that they are of; none if nothing
-    /// is kept.
+    /// Stem of the shard files of a set, and the fingerprint of the run, for a decomposed gas;
+    /// `None` if nothing is saved.
     pub fn shards(&self, set: Set) -> Option<(PathBuf, &Fingerprint)> {
         let file = self.file.as_ref()?;
         let name = file.path.file_name()?.to_str()?;
         Some((file.path.with_file_name(set.stem(name)), &file.run))
     }
 
-    /// Where the shards of the last checkpoint are.
+    /// Location of the shards of the last checkpoint.
     pub fn beside(&self) -> Option<Beside> {
         let file = self.file.as_ref()?;
         Some(Beside {
@@ -276,17 +282,17 @@ impl<'a, T: Content> Control<'a, T> {
         })
     }
 
-    /// What asks the part to stop.
+    /// Interrupt that stops the part.
     pub fn interrupt(&self) -> &'a Interrupt {
         self.stop
     }
 
-    /// Before a leg, which may be broken off: keeps what is saved, unless little was done since the last time. As in
-    /// [`Self::pause`], only whether it is kept depends on the clock. What is in shards, and so on disk, becomes the checkpoint at
-    /// once.
+    /// Saves the rollback state before a segment that may be interrupted, unless little was done
+    /// since the last time. As in [`Self::pause`], the clock decides only whether it is saved. A
+    /// state in shards is on disk, and becomes the checkpoint at once.
     ///
     /// # Errors
-    /// Those of `gather` and of [`Self::save`].
+    /// Errors of `gather` and of [`Self::save`].
     pub fn keep<E: From<SnapshotError>>(
         &self,
         rollback: &mut Rollback<T>,
@@ -296,7 +302,7 @@ impl<'a, T: Content> Control<'a, T> {
         if self.file.is_none() || rollback.since.elapsed().as_secs_f64() < due {
             return Ok(());
         }
-        // Never two at a time.
+        // Frees the old state first, so that there are never two.
         rollback.saved = None;
         let began = Instant::now();
         let hold = self.stop.hold();
@@ -312,7 +318,8 @@ impl<'a, T: Content> Control<'a, T> {
         Ok(())
     }
 
-    /// A leg was broken off: what was kept becomes the checkpoint. Without it the last checkpoint stays.
+    /// Writes the rollback state as the checkpoint after an interrupted segment. Without one the
+    /// last checkpoint stays.
     ///
     /// # Errors
     /// As [`Self::save`].
@@ -324,11 +331,11 @@ impl<'a, T: Content> Control<'a, T> {
         Ok(Interrupted)
     }
 
-    /// After a leg: saves when it is time to, and stops when asked to. Only whether a checkpoint is written depends on the
-    /// clock, never what is in it.
+    /// Saves after a segment if it is due, and stops if asked to. The clock decides only whether a
+    /// checkpoint is written, never its content.
     ///
     /// # Errors
-    /// Those of `gather` and of [`Self::save`]; [`Interrupted`] when asked to stop.
+    /// Errors of `gather` and of [`Self::save`]; [`Interrupted`] if asked to stop.
     pub fn pause<E: From<SnapshotError> + From<Interrupted>>(
         &self,
         rollback: &mut Rollback<T>,
@@ -356,8 +363,8 @@ impl<'a, T: Content> Control<'a, T> {
     }
 }
 
-/// Removes the shards that belong to a checkpoint no more: those of the sets but one. What cannot be removed is written over, or goes
-/// with the run.
+/// Removes the shards of all sets but one. Files that cannot be removed are overwritten later, or
+/// removed with the run.
 fn remove_shards(checkpoint: &Path, kept: Option<Set>) {
     let (Some(folder), Some(name)) = (checkpoint.parent(), checkpoint.file_name()) else {
         return;
@@ -365,7 +372,7 @@ fn remove_shards(checkpoint: &Path, kept: Option<Set>) {
     let old = Set::ALL.into_iter().filter(|set| kept != Some(*set));
     let stems: Vec<String> = old.map(|set| set.stem(&name.to_string_lossy())).collect();
     let ours = |name: &str| {
-        // A kill may have left one that is not whole.
+        // A kill may have left a file that is not complete.
         let whole = half_written(name);
         let name = whole.as_deref().unwrap_or(name);
         stems.iter().any(|stem| {
@@ -387,7 +394,8 @@ mod tests {
 
     impl Content for u64 {}
 
-    /// A leg that is broken off is rolled back to what was kept before it, which is then on disk; and nothing is kept twice.
+    /// An interrupted segment is rolled back to the state saved before it, which is then on disk;
+    /// nothing is saved twice.
     #[test]
     fn what_was_kept_before_a_leg_becomes_the_checkpoint() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -402,7 +410,7 @@ mod tests {
         };
         control.save(&1).expect("saved");
         control.keep(&mut rollback, gather(2)).expect("kept");
-        // Too early for another one.
+        // Too early for another state.
         control.keep(&mut rollback, gather(3)).expect("kept");
         assert_eq!(control.load().expect("read"), Some(1));
         assert_eq!(
@@ -410,7 +418,7 @@ mod tests {
             Interrupted
         );
         assert_eq!(control.load().expect("read"), Some(2));
-        // With nothing kept, the checkpoint stays.
+        // Without a rollback state the checkpoint stays.
         assert_eq!(
             control.roll_back(&mut rollback).expect("saved"),
             Interrupted
@@ -418,7 +426,7 @@ mod tests {
         assert_eq!(control.load().expect("read"), Some(2));
     }
 
-    /// A checkpoint of another replica, part or seed under the name of one is refused with both.
+    /// A checkpoint of another replica, part or seed is refused, and both are named.
     #[test]
     fn a_checkpoint_of_another_replica_is_refused() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -464,7 +472,7 @@ mod tests {
         }
     }
 
-    /// Shards of the checkpoint before go when the next is there, and nothing else does.
+    /// Shards of the previous checkpoint are removed when the next is complete, and no other files.
     #[test]
     fn a_checkpoint_removes_the_shards_of_others() {
         let folder = tempfile::tempdir().expect("a folder");

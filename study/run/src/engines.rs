@@ -1,4 +1,4 @@
-//! The one place where a plan and a start become engines.
+//! Creation of engines from a plan and a start.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -22,26 +22,26 @@ use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
 use crate::start::{self, StartError};
 use crate::words::short;
 
-/// Monte Carlo in a flow draws other numbers than the walls of exact dynamics.
+/// Random streams of Monte Carlo in a flow, distinct from those of walls in exact dynamics.
 const FLOW: u64 = 2;
 
-/// Why an engine cannot start.
+/// Error with which an engine refuses to start.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BeginError {
-    /// The plan has no such engine.
+    /// Engine that the plan does not allow.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// A further set of simulators cannot be placed.
+    /// Set of simulators that cannot be placed.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// Exact dynamics.
+    /// Error of exact dynamics.
     #[error(transparent)]
     EventDriven(#[from] stosszahl_ed::EngineError),
-    /// Monte Carlo in cells.
+    /// Error of cell-based Monte Carlo.
     #[error(transparent)]
     MonteCarlo(#[from] stosszahl_dsmc::EngineError),
-    /// Monte Carlo without positions.
+    /// Error of Monte Carlo without positions.
     #[error(transparent)]
     Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
 }
@@ -60,7 +60,8 @@ impl BeginError {
 }
 
 impl BeginError {
-    /// Whether the case is to blame, and not a damaged checkpoint, another process or the machine.
+    /// Returns true if the case is at fault, and not a damaged checkpoint, another process or the
+    /// machine.
     pub(crate) fn is_refusal(&self) -> bool {
         match self {
             Self::Plan(_) | Self::Homogeneous(_) => true,
@@ -77,11 +78,11 @@ impl BeginError {
     }
 }
 
-/// Crossings of cells between two collisions of a gas of exact disks from which it is refused: the engine gives up after 1e7, and one in
-/// `e^20` of all waits is twenty times as long as the mean.
+/// Number of cell crossings between two collisions from which exact dynamics of a gas is refused.
+/// The engine gives up after 1e7, and one in `e^20` of all waits is twenty times the mean.
 const MOST_CROSSINGS: f64 = 1e7 / 20.0;
 
-/// Checks what the engines of a plan would refuse, without particles: a case that passes can be refused only for where its particles are.
+/// Checks everything that engines would refuse, except positions of particles.
 ///
 /// # Errors
 /// [`PlanError`] names the engine.
@@ -135,20 +136,20 @@ pub fn check(plan: &Plan) -> Result<(), PlanError> {
     Ok(())
 }
 
-/// What an engine goes on from.
+/// Source of an engine: a start or a checkpoint.
 #[derive(Clone, Copy)]
 pub enum From<'a> {
-    /// The start of the replica; without positions there is none.
+    /// Start of the replica; `None` without positions.
     Start(Option<&'a Particles>),
-    /// The bytes of [`Simulation::checkpoint`], and where the shards are, if it has some.
+    /// Bytes of [`Simulation::checkpoint`], and the location of its shards if there are any.
     Checkpoint(&'a [u8], Option<&'a Beside>),
 }
 
-/// Starts an engine of a replica with these streams, or goes on; it ends early when the interrupt is raised. Monte Carlo in cells
-/// is held by several processes, if there are any, for a replica.
+/// Starts or resumes an engine of a replica with these streams. An interrupt ends a start early.
+/// Monte Carlo in cells is decomposed over `holders`, if given.
 ///
 /// # Errors
-/// [`BeginError`] if it cannot.
+/// [`BeginError`] if the engine cannot start.
 pub fn begin(
     plan: &Plan,
     engine: &EnginePlan,
@@ -167,15 +168,15 @@ pub fn begin(
     Ok(gas)
 }
 
-/// Threads of the present pool for each of this many parts that run side by side.
+/// Number of threads of the present pool for each of several parts that run side by side.
 pub fn threads_each(parts: usize) -> usize {
     (rayon::current_num_threads() / parts.max(1)).max(1)
 }
 
-/// Holds a part of the gas that another process begins, until that lets go of it.
+/// Serves a part of a decomposed gas that the root process begins, until that ends it.
 ///
 /// # Errors
-/// [`BeginError`] if it cannot.
+/// [`BeginError`] if the gas cannot start here.
 pub(crate) fn hold(
     plan: &Plan,
     engine: &EnginePlan,
@@ -200,7 +201,7 @@ pub(crate) fn hold(
     )?)
 }
 
-/// Monte Carlo in cells, but for its start.
+/// Description of cell-based Monte Carlo without its start.
 fn in_cells<'a>(
     plan: &'a Plan,
     parameters: Parameters,
@@ -259,7 +260,8 @@ fn made(
             let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
             Ok(match from {
                 From::Start(start) => {
-                    // In a flow and in a region, sets are starts of the same gas; a periodic gas may be moved and turned instead.
+                    // In a flow or a region each set is an independent start; a periodic gas may be
+                    // shifted and rotated instead.
                     let placed = plan.kind == Kind::Flow || plan.case.start.region.is_some();
                     let sets = if placed { engine.copies() as u64 } else { 1 };
                     let sets = starts(plan, start, sets, streams, interrupt)?;
@@ -319,7 +321,8 @@ fn made(
     }
 }
 
-/// So many starts of the replica, the first of them made now where it was not prepared; one that was is not copied if it is alone.
+/// Creates `count` starts of the replica, the first of them prepared or made now. A prepared one
+/// that is alone is not copied.
 fn starts<'a>(
     plan: &Plan,
     prepared: Option<&'a Particles>,
@@ -337,7 +340,7 @@ fn starts<'a>(
     all.collect::<Result<_, _>>().map(Cow::Owned)
 }
 
-/// Different schemes of one replica draw different numbers.
+/// Branch of the random streams: schemes of one replica draw different numbers.
 fn branch(plan: &Plan, scheme: Scheme) -> u64 {
     if plan.kind == Kind::Flow {
         return FLOW;
@@ -353,7 +356,7 @@ fn branch(plan: &Plan, scheme: Scheme) -> u64 {
     }
 }
 
-/// When particles stick or break.
+/// Rule of aggregation and fragmentation of the case; `None` without one.
 fn rule(plan: &Plan) -> Option<Rule> {
     let written = plan.case.aggregation.as_ref()?;
     let threshold = |energy: Option<f64>, speed: Option<f64>, part| Threshold {
@@ -382,7 +385,7 @@ fn rule(plan: &Plan) -> Option<Rule> {
             FirstTest::Fragmentation => Order::BreakFirst,
         },
         retained: written.fragment_speed_factor,
-        // Monomers are never more than at the start.
+        // The number of monomers never exceeds that of the start.
         most: plan.count(),
     })
 }

@@ -1,4 +1,5 @@
-//! Flows between walls and around obstacles: their free volume, cells and errors, on gases whose values are known.
+//! Flows between walls and around obstacles: free volume, cells and errors, for gases with known
+//! values.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -26,7 +27,7 @@ fn plan(text: &str) -> Plan {
     planned(text).expect("a plan")
 }
 
-/// A quantity that `check` lists.
+/// Value of a quantity that `check` lists.
 fn derived(plan: &Plan, name: &str) -> f64 {
     let all = plan.derived();
     let found = all.iter().find(|one| one.name == name);
@@ -70,7 +71,7 @@ fn measured(plan: &Plan, name: &str) -> (Vec<Table>, Vec<Verdict>) {
     (tables, verdicts)
 }
 
-/// A column of a table.
+/// Numbers in a column of a table.
 fn column(table: &Table, name: &str) -> Vec<f64> {
     let at = table.find(name).unwrap_or_else(|| panic!("no {name}"));
     let number = |row: &Vec<Cell>| match row[at] {
@@ -81,21 +82,22 @@ fn column(table: &Table, name: &str) -> Vec<f64> {
     table.rows.iter().map(number).collect()
 }
 
-/// Half of the box is under four disks.
+/// Case with four disks that cover half of the box.
 const DISCS: &str = "\
     replicas = 2\n[gas]\nnumber = 2000\ndiameter = 0.02\nrestitution = 1\n[box]\nsize = [40, 40]\n\
     [[obstacle]]\ndisc = { centre = [10, 10], radius = 8 }\n[[obstacle]]\ndisc = { centre = [30, 10], radius = 8 }\n\
     [[obstacle]]\ndisc = { centre = [10, 30], radius = 8 }\n[[obstacle]]\ndisc = { centre = [30, 30], radius = 8 }\n\
     [run]\nuntil = 400\nsamples = 400\n[engine.ENGINE]\n";
 
-/// Density, free path and collisions of a dilute gas are of the area in which its centres can be, 1600 - 4 pi (8 + r)^2; its
-/// packing is of the area that no disk covers. Areas are known to 1e-9 of the box.
+/// Density, free path and collisions of a dilute gas follow from the area open to its centres,
+/// 1600 - 4 pi (8 + r)^2; its packing fraction from the area that no disk covers. Areas are
+/// accurate to 1e-9 of the box.
 #[test]
 fn a_gas_among_obstacles_has_their_free_area() {
     let close = |found: f64, expected: f64| {
         assert!((found / expected - 1.0).abs() < 1e-7, "{found} {expected}");
     };
-    // Exact disks keep a radius from obstacles, points of Boltzmann none.
+    // Exact disks stay a radius away from obstacles, point particles do not.
     for (engine, radius) in [("ed", 0.01), ("dsmc-boltzmann", 0.0)] {
         let plan = plan(&DISCS.replace("ENGINE", engine));
         let free = 1600.0 - 4.0 * PI * (8.0 + radius) * (8.0 + radius);
@@ -119,7 +121,7 @@ fn a_gas_among_obstacles_has_their_free_area() {
         if engine == "ed" {
             continue;
         }
-        // A diameter that follows from the free path is that of the same gas.
+        // A diameter derived from the free path is that of the same gas.
         for (act, radius) in [("", 0.0), ("wall_contact = \"radius\"\n", 0.01)] {
             let free = 1600.0 - 4.0 * PI * (8.0 + radius) * (8.0 + radius);
             let path = free / (8.0_f64.sqrt() * 0.02 * 2000.0);
@@ -130,7 +132,8 @@ fn a_gas_among_obstacles_has_their_free_area() {
     }
 }
 
-/// A packing fraction is of the area that obstacles leave: the box grows by what they cover.
+/// A packing fraction refers to the area that obstacles leave: the box grows by the area they
+/// cover.
 #[test]
 fn a_packing_fraction_is_of_what_obstacles_leave() {
     let text = "[gas]\nnumber = 600\nrestitution = 1\n[box]\npacking_fraction = 0.1\naspect_ratio = 2\n\
@@ -142,7 +145,7 @@ fn a_packing_fraction_is_of_what_obstacles_leave() {
     assert!((width * height / wanted - 1.0).abs() < 1e-8);
     assert!((height / width - 2.0).abs() < 1e-12);
     assert_eq!(flat.packing_fraction, 0.1);
-    // Obstacles may cover one another, and all of the box.
+    // Obstacles may overlap one another, and cover the whole box.
     let twice = text.replace(
         "[[obstacle]]\npolygon",
         "[[obstacle]]\ndisc = { centre = [10, 10], radius = 3 }\n[[obstacle]]\npolygon",
@@ -161,8 +164,8 @@ fn a_packing_fraction_is_of_what_obstacles_leave() {
     assert_eq!(refused.key, "obstacle", "{refused}");
 }
 
-/// The particles of a region cover a share of its free area: a quarter of a disk stands in its corner. Areas are known to 1e-9 of
-/// the region.
+/// Particles of a region cover a fraction of its free area, here without a quarter of a disk in the
+/// corner. Areas are accurate to 1e-9 of the region.
 #[test]
 fn a_region_has_the_packing_of_its_free_area() {
     let text = |region: &str| {
@@ -180,8 +183,9 @@ fn a_region_has_the_packing_of_its_free_area() {
     assert!(refused.found.contains("cover all of it"), "{refused}");
 }
 
-/// A dilute gas at rest among obstacles is uniform: each cell and each row of the fields has the density of the free area, and
-/// its pressure is n T, within the errors that are found. One of 24 cells and rows is off by its limit in one of 1000 tests.
+/// A dilute gas at rest among obstacles is uniform: each cell and row of the fields has the density
+/// of the free area, and the pressure n T, within the measured errors. One of 24 cells and rows
+/// exceeds its limit in one of 1000 tests.
 #[test]
 fn fields_among_obstacles_are_of_the_free_area() {
     let text = "replicas = 4\nseed = 3\n[gas]\nnumber = 600\ndiameter = 0.05\nrestitution = 1\n[box]\nsize = [20, 20]\n\
@@ -191,7 +195,7 @@ fn fields_among_obstacles_are_of_the_free_area() {
     let plan = plan(text);
     let (tables, _) = measured(&plan, "fields");
     let density = 600.0 / plan.volume;
-    // By hand, but for the corners of the polygon.
+    // Computed by hand, without the corners of the polygon.
     let polygon = 0.5 * (8.0_f64 * 8.0 - 1.0 * 3.0);
     let around = 400.0 - PI * 5.025 * 5.025 - polygon;
     assert!(
@@ -219,19 +223,19 @@ fn fields_among_obstacles_are_of_the_free_area() {
     let pressures = column(&tables[1], "pressure");
     let temperatures = column(&tables[1], "temperature");
     let densities = column(&tables[1], "number_density");
-    // Collisions add 1.57 packings, some .6 %, known to a tenth of it.
+    // Collisions add 1.57 packing fractions, some 0.6 %, known to a tenth of it.
     for place in 0..pressures.len() {
         let ratio = pressures[place] / (densities[place] * temperatures[place]);
         assert!((1.0..1.02).contains(&ratio), "{ratio}");
     }
 }
 
-/// Heat between two walls.
+/// Case of heat conduction between two walls.
 const WALLS: &str = "replicas = 2\n[gas]\nnumber = 460\nrestitution = 1\n[box]\nsize = [60, 60]\n\
      [walls]\nleft = { temperature = 1 }\nright = { temperature = 4 }\n[run]\nuntil = 20\nsamples = 40\n";
 
-/// By default cells of a flow are half a free path wide and hold ten simulators; coarser ones are named before the run, and
-/// comparisons with them are void after it.
+/// Default cells of a flow are half a free path wide and hold ten simulators. Coarser ones are
+/// named before the run, and make comparisons void.
 #[test]
 fn flows_resolve_their_free_path_or_say_so() {
     let fine = plan(&format!("{WALLS}[engine.dsmc-boltzmann]\n"));
@@ -242,7 +246,8 @@ fn flows_resolve_their_free_path_or_say_so() {
     assert!((9.5..11.0).contains(&simulators), "{simulators}");
     assert_eq!(fine.warnings, Vec::<String>::new());
     assert!(fine.numerical_error(&fine.engines[0]).is_none());
-    // More particles than simulators are asked for have one each, in cells that hold ten.
+    // With more particles than simulators wanted, each particle has one simulator, in cells that
+    // hold ten.
     let many = WALLS
         .replace("460", "4600000")
         .replace("60, 60", "6000, 6000");
@@ -275,8 +280,8 @@ fn flows_resolve_their_free_path_or_say_so() {
     }
 }
 
-/// Samples that 40 blocks do not divide fall into another number of blocks, which is told; where none does, `run.samples` is
-/// what is wrong.
+/// Samples that 40 blocks do not divide fall into another number of blocks, which is reported; if
+/// none divides them, `run.samples` is at fault.
 #[test]
 fn any_number_of_samples_has_its_blocks() {
     let text = |samples: u64| {

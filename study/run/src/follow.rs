@@ -1,7 +1,8 @@
-//! One engine of one replica, from its start to the end of the run: the only loop over moments, for every kind of case.
+//! Run of one engine of one replica, from its start to its end; one loop over sample times for
+//! every kind of case.
 //!
-//! A run is cut into legs. A leg is a function of the checkpoint before it, and the cuts are where counts of work say, never
-//! where a clock says, so it does not matter at which of them a run is stopped.
+//! A run is cut into segments. A segment is a function of the checkpoint before it, and counts of
+//! work, never a clock, determine the cuts. So the results do not depend on where a run is stopped.
 
 mod error;
 
@@ -28,10 +29,10 @@ use crate::start::{Preparation, StartError, StartReport};
 
 pub use error::{Elsewhere, PartError};
 
-/// Makes the start of a replica, equilibrated; goes on from the checkpoint where there is one.
+/// Prepares the equilibrated start of a replica; resumes from the checkpoint if there is one.
 ///
 /// # Errors
-/// [`PartError`]; the checkpoint stays.
+/// [`PartError`]; the checkpoint is kept.
 pub fn prepare(
     plan: &Plan,
     replica: u64,
@@ -43,7 +44,7 @@ pub fn prepare(
         Some(start) => start,
         None => Preparation::new(plan, streams, interrupt)?,
     };
-    // A leg that is broken off leaves the preparation as it was before.
+    // An interrupted segment leaves the preparation unchanged.
     let mut rollback = Rollback::default();
     loop {
         match start.leg(plan, streams, interrupt) {
@@ -60,13 +61,13 @@ pub fn prepare(
     Ok((report, start.particles(plan, streams)?))
 }
 
-/// A part on its way: what a checkpoint holds.
+/// Content of a checkpoint of a part.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Saved {
-    /// The engine; none once finished: the records are all that is kept.
+    /// Bytes of the engine; `None` once finished, when only the records are kept.
     #[serde(with = "serde_bytes")]
     engine: Option<Vec<u8>>,
-    /// Which set of shards has its particles, if they are in shards.
+    /// Set of shards that holds its particles; `None` without shards.
     set: Option<Set>,
     next: usize,
     kicks: u64,
@@ -85,28 +86,28 @@ impl Content for Saved {
     }
 }
 
-/// One engine of one replica.
+/// One engine of one replica, with its plan and measures.
 pub struct Part<'a> {
-    /// The plan.
+    /// Plan of the case.
     pub plan: &'a Plan,
-    /// The engine.
+    /// Engine to run.
     pub engine: &'a EnginePlan,
-    /// The measures of the case.
+    /// Measures of the case.
     pub measures: &'a [&'static dyn Measure],
-    /// The number of the replica.
+    /// Number of the replica, from 0.
     pub replica: u64,
-    /// The start that engines share; none where each makes it for itself.
+    /// Start that engines share; `None` where each engine makes its own.
     pub start: Option<&'a Particles>,
 }
 
-/// What moves while a part is followed.
+/// State of one engine run in progress: simulation, probes, next scheduled sample.
 pub(crate) struct Course<'a> {
     part: &'a Part<'a>,
     interrupt: &'a Interrupt,
     pub(crate) gas: Box<dyn Simulation>,
     pub(crate) probes: Vec<Box<dyn Probe>>,
     pub(crate) next: usize,
-    /// Of the last checkpoint.
+    /// Set of shards of the last checkpoint.
     set: Option<Set>,
     kicks: u64,
     heated: f64,
@@ -122,7 +123,7 @@ impl Part<'_> {
         Streams::new(self.plan.case.seed, self.replica)
     }
 
-    /// What the measures ask of the engine.
+    /// Requirements of the measures on the engine.
     pub(crate) fn needs(&self) -> Needs {
         let all = self.measures.iter().map(|measure| measure.needs(self.plan));
         all.fold(Needs::default(), |sum, one| Needs {
@@ -136,20 +137,20 @@ impl Part<'_> {
         self.measures.iter().map(one).collect()
     }
 
-    /// A finished part, from what was saved of it.
+    /// Restores a finished part from its checkpoint.
     ///
     /// # Errors
-    /// [`PartError::Record`] if that is of another case.
+    /// [`PartError::Record`] if the checkpoint is of another case.
     pub(crate) fn restore(&self, saved: Saved) -> Result<Finished, PartError> {
         let mut probes = self.probes();
         saved.load(&mut probes)?;
         Ok(saved.finished(probes))
     }
 
-    /// Runs to the end; goes on from the checkpoint where there is one.
+    /// Runs to the end; resumes from the checkpoint if there is one.
     ///
     /// # Errors
-    /// [`PartError`]; the checkpoint stays.
+    /// [`PartError`]; the checkpoint is kept.
     pub fn run(&self, control: &Control<'_, Saved>) -> Result<Finished, PartError> {
         self.run_in(control, None)
     }
@@ -227,7 +228,7 @@ impl Part<'_> {
 }
 
 impl<'a> Course<'a> {
-    /// A part at its start, at which its probes have looked.
+    /// Begins a part at its start, after the first samples of its probes.
     pub(crate) fn begin(
         part: &'a Part<'a>,
         interrupt: &'a Interrupt,
@@ -272,7 +273,7 @@ impl<'a> Course<'a> {
         })
     }
 
-    /// One leg towards what is due next, and what is due there.
+    /// Advances by one segment towards the next scheduled time, and samples there.
     pub(crate) fn leg(&mut self, due: &Due, drive: Option<&Kicks>) -> Result<(), PartError> {
         let plan = self.part.plan;
         if let EngineKind::EventDriven {
@@ -285,12 +286,12 @@ impl<'a> Course<'a> {
                 return Err(PartError::CollisionLimit { collisions });
             }
         }
-        // What is measured at the time of a kick is measured before it.
+        // Samples at the time of a kick are taken before the kick.
         let interval = plan.case.drive.map(|drive| drive.interval);
         let kick = interval.map(|interval| (self.kicks + 1) as f64 * interval);
         let until = kick.map_or(due.time, |kick| kick.min(due.time));
         let end = plan.engine_time(until);
-        // Flows begin at their start itself; elsewhere a leg of no length comes first.
+        // Flows begin at their start; elsewhere a segment of no length comes first.
         let there = plan.kind == Kind::Flow && self.gas.time() >= end;
         let reached = there || {
             let observers = self.probes.iter_mut().filter_map(|probe| probe.observer());
@@ -316,14 +317,14 @@ impl<'a> Course<'a> {
         Ok(())
     }
 
-    /// What takes the time of exact dynamics, in words, if that is notable.
+    /// Describes the busiest particles of exact dynamics, if the collision rate is notable.
     fn look_at_rate(&mut self) -> Result<Option<String>, PartError> {
         let (part, gas) = (self.part, &*self.gas);
         let looked = self.rate.look(part.plan, part.engine, gas);
         looked.map_err(|failure| stopped(part, gas, failure))
     }
 
-    /// Lets the probes see that the run stops; the moments of the gas there.
+    /// Informs the probes of a stop; returns the moments of the gas there.
     fn stop(&mut self, kicked_from: Option<f64>) -> Moments {
         let moments = self.gas.moments();
         let stop = Stop {
@@ -335,7 +336,7 @@ impl<'a> Course<'a> {
         moments
     }
 
-    /// Takes the mean velocity away. Scaling would let what rounding leaves of it grow beyond all else.
+    /// Subtracts the mean velocity. Otherwise scaling would amplify its rounding without limit.
     fn rest(&mut self) -> Result<(), PartError> {
         let (mut momentum, mut mass) = (Vector3::<f64>::zeros(), 0.0);
         self.gas.visit(&mut |one| {
@@ -346,7 +347,7 @@ impl<'a> Course<'a> {
         Ok(self.gas.kick(&vec![-momentum / mass; count])?)
     }
 
-    /// Scales velocities, if that is due, and lets the probes look that look now.
+    /// Rescales velocities if that is due, and takes the samples that are due.
     fn look(&mut self, due: &Due) -> Result<(), PartError> {
         let plan = self.part.plan;
         if due.heating {
@@ -386,7 +387,8 @@ impl<'a> Course<'a> {
         self.began = Instant::now();
     }
 
-    /// The gas as it is; in shards where it can be, of which the other set may belong to the last checkpoint.
+    /// Checkpoint of the engine, sharded where possible; into the set that the last checkpoint does
+    /// not use.
     fn checkpoint(
         &self,
         control: &Control<'_, Saved>,
@@ -401,7 +403,7 @@ impl<'a> Course<'a> {
         Ok((self.gas.checkpoint()?, None))
     }
 
-    /// What a checkpoint holds.
+    /// Content of a checkpoint.
     fn save(&mut self, control: &Control<'_, Saved>) -> Result<Saved, PartError> {
         let (engine, set) = self.checkpoint(control)?;
         self.set = set;
@@ -422,23 +424,23 @@ impl<'a> Course<'a> {
     }
 }
 
-/// A gas that cannot go on, with its state, which is what one wants to see.
+/// Error of a gas that cannot continue, with its state for inspection.
 fn stopped(part: &Part<'_>, gas: &dyn Simulation, failure: Failure) -> PartError {
     let state = extended_xyz(&gas.particles(), part.plan, part.engine.name);
     PartError::Stopped { failure, state }
 }
 
-/// What each probe has recorded.
+/// Records of all probes.
 fn records(probes: &[Box<dyn Probe>]) -> Result<Vec<ByteBuf>, postcard::Error> {
     let saved = probes.iter().map(|probe| probe.save());
     saved.map(|record| Ok(ByteBuf::from(record?))).collect()
 }
 
 impl Finished {
-    /// What a checkpoint of the finished part holds.
+    /// Content of a checkpoint of the finished part.
     ///
     /// # Errors
-    /// If a record cannot be written, which is an error of the program.
+    /// If a record cannot be serialized, which is an error of the program.
     pub(crate) fn save(&self) -> Result<Saved, postcard::Error> {
         Ok(Saved {
             engine: None,
@@ -457,7 +459,7 @@ impl Finished {
 }
 
 impl Saved {
-    /// Gives each probe its record.
+    /// Restores the record of each probe.
     fn load(&self, probes: &mut [Box<dyn Probe>]) -> Result<(), postcard::Error> {
         if probes.len() != self.records.len() {
             return Err(postcard::Error::DeserializeBadEncoding);
@@ -479,7 +481,7 @@ impl Saved {
     }
 }
 
-/// Kinetic energy of the start.
+/// Kinetic energy of the start \[energy\].
 fn start_energy(plan: &Plan) -> f64 {
     let species = plan.species.iter();
     let twice: f64 = species.map(|one| one.count as f64 * one.temperature).sum();

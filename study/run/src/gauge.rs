@@ -1,37 +1,39 @@
-//! How much of the work of a run is done, in units of time, so that what is left can be told.
+//! Progress estimate: the fraction of a run's work that is done, in units of time.
 //!
-//! A replica has parts: its start and its engines, of which one may take a hundred times as long as another. What a part will
-//! take is its time so far over its share; of parts that have not begun it is that of the same part in other replicas, and
-//! before there is any, the estimate of the plan on the scale of what was measured.
+//! A replica has parts: its start and its engines, one of which may take a hundred times longer
+//! than another. The expected time of a part is its time so far over its fraction done. For parts
+//! that have not begun it is that of the same part in other replicas; before any is known, the
+//! estimate of the plan scaled by the measured parts.
 
 use std::time::{Duration, Instant};
 
 use crate::plan::Plan;
 
-/// Work of one point of a sweep, or of the only one.
+/// Progress of one point of a sweep, or of the only one.
 #[derive(Clone, Debug)]
 pub struct Gauge {
-    /// Estimates of the parts of one replica \[s\].
+    /// Estimated times of the parts of one replica \[s\].
     expected: Vec<f64>,
     parts: Vec<Part>,
-    /// The largest share that was told.
+    /// Largest fraction reported so far.
     told: f64,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     share: f64,
-    /// Its first report: when, and with which share. A part that goes on from a checkpoint begins above zero.
+    /// Time and fraction of the first report. A part resumed from a checkpoint begins above zero.
     first: Option<(Instant, f64)>,
-    /// What it did since then: a share, in a time.
+    /// Fraction of the work done since the first report.
     did: f64,
+    /// Time taken since the first report.
     took: Duration,
 }
 
 impl Gauge {
-    /// Of replicas whose parts are expected to take so long.
+    /// Creates the estimate of replicas whose parts have these expected times \[s\].
     pub fn new(replicas: usize, expected: &[f64]) -> Self {
-        // An estimate of nothing is still some work.
+        // An estimate of zero still counts as some work.
         let expected: Vec<f64> = expected.iter().map(|cost| cost.max(1e-3)).collect();
         Self {
             parts: vec![Part::default(); replicas * expected.len()],
@@ -40,7 +42,8 @@ impl Gauge {
         }
     }
 
-    /// The work of a case: in each replica a start, and the engines in the order of the plan.
+    /// Creates the estimate of a case: in each replica a start, and the engines in the order of the
+    /// plan.
     pub fn of(plan: &Plan) -> Self {
         let pace = plan.pace();
         let engines = pace.engines.iter().map(|[first, _]| *first);
@@ -48,7 +51,7 @@ impl Gauge {
         Self::new(plan.case.replicas as usize, &parts)
     }
 
-    /// A part has done a share of its work by now.
+    /// Records that a part has done a fraction of its work by now.
     pub fn tell(&mut self, part: usize, share: f64, now: Instant) {
         let Some(part) = self.parts.get_mut(part) else {
             return;
@@ -61,12 +64,12 @@ impl Gauge {
         }
     }
 
-    /// All is done.
+    /// Records that all work is done.
     pub fn end(&mut self) {
         self.told = 1.0;
     }
 
-    /// The share that is done, which never falls.
+    /// Fraction of the work that is done; it never falls.
     pub fn share(&mut self) -> f64 {
         let kinds = self.expected.len();
         let of_kind = |kind: usize| self.parts.iter().skip(kind).step_by(kinds.max(1));
@@ -114,7 +117,7 @@ mod tests {
     fn the_share_is_that_of_the_time_and_not_of_the_parts() {
         let began = Instant::now();
         let at = |seconds: u64| began + Duration::from_secs(seconds);
-        // Of two replicas with a fast and a slow part, which were thought to be alike.
+        // Two replicas with a fast and a slow part, estimated to be equal.
         let mut gauge = Gauge::new(2, &[1.0, 1.0]);
         close(gauge.share(), 0.0);
         gauge.tell(0, 0.0, at(0));
@@ -134,12 +137,12 @@ mod tests {
     fn what_was_done_before_is_not_counted_as_quick() {
         let began = Instant::now();
         let mut gauge = Gauge::new(1, &[2.0, 6.0]);
-        // The first goes on from a checkpoint at 90 %; the rest of it takes a second.
+        // The first resumes from a checkpoint at 90 %; the rest of it takes a second.
         gauge.tell(0, 0.9, began);
         gauge.tell(0, 1.0, began + Duration::from_secs(1));
-        // It takes 10 s in all, so that the other, three times as costly, takes 30 s.
+        // It takes 10 s in all, so the other, three times as costly, takes 30 s.
         close(gauge.share(), 0.25);
-        // A share that falls is not told.
+        // A fraction that falls is not reported.
         gauge.tell(0, 0.5, began + Duration::from_secs(2));
         close(gauge.share(), 0.25);
     }

@@ -1,9 +1,10 @@
-//! One run by several processes that share its results folder: each claims replicas there, one after the other, and the last one of a point
-//! writes its tables.
+//! Run by several processes that share its results folder: each claims replicas there, and the last
+//! one of a point writes its tables.
 //!
-//! A replica is a function of the case, and what it leaves is kept as a checkpoint holds it, so tables are the bytes of
-//! [`crate::run_case`], whichever process did which part. A process that died leaves its claims, its checkpoints and its journal: another one supersedes
-//! the claims, goes on from copies of the checkpoints, and reads the journal ([`stosszahl_results::FolderWorker`]).
+//! A replica is a function of the case, and its records are stored as in a checkpoint, so tables
+//! have the bytes of [`crate::run_case`], for any distribution of the work. A process that died
+//! leaves its claims, checkpoints and journal. Another one supersedes the claims, resumes from
+//! copies of the checkpoints, and reads the journal ([`stosszahl_results::FolderWorker`]).
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -23,14 +24,14 @@ use crate::run::{Opened, Options, PointSummary, RunError, Summary, prepare, requ
 const FINISH: &str = "finish";
 /// Name of the task of writing the report.
 const REPORT: &str = "report";
-/// Shortest and longest time between two looks for a task that is free.
+/// Shortest and longest time between two checks for a free task.
 const LOOKS: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(500)];
 
-/// Runs all points of a case into a results folder together with the other processes that do the same. A process of which nothing is
-/// heard for `lost_after` is lost, and its replicas are done by others.
+/// Runs all points of a case into a results folder together with other processes that do so. A
+/// process without a sign of life for `lost_after` counts as lost, and others do its replicas.
 ///
 /// # Errors
-/// As [`crate::run_case`]; what other processes do goes on.
+/// As [`crate::run_case`]; other processes continue.
 pub fn run_joined(
     file: &CaseFile,
     options: &Options<'_>,
@@ -68,7 +69,7 @@ pub fn run_joined(
     })
 }
 
-/// Replicas that are done at once, so that each thread has an engine.
+/// Number of replicas done at once, so that each thread has an engine.
 fn slots(planned: &[Planned<'_>], threads: usize) -> usize {
     let engines = planned.iter().map(|one| one.plan.engines.len()).min();
     (threads / engines.unwrap_or(1).max(1)).max(1)
@@ -83,12 +84,12 @@ fn task_name(job: &Job<'_>, replica: u64) -> String {
 enum NextStep {
     Replica(ReplicaTask, TaskClaim),
     Finish(usize, TaskClaim),
-    /// All is claimed by processes that are alive.
+    /// All tasks are claimed by live processes.
     Wait,
     End,
 }
 
-/// The tasks of a run, as this process sees them.
+/// Tasks of a run, as this process sees them.
 struct TaskQueue<'a> {
     jobs: &'a [Job<'a>],
     options: &'a Options<'a>,
@@ -96,7 +97,7 @@ struct TaskQueue<'a> {
     worker: &'a FolderWorker,
     /// Numbers of the points, the costliest first.
     order: Vec<usize>,
-    /// State that the threads of this process share.
+    /// State shared by the threads of this process.
     state: Mutex<QueueState>,
 }
 
@@ -105,13 +106,13 @@ struct QueueState {
     failure: Option<RunError>,
 }
 
-/// A point on its way.
+/// Progress of a point of a sweep in this process: its start, journal and reported replicas.
 #[derive(Default)]
 struct PointState {
     began: Option<Instant>,
-    /// Journal of the replicas that this process has done.
+    /// Journal of the replicas done by this process.
     journal: Option<Arc<Journal>>,
-    /// Replicas that the progress knows as done.
+    /// For each replica: true if it was reported as done.
     told: Vec<bool>,
     summary: Option<PointSummary>,
 }
@@ -135,7 +136,8 @@ impl<'a> TaskQueue<'a> {
             if job.place.has_manifest() {
                 state.summary = Some(summary_of_finished(job, true)?);
             } else {
-                // What was kept by processes that died before they could say so, or by one that worked alone.
+                // Replicas kept by processes that died before they could mark them, or by one that
+                // worked alone.
                 for replica in job.entries()?.into_keys() {
                     worker.mark_done(&folder.claims(), &task_name(job, replica))?;
                 }
@@ -182,7 +184,7 @@ impl<'a> TaskQueue<'a> {
         }
     }
 
-    /// Finds the next task: one without a claim, or else one whose process was lost.
+    /// Finds the next task: one without a claim, else one whose process was lost.
     fn next_step(&self) -> Result<NextStep, RunError> {
         let mut state = self.state();
         if state.failure.is_some() {
@@ -215,7 +217,7 @@ impl<'a> TaskQueue<'a> {
         })
     }
 
-    /// Finds a task of a point among those that are claimed, or among those that are not.
+    /// Finds a task of a point, among claimed ones or among free ones.
     fn step_of(
         &self,
         point: usize,
@@ -267,7 +269,7 @@ impl<'a> TaskQueue<'a> {
         Ok(claim.map(|claim| NextStep::Finish(point, claim)))
     }
 
-    /// Does a replica, and keeps what it left.
+    /// Does a replica and stores its records.
     fn work_on(
         &self,
         pool: &rayon::ThreadPool,
@@ -294,7 +296,7 @@ impl<'a> TaskQueue<'a> {
         let folder = job.place.path();
         let left = pool.install(|| job.context(&folder, &guard).work(task));
         match guard() {
-            // This process stood still for too long; the other one has resumed from its checkpoint.
+            // This process was suspended too long; another one has resumed from its checkpoint.
             Err(error @ ResultsError::TakenOver { .. }) => {
                 self.options.progress.note(&error.to_string());
                 return Ok(());
@@ -311,7 +313,7 @@ impl<'a> TaskQueue<'a> {
         Ok(self.worker.mark_done(&claims, &name)?)
     }
 
-    /// The journal of this process, made with the first replica of the point.
+    /// Journal of this process, created with the first replica of the point.
     fn journal(&self, point: usize) -> Result<Arc<Journal>, RunError> {
         let mut state = self.state();
         let journal = &mut state.points[point].journal;
@@ -323,7 +325,7 @@ impl<'a> TaskQueue<'a> {
         Ok(made)
     }
 
-    /// Writes the tables of a point of which all replicas are done.
+    /// Writes the tables of a point whose replicas are all done.
     fn finish(&self, point: usize, claim: &TaskClaim) -> Result<(), RunError> {
         let job = &self.jobs[point];
         if job.place.has_manifest() {
@@ -364,7 +366,7 @@ impl<'a> TaskQueue<'a> {
     }
 }
 
-/// The summary of a point that is finished, by its manifest.
+/// Summary of a finished point, from its manifest.
 fn summary_of_finished(job: &Job<'_>, was_complete: bool) -> Result<PointSummary, RunError> {
     let path = job.place.path();
     let manifest = Manifest::read(&path)?;

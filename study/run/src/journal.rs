@@ -1,9 +1,10 @@
-//! The replicas of a point that are finished: one file, to which each is added, so that thousands of short replicas are not thousands
-//! of files.
+//! Journal of finished replicas of a point: one file to which each is appended, so that thousands
+//! of short replicas do not make thousands of files.
 //!
-//! Layout, little-endian: 8 bytes magic, fingerprint of the run and point (32 bytes); then for each replica the length of what it left (u64),
-//! its number (u64), the seed (u64), the fingerprint again, BLAKE3 hash of all these and of what it left (32 bytes), what it left. A kill may
-//! cut the last one short: that replica is done again.
+//! Layout, little-endian: 8 bytes magic, fingerprint of run and point (32 bytes). Then for each
+//! replica: length of its record (u64), its number (u64), the seed (u64), the fingerprint, the
+//! BLAKE3 hash of all these and the record (32 bytes), the record. A kill may truncate the last
+//! entry; that replica is done again.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -17,21 +18,22 @@ use stosszahl_results::CHECKPOINTS;
 
 const MAGIC: &[u8; 8] = b"STOSSZJ2";
 const HEADER: usize = 8 + 32;
-/// Before what a replica left.
+/// Length of the frame before a record \[bytes\].
 const FRAME: usize = HASHED + 32;
-/// The part of that which the hash covers.
+/// Length of the part of the frame that the hash covers \[bytes\].
 const HASHED: usize = 8 + 8 + 8 + 32;
 
-/// The run that a journal belongs to. Each entry repeats it, so that none is taken from the journal of another.
+/// Run that a journal belongs to. Each entry repeats it, so that entries of other journals are
+/// recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct JournalOwner {
-    /// Hash of all that decides the numbers, and of the point.
+    /// Fingerprint of the run and the point.
     pub run: Fingerprint,
     /// Seed of the case.
     pub seed: u64,
 }
 
-/// Its name in the folder of a point.
+/// Name of the journal in the folder of a point.
 pub(crate) fn name() -> String {
     format!("{CHECKPOINTS}/replicas.journal")
 }
@@ -41,26 +43,26 @@ pub(crate) fn name_of(worker: &str) -> String {
     format!("{CHECKPOINTS}/replicas-{worker}.journal")
 }
 
-/// A replica, and what it left.
+/// Replica number and its record.
 pub(crate) type Entry = (u64, Vec<u8>);
 
-/// The journal of a point, open to be added to.
+/// Journal of a point, open for appending.
 pub(crate) struct Journal {
     path: PathBuf,
     owner: JournalOwner,
     file: Mutex<Open>,
-    /// Between two moments at which the system must have written it.
+    /// Longest time between two syncs to disk.
     interval: Duration,
 }
 
 struct Open {
     file: File,
-    /// Where the last entry ends.
+    /// End of the last entry \[bytes\].
     end: u64,
     written: Instant,
 }
 
-/// Hash of a replica, and what stands before it.
+/// Frame of a record: length, number, seed, fingerprint and hash.
 fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
     let mut frame = [0; FRAME];
     for (place, word) in [left.len() as u64, replica, owner.seed].iter().enumerate() {
@@ -73,9 +75,9 @@ fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
     frame
 }
 
-/// The entries of a file, and where the last whole one ends; or what is wrong.
+/// Parses a file. Returns its entries and the end of the last whole one, or the fault.
 fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wrong> {
-    // A kill may have cut the header short.
+    // A kill may have truncated the header.
     if bytes.len() < HEADER {
         return Ok((Vec::new(), 0));
     }
@@ -89,7 +91,7 @@ fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wro
     Ok((all, HEADER + end))
 }
 
-/// The entries that stand one after the other, and where the last whole one ends; or what is wrong.
+/// Parses consecutive entries. Returns them and the end of the last whole one, or the fault.
 fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wrong> {
     let (mut all, mut end) = (Vec::new(), 0);
     while let Some((head, rest)) = bytes[end..].split_at_checked(FRAME) {
@@ -115,7 +117,7 @@ fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wron
     Ok((all, end))
 }
 
-/// What may be wrong with a journal.
+/// Fault of a journal.
 #[derive(Debug, PartialEq)]
 enum Wrong {
     Mark,
@@ -125,7 +127,7 @@ enum Wrong {
 }
 
 impl Wrong {
-    /// What is said of a file.
+    /// Converts the fault to the error of a file.
     fn of(self, path: &Path, length: usize) -> SnapshotError {
         let path = path.to_owned();
         let (found, expected) = match self {
@@ -161,8 +163,8 @@ impl Journal {
         paths
     }
 
-    /// Reads what was added to a journal since it ended at `offset`, 0 for all of it, and says where it ends now. Another process may be adding
-    /// to it, or have removed it.
+    /// Reads the entries added to a journal since `offset` (0 for all), and returns its present
+    /// end. Another process may be appending to it, or have removed it.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -188,7 +190,7 @@ impl Journal {
         Ok((all, offset + end as u64))
     }
 
-    /// Reads all journals in the folder of a point: what each replica left.
+    /// Reads all journals in the folder of a point: the record of each replica.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -203,7 +205,7 @@ impl Journal {
         Ok(all)
     }
 
-    /// Opens the journal of a run, and makes it if there is none; with what is in it.
+    /// Opens the journal of a run with its entries, or creates it.
     ///
     /// # Errors
     /// [`SnapshotError`] if the file cannot be read or written, is damaged, or of another run.
@@ -242,14 +244,14 @@ impl Journal {
         Ok((journal, all))
     }
 
-    /// Adds a replica.
+    /// Appends the record of a replica.
     ///
     /// # Errors
     /// [`SnapshotError::File`].
     pub(crate) fn add(&self, replica: u64, left: &[u8]) -> Result<(), SnapshotError> {
         let bytes = [&frame(self.owner, replica, left), left].concat();
         let mut open = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        // Not behind half of one, which a full disk may have left.
+        // Overwrites a truncated entry, which a full disk may have left.
         let place = SeekFrom::Start(open.end);
         let written = (open.file.seek(place)).and_then(|_| open.file.write_all(&bytes));
         let written = written.and_then(|()| {
@@ -275,7 +277,7 @@ mod tests {
         seed: 5,
     };
 
-    /// What was added comes back, also when the file is cut anywhere: then all that were whole.
+    /// A file cut at any point returns all entries that are whole.
     #[test]
     fn a_cut_loses_the_last_replica_only() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -295,7 +297,7 @@ mod tests {
             let (journal, found) = Journal::open(&path, RUN, 1e9).expect("opened");
             let kept = ends[1..].iter().filter(|&&end| end <= cut).count();
             assert_eq!(found, wanted[..kept], "{cut}");
-            // And it is whole again.
+            // Appending makes it whole again.
             for (replica, left) in &wanted[kept..] {
                 journal.add(*replica, left).expect("added");
             }
@@ -303,7 +305,7 @@ mod tests {
         }
     }
 
-    /// A changed bit is found, wherever it is, or cuts off what follows; nothing wrong is read.
+    /// A changed bit is detected anywhere, or cuts off the rest; no wrong entry is read.
     #[test]
     fn a_changed_bit_is_never_read() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -326,7 +328,7 @@ mod tests {
                 ),
             }
         }
-        // All but those of the two lengths that lead beyond the end.
+        // All but those of the two lengths that point beyond the end.
         assert!(named > 8 * (whole.len() - 16), "{named}");
         let foreign = JournalOwner {
             run: [8; 32],
@@ -339,7 +341,7 @@ mod tests {
         );
     }
 
-    /// An entry of the journal of another run or seed is not taken, although it is whole.
+    /// An entry of another run or seed is refused although it is whole.
     #[test]
     fn an_entry_of_another_run_is_refused() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! Kicks of a drive, by the particles of an engine.
+//! Kicks of a stochastic drive, applied to the particles of an engine.
 
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
@@ -8,7 +8,7 @@ use stosszahl_model::{
 
 use crate::plan::{Plan, PlanError, in_space};
 
-/// The drive of one replica. All of its engines draw the same kicks.
+/// Drive of one replica; all its engines draw the same kicks.
 pub(crate) struct Kicks {
     drive: Drive,
     sizes: Which,
@@ -22,7 +22,7 @@ enum Which {
 }
 
 impl Kicks {
-    /// The drive of a case, if it has one.
+    /// Creates the drive of a case; `None` without one.
     pub(crate) fn new(plan: &Plan, streams: Streams) -> Result<Option<Self>, PlanError> {
         let Some(drive) = plan.drive()? else {
             return Ok(None);
@@ -41,7 +41,8 @@ impl Kicks {
         }))
     }
 
-    /// Changes of velocity in a kick, for a number of simulators that stand for `weight` particles each.
+    /// Velocity changes of one kick for each simulator \[length/time\], where each stands for
+    /// `weight` particles.
     pub(crate) fn changes(&self, number: u64, simulators: usize, weight: f64) -> Vec<Vector3<f64>> {
         let copies = (1.0 / weight).round().max(1.0) as usize;
         in_space!(self.dimension, S => match &self.sizes {

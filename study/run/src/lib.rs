@@ -1,11 +1,14 @@
-//! From a case to its results, for every kind of case alike.
+//! Runs of cases: from a case file to a results folder, for every kind of case.
 //!
-//! [`plan`] works out what follows from a case, once. [`start`] makes the initial state of a replica, [`engines`] the engines
-//! that run from it, [`follow`] takes each through the moments at which something is due ([`schedule`]). [`run`] does that for
-//! all points, replicas and engines, and writes a results folder; [`run_joined`] does it together with other processes that share the
-//! folder, and [`run_part`] does a part of it, which [`merge_parts`] puts together; [`decomposed`] does
-//! it with each gas in cells held by several processes. What is measured are [`measure`] and its implementors in
-//! [`measures`]: each one file that says what it observes, samples, saves and which tables and verdicts it yields.
+//! * [`plan`] derives all quantities of a case, once.
+//! * [`start`] makes the initial state of a replica, [`engines`] the engines that run from it.
+//! * [`follow`] runs each engine through its scheduled times ([`schedule`]).
+//! * [`run`] does that for all points, replicas and engines, and writes a results folder.
+//! * [`run_joined`] shares a results folder with other processes.
+//! * [`run_part`] does a part of a run, and [`merge_parts`] merges the parts.
+//! * [`decomposed`] runs a case with each gas in cells held by several processes.
+//! * [`measure`] defines measurements; [`measures`] has one file for each, with its observables,
+//!   samples, records, tables and verdicts.
 
 mod accuracy;
 pub mod check;

@@ -1,7 +1,9 @@
-//! What can be measured, and how a measurement is added: one file in [`crate::measures`] and one line in its list.
+//! Measurements: the traits [`Measure`] and [`Probe`]. A new measurement is one file in
+//! [`crate::measures`] and one line in its list.
 //!
-//! A [`Measure`] is the description: its name in case files, its options, when it looks, which tables and verdicts follow.
-//! A [`Probe`] is the measurement on one engine of one replica: it observes collisions, looks at moments, and keeps a record.
+//! A [`Measure`] is the description: its name in case files, options, sample times, tables and
+//! verdicts. A [`Probe`] is the measurement on one engine of one replica: it observes collisions,
+//! samples the gas, and keeps a record.
 
 use std::any::Any;
 use std::cell::OnceCell;
@@ -17,34 +19,36 @@ use crate::judge::Rule;
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
 
-/// A measurement, before it is made.
+/// Description of a measurement.
 pub trait Measure: Sync {
-    /// Its name: the table `[measure.NAME]` of a case file asks for it and holds its options.
+    /// Name of the measure: the table `[measure.NAME]` of a case file requests it and holds its
+    /// options.
     fn name(&self) -> &'static str;
 
-    /// What it measures, in one sentence.
+    /// Measured quantity in one sentence.
     fn about(&self) -> &'static str;
 
-    /// JSON Schema of its options.
+    /// JSON Schema of the options.
     fn schema(&self) -> schemars::Schema;
 
-    /// Reads its options.
+    /// Reads the options of a case.
     ///
     /// # Errors
     /// [`BadOption`] names the first key that cannot be read.
     fn read(&self, plan: &Plan) -> Result<(), BadOption>;
 
-    /// Whether it is made in this case although the case does not name it.
+    /// Returns true if the measure is made in this case even if the case does not name it.
     fn by_default(&self, _plan: &Plan) -> bool {
         false
     }
 
-    /// Whether it is right in a uniform shear flow, where velocities are relative to the flow and images move.
+    /// Returns true if the measure supports a uniform shear flow, where velocities are relative to
+    /// the flow and images move.
     fn knows_shear(&self) -> bool {
         false
     }
 
-    /// Checks the options of a case and whether the measurement makes sense there.
+    /// Checks the options of a case, and whether the measure applies to it.
     ///
     /// # Errors
     /// [`BadOption`] names the key below `[measure.NAME]`.
@@ -52,67 +56,71 @@ pub trait Measure: Sync {
         self.read(plan)
     }
 
-    /// Times at which its probe looks, in the unit of time of the case, in any order.
+    /// Sample times of the probe, in the unit of time of the case, in any order.
     fn times(&self, _plan: &Plan) -> Vec<f64> {
         Vec::new()
     }
 
-    /// What it asks of the engines beyond a look at them.
+    /// Requirements on the engines besides read access.
     fn needs(&self, _plan: &Plan) -> Needs {
         Needs::default()
     }
 
-    /// Memory that the record of its probe takes in the end, for each particle or simulator \[bytes\].
+    /// Final memory of the probe's record per particle or simulator \[bytes\].
     fn kept_per_particle(&self, _plan: &Plan) -> f64 {
         0.0
     }
 
-    /// What of that comes with the last look, after all others have looked \[bytes\].
+    /// Part of that memory that the last sample adds, after all others \[bytes\].
     fn kept_last_per_particle(&self, _plan: &Plan) -> f64 {
         0.0
     }
 
-    /// Memory that the record of its probe takes for each look, whatever the number of particles, where there may be many looks \[bytes\].
+    /// Memory of the probe's record per sample, whatever the number of particles; for measures with
+    /// many samples \[bytes\].
     fn kept_per_look(&self, _plan: &Plan) -> f64 {
         64.0
     }
 
-    /// What it takes whatever their number, where that may be much \[bytes\].
+    /// Memory of the probe's record besides that per particle and per sample, where it may be large
+    /// \[bytes\].
     fn kept(&self, _plan: &Plan) -> f64 {
         0.0
     }
 
-    /// Whether it looks at all particles at once, so that they are gathered. Most add them up where they are.
+    /// Returns true if the probe needs all particles gathered. Most reduce them where they are.
     fn gathers(&self, _plan: &Plan) -> bool {
         false
     }
 
-    /// Memory that it takes while it looks, beside what it keeps \[bytes\].
+    /// Scratch memory of a sample \[bytes\].
     fn working(&self, _plan: &Plan) -> f64 {
         0.0
     }
 
-    /// Memory that its figures take when the report is made, where that may be much \[bytes\].
+    /// Memory of the figures in the report, where it may be large \[bytes\].
     fn figures(&self, _plan: &Plan) -> f64 {
         0.0
     }
 
-    /// Whether it looks at a replica, by its number from 0: [`Probe::begin`] and [`Probe::sample`] are not called in others.
+    /// Returns true if the probe samples a replica, by its number from 0. In others
+    /// [`Probe::begin`] and [`Probe::sample`] are not called.
     fn looks_at(&self, _plan: &Plan, _replica: u64) -> bool {
         true
     }
 
-    /// The measurement on one engine of one replica; none where tables come from the records of other measures.
+    /// Creates the probe of one engine of one replica; one without a record if tables use the
+    /// records of other measures.
     fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(Recorder::new((), |(), _| {}))
     }
 
-    /// Tables of all engines and replicas.
+    /// Tables over all engines and replicas.
     fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
         Vec::new()
     }
 
-    /// Files of all particles at some times, with what the manifest says of them.
+    /// Files of all particles at some times, each with its description in the manifest.
     fn snapshots(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
         Vec::new()
     }
@@ -122,55 +130,56 @@ pub trait Measure: Sync {
         Vec::new()
     }
 
-    /// How many verdicts it makes that compare, at most: they share the chance of a false alarm of the case.
+    /// Largest number of comparing verdicts; they share the false-alarm probability of the case.
     fn tests(&self, _plan: &Plan) -> usize {
         0
     }
 
-    /// How far the replicas lie apart of what these verdicts compare, as far as that is known before a run.
+    /// Spread of the compared quantities over replicas, as far as it is known before a run.
     fn spreads(&self, _plan: &Plan) -> Vec<Spread> {
         Vec::new()
     }
 
-    /// What follows, the most important first. `tables` are those of this measure.
+    /// Verdicts, the most important first. `tables` are those of this measure.
     fn verdicts(&self, _plan: &Plan, _runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
         Vec::new()
     }
 }
 
-/// Frames of one engine, and the file that holds them.
+/// Animation frames of one engine, and their file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameFile {
-    /// Engine.
+    /// Name of the engine.
     pub engine: String,
     /// Path of the file, relative to the results folder.
     pub file: String,
-    /// The frames, by time.
+    /// Frames, by time.
     pub frames: Vec<Frame>,
 }
 
-/// What measurements ask of engines, which keep nothing that nobody looks at.
+/// Requirements of measurements on an engine, which keeps nothing else.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
-    /// That displacements can be followed.
+    /// True if displacements must be tracked.
     pub displacements: bool,
-    /// Particles of each species whose whole trajectories are kept, in gases without positions.
+    /// Number of particles of each species whose whole trajectories are kept, in gases without
+    /// positions.
     pub trajectories: usize,
 }
 
-/// An option that cannot be.
+/// Error of a measure's option.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{key}: {allowed}")]
 pub struct BadOption {
-    /// The key below the table of the measure; empty for the table itself.
+    /// Key below the table of the measure; empty for the table itself.
     pub key: String,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: String,
 }
 
-/// A measurement on one engine of one replica.
+/// Measurement on one engine of one replica.
 pub trait Probe: Send {
-    /// What observes collisions, if anything does.
+    /// Observer of collisions; `None` if the probe needs none.
     fn observer(&mut self) -> Option<&mut dyn Observer> {
         None
     }
@@ -178,40 +187,41 @@ pub trait Probe: Send {
     /// Called once before the engine moves, with the gas at the start.
     fn begin(&mut self, _moment: &mut Moment<'_>) {}
 
-    /// Called wherever the run stops: at each time at which any measure looks, before they do, and after each kick.
+    /// Called wherever the run stops: before the samples at each sample time of any measure, and
+    /// after each kick.
     fn stop(&mut self, _stop: &Stop) {}
 
-    /// Called at each of the times of the measure, and only there.
+    /// Called at each sample time of the measure, and only there.
     fn sample(&mut self, _moment: &mut Moment<'_>) {}
 
-    /// The record so far, for a checkpoint.
+    /// Serializes the record so far, for a checkpoint.
     ///
     /// # Errors
-    /// If it cannot be written, which is an error of the program.
+    /// If serialization fails, which is an error of the program.
     fn save(&self) -> Result<Vec<u8>, postcard::Error>;
 
-    /// Goes on from a record.
+    /// Restores the record from a checkpoint.
     ///
     /// # Errors
-    /// If it cannot be read: the checkpoint is damaged.
+    /// If the bytes cannot be read: the checkpoint is damaged.
     fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error>;
 
-    /// The record, for [`Runs::find`].
+    /// Returns the record, for [`Runs::find`].
     fn record(&self) -> &dyn Any;
 }
 
-/// A place where a run stops.
+/// Stop of a run at a sample time or after a kick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// When [engine time].
+    /// Time of the stop \[engine time\].
     pub time: f64,
-    /// Granular temperature of the gas, by [`Simulation::temperature`].
+    /// Granular temperature of the gas, by [`Simulation::temperature`] \[energy\].
     pub temperature: f64,
-    /// After a kick: the temperature before it.
+    /// Temperature before the kick, if the stop follows one \[energy\].
     pub kicked_from: Option<f64>,
 }
 
-/// The options of a measure in a case: those of its table, or the defaults.
+/// Reads the options of a measure from its table, or the defaults.
 ///
 /// # Errors
 /// [`BadOption`] names the first key that cannot be read.
@@ -219,7 +229,7 @@ pub fn options<O: DeserializeOwned>(plan: &Plan, name: &str) -> Result<O, BadOpt
     let table = plan.case.measure.get(name).cloned().unwrap_or_default();
     let read = |table: toml::Table| toml::Value::Table(table).try_into::<O>();
     read(table.clone()).map_err(|error| {
-        // Each option has a default, so the one that fails alone is the bad one.
+        // Each option has a default, so the one that fails alone is at fault.
         let alone = |key: &str| {
             table
                 .get(key)
@@ -237,25 +247,25 @@ pub fn options<O: DeserializeOwned>(plan: &Plan, name: &str) -> Result<O, BadOpt
     })
 }
 
-/// The same of options that are checked.
+/// Returns the options of a measure that were checked before.
 pub fn chosen<O: DeserializeOwned + Default>(plan: &Plan, name: &str) -> O {
     options(plan, name).unwrap_or_default()
 }
 
-/// It has no options.
+/// No options.
 #[derive(Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Options")]
 pub struct NoOptions {}
 
-/// Of the replicas after the first, the share at which a measure looks.
+/// Fraction of the replicas after the first that a measure samples.
 pub(crate) fn share_of_others(measure: &dyn Measure, plan: &Plan) -> f64 {
     let others = 1..plan.case.replicas;
     let all = others.clone().count().max(1);
     others.filter(|&one| measure.looks_at(plan, one)).count() as f64 / all as f64
 }
 
-/// Refuses a measure, or one of its options, with what is allowed.
+/// Refuses a measure, or one of its options, with the allowed values.
 ///
 /// # Errors
 /// [`BadOption`] unless `good`.
@@ -266,7 +276,8 @@ pub fn require(good: bool, key: &str, allowed: impl Into<String>) -> Result<(), 
     })
 }
 
-/// The name of a measure, what it measures in one sentence, and the type of its options.
+/// Implements `name`, `about`, `schema` and `read` of a measure from its name, its description, and
+/// the type of its options.
 macro_rules! described {
     ($name:expr, $about:expr, $options:ty) => {
         fn name(&self) -> &'static str {
@@ -288,7 +299,7 @@ macro_rules! described {
 }
 pub(crate) use described;
 
-/// The three methods of a probe that keeps all it knows in its field `record`.
+/// Implements `save`, `load` and `record` of a probe whose state is its field `record`.
 macro_rules! keeps_record {
     () => {
         fn save(&self) -> Result<Vec<u8>, postcard::Error> {
@@ -307,7 +318,7 @@ macro_rules! keeps_record {
 }
 pub(crate) use keeps_record;
 
-/// A probe that only looks: at the times of its measure, and at the start too where that is asked for.
+/// Probe that only samples: at the times of its measure and, on request, at the start.
 pub struct Recorder<R, F> {
     record: R,
     look: F,
@@ -315,7 +326,7 @@ pub struct Recorder<R, F> {
 }
 
 impl<R, F: FnMut(&mut R, &mut Moment<'_>) + Send> Recorder<R, F> {
-    /// From an empty record, to which each look adds.
+    /// Creates a recorder with an empty record and the function that adds a sample to it.
     pub fn new(record: R, look: F) -> Self {
         Self {
             record,
@@ -324,7 +335,7 @@ impl<R, F: FnMut(&mut R, &mut Moment<'_>) + Send> Recorder<R, F> {
         }
     }
 
-    /// The same, with a look at the start.
+    /// Creates a recorder as [`Self::new`] that also samples the start.
     pub fn from_start(record: R, look: F) -> Self {
         Self {
             from_start: true,
@@ -351,24 +362,24 @@ where
     keeps_record!();
 }
 
-/// A moment of a run.
+/// Sample of a run: the gas at one time, with quantities computed once for all probes.
 pub struct Moment<'a> {
-    /// When, in the unit of time of the case.
+    /// Time of the sample, in the unit of time of the case.
     pub time: f64,
     /// Number of the replica, from 0.
     pub replica: u64,
-    /// The gas.
+    /// Gas to be sampled.
     pub simulation: &'a mut dyn Simulation,
-    /// Kinetic energy that a thermostat has put in since the start \[energy\].
+    /// Kinetic energy added by a thermostat since the start \[energy\].
     pub heated: f64,
-    /// Breaks long work off; what a probe leaves then is thrown away.
+    /// Flag that ends long work; the sample is then discarded.
     pub interrupt: Interrupt,
     particles: OnceCell<Particles>,
     moments: OnceCell<Moments>,
 }
 
 impl<'a> Moment<'a> {
-    /// A moment of a gas, the first replica of it.
+    /// Creates a sample of the first replica.
     pub fn new(time: f64, simulation: &'a mut dyn Simulation) -> Self {
         Self {
             time,
@@ -381,7 +392,7 @@ impl<'a> Moment<'a> {
         }
     }
 
-    /// The same with the moments of its velocities, which are known.
+    /// Sets the moments of the velocities, which are known already.
     #[must_use]
     pub(crate) fn with_moments(self, moments: Moments) -> Self {
         Self {
@@ -390,12 +401,12 @@ impl<'a> Moment<'a> {
         }
     }
 
-    /// All particles, gathered once for all probes that look.
+    /// All particles, gathered once for all probes.
     pub fn particles(&self) -> &Particles {
         self.particles.get_or_init(|| self.simulation.particles())
     }
 
-    /// Moments of the velocities, added up once for all probes that look.
+    /// Moments of the velocities, computed once for all probes.
     pub fn moments(&self) -> &Moments {
         self.moments.get_or_init(|| self.simulation.moments())
     }
@@ -406,11 +417,11 @@ impl<'a> Moment<'a> {
     }
 }
 
-/// What one engine of one replica left.
+/// Results of one engine of one replica.
 pub struct Finished {
-    /// The probes of the measures of the case, in their order.
+    /// Probes of the measures of the case, in their order.
     pub probes: Vec<Box<dyn Probe>>,
-    /// What was done.
+    /// Counters of the work done.
     pub work: stosszahl_model::Work,
     /// Largest memory of the engine \[bytes\].
     pub bytes: usize,
@@ -419,14 +430,14 @@ pub struct Finished {
 }
 
 impl Finished {
-    /// The record of a type that some measure keeps; none if that measure is not made.
+    /// Record of this type that some measure keeps; `None` if that measure is not made.
     pub fn record<R: 'static>(&self) -> Option<&R> {
         let mut records = self.probes.iter().map(|probe| probe.record());
         records.find_map(|record| record.downcast_ref())
     }
 }
 
-/// Rule of a case with one of its margins.
+/// Decision rule of a case for one of its margins.
 fn rule(plan: &Plan, level: f64, margin: f64) -> Rule {
     let differ_beyond = match plan.case.verdict.differ_beyond {
         DifferBeyond::Zero => 0.0,
@@ -439,29 +450,29 @@ fn rule(plan: &Plan, level: f64, margin: f64) -> Rule {
     }
 }
 
-/// All engines and replicas of a case, as one measure sees them.
+/// Results of all engines and replicas, as one measure sees them.
 pub struct Runs<'a> {
     /// Position of the measure among those of the case.
     pub measure: usize,
-    /// Chance of a false difference that each verdict has: an equal share of `verdict.family_wise_error_rate`, by Bonferroni over all
-    /// verdicts of the point.
+    /// False-alarm probability of each verdict: an equal share of `verdict.family_wise_error_rate`,
+    /// by Bonferroni over all verdicts of the point.
     pub level: f64,
-    /// By engine, then by replica.
+    /// Results by engine, then by replica.
     pub finished: &'a [Vec<Finished>],
 }
 
 impl<'a> Runs<'a> {
-    /// Rule of relative differences in a case.
+    /// Decision rule for relative differences.
     pub fn rule(&self, plan: &Plan) -> Rule {
         rule(plan, self.level, plan.case.verdict.tolerance)
     }
 
-    /// Rule of numbers that are zero under chaos, in their own unit.
+    /// Decision rule for numbers that vanish under molecular chaos, in their own unit.
     pub fn absolute_rule(&self, plan: &Plan) -> Rule {
         rule(plan, self.level, plan.case.verdict.absolute_tolerance)
     }
 
-    /// The records of all replicas of an engine, by its position in the plan.
+    /// Records of all replicas of an engine, by its position in the plan.
     ///
     /// # Panics
     /// If the probe keeps another type of record, which is an error of the program.
@@ -472,7 +483,7 @@ impl<'a> Runs<'a> {
             .collect()
     }
 
-    /// Each engine with the records of its replicas.
+    /// Returns the engines with the records of their replicas.
     pub fn each<'p, R: 'static>(
         &self,
         plan: &'p Plan,
@@ -481,7 +492,7 @@ impl<'a> Runs<'a> {
         engines.map(|(index, engine)| (engine, self.records(index)))
     }
 
-    /// The records of a type that another measure keeps, of all replicas of an engine; none if that measure is not made.
+    /// Records of this type over all replicas of an engine; empty if no measure keeps them.
     pub fn find<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
         let finished = self.finished.get(engine).into_iter().flatten();
         finished.filter_map(Finished::record).collect()

@@ -1,9 +1,10 @@
-//! How long a case takes, measured: each engine runs for a moment from its start, and what it did there is a known share of all
-//! that it has to do.
+//! Measured runtime estimate: each engine runs for a moment from its start, and its progress there
+//! is a known fraction of the whole run.
 //!
-//! The share is that of the collisions that theory expects, which is also that of the time steps, whose length follows the
-//! gas. What probes take at a look is measured apart, once, for some take longer than all of that. Engines run side by side as they do
-//! in a run, since they share the memory and the caches of the machine.
+//! The fraction is that of the collisions that theory expects, which is also that of the time
+//! steps, whose length follows the gas. The time of samples is measured separately, once, because
+//! some take longer than the moment. Engines run side by side as in a run, since they share the
+//! memory and caches of the machine.
 
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread;
@@ -25,15 +26,15 @@ use crate::schedule::{Due, schedule};
 use crate::start::{Preparation, is_prepared, pairs};
 use crate::theory::homogeneous;
 
-/// A step that takes longer than so many times what an engine was given is broken off.
+/// Factor of an engine's time slice after which a step is interrupted.
 const PATIENCE: u32 = 3;
-/// Looks that take less are taken twice.
+/// Duration of a sample below which it is taken twice.
 const QUICK: Duration = Duration::from_millis(20);
-/// Points of a sweep that are measured where there is a second for fewer.
+/// Largest number of points of a sweep that are measured if the time suffices for fewer.
 const MEASURED: usize = 6;
 
-/// Measures how long the points of a case take on so many threads, in about so many seconds in all. Of many points some are
-/// measured, evenly, and the others are guessed from the nearest.
+/// Measures the runtime of the points of a case on `threads` threads, in about `seconds` in all. Of
+/// many points some are measured, evenly spread, and the others are estimated from the nearest.
 ///
 /// # Errors
 /// [`RunError`] if a start or an engine cannot be made.
@@ -43,7 +44,8 @@ pub fn paces(planned: &[Planned<'_>], threads: usize, seconds: f64) -> Result<Ve
         .build()?;
     let jobs = |one: &Planned<'_>| one.plan.engines.len() + usize::from(is_prepared(&one.plan));
     let most = planned.iter().map(jobs).max().unwrap_or(1);
-    // A second for each part of a point; less where there are many points, of which some ten are measured.
+    // A second for each part of a point; less if there are many points, of which some ten are
+    // measured.
     let points = (seconds / most as f64).floor().max(MEASURED as f64) as usize;
     let points = points.clamp(1, planned.len().max(1));
     let each = (seconds / (points * most) as f64).min(1.0);
@@ -63,7 +65,7 @@ pub fn paces(planned: &[Planned<'_>], threads: usize, seconds: f64) -> Result<Ve
     Ok(all.collect())
 }
 
-/// Measures one point: its start, and then all engines side by side, as often as there are threads.
+/// Measures one point: its start, then all engines side by side, as many as there are threads.
 fn measured(planned: &Planned<'_>, threads: usize, each: Duration) -> Result<Pace, RunError> {
     let plan = &planned.plan;
     let failed = |part: &str, source: PartError| RunError::Replica {
@@ -111,10 +113,10 @@ fn measured(planned: &Planned<'_>, threads: usize, each: Duration) -> Result<Pac
     })
 }
 
-/// How long theory takes that tables are compared with \[s\]. It is solved once, here or later.
+/// Time to solve the theory that tables are compared with \[s\]. It is solved once, here or later.
 fn theory(plan: &Plan) -> f64 {
     let began = Instant::now();
-    // Theory that cannot be followed is left out of a run, too, after the same time.
+    // Theory that cannot be solved is also left out of a run, after the same time.
     match plan.kind {
         Kind::Homogeneous => drop(homogeneous::curves(plan)),
         Kind::Comparison => {
@@ -129,7 +131,8 @@ fn theory(plan: &Plan) -> f64 {
     began.elapsed().as_secs_f64()
 }
 
-/// Makes a start, of which the equilibration is broken off after some time: how long it takes \[s\], and what it came to.
+/// Makes a start whose equilibration is interrupted after some time; returns its estimated duration
+/// \[s\] and its particles.
 fn prepared(plan: &Plan, streams: Streams, each: Duration) -> Result<(f64, Particles), PartError> {
     let (pause, never, began) = (Interrupt::default(), Interrupt::default(), Instant::now());
     let start = Preparation::new(plan, streams, &never)?;
@@ -151,7 +154,7 @@ fn prepared(plan: &Plan, streams: Streams, each: Duration) -> Result<(f64, Parti
     Ok((placed + spent * left, particles))
 }
 
-/// How long an engine of the first replica takes, and of another \[s\].
+/// Estimated time of an engine for the first replica, and for another \[s\].
 fn pace(part: &Part<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     let stop = Interrupt::default();
     let began = Instant::now();
@@ -167,7 +170,8 @@ fn pace(part: &Part<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     Ok([0, 1].map(|which| beginning + flight + looks[which]))
 }
 
-/// Lets an engine run for some time. Returns how long it ran \[s\], and which share of all that it has to do it did.
+/// Runs an engine for some time. Returns the time taken \[s\], and the fraction of its whole run
+/// that it did.
 fn flying(
     part: &Part<'_>,
     course: &mut Course<'_>,
@@ -175,7 +179,8 @@ fn flying(
     each: Duration,
 ) -> Result<(f64, f64), PartError> {
     let plan = part.plan;
-    // Looks are counted apart: one at the start would take the time in which the gas is to move.
+    // Samples are timed separately: one at the start would take the time in which the gas should
+    // move.
     let without_looks = |due| Due {
         measures: Vec::new(),
         ..due
@@ -204,7 +209,7 @@ fn flying(
         }
     }
     let done = if broken {
-        // In the middle of a step there is no time, but collisions are counted.
+        // In the middle of a step the time is not defined, but collisions are counted.
         course.gas.work().collisions as f64 / plan.collisions(part.engine)
     } else {
         plan.share(course.gas.time() / plan.time)
@@ -212,7 +217,7 @@ fn flying(
     Ok((began.elapsed().as_secs_f64(), done))
 }
 
-/// What the looks of all measures take, if each takes as long as one at the start: at the first replica, and at any other \[s\].
+/// Estimated time spent sampling \[s\]: for replica 0 and for each further replica.
 fn looking(part: &Part<'_>, course: &mut Course<'_>) -> [f64; 2] {
     let plan = part.plan;
     let mut sums = [0.0; 2];
@@ -229,7 +234,7 @@ fn looking(part: &Part<'_>, course: &mut Course<'_>) -> [f64; 2] {
             course.probes[number].sample(&mut moment);
             began.elapsed()
         };
-        // The first of quick ones waits for memory.
+        // The first of quick samples waits for memory.
         let found = look();
         let found = if found < QUICK { look() } else { found };
         let all = times.count() as f64 * found.as_secs_f64();
@@ -241,7 +246,8 @@ fn looking(part: &Part<'_>, course: &mut Course<'_>) -> [f64; 2] {
     sums
 }
 
-/// Raises an interrupt after some time, and another one later, unless what is returned is dropped before.
+/// Raises an interrupt after some time, and another one later, unless the returned sender is
+/// dropped before.
 fn watch(each: Duration, pause: &Interrupt, stop: &Interrupt) -> Sender<()> {
     let (sender, receiver) = mpsc::channel();
     let (pause, stop) = (pause.clone(), stop.clone());
@@ -266,7 +272,7 @@ mod tests {
     use crate::measure::{Measure, Probe, Recorder, described};
     use crate::plan::EnginePlan;
 
-    /// A look at the start that takes longer than the engine is given.
+    /// Measure whose first sample takes longer than the time slice of the engine.
     struct Slow;
 
     const GIVEN: Duration = Duration::from_millis(20);
@@ -283,7 +289,7 @@ mod tests {
         }
     }
 
-    /// However long the first look takes, the engine runs for its time: nothing is guessed.
+    /// However long the first sample takes, the engine runs for its time slice: nothing is guessed.
     #[test]
     fn a_long_look_at_the_start_leaves_the_engine_its_time() {
         let text = "format = 2\ntitle = \"slow\"\n[gas]\nnumber = 100\nrestitution = 1\n[box]\npacking_fraction = 0.1\n\

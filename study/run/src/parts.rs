@@ -1,4 +1,5 @@
-//! A run in parts, each in a results folder of its own, which are merged: for machines that share no folder.
+//! Run in parts, each in its own results folder, and their merge: for machines without a shared
+//! folder.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -18,10 +19,10 @@ use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory, ru
 
 /// Name of the file that describes a part.
 const PART_FILE: &str = "part.json";
-/// Replicas that a message names.
+/// Largest number of replicas that a message names.
 const NAMED: usize = 5;
 
-/// Share of the replicas of a run: number K of N.
+/// Part of a run: number K of N.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunPart {
     /// Number of the part, from 1.
@@ -52,18 +53,18 @@ impl fmt::Display for RunPart {
     }
 }
 
-/// What a part left.
+/// Results of a part.
 #[derive(Clone, Debug)]
 pub struct PartSummary {
-    /// Its results folder, without tables.
+    /// Results folder of the part, without tables.
     pub folder: PathBuf,
-    /// Replicas of the part.
+    /// Number of replicas of the part.
     pub replicas: usize,
-    /// Replicas of the whole run.
+    /// Number of replicas of the whole run.
     pub all: usize,
 }
 
-/// The case of a part, so that it can be merged without its file.
+/// Case of a part, stored so that it can be merged without its case file.
 #[derive(Debug, Serialize, Deserialize)]
 struct PartCase {
     part: RunPart,
@@ -72,8 +73,8 @@ struct PartCase {
     settings: Vec<String>,
 }
 
-/// Runs the replicas of a part of a case, which `settings` from outside have made of its file, into a results folder. Replicas of all points are
-/// dealt out in turn.
+/// Runs the replicas of one part of a case into a results folder. `settings`: overrides that were
+/// applied to the case file. Replicas of all points are dealt out in turn.
 ///
 /// # Errors
 /// As [`crate::run_case`].
@@ -145,7 +146,8 @@ pub fn run_part(
 /// Reads the case of a part.
 ///
 /// # Errors
-/// [`RunError::Incomplete`] if the folder is not that of a part; [`RunError::Case`] if its case is refused here.
+/// [`RunError::Incomplete`] if the folder does not hold a part; [`RunError::Case`] if its case is
+/// refused here.
 pub fn read_part(folder: &Path) -> Result<CaseFile, RunError> {
     let path = folder.join(PART_FILE);
     let refused = |why: String| {
@@ -159,7 +161,8 @@ pub fn read_part(folder: &Path) -> Result<CaseFile, RunError> {
     Ok(format().from_text(&case.path, &case.text, &case.settings)?)
 }
 
-/// Merges the parts of a run of a case into a results folder: the tables are the bytes of [`crate::run_case`].
+/// Merges the parts of a run into a results folder; the tables have the bytes of
+/// [`crate::run_case`].
 ///
 /// # Errors
 /// As [`crate::run_case`]; and if a part is of another run, or replicas are missing.

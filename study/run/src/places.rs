@@ -1,4 +1,4 @@
-//! Random places for particles in a box, outside walls and obstacles.
+//! Random sequential placement of particles in a box, outside walls and obstacles.
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{Interrupt, Space, Vector};
@@ -6,7 +6,7 @@ use stosszahl_model::{Interrupt, Space, Vector};
 use crate::plan::{Confinement, Region};
 use crate::start::StartError;
 
-/// No room.
+/// Error of a particle that finds no free position.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "particle {particle} of {count} finds no place in {trials} trials; fewer or smaller particles, or a larger box, are needed \
@@ -15,27 +15,27 @@ use crate::start::StartError;
 pub struct Full {
     /// Index of the particle.
     pub particle: usize,
-    /// How many there are to be.
+    /// Number of particles to place.
     pub count: usize,
-    /// How often it was tried.
+    /// Number of positions tried.
     pub trials: usize,
 }
 
-/// How particles keep away from each other and from walls at the start.
+/// Exclusion rule of initial positions, between particles and at walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Room {
-    /// Points: anywhere in the box, outside of obstacles.
+    /// Point particles: anywhere in the box outside obstacles.
     Points,
     /// Particles that overlap neither walls nor obstacles.
     Surfaces,
-    /// Particles that do not overlap each other either.
+    /// Particles that overlap neither walls nor obstacles nor each other.
     Grains,
 }
 
-/// Trials for one particle.
+/// Largest number of trial positions for one particle.
 const MOST_TRIALS: usize = 1_000_000;
 
-/// Places that are taken, in a grid.
+/// Occupied positions, in a grid of cells.
 pub(crate) struct Places<'a, S: Space> {
     radii: &'a [f64],
     confinement: &'a Confinement<S>,
@@ -48,7 +48,7 @@ pub(crate) struct Places<'a, S: Space> {
 }
 
 impl<'a, S: Space> Places<'a, S> {
-    /// An empty box, or a region of one, for particles of these radii.
+    /// Creates an empty box, or a region of one, for particles of these radii.
     pub(crate) fn new(
         radii: &'a [f64],
         confinement: &'a Confinement<S>,
@@ -57,7 +57,7 @@ impl<'a, S: Space> Places<'a, S> {
     ) -> Self {
         let size = confinement.domain.lengths();
         let largest = radii.iter().copied().fold(0.0, f64::max);
-        // As fine as a diameter, but never many more cells than particles.
+        // Cells as fine as a diameter, but not many more than particles.
         let most = (2.0 * radii.len() as f64)
             .powf(1.0 / S::DIMENSION as f64)
             .ceil() as usize
@@ -81,7 +81,7 @@ impl<'a, S: Space> Places<'a, S> {
         }
     }
 
-    /// A place for each particle: the largest first, which find no place later.
+    /// Draws a position for each particle, the largest first, since later they would find none.
     pub(crate) fn all(
         mut self,
         stream: &mut impl Rng,
@@ -144,7 +144,7 @@ impl<'a, S: Space> Places<'a, S> {
         }))
     }
 
-    /// Places along an axis between which the centre of a particle lies.
+    /// Range of the centre of a particle along an axis \[length\].
     fn span(&self, axis: usize, radius: f64) -> [f64; 2] {
         let edge = |side: usize| self.clearance(axis, side, radius);
         let (low, high) = (edge(0), self.size[axis] - edge(1));
@@ -160,12 +160,12 @@ impl<'a, S: Space> Places<'a, S> {
         [inner[0].max(low), inner[1].min(high)]
     }
 
-    /// How far from a face the centre of a particle is at least.
+    /// Smallest distance of the centre of a particle from a face \[length\].
     fn clearance(&self, axis: usize, side: usize, radius: f64) -> f64 {
         let wall = self.confinement.walls.wall(axis, side);
         match (wall, self.room) {
             (Some(_), Room::Points) => self.confinement.wall(axis, side),
-            // A little more, so that no particle touches a wall by rounding.
+            // Slightly more, so that rounding makes no particle touch a wall.
             (Some(_), _) => self.confinement.wall(axis, side) + radius * (1.0 + 1e-9),
             (None, _) => 0.0,
         }

@@ -1,4 +1,4 @@
-//! One point of a run: from what its replicas left to tables, verdicts and the manifest.
+//! One point of a run: from the results of its replicas to tables, verdicts and the manifest.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,32 +28,32 @@ use crate::replica_task::{self, Replica, ReplicaTask, TaskContext};
 use crate::run::{Options, PointSummary, RunError};
 use crate::start::StartReport;
 
-/// Share of collisions in cells with a limited contact value from which it is named.
+/// Fraction of collisions in cells with limited chi from which it is reported.
 const MANY_LIMITED: f64 = 0.1;
 
-/// A point of a run with its place in the results folder.
+/// Point of a run with its place in the results folder.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     /// The case file.
     pub file: &'a CaseFile,
-    /// The point.
+    /// Point with its plan and measures.
     pub planned: &'a Planned<'a>,
-    /// Where its results go.
+    /// Place of the results in the folder.
     pub place: Place<'a>,
-    /// Its number.
+    /// Number of the point.
     pub number: usize,
-    /// Chance of a false alarm of each verdict.
+    /// False-alarm probability of each verdict.
     pub level: f64,
-    /// How it is run.
+    /// Options of the run.
     pub options: &'a Options<'a>,
 }
 
-/// What replicas left, by their number.
+/// Results of the replicas, by number.
 pub(crate) type Left = BTreeMap<u64, Result<Replica, RunError>>;
 
-/// What the replicas of a point left: those of which no engine failed.
+/// Results of the replicas of a point without a failed engine.
 struct Done {
-    /// By engine, then by replica.
+    /// Finished engine runs, by engine, then by replica.
     finished: Vec<Vec<Finished>>,
     starts: Vec<Start>,
     failed: Vec<RunError>,
@@ -101,7 +101,7 @@ impl Job<'_> {
         }
     }
 
-    /// The summary of a point that was complete before.
+    /// Summary of a point that was complete before; `None` if it was not.
     ///
     /// # Errors
     /// [`RunError::Results`] if the folder cannot be read.
@@ -119,7 +119,7 @@ impl Job<'_> {
         )))
     }
 
-    /// Title of what is run here: of a point of a sweep, with what is set there.
+    /// Title of the run: of a point of a sweep, with the swept values.
     fn title(&self) -> String {
         let (title, name) = (&self.planned.plan.case.title, self.place.name());
         let alone = name.is_empty() || *title != self.file.title();
@@ -131,10 +131,10 @@ impl Job<'_> {
         }
     }
 
-    /// Tells that it begins.
+    /// Reports that the point begins.
     pub(crate) fn begin(&self) {
         let plan = &self.planned.plan;
-        // The title of what is run, with what was set from outside.
+        // Title of the case with its overrides.
         let name = if self.place.name().is_empty() {
             &plan.case.title
         } else {
@@ -185,7 +185,7 @@ impl Job<'_> {
         self.finish(replicas, began)
     }
 
-    /// The owner of its journals.
+    /// Owner of the journals of the point.
     pub(crate) fn journal_owner(&self) -> JournalOwner {
         JournalOwner {
             run: *self.place.fingerprint(),
@@ -193,8 +193,8 @@ impl Job<'_> {
         }
     }
 
-    /// The journal of finished replicas of a process that works alone, and those that are in it and in the journals of others that worked here
-    /// before.
+    /// Opens the journal of finished replicas for a process that works alone, and restores the
+    /// replicas in it and in journals of other processes.
     ///
     /// # Errors
     /// [`RunError`] if it cannot be read or written.
@@ -212,7 +212,8 @@ impl Job<'_> {
         Ok((journal, there))
     }
 
-    /// The journal of finished replicas of one of several processes. Others may read an entry as soon as it is added.
+    /// Opens the journal of one of several processes. Others may read an entry as soon as it is
+    /// added.
     ///
     /// # Errors
     /// [`RunError`] if it cannot be read or written.
@@ -222,7 +223,7 @@ impl Job<'_> {
         Ok(journal)
     }
 
-    /// What finished replicas left, by all journals of the point.
+    /// Records of finished replicas, from all journals of the point.
     ///
     /// # Errors
     /// [`RunError`] if a journal cannot be read.
@@ -266,7 +267,7 @@ impl Job<'_> {
     /// checkpoints then.
     ///
     /// # Errors
-    /// [`RunError`] if it cannot be written.
+    /// [`RunError`] if the journal cannot be written.
     pub(crate) fn keep(
         &self,
         journal: &Journal,
@@ -302,7 +303,7 @@ impl Job<'_> {
         }
     }
 
-    /// Sorts what the replicas left, in their order.
+    /// Sorts the results of the replicas by success and failure, in their order.
     fn sort(&self, replicas: Vec<Result<Replica, RunError>>) -> Result<Done, RunError> {
         let plan = &self.planned.plan;
         let mut done = Done {
@@ -328,7 +329,7 @@ impl Job<'_> {
         }
         let failed = done.failed.len();
         match done.failed.first_mut() {
-            // A replica that cannot go on may hide that another engine of it was asked to stop.
+            // A replica that cannot continue may hide that another engine of it was interrupted.
             Some(RunError::Replica { source, .. }) if self.options.stop.is_raised() => {
                 **source = PartError::Interrupted;
                 Err(done.failed.swap_remove(0))
@@ -339,7 +340,7 @@ impl Job<'_> {
         }
     }
 
-    /// Keeps the state of a gas that cannot go on.
+    /// Stores the state of a gas that cannot continue.
     fn keep_state(&self, error: &RunError) -> Result<(), RunError> {
         let RunError::Replica {
             replica,
@@ -360,10 +361,11 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Tables, verdicts and the manifest from what all replicas left, in their order.
+    /// Writes tables, verdicts and the manifest from the results of all replicas, in their order.
     ///
     /// # Errors
-    /// [`RunError`]: of the first replica that failed for another reason than its gas, of all that did, or of the folder.
+    /// [`RunError`]: of the first replica that failed for another reason than its gas, of the first
+    /// if all failed, or of the folder.
     pub(crate) fn finish(
         &self,
         replicas: Vec<Result<Replica, RunError>>,
@@ -493,7 +495,7 @@ fn label_times(table: &mut Table, plan: &Plan) {
     }
 }
 
-/// The unit of time of a case.
+/// Unit of time of a case, for the results folder.
 fn time_unit(plan: &Plan) -> stosszahl_results::TimeUnit {
     stosszahl_results::TimeUnit {
         name: match plan.time_unit {
@@ -506,7 +508,7 @@ fn time_unit(plan: &Plan) -> stosszahl_results::TimeUnit {
     }
 }
 
-/// The case as it is run.
+/// Case as it is run, in JSON.
 pub(crate) fn as_json(plan: &Plan) -> Value {
     serde_json::to_value(&plan.case).unwrap_or_default()
 }
@@ -519,7 +521,7 @@ pub(crate) fn kind_name(kind: Kind) -> &'static str {
     }
 }
 
-/// Replicas that started out of equilibrium, and which tests failed.
+/// Replicas whose start was not equilibrated, with the tests that failed.
 fn unequilibrated(starts: &[Start]) -> Vec<(u64, String)> {
     let bad = starts
         .iter()
@@ -536,7 +538,7 @@ fn unequilibrated(starts: &[Start]) -> Vec<(u64, String)> {
     .collect()
 }
 
-/// Work of each engine over all replicas.
+/// Work of each engine, summed over replicas.
 fn work(plan: &Plan, finished: &[Vec<Finished>]) -> Vec<EngineWork> {
     let one = |(engine, runs): (&crate::plan::EnginePlan, &Vec<Finished>)| {
         let mut work: BTreeMap<String, f64> = BTreeMap::new();
@@ -556,7 +558,7 @@ fn work(plan: &Plan, finished: &[Vec<Finished>]) -> Vec<EngineWork> {
     plan.engines.iter().zip(finished).map(one).collect()
 }
 
-/// Engines whose collision rates were limited, not those of the density.
+/// Warnings about engines whose chi was limited in many collisions.
 fn limited(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
     engines.iter().filter_map(|engine| {
         let share = engine.work.get("share_of_collisions_in_limited_cells").copied()?;
@@ -571,7 +573,7 @@ fn limited(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
     })
 }
 
-/// The machine that it runs on.
+/// Description of the machine of the run.
 fn machine() -> Machine {
     let processor = std::fs::read_to_string("/proc/cpuinfo")
         .ok()

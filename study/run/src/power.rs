@@ -1,32 +1,33 @@
-//! What the replicas of a case can tell, before it is run: the power of its verdicts, from spreads that are known.
+//! Statistical power of a case before it is run: differences that its replicas can detect, from
+//! known spreads.
 
 use stosszahl_analysis::replicas::{MOST_REPLICAS, replicas_needed, smallest_effect};
 
 use crate::judge::margin;
 
-/// The chance with which a difference is to be found.
+/// Probability with which a difference should be detected (the power).
 pub const FOUND: f64 = 0.9;
 
-/// How far the replicas of one quantity lie apart.
+/// Spread of one quantity over replicas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spread {
-    /// What is tested: "energy, one engine against another".
+    /// Tested quantity, such as "energy, one engine against another".
     pub quantity: String,
     /// Standard deviation of one replica.
     pub of_one: f64,
-    /// Where that is from.
+    /// Source of the standard deviation.
     pub source: String,
-    /// A difference that one would like to see.
+    /// Difference that should be detected.
     pub wanted: f64,
-    /// Tests of the verdict that share its chance of a false alarm.
+    /// Number of tests in the verdict, which share its false-alarm probability.
     pub tests: usize,
-    /// Whether differences are shares, shown in per cent.
+    /// True if differences are relative, shown in per cent.
     pub relative: bool,
 }
 
 impl Spread {
-    /// What so many replicas find with the chance [`FOUND`] at a chance `level` of a false alarm, and how many it takes to find
-    /// what one would like to see.
+    /// Describes the difference that `replicas` detect with probability [`FOUND`] at false-alarm
+    /// probability `level`, and the number of replicas that detect the wanted difference.
     pub fn power(&self, replicas: usize, level: f64) -> String {
         let shown = |difference: f64| {
             if self.relative {
@@ -77,7 +78,7 @@ mod tests {
             tests: 1,
             relative: true,
         };
-        // Student's test at 1 %: 4 replicas find 4.3 standard deviations, 1.67 of them take 9.
+        // Student's test at 1 %: 4 replicas detect 4.3 standard deviations; 1.67 of them take 9.
         let said = spread.power(4, 0.01);
         let wanted = "energy: 4 replicas find a difference of 14 % in 90 of 100 cases; 5 % takes 9 replicas (spread of one 3.00 %: \
                       a guess)";

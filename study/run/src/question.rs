@@ -1,11 +1,12 @@
-//! The question of a case: which measurement answers it, and in which column.
+//! Question of a case: the measurement that answers it, and the column of the answer.
 
 use stosszahl_results::{Question, Table, Verdict, engine_title};
 
 use crate::measure::Measure;
 use crate::plan::{Plan, PlanError};
 
-/// Position of the measure whose verdict comes first: the one that the question names; otherwise the first that compares.
+/// Position of the leading measure, whose verdict comes first: that of the question, else the first
+/// that compares.
 pub(crate) fn leading(plan: &Plan, measures: &[&'static dyn Measure]) -> usize {
     let place = |wanted: &dyn Fn(&&&'static dyn Measure) -> bool| {
         let mut all = measures.iter().enumerate();
@@ -18,7 +19,7 @@ pub(crate) fn leading(plan: &Plan, measures: &[&'static dyn Measure]) -> usize {
         .unwrap_or(0)
 }
 
-/// Verdict that is the headline, before the run: name of its measure, and the engine of the question.
+/// Name of the headline before the run: the leading measure, and the engine of the question.
 pub(crate) fn headline(plan: &Plan, measures: &[&'static dyn Measure]) -> String {
     let measure = measures.get(leading(plan, measures));
     let measure = measure.map_or("", |measure| measure.name());
@@ -39,14 +40,15 @@ pub(crate) fn put_first(plan: &Plan, verdicts: &mut [Verdict]) {
     }
 }
 
-/// Question of a run in words, and where its answer stands among the tables of the leading measure.
+/// Question of a run in words, and the location of its answer among the tables of the leading
+/// measure.
 pub(crate) fn of(plan: &Plan, text: Option<String>, tables: &[Table]) -> Question {
     let wanted = plan.case.question.column.as_deref();
     let drawn = |table: &Table, column: &str| {
         let mut figures = table.figures.iter();
         figures.any(|figure| figure.y.column == column)
     };
-    // Engines against each other before each by itself.
+    // Tables that compare engines come before tables of single engines.
     let compared = |table: &&Table| table.find("engine_b").is_some();
     let mut order: Vec<&Table> = tables.iter().filter(compared).collect();
     order.extend(tables.iter().filter(|table| !compared(table)));

@@ -27,7 +27,7 @@ use crate::plan::{EngineKind, EnginePlan, Plan};
 use crate::run::RunError;
 use crate::start::{Preparation, StartReport, is_prepared};
 
-/// One replica of one point.
+/// Piece of work: one replica of one point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReplicaTask {
     /// Number of the point, from 0 in the order of the case.
@@ -81,7 +81,7 @@ fn checkpoint(task: ReplicaTask, part: &str) -> String {
     }
 }
 
-/// The parts of a replica that have a checkpoint.
+/// Names of the parts of a replica that have a checkpoint.
 fn parts(plan: &Plan) -> impl Iterator<Item = &str> {
     let start = is_prepared(plan).then_some("start");
     start
@@ -147,7 +147,7 @@ pub(crate) fn adopt(folder: &Path) {
         }
     }
     for (first, (_, path)) in latest {
-        // Without it the part goes on from the first attempt.
+        // If it fails, the part resumes from the first attempt.
         let _ = fs::rename(path, checkpoints.join(first));
     }
 }
@@ -159,7 +159,7 @@ pub(crate) fn numbers(plan: &Plan, task: ReplicaTask) -> std::ops::Range<usize> 
     first..first + parts
 }
 
-/// Computing time of a replica, about \[s\].
+/// Estimated computing time of a replica \[s\].
 pub(crate) fn seconds(plan: &Plan) -> f64 {
     plan.engines.iter().map(|engine| plan.seconds(engine)).sum()
 }
@@ -167,7 +167,7 @@ pub(crate) fn seconds(plan: &Plan) -> f64 {
 /// Serialises the result of a task.
 ///
 /// # Errors
-/// If a record cannot be written, which is an error of the program.
+/// If a record cannot be serialized, which is an error of the program.
 pub(crate) fn record(left: &Result<Replica, RunError>) -> Result<Vec<u8>, postcard::Error> {
     let record = match left {
         Ok((report, engines)) => {
@@ -203,7 +203,7 @@ impl TaskContext<'_> {
         } else {
             (None, None)
         };
-        // The longest first.
+        // The longest engines start first.
         let mut order: Vec<usize> = (0..plan.engines.len()).collect();
         order.sort_by(|&a, &b| {
             let seconds = |index: usize| plan.seconds(&plan.engines[index]);
@@ -235,7 +235,7 @@ impl TaskContext<'_> {
                 self.folder.join(left)
             });
             if let Some(left) = before.find(|left| left.exists()) {
-                // Without it the part begins anew.
+                // After a failed copy the part begins anew.
                 let _ = copy_file(&left, &path);
             }
         }

@@ -1,4 +1,4 @@
-//! All points, replicas and engines of a case, side by side, into a results folder.
+//! Run of all points, replicas and engines of a case into a results folder.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,110 +19,111 @@ use crate::follow::PartError;
 use crate::plan::{Plan, available_memory, available_threads};
 use crate::point::{Job, as_json, kind_name};
 
-/// Most threads of a run.
+/// Largest number of threads of a run.
 const MOST_THREADS: usize = 1024;
-/// Keys of a case that change nothing in the folder, and those that change only how the same numbers are shown.
+/// Keys of a case that do not affect the folder, and those that only change how results are shown.
 const KEYS: Keys<'static> = Keys {
     ignored: &["run.checkpoint_seconds"],
     output: &["title", "question", "verdict", "measure.fields.windows"],
 };
-/// How a case is run.
+/// Options of a run.
 pub struct Options<'a> {
     /// Results folder; `results/NAME` of the case file by default.
     pub out: Option<PathBuf>,
-    /// What becomes of results that are there.
+    /// Treatment of an existing results folder.
     pub existing: Existing,
-    /// Threads; all cores by default.
+    /// Number of threads; all cores by default.
     pub threads: Option<usize>,
-    /// Runs although the estimated memory is more than there is.
+    /// True to ignore the memory limit.
     pub ignore_memory_limit: bool,
-    /// Raised to stop within a second.
+    /// Interrupt that stops the run within a second.
     pub stop: &'a Interrupt,
-    /// Who sees the progress.
+    /// Receiver of progress messages.
     pub progress: &'a dyn Progress,
-    /// The commit that the program was built from, for the manifest; may be empty.
+    /// Commit from which the program was built, for the manifest; may be empty.
     pub commit: &'a str,
 }
 
 impl Options<'_> {
-    /// Memory that the run may take \[bytes\], as far as that is known and it is asked to keep to it.
+    /// Memory limit of the run \[bytes\]; `None` if unknown or ignored.
     pub(crate) fn free_memory(&self) -> Option<f64> {
         available_memory().filter(|_| !self.ignore_memory_limit)
     }
 }
 
-/// What a run left.
+/// Results of a run.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// The results folder.
+    /// Path of the results folder.
     pub folder: PathBuf,
-    /// Whether it is a sweep.
+    /// True if the run is a sweep.
     pub is_sweep: bool,
-    /// The points, in the order of the case.
+    /// Points, in the order of the case.
     pub points: Vec<PointSummary>,
-    /// The results folder, which no other process writes into until this is dropped: the report is to be written before.
+    /// Results folder, which no other process writes into until this is dropped; write the report
+    /// before.
     pub held: Arc<Folder>,
-    /// Whether this process is to write the report: one of those that share the folder.
+    /// True if this process must write the report: one of those that share the folder.
     pub is_reporter: bool,
 }
 
-/// One point of a run.
+/// Results of one point of a run.
 #[derive(Clone, Debug)]
 pub struct PointSummary {
     /// Name of the point; empty without a sweep.
     pub name: String,
-    /// Its folder.
+    /// Folder of the point.
     pub folder: PathBuf,
-    /// Whether it was complete before.
+    /// True if the point was complete before.
     pub was_complete: bool,
     /// Duration \[s\].
     pub seconds: f64,
-    /// What follows, the most important first.
+    /// Verdicts, the most important first.
     pub verdicts: Vec<Verdict>,
-    /// What the program chose, and why.
+    /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,
-    /// What a reader should know.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
-/// Why a run ended early.
+/// Error that ends a run early.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// The case cannot be run.
+    /// Case that cannot be run.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// The results folder.
+    /// Error of the results folder.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// The journal of finished replicas cannot be written or read.
+    /// Journal that cannot be written or read.
     #[error(transparent)]
     Journal(#[from] SnapshotError),
-    /// No such number of threads.
+    /// Number of threads out of range.
     #[error("{found} threads; allowed: from 1 to {MOST_THREADS}")]
     Threads {
-        /// How many were asked for.
+        /// Number of threads asked for.
         found: usize,
     },
-    /// The threads cannot be started.
+    /// Threads that cannot be started.
     #[error("threads: {0}")]
     Pool(#[from] rayon::ThreadPoolBuildError),
-    /// A run of the pilot of `[accuracy]` failed.
+    /// Failed pilot run of `[accuracy]`.
     #[error("pilot of accuracy.target: {0}")]
     Pilot(#[source] PartError),
-    /// More memory than there is.
+    /// Memory above the limit.
     #[error(
         "the run needs about {:.1} GiB and {:.1} GiB are free; fewer particles, simulators or threads need less; \
          --ignore-memory-limit runs it all the same",
         needed / 1_073_741_824.0, available / 1_073_741_824.0
     )]
     Memory {
-        /// Estimate for the whole process \[bytes\].
+        /// Estimated memory of the whole process \[bytes\].
         needed: f64,
-        /// What is free \[bytes\].
+        /// Free memory \[bytes\].
         available: f64,
     },
-    /// Replicas of a run are missing, or a part of it cannot be read.
+    /// Missing replicas, or a part of a run that cannot be read.
     #[error("{0}")]
     Incomplete(String),
     /// The processes that share a run cannot go on together.
@@ -137,17 +138,17 @@ pub enum RunError {
     /// One replica failed, or all of them.
     #[error("replica {replica}, {part}: {source}")]
     Replica {
-        /// Which, from 0.
+        /// Number of the replica, from 0.
         replica: u64,
-        /// `start`, or the engine.
+        /// Name of the part: `start`, or the engine.
         part: String,
-        /// Why.
+        /// Error of the part.
         source: Box<PartError>,
     },
 }
 
 impl RunError {
-    /// Whether the run only stopped because it was asked to.
+    /// Returns true if the run only stopped because it was asked to.
     pub fn is_interruption(&self) -> bool {
         let source = match self {
             Self::Replica { source, .. } => source,
@@ -157,7 +158,7 @@ impl RunError {
         source.is_interruption()
     }
 
-    /// Whether the case is to blame, which cannot be started.
+    /// Returns true if the case is at fault and cannot be started.
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Case(_)
@@ -171,7 +172,7 @@ impl RunError {
         }
     }
 
-    /// Whether the gas itself cannot go on.
+    /// Returns true if the gas itself cannot continue.
     pub(crate) fn is_of_gas(&self) -> bool {
         matches!(self, Self::Replica { source, .. } if source.is_of_gas())
     }
@@ -180,7 +181,7 @@ impl RunError {
 /// Runs all points of a case into a results folder.
 ///
 /// # Errors
-/// [`RunError`]; checkpoints stay.
+/// [`RunError`]; checkpoints are kept.
 pub fn run_case(file: &CaseFile, options: &Options<'_>) -> Result<Summary, RunError> {
     let (planned, threads) = prepare(file, options)?;
     let side_by_side = side_by_side(&planned, threads);
@@ -198,7 +199,7 @@ pub fn run_case(file: &CaseFile, options: &Options<'_>) -> Result<Summary, RunEr
     Ok(opened.summary(points))
 }
 
-/// Plans all points, chooses what they leave open, and says how many threads there are.
+/// Plans all points, makes open choices, and determines the number of threads.
 ///
 /// # Errors
 /// As [`run_case`].
@@ -215,14 +216,14 @@ pub(crate) fn prepare<'a>(
     Ok((planned, threads))
 }
 
-/// Points of few replicas that run side by side: as many as have a thread for each part.
+/// Number of points that run side by side: points of few replicas, until each thread has a part.
 fn side_by_side(planned: &[Planned<'_>], threads: usize) -> usize {
     let parts = |one: &Planned<'_>| one.plan.engines.len() * one.plan.case.replicas as usize;
     let fewest = planned.iter().map(parts).min().unwrap_or(1);
     (threads / fewest.max(1)).max(1)
 }
 
-/// Memory that a run of these points takes on so many threads \[bytes\].
+/// Estimated memory of a run of these points on `threads` threads \[bytes\].
 pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
     let chunks = planned.chunks(side_by_side(planned, threads));
     let needed = chunks.map(|chunk| {
@@ -232,7 +233,7 @@ pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
     needed.fold(0.0, f64::max)
 }
 
-/// Refuses a run that needs more memory than is free, unless it is asked for all the same.
+/// Refuses a run that needs more memory than is free, unless the limit is ignored.
 ///
 /// # Errors
 /// [`RunError::Memory`].
@@ -243,14 +244,14 @@ pub(crate) fn require_memory(needed: f64, options: &Options<'_>) -> Result<(), R
     }
 }
 
-/// The results folder of a run, open.
+/// Open results folder of a run.
 pub(crate) struct Opened {
     folder: Arc<Folder>,
     is_sweep: bool,
 }
 
 impl Opened {
-    /// Makes it, or finds the one to continue.
+    /// Creates the results folder, or opens the one to continue.
     ///
     /// # Errors
     /// [`RunError::Results`].
@@ -264,7 +265,7 @@ impl Opened {
         })
     }
 
-    /// Makes it, or joins the processes that work in it.
+    /// Creates the results folder, or joins the processes that work in it.
     ///
     /// # Errors
     /// [`RunError::Results`].
@@ -308,12 +309,12 @@ impl Opened {
         })
     }
 
-    /// The folder.
+    /// Results folder.
     pub(crate) fn folder(&self) -> &Folder {
         &self.folder
     }
 
-    /// The points, each with its place.
+    /// Points of the run, each with its place in the folder.
     pub(crate) fn jobs<'a>(
         &'a self,
         file: &'a CaseFile,
@@ -332,7 +333,7 @@ impl Opened {
         both.map(job).collect()
     }
 
-    /// What the run left.
+    /// Summary of the run.
     pub(crate) fn summary(&self, points: Vec<PointSummary>) -> Summary {
         Summary {
             folder: self.folder.path().to_owned(),
@@ -344,7 +345,7 @@ impl Opened {
     }
 }
 
-/// Identifies the runs of all points.
+/// Fingerprints of the runs of all points.
 ///
 /// # Errors
 /// [`RunError::Results`] if a start file cannot be read.
@@ -357,7 +358,7 @@ pub(crate) fn run_ids(planned: &[Planned<'_>]) -> Result<Vec<RunId>, RunError> {
     Ok(planned.iter().map(one).collect::<Result<_, _>>()?)
 }
 
-/// The start file of a case.
+/// Path of the start file of a case; `None` without one.
 pub(crate) fn start_file(plan: &Plan) -> Option<PathBuf> {
     let name = plan.case.start.file.as_ref()?;
     Some(plan.folder.join(name))

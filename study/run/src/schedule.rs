@@ -1,20 +1,20 @@
-//! When something is due: the times of all measures, and of the scalings of a thermostat.
+//! Schedule of a run: sample times of all measures, and times of velocity rescaling.
 
 use crate::measure::Measure;
 use crate::plan::Plan;
 
-/// What is due at one time.
+/// Scheduled time of a run with everything that is due then.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Due {
-    /// When, in the unit of time of the case.
+    /// Time, in the unit of time of the case.
     pub time: f64,
-    /// Whether velocities are scaled, before anything is looked at.
+    /// True if velocities are rescaled, before anything is sampled.
     pub heating: bool,
-    /// The measures that look, by their position among those of the case.
+    /// Measures to sample, by their position among those of the case.
     pub measures: Vec<usize>,
 }
 
-/// All that is due, in order of time. The last is the end of the run, whether anything looks there or not.
+/// All scheduled times in order. The last is the end of the run, with or without samples.
 pub fn schedule(plan: &Plan, measures: &[&dyn Measure]) -> Vec<Due> {
     let until = plan.case.run.until;
     let times = measures.iter().map(|measure| measure.times(plan)).collect();
@@ -27,7 +27,7 @@ pub fn schedule(plan: &Plan, measures: &[&dyn Measure]) -> Vec<Due> {
     merged(times, &heating, until)
 }
 
-/// Unites lists of times within the run.
+/// Merges lists of times within the run.
 fn merged(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<Due> {
     let looks = measures.into_iter().enumerate();
     let mut all: Vec<(f64, Option<usize>)> = looks

@@ -1,4 +1,5 @@
-//! The initial state of a replica, which all engines share: placed, given velocities, and equilibrated elastically.
+//! Initial state of a replica, shared by all engines: placement, velocities, and elastic
+//! equilibration.
 
 use nalgebra::{Vector2, Vector3};
 use rand::Rng;
@@ -21,61 +22,64 @@ use crate::engines::threads_each;
 use crate::places::{Full, Places, Room};
 use crate::plan::{Confinement, Plan, PlanError};
 
-/// Bins of the test for uniform impact parameters, and collisions that it needs in each.
+/// Number of bins in the test for uniform impact parameters.
 const BINS: usize = 20;
+/// Number of collisions that the test needs in each bin.
 const COLLISIONS_PER_BIN: u64 = 1000;
-/// Collisions in one leg of the equilibration, for each particle, and at least.
+/// Number of collisions per particle in one segment of the equilibration.
 const LEG: u64 = 4;
+/// Smallest number of collisions in one segment of the equilibration.
 const LEAST_LEG: u64 = 100_000;
-/// Deepest overlap that counts as rounding.
+/// Deepest overlap that counts as rounding \[diameters\].
 const OVERLAP_TOLERANCE: f64 = 1e-9;
-/// Sets of simulators beyond the first begin with other numbers.
+/// Random streams of further sets of simulators, distinct from those of the first.
 const SETS: u64 = 3;
 
-/// How a start came about.
+/// Report on how a start was made.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StartReport {
-    /// How the particles were placed.
+    /// Method of placement, in words.
     pub placement: String,
     /// Elastic collisions per particle.
     pub collisions_per_particle: f64,
-    /// Whether the collisions asked for happened, at least one, and no test failed; none where the case gives the start.
+    /// True if the requested collisions happened, at least one, and no test failed; `None` where
+    /// the case gives the start.
     pub equilibrated: Option<bool>,
-    /// The tests of the last block.
+    /// Equilibration tests of the last block.
     pub tests: Vec<Outcome>,
 }
 
-/// Why a start cannot be made.
+/// Error with which a start cannot be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StartError {
-    /// Particles find no place.
+    /// Particle that finds no free position.
     #[error(transparent)]
     Full(#[from] Full),
-    /// It was asked to end.
+    /// Interruption.
     #[error("stopped")]
     Interrupted,
-    /// A lattice, or several sizes, do not fit.
+    /// Lattice, or several sizes, that do not fit.
     #[error("start.placement: {0}")]
     Placement(#[source] PlacementError),
-    /// Particles overlap, which is an error of the program.
+    /// Overlap of particles, which is an error of the program.
     #[error("particles {} and {} of the start overlap by {depth}", pair[0], pair[1])]
     Overlap {
-        /// The pair.
+        /// Indices of the pair.
         pair: [usize; 2],
-        /// How deep.
+        /// Depth of the overlap.
         depth: f64,
     },
-    /// The plan has no such box.
+    /// Plan without such a box.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// Sizes or sides that cannot be.
+    /// Invalid sizes or sides.
     #[error(transparent)]
     Invalid(#[from] stosszahl_model::Invalid),
-    /// Elastic dynamics cannot start or go on.
+    /// Elastic dynamics that cannot start or continue.
     #[error("elastic equilibration: {0}")]
     Dynamics(#[from] stosszahl_ed::EngineError),
-    /// The same, from within a leg.
+    /// Elastic dynamics that fails within a segment.
     #[error("elastic equilibration: {0}")]
     Failure(#[from] Failure),
 }
@@ -90,7 +94,7 @@ impl From<PlacementError> for StartError {
 }
 
 impl StartError {
-    /// Whether the case is to blame.
+    /// Returns true if the case is at fault.
     pub(crate) fn is_refusal(&self) -> bool {
         match self {
             Self::Full(_) | Self::Placement(_) | Self::Plan(_) | Self::Invalid(_) => true,
@@ -114,24 +118,25 @@ impl StartError {
     }
 }
 
-/// A start on its way: what a checkpoint holds.
+/// Start in preparation, as a checkpoint holds it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Preparation {
-    /// Elastic dynamics, between two legs.
+    /// Bytes of the elastic dynamics, between two segments.
     #[serde(with = "serde_bytes")]
     gas: Vec<u8>,
     collisions: u64,
     bins: Vec<u64>,
-    /// Time of the start \[engine time\], and whether the collisions asked for have happened; none while they are counted.
+    /// Time of the start \[engine time\], and whether the requested collisions have happened;
+    /// `None` while they are counted.
     end: Option<(f64, bool)>,
     /// Bragg peaks of the lattice that must melt.
     reciprocal: Vec<[i32; 2]>,
     placement: String,
-    /// Set at the end.
+    /// Report of the finished start; `None` before.
     report: Option<StartReport>,
 }
 
-/// |b|/d in bins.
+/// Histogram of impact parameters |b|/d.
 struct Histogram<'a>(&'a mut [u64]);
 
 impl Observer for Histogram<'_> {
@@ -143,10 +148,11 @@ impl Observer for Histogram<'_> {
     }
 }
 
-/// The first state of a set of simulators, not equilibrated; that of number 0 is the start of exact dynamics too.
+/// Initial state of a set of simulators, not equilibrated. Set 0 is also the start of exact
+/// dynamics.
 ///
 /// # Errors
-/// [`StartError`] if it cannot be made.
+/// [`StartError`] if the state cannot be made.
 pub fn placed(
     plan: &Plan,
     set: u64,
@@ -166,7 +172,7 @@ pub fn placed(
     .map_err(|error| error.in_units(plan))
 }
 
-/// Particles of any sizes, as the functions that draw velocities know them.
+/// Model of particles with individual sizes, from which velocities are drawn.
 type Each<S, C> = Scene<S, C, Law, Polydisperse, Free>;
 
 fn scene<S: Space, C: Surface<S>>(plan: &Plan, surface: C) -> Result<Each<S, C>, StartError> {
@@ -236,7 +242,8 @@ fn by_surface<S: Space, C: Surface<S>>(
     Ok((particles(plan, &scene, &state), reciprocal, placement))
 }
 
-/// Gives a state the velocities and spins of the start: those of the file, or drawn ones. `draw` numbers the draws of a replica.
+/// Sets the initial velocities and spins: those of the file, or drawn ones. `draw`: number of the
+/// draw in a replica.
 fn velocities<S: Space, C: Surface<S>>(
     plan: &Plan,
     scene: &Each<S, C>,
@@ -279,7 +286,8 @@ fn velocities<S: Space, C: Surface<S>>(
     initial::thermal_spins(scene, state, spins, &mut stream(Purpose::Spins));
 }
 
-/// Which velocity of the start file each particle has, where they are dealt: any of its species; none where particles keep their own.
+/// Random assignment of the file's velocities to particles of the species; `None` where particles
+/// keep their own.
 fn order(plan: &Plan, stream: &mut impl Rng) -> Option<Vec<usize>> {
     if plan.case.start.placement == Placement::File {
         return None;
@@ -294,7 +302,8 @@ fn order(plan: &Plan, stream: &mut impl Rng) -> Option<Vec<usize>> {
     Some(order)
 }
 
-/// Gives equilibrated disks the velocities of the start, which equilibration would have changed.
+/// Replaces the velocities of equilibrated disks by the initial ones, which equilibration has
+/// changed.
 fn redrawn<C: Surface<Plane>>(
     plan: &Plan,
     surface: C,
@@ -312,7 +321,7 @@ fn redrawn<C: Surface<Plane>>(
     Ok(particles(plan, &scene, &state))
 }
 
-/// Places of disks in a periodic box, the lattice that they must forget, and its name.
+/// Positions of disks in a periodic box, the lattice that they must forget, and its name.
 type Placed = (Vec<Vector2<f64>>, Vec<[i32; 2]>, String);
 
 fn in_plane(
@@ -353,7 +362,7 @@ fn in_plane(
 }
 
 impl Plan {
-    /// The arrangement to place; none with a start file.
+    /// Lattice or random arrangement to place; `None` with a start file.
     pub fn arrangement(&self) -> Option<Arrangement> {
         match self.case.start.placement {
             Placement::Disordered => Some(Arrangement::Disordered),
@@ -364,7 +373,7 @@ impl Plan {
     }
 }
 
-/// The state as measurements and engines have it.
+/// Converts a state to particles of the common interface.
 fn particles<S: Space, C: Surface<S>>(
     plan: &Plan,
     scene: &Each<S, C>,
@@ -390,7 +399,8 @@ fn particles<S: Space, C: Surface<S>>(
     }
 }
 
-/// The grains of a plan without a shear flow: equilibration is at rest, and velocities are relative to the flow that starts then.
+/// Particle properties without the shear flow: equilibration is at rest, and the flow starts after
+/// it.
 fn at_rest(plan: &Plan) -> Grains {
     Grains {
         shear_rate: None,
@@ -398,7 +408,7 @@ fn at_rest(plan: &Plan) -> Grains {
     }
 }
 
-/// Gives smooth disks the temperature of the start and no drift.
+/// Rescales smooth disks to the initial temperature, without drift.
 fn rescale(plan: &Plan, all: &mut Particles) -> Result<(), StartError> {
     let scene = scene::<Plane, Smooth>(plan, Smooth)?;
     let body = |one: &Particle| Body::new(one.position.xy(), one.velocity.xy());
@@ -420,7 +430,7 @@ impl Preparation {
     /// Places the particles of a replica.
     ///
     /// # Errors
-    /// [`StartError`] if they do not fit, or if it was interrupted.
+    /// [`StartError`] if particles do not fit, or on interruption.
     pub fn new(plan: &Plan, streams: Streams, interrupt: &Interrupt) -> Result<Self, StartError> {
         let (particles, reciprocal, placement) = placed(plan, 0, streams, interrupt)?;
         let boundaries = plan.exact_boundaries(streams)?;
@@ -442,21 +452,23 @@ impl Preparation {
         })
     }
 
-    /// How it came about, once it is finished.
+    /// Report of the finished start; `None` before.
     pub fn report(&self) -> Option<&StartReport> {
         self.report.as_ref()
     }
 
-    /// Share of the longest equilibration that is done.
+    /// Fraction of the longest equilibration that is done.
     pub fn share(&self, plan: &Plan) -> f64 {
         self.collisions as f64 / pairs(plan, plan.longest_equilibration()).max(1) as f64
     }
 
-    /// Equilibrates for one leg, in blocks, until the collisions asked for have happened and no test fails, or patience ends.
-    /// True once finished. A leg is a function of the preparation before it.
+    /// Equilibrates for one segment, in blocks, until the requested collisions have happened and no
+    /// test fails, or the longest equilibration is reached. Returns `true` when finished. A segment
+    /// is a function of the preparation before it.
     ///
     /// # Errors
-    /// [`StartError`] if elastic dynamics cannot go on; [`StartError::Interrupted`] leaves it as it was before the leg.
+    /// [`StartError`] if elastic dynamics cannot continue; [`StartError::Interrupted`] leaves the
+    /// preparation unchanged.
     pub fn leg(
         &mut self,
         plan: &Plan,
@@ -465,14 +477,15 @@ impl Preparation {
     ) -> Result<bool, StartError> {
         let asked = pairs(plan, plan.equilibration());
         let most = pairs(plan, plan.longest_equilibration()).max(asked);
-        // The last half of what was asked is tested, or more where that is too little to tell.
+        // The last half of the requested collisions is tested, or more if that is too few for the
+        // test.
         let block = (asked / 2).max(BINS as u64 * COLLISIONS_PER_BIN);
         if self.report.is_some() {
             return Ok(true);
         }
         let done = self.collisions;
         let in_block: u64 = self.bins.iter().sum();
-        // Blocks end at a multiple of their length after the first half of what was asked.
+        // Blocks end at multiples of their length after the first half of the requested collisions.
         let first = asked.saturating_sub(block);
         let target = if done < first {
             first
@@ -486,8 +499,8 @@ impl Preparation {
         let leg = (LEG * plan.count() as u64).max(LEAST_LEG);
         if self.end.is_none() && done < target {
             let leg = leg.min(target - done);
-            // As long as theory needs for a hundred collisions of each particle: a gas in which nothing collides in all that
-            // time has nothing to forget.
+            // Time in which theory expects a hundred collisions per particle: a gas in which
+            // nothing collides in that time has nothing to forget.
             let horizon = gas.time() + 100.0 / plan.collision_rate();
             let mut bins = self.bins.clone();
             let (mut histogram, mut nobody) = (Histogram(&mut bins), ());
@@ -531,11 +544,12 @@ impl Preparation {
         Ok(true)
     }
 
-    /// Goes on by a mean free time from the collision at which the count ended, so that the start is at a time chosen whatever collides
-    /// then: at the collision itself one pair more than on average would be in contact. True once there.
+    /// Flies for a mean free time after the collision at which the count ended. Otherwise the start
+    /// would be at a collision, where one pair more than average is in contact. Returns `true` once
+    /// there.
     ///
     /// # Errors
-    /// [`StartError::Interrupted`] leaves the preparation as it was.
+    /// [`StartError::Interrupted`] leaves the preparation unchanged.
     fn fly_on(
         &mut self,
         plan: &Plan,
@@ -545,7 +559,7 @@ impl Preparation {
     ) -> Result<bool, StartError> {
         let (end, _) = self.end.unwrap_or_else(|| {
             let free = 0.5 * gas.time() * gas.count() as f64 / self.collisions as f64;
-            // Where next to nothing collides, no longer than it took.
+            // Where hardly anything collides, at most as long as the count took.
             (gas.time() + free.min(gas.time()), complete)
         });
         let reached = gas
@@ -560,7 +574,7 @@ impl Preparation {
         Ok(reached)
     }
 
-    /// The gas that is equilibrated, as it is now.
+    /// Gas in equilibration, in its present state.
     pub(crate) fn gas(
         &self,
         plan: &Plan,
@@ -578,7 +592,7 @@ impl Preparation {
         gas.map_err(|error| StartError::from(error).in_units(plan))
     }
 
-    /// The finished start, at time 0.
+    /// Returns the finished start, at time 0.
     ///
     /// # Errors
     /// [`StartError`] if the preparation is damaged.
@@ -616,12 +630,13 @@ impl Preparation {
     }
 }
 
-/// Pair collisions that make up a number of collisions per particle.
+/// Number of pair collisions for a number of collisions per particle.
 pub(crate) fn pairs(plan: &Plan, per_particle: f64) -> u64 {
     (0.5 * per_particle * plan.count() as f64).ceil() as u64
 }
 
-/// Whether the start of a case is equilibrated or tested by elastic dynamics: disks that keep their distance.
+/// Returns true if elastic dynamics equilibrates or tests the start of a case, which must be hard
+/// disks.
 pub fn is_prepared(plan: &Plan) -> bool {
     plan.dimension == 2 && (plan.kind == Kind::Comparison || plan.equilibration() > 0.0)
 }

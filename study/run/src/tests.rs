@@ -1,4 +1,5 @@
-//! A run that is stopped after every leg goes on to the same bytes, and plans have the numbers of the literature.
+//! Runs stopped after every segment continue to the same bytes, and plans agree with the
+//! literature.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +21,7 @@ use crate::plan::{EnginePlan, Plan};
 use crate::question;
 use crate::start::{Preparation, StartError, is_prepared, placed};
 
-/// All that a probe can see, in numbers.
+/// Data seen by a probe: collisions, stops and samples, in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Seen {
     collisions: f64,
@@ -96,7 +97,8 @@ fn seen(finished: &Finished) -> Seen {
     record.cloned().expect("a record")
 }
 
-/// Runs each engine of a plan at a stretch, and again with a stop after every leg.
+/// Runs each engine of a plan without a stop, and again with a stop after every segment; results
+/// must be equal.
 fn assert_resumes(text: &str) {
     let plan = plan(text);
     let streams = Streams::new(plan.case.seed, 0);
@@ -162,8 +164,8 @@ fn disks_whose_velocities_are_scaled_resume_to_the_same_bytes() {
     );
 }
 
-/// Scaling takes the mean velocity away, which would grow from rounding beyond all else: by e^50 in this run, so that the temperature about it
-/// would be nothing at the end.
+/// Rescaling subtracts the mean velocity. Otherwise its rounding would grow by e^50 in this run,
+/// and exceed all relative motion.
 #[test]
 fn scaled_disks_have_no_drift() {
     let plan = plan(
@@ -186,7 +188,7 @@ fn scaled_disks_have_no_drift() {
     assert!(*drift < 1e-12, "{drift}");
 }
 
-/// The mean velocity of the gas.
+/// Measure of the mean velocity of the gas.
 struct Drift;
 
 impl Measure for Drift {
@@ -204,8 +206,9 @@ impl Measure for Drift {
     }
 }
 
-/// Scaled velocities are free cooling in another unit of time: exact disks go as far, with as many collisions. Ten intervals of h make 1 + t/t0 =
-/// (1 + h)^10 where the gas cools by Haff's law; 100 disks do so within some hundredths, which is what the two may differ by.
+/// Rescaled velocities are free cooling in another unit of time: exact disks move as far, with
+/// equal collision numbers. Ten intervals h make 1 + t/t0 = (1 + h)^10 where the gas follows Haff's
+/// law; 100 disks do so within some hundredths, which is the tolerance.
 #[test]
 fn scaled_disks_go_the_ways_of_those_that_cool() {
     let run = |thermostat: &str, until: f64| {
@@ -244,7 +247,7 @@ fn scaled_disks_go_the_ways_of_those_that_cool() {
         (scaled.2 / free.2 - 1.0).abs() < 1e-12,
         "{scaled:?} {free:?}"
     );
-    // With the Sonine factor c of the rate (1 + c h)^10 stands beside 1 + c ((1 + h)^10 - 1).
+    // With the Sonine factor c of the rate, (1 + c h)^10 replaces 1 + c ((1 + h)^10 - 1).
     assert!(
         (scaled.3 / free.3 - 1.0).abs() < 2e-3,
         "{scaled:?} {free:?}"
@@ -291,7 +294,7 @@ fn gases_without_positions_resume_to_the_same_bytes() {
     );
 }
 
-/// Raises an interrupt after a number of collisions.
+/// Observer that raises an interrupt after a number of collisions.
 struct Raising {
     interrupt: Interrupt,
     left: u64,
@@ -306,15 +309,15 @@ impl Observer for Raising {
     }
 }
 
-/// Engines of each sort.
+/// Cases with engines of every kind.
 const ALL_ENGINES: [&str; 2] = [
     "[gas]\nnumber = 400\nrestitution = 1.0\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 0\n[run]\nuntil = 20\n\
      [engine.ed]\n[engine.dsmc-boltzmann]\n[engine.dsmc-contact-point]\n[engine.dsmc-esmc]\n[engine.dsmc-stochastic-disks]\n",
     "[gas]\ndimension = 3\nnumber = 400\nrestitution = 1.0\nvolume = 4000.0\n[run]\nuntil = 1e3\n[engine.dsmc-homogeneous]\n",
 ];
 
-/// Whatever an advance has before it, an interrupt ends it after a few hundred events, proposals, or one step; and there is
-/// no way on from there.
+/// An interrupt ends an advance after a few hundred events or proposals, or one step, and the
+/// engine cannot continue.
 #[test]
 fn an_interrupt_breaks_any_engine_off() {
     for text in ALL_ENGINES {
@@ -339,7 +342,8 @@ fn an_interrupt_breaks_any_engine_off() {
             let reached = gas.advance(1e5, Budget::Unlimited, &mut observer);
             assert!(!reached.expect("a gas"), "{}", engine.name);
             assert!(gas.is_interrupted(), "{}", engine.name);
-            // Collisions come in batches of some hundred, or by the step, in which a simulator meets one other at most.
+            // Collisions come in batches of some hundred, or by the step, in which a simulator
+            // meets at most one other.
             let collisions = gas.work().collisions;
             let most = 600 + 1200.max(gas.count() as u64 / 2);
             assert!(
@@ -353,7 +357,7 @@ fn an_interrupt_breaks_any_engine_off() {
     }
 }
 
-/// No particle is placed, and no leg of the start is done, once it is asked to end; what was done stays as it was.
+/// An interrupt stops placement and equilibration, and leaves the work done before unchanged.
 #[test]
 fn an_interrupt_ends_a_start() {
     let (never, now) = (Interrupt::default(), Interrupt::default());
@@ -372,7 +376,7 @@ fn an_interrupt_ends_a_start() {
     assert!(!start.leg(&plan, streams, &never).expect("a leg"));
 }
 
-/// More threads than any machine has are refused, whoever asks for them.
+/// More threads than any machine has are refused, for every option.
 #[test]
 fn threads_have_a_limit() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -393,8 +397,8 @@ fn threads_have_a_limit() {
     assert!(refused.to_string().contains("from 1 to 1024"), "{refused}");
 }
 
-/// Interrupted in the middle of a leg, again and again, each time a little later, a part ends with the same numbers: the leg
-/// leaves nothing behind.
+/// A part interrupted in the middle of a segment, each time a little later, ends with the same
+/// numbers: the segment leaves nothing behind.
 #[test]
 fn a_leg_that_is_broken_off_leaves_nothing_behind() {
     let plan = plan(ALL_ENGINES[0]);
@@ -433,8 +437,9 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
     }
 }
 
-/// Few simulators in a cell put the collision rate off by more than the margin: comparisons are void, before the run and after it. With
-/// the default number they are not, whatever collision rate the theory of a scheme has.
+/// Few simulators per cell change the collision rate by more than the margin: comparisons are void,
+/// before and after the run. With the default number they are not, whatever the collision rate of
+/// the scheme.
 #[test]
 fn comparisons_with_large_numerical_errors_are_void() {
     let case = |engines: &str| {
@@ -471,7 +476,7 @@ fn comparisons_with_large_numerical_errors_are_void() {
         .map(|one| one.name)
         .collect();
     assert_eq!(void, ["dsmc-stochastic-disks"]);
-    // A dilute gas cools more slowly than exact disks by its theory; both notes on rates say so.
+    // By theory a dilute gas cools more slowly than exact disks; both notes on rates say so.
     let [exact, dilute] = [&many.engines[0], &many.engines[1]];
     let expected = many.stated_rates([exact, dilute], 1.0).expect("a rate");
     assert!(
@@ -486,7 +491,8 @@ fn comparisons_with_large_numerical_errors_are_void() {
     assert_eq!(named.count(), 2, "{:?}", many.warnings);
 }
 
-/// The question names the engine whose verdict comes first; one that is not in the case is refused.
+/// The question names the engine whose verdict comes first; an engine that is not in the case is
+/// refused.
 #[test]
 fn the_question_names_the_engine_of_the_headline() {
     let case = |engine: &str| {
@@ -522,7 +528,7 @@ fn the_question_names_the_engine_of_the_headline() {
     );
 }
 
-/// What a measurement leaves that is broken off, here between two of them, is no result: it is made again.
+/// A sample that is interrupted, here between two measures, is discarded and taken again.
 #[test]
 fn a_measurement_that_is_broken_off_is_made_again() {
     let plan = plan(ALL_ENGINES[0]);
@@ -557,7 +563,7 @@ fn a_measurement_that_is_broken_off_is_made_again() {
     assert!(last == whole);
 }
 
-/// Raises an interrupt after a number of collisions, as a measure; after none, when it looks.
+/// Measure that raises an interrupt after a number of collisions; after zero, when it samples.
 struct Eager(Interrupt, u64);
 
 struct EagerProbe(Raising);
@@ -597,7 +603,7 @@ impl Measure for Eager {
     }
 }
 
-/// What falls and is not heated makes a bed, and that is said before the run.
+/// A gas that falls and is not heated comes to rest, which is reported before the run.
 #[test]
 fn a_gas_that_will_rest_is_named() {
     let text = "format = 2\ntitle = \"a test\"\nreplicas = 2\n[gas]\nnumber = 100\nrestitution = RESTITUTION\n[box]\nsize = [20, 40]\n\
@@ -624,13 +630,13 @@ fn a_gas_that_will_rest_is_named() {
     }
 }
 
-/// A key that has another name elsewhere is led to the one that it has here.
+/// A key with another common name is suggested by that name.
 #[test]
 fn other_names_lead_to_keys() {
     let format = crate::check::format();
     let keys = serde_json::to_string(format.json()).expect("a schema");
     for (other, key) in stosszahl_case::SYNONYMS {
-        // A key, or the one word that has other names.
+        // A key, or the one value that has other names.
         let known = if *key == "specular" { "" } else { ":" };
         assert!(keys.contains(&format!("\"{key}\"{known}")), "{key}");
         assert_ne!(other, key);
@@ -642,8 +648,8 @@ fn other_names_lead_to_keys() {
     assert!(said.contains("did you mean displacement?"), "{said}");
 }
 
-/// A few large particles among many small ones make a scheme slow that tries all pairs as if they were the largest, and
-/// that is said; and exact dynamics tries none.
+/// A few large particles among many small ones make a scheme slow whose majorant is that of the
+/// largest pair, and this is reported; exact dynamics has no such candidates.
 #[test]
 fn slow_schemes_are_called_slow() {
     let text = "format = 2\ntitle = \"a test\"\nreplicas = 1\n[gas]\nnumber = 1000\nrestitution = 0.9\n[[species]]\nshare = 0.999\n\
@@ -667,8 +673,8 @@ fn slow_schemes_are_called_slow() {
     }
 }
 
-/// `t_0 = sqrt(pi)/(2 (1 - r^2) phi chi) d sqrt(m/T)`, with the speed of the paper, `<v^2> = (0.2047 m/s)^2` and so
-/// `T/m = 0.2047^2/2`. Bound: a few roundings.
+/// Haff's time `t_0 = sqrt(pi)/(2 (1 - r^2) phi chi) d sqrt(m/T)`, with the speed of the paper,
+/// `<v^2> = (0.2047 m/s)^2` and thus `T/m = 0.2047^2/2`. Tolerance: a few roundings.
 #[test]
 fn luding_1998_has_the_published_time() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/luding-1998.toml");
@@ -683,7 +689,8 @@ fn luding_1998_has_the_published_time() {
     assert_eq!(names, ["ed", "dsmc-free-volume", "dsmc-enskog"]);
 }
 
-/// The critical length at packing 0.25 and restitution 0.8 is 17.311 d, so 0.8 of it holds 61.05 disks.
+/// The critical length at packing 0.25 and restitution 0.8 is 17.311 d; a box of 0.8 of it holds
+/// 61.05 disks.
 #[test]
 fn a_box_in_critical_lengths_says_the_number_of_disks() {
     let text = "[gas]\nrestitution = 0.8\n[box]\npacking_fraction = 0.25\ncritical_lengths = 0.8\n[run]\nuntil = 1\n[engine.ed]\n";
@@ -699,7 +706,7 @@ fn a_box_in_critical_lengths_says_the_number_of_disks() {
     assert_eq!(refused.key, "box.width_over_critical_length");
 }
 
-/// In SI units a temperature of each species is as good as one of the gas.
+/// In SI units, temperatures of all species replace that of the gas.
 #[test]
 fn species_with_temperatures_need_none_of_the_gas() {
     let text = "units = \"si\"\n[gas]\nvolume = 1e-6\n[run]\nuntil = 1\n\

@@ -1,4 +1,4 @@
-//! Runs that leave no files: those of the pilot and of the frontier, with what they measure.
+//! Runs without files, for the pilot and the frontier, and the quantities they measure.
 
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::windows::{Window, Windows};
@@ -11,27 +11,27 @@ use crate::measure::{Finished, Measure};
 use crate::measures;
 use crate::plan::{EnginePlan, Plan};
 
-/// One replica of a plan.
+/// One replica of a plan, to be run without files.
 #[derive(Clone, Copy)]
 pub(crate) struct Unsaved<'a> {
-    /// The plan.
+    /// Plan of the case.
     pub plan: &'a Plan,
-    /// What is measured.
+    /// Measures to take.
     pub measures: &'a [&'static dyn Measure],
-    /// The number of the replica.
+    /// Number of the replica.
     pub replica: u64,
-    /// Set to stop at the next leg.
+    /// Interrupt that stops the run at the next segment.
     pub stop: &'a Interrupt,
 }
 
 impl Unsaved<'_> {
-    /// The start that all engines share.
+    /// Makes the start that all engines share.
     pub(crate) fn start(&self) -> Result<Particles, PartError> {
         let control = Control::new(None, 1e9, self.stop, &|_, _| {});
         Ok(prepare(self.plan, self.replica, &control)?.1)
     }
 
-    /// One engine from it.
+    /// Runs one engine from a start.
     pub(crate) fn run(
         &self,
         engine: &EnginePlan,
@@ -49,13 +49,14 @@ impl Unsaved<'_> {
     }
 }
 
-/// The measures of these names, with their default options unless a case says otherwise.
+/// Measures of these names, with default options unless the case sets them.
 pub(crate) fn measures(names: &[&str]) -> Vec<&'static dyn Measure> {
     let all = measures::ALL.iter().copied();
     all.filter(|one| names.contains(&one.name())).collect()
 }
 
-/// The case with this many equal particles at a packing fraction; as it is where it says its particles otherwise.
+/// Case with this many equal particles at a packing fraction; unchanged where the case defines its
+/// particles in another way.
 pub(crate) fn resized(case: &Case, count: usize, packing_fraction: f64) -> Case {
     let mut case = case.clone();
     match (&mut case.species[..], &mut case.gas.number) {
@@ -85,12 +86,12 @@ pub(crate) fn energies(run: &Finished) -> Vec<f64> {
     later.map(|energy| energy / energies[0]).collect()
 }
 
-/// The first window of time.
+/// First time window of the run.
 pub(crate) fn window(run: &Finished) -> Option<&Window> {
     run.record::<Windows>()?.windows.first()
 }
 
-/// The collision rate of the first window over Enskog's at the temperature found.
+/// Collision rate in the first window over Enskog's at the measured temperature.
 pub(crate) fn collision_rate(plan: &Plan, run: &Finished) -> f64 {
     let enskog = kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0);
     let found = window(run).and_then(|window| window.dissipation(enskog, plan.count()));

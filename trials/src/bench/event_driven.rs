@@ -36,7 +36,8 @@ pub struct BenchEd {
     /// Time only until this time, in units of t0 (Haff's time; mean free times of an elastic gas).
     #[arg(long, value_name = "T")]
     pub until: Option<f64>,
-    /// Shear rate of a uniform flow, in units of the diameter, the mass and the temperature of the start.
+    /// Shear rate of a uniform flow, in units of the diameter, the mass and the temperature of the
+    /// start.
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     pub shear_rate: Option<f64>,
     /// Print one JSON object.
@@ -44,12 +45,12 @@ pub struct BenchEd {
     pub json: bool,
 }
 
-/// How disks are arranged before they are equilibrated.
+/// Arrangement of disks before they are equilibrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BenchStart {
-    /// In no order: random sequential addition, a molten lattice above packing 0.45.
+    /// Random sequential addition; above packing 0.45, a molten lattice.
     Disordered,
-    /// On a hexagonal lattice.
+    /// Hexagonal lattice.
     Hexagonal,
 }
 
@@ -71,8 +72,8 @@ impl BenchEd {
             "0 or more",
         )?;
         let count = self.disks as usize;
-        // The box of a hexagonal crystal of about as many disks in equal columns and rows, so that it fits up to close
-        // packing; square otherwise.
+        // The box of a hexagonal crystal of about as many disks in equal columns and rows, so that
+        // it fits up to close packing; square otherwise.
         let (arrangement, aspect) = match self.start {
             BenchStart::Disordered => (Arrangement::Disordered, 1.0),
             BenchStart::Hexagonal => {
@@ -87,8 +88,8 @@ impl BenchEd {
 }
 
 impl Work for BenchEd {
-    /// Times the next collisions, or the collisions until a time in units of `t_0` after the start;
-    /// the time to make the engine is included.
+    /// Times the next collisions, or the collisions until a time in units of `t_0`; includes the
+    /// time to make the engine.
     fn measure(&self) -> Result<Speed, Trouble> {
         let (scene, start) = (disks(self.restitution)?, self.start()?);
         let Some(rate) = self.shear_rate else {

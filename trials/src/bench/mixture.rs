@@ -1,4 +1,5 @@
-//! `stosszahl-trials bench mixture`: a highly polydisperse cooling gas of spheres, the case of Table I of Bodrova & Osinsky (2024).
+//! `stosszahl-trials bench mixture`: a highly polydisperse cooling gas of spheres, the case of
+//! Table I of Bodrova & Osinsky (2024).
 
 use clap::{Args, ValueEnum};
 use stosszahl_dsmc::homogeneous::{Bird, Contact, Engine, LowRank, Selection, Slots};
@@ -10,13 +11,14 @@ use crate::gas::{Spheres, spheres, without_positions};
 /// `stosszahl-trials bench mixture`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchMixture {
-    /// How pairs are selected.
+    /// Pair selection.
     #[arg(long, value_enum, default_value_t = Pick::AliasTables)]
     pub selection: Pick,
     /// Number of monomers; there are k^-3 times as many spheres of mass k.
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub monomers: u32,
-    /// How numbers that are not whole become so: down (100 sizes for a million monomers) or to the nearest (125 sizes).
+    /// Rounding of the numbers of particles: down (100 sizes for a million monomers) or to the
+    /// nearest (125 sizes).
     #[arg(long, value_enum, default_value_t = Counts::Down)]
     pub counts: Counts,
     /// Coefficient of restitution.
@@ -36,7 +38,7 @@ pub struct BenchMixture {
     pub json: bool,
 }
 
-/// How pairs are selected, by the names that case files have.
+/// Pair selection, by the names that case files have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Pick {
     /// Groups of like speed and size in alias tables: the fastest.
@@ -47,12 +49,12 @@ pub enum Pick {
     SingleMajorant,
 }
 
-/// How numbers of particles become whole.
+/// Rounding of the numbers of particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Counts {
-    /// Down.
+    /// Rounding down.
     Down,
-    /// To the nearest whole number.
+    /// Rounding to the nearest whole number.
     Nearest,
 }
 
@@ -74,7 +76,7 @@ impl BenchMixture {
                 let mass = f64::from(k);
                 let share = monomers / (mass * mass * mass);
                 let count = match self.counts {
-                    // A share that is whole must not fall below itself by rounding.
+                    // Slack for a whole share that rounding puts just below itself.
                     Counts::Down => (share + 1e-9).floor(),
                     Counts::Nearest => share.round(),
                 };
@@ -85,7 +87,7 @@ impl BenchMixture {
         let sizes = kinds.len();
         let particles: usize = kinds.iter().map(|kind| kind.2).sum();
         let scene = spheres(&kinds, self.restitution)?;
-        // A tenth of a monomer for each unit of volume, temperature one.
+        // Number density 0.1 of monomers, temperature one.
         let extent = (monomers / 0.1, particles);
         let mut engine: Engine<_, S> =
             without_positions(scene, Contact::Dilute, extent, |_| 1.0, self.seed)?;

@@ -1,4 +1,5 @@
-//! Dilute hard particles for the Monte Carlo engine: cells of half a mean free path and a constant step.
+//! Dilute hard particles for the Monte Carlo engine: cells of half a mean free path and a constant
+//! step.
 
 use clap::Args;
 use rand::RngExt;
@@ -66,7 +67,8 @@ impl BenchDsmc {
     fn measure_in<S: Space>(&self) -> Result<Speed, Trouble> {
         /// Steps before timing, in which tiles allocate their memory.
         const WARM_UP: u64 = 5;
-        // With the mean free path l/phi, a cell holds phi (l/2 phi)^D over the volume of a particle.
+        // Volume of a cell over that of a particle: with the mean free path l/phi, a cell holds phi
+        // (l/2 phi)^D particles.
         let path = S::mean_free_path(1.0, 1.0);
         let dimension = S::DIMENSION as f64;
         let power = (0.5 * path).powf(dimension) / (S::ball(0.5) * self.per_cell);

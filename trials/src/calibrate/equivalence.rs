@@ -1,7 +1,8 @@
-//! Rates of *agree* and *differ* where the true difference is nothing, half a margin, one margin or two.
+//! Rates of *agree* and *differ* for true differences of zero, half a margin, one margin and two.
 //!
-//! Replicas are those of real gases, drawn anew from a stored pool: two draws from one pool have no difference whatever the
-//! distribution is, and a known one is planted on them. Profiles are drawn, as means over blocks of time.
+//! Replicas are drawn with replacement from a stored pool of real gases: two draws from one pool do
+//! not differ, whatever the distribution is. A known difference is then planted on them. Profiles
+//! are drawn from normal distributions, as means over blocks of time.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -20,14 +21,14 @@ use stosszahl_study::{Options, run_case};
 use super::CHANCE;
 use crate::{Done, Findings, Trouble};
 
-/// Chance of a wrong verdict that is stated, for each comparison alone.
+/// Stated chance of a wrong verdict, for each comparison alone.
 const LEVEL: f64 = 0.05;
-/// True differences in units of the margin.
+/// True differences, in units of the margin.
 const DIFFERENCES: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
 /// Numbers of replicas.
 const REPLICAS: [usize; 3] = [4, 8, 16];
 
-/// Text of a case of one replica: a gas of this restitution, with these engines and measures.
+/// Formats a case of one replica: 100 particles of a restitution, with engines and measures.
 fn case_text(restitution: f64, engines_and_measures: &str) -> String {
     format!(
         "format = 2
@@ -48,15 +49,15 @@ until = 20
     )
 }
 
-/// One replica of a gas in the pool.
+/// Replica of a gas in the pool.
 struct Replica {
-    /// Energy over that of the start, at each sample after the start.
+    /// Energies over that of the start, at each sample after the start.
     energies: Vec<f64>,
-    /// Windows of impact parameters.
+    /// Impact parameters in windows of time.
     windows: Vec<Window>,
 }
 
-/// Replicas of one engine, and the times of their samples.
+/// Replicas of one engine, with sample times and windows.
 struct Pool {
     name: String,
     times: Vec<f64>,
@@ -68,7 +69,7 @@ fn failed(error: impl Display) -> Trouble {
     Trouble::failed(error.to_string())
 }
 
-/// Number in a column of a row.
+/// Returns the number in a column of a row; NaN without one.
 fn number(table: &Table, row: &[Cell], column: &str) -> f64 {
     let place = table.find(column);
     place
@@ -76,7 +77,7 @@ fn number(table: &Table, row: &[Cell], column: &str) -> f64 {
         .unwrap_or(f64::NAN)
 }
 
-/// Rows of one engine.
+/// Returns the rows of one engine.
 fn rows<'a>(table: &'a Table, engine: &'a str) -> impl Iterator<Item = &'a [Cell]> {
     let place = table.find("engine");
     let wanted = move |row: &&Vec<Cell>| {
@@ -85,7 +86,8 @@ fn rows<'a>(table: &'a Table, engine: &'a str) -> impl Iterator<Item = &'a [Cell
     table.rows.iter().filter(wanted).map(Vec::as_slice)
 }
 
-/// Windows of impact parameters from the counts of a table.
+/// Rebuilds the spans and the windows of impact parameters of one engine from the counts of a
+/// table.
 fn windows(table: &Table, engine: &str) -> (Vec<[f64; 2]>, Vec<Window>) {
     let (mut spans, mut windows): (Vec<[f64; 2]>, Vec<Window>) = (Vec::new(), Vec::new());
     for row in rows(table, engine) {
@@ -103,7 +105,7 @@ fn windows(table: &Table, engine: &str) -> (Vec<[f64; 2]>, Vec<Window>) {
     (spans, windows)
 }
 
-/// Puts collisions into a bin of a window.
+/// Adds collisions to a bin of a window, uniform within the bin.
 fn put(window: &mut Window, bin: usize, count: u64) {
     let place = (bin as f64 + 0.5) / window.bins.len() as f64;
     window.bins[bin] += count;
@@ -112,7 +114,7 @@ fn put(window: &mut Window, bin: usize, count: u64) {
     window.impact_square += count as f64 * (place * place + 1.0 / 4800.0);
 }
 
-/// Runs single replicas of a case, and keeps what each engine left.
+/// Runs single replicas of a case, and collects energies and impact parameters of each engine.
 fn pools(log: &mut Findings, text: &str, name: &str, count: usize) -> Result<Vec<Pool>, Trouble> {
     let folder = tempfile::tempdir().map_err(failed)?;
     let mut pools: Vec<Pool> = Vec::new();
@@ -168,15 +170,15 @@ fn pools(log: &mut Findings, text: &str, name: &str, count: usize) -> Result<Vec
     Ok(pools)
 }
 
-/// What many verdicts were, where the truth is known.
+/// Counts of verdicts for one true difference.
 #[derive(Clone, Copy, Debug, Default)]
 struct Rates {
     samples: usize,
     agree: usize,
     differ: usize,
-    /// Verdicts whose number lies farther from zero than the truth, by its lower bound.
+    /// *Differ* verdicts whose stated lower bound exceeds the true difference.
     missed: usize,
-    /// Sum of estimates over the truth where *differ* was said.
+    /// Sum of estimates over the truth, of *differ* verdicts.
     inflation: f64,
 }
 
@@ -197,7 +199,7 @@ impl Rates {
     }
 }
 
-/// The bound that a sentence of a difference states.
+/// Reads the lower bound from the sentence of a *differ* verdict.
 fn bound(sentence: &str) -> Option<f64> {
     let (_, said) = sentence.rsplit_once("at least ")?;
     let (value, scale) = match said.trim_end_matches('.').strip_suffix(" %") {
@@ -207,7 +209,8 @@ fn bound(sentence: &str) -> Option<f64> {
     Some(scale * value.parse::<f64>().ok()?)
 }
 
-/// Draws verdicts for each true difference and each number of replicas, and holds the rates against what is stated.
+/// Draws verdicts for each true difference and each number of replicas, and checks the rates of
+/// wrong ones against the stated level.
 fn measure(
     log: &mut Findings,
     what: &str,
@@ -260,12 +263,13 @@ fn measure(
     Ok(())
 }
 
-/// Rule of one comparison alone.
+/// Creates the rule of one comparison alone.
 fn rule(margin: f64) -> Rule {
     Rule::new(LEVEL, margin)
 }
 
-/// Energies of gases that cool: two draws from the pool of one engine, of which the second is lower by what is planted at all times.
+/// Compares energies of cooling gases: two draws from the pool of one engine, the first raised by
+/// the planted difference at all times.
 pub(super) fn cooling(log: &mut Findings) -> Done {
     let count = if log.effort.quick { 24 } else { 400 };
     let chaos = "[engine.dsmc-contact-point]\nsimulators_per_particle = 1\n[measure.energy]";
@@ -283,7 +287,8 @@ pub(super) fn cooling(log: &mut Findings) -> Done {
         );
         let spread = spread.and_then(|mean| mean.standard_error).unwrap_or(0.0);
         let spread = spread * (count as f64).sqrt();
-        // A margin that the replicas see: so wide that eight of them find two of it in most cases.
+        // Margin of two spreads of one replica: eight replicas find a difference of two margins in
+        // most cases.
         let margin = 2.0 * spread;
         found!(log; "{}: spread of one replica {:.1} %, margin {:.1} %", pool.name, 100.0 * spread, 100.0 * margin);
         let what = format!("energies, {}", pool.name);
@@ -306,7 +311,7 @@ pub(super) fn cooling(log: &mut Findings) -> Done {
             let places = Places::Times(&pool.times);
             Pair { comparison, places }.judge(&pairs)
         })?;
-        // Exact disks have a slope of their own once they cluster.
+        // Monte Carlo only: the impact parameters of clustered exact disks have a slope.
         if pool.name.contains("contact-point") {
             impact(log, pool, counts)?;
         }
@@ -314,7 +319,7 @@ pub(super) fn cooling(log: &mut Findings) -> Done {
     Ok(())
 }
 
-/// Impact parameters of elastic exact disks.
+/// Compares impact parameters of elastic exact disks with uniform ones.
 pub(super) fn elastic(log: &mut Findings) -> Done {
     let count = if log.effort.quick { 24 } else { 400 };
     let pools = pools(log, &case_text(1.0, ""), "elastic", count)?;
@@ -326,9 +331,11 @@ pub(super) fn elastic(log: &mut Findings) -> Done {
     pools.iter().try_for_each(|pool| impact(log, pool, counts))
 }
 
-/// Impact parameters of replicas from a pool, each turned over by a coin, so that no slope is left, and then tilted.
+/// Compares impact parameters of drawn replicas with uniform ones; each replica is mirrored at
+/// random, which removes any slope, and then tilted by the planted one.
 fn impact(log: &mut Findings, pool: &Pool, counts: &[usize]) -> Done {
-    // A slope that eight replicas find in most cases where it is two margins.
+    // Margin of twice the root mean square slope of one replica: eight replicas find a slope of two
+    // margins in most cases.
     let last = |one: &Replica| one.windows.last().and_then(Window::slope);
     let slopes: Vec<f64> = pool.replicas.iter().filter_map(last).collect();
     let squares: f64 = slopes.iter().map(|slope| slope * slope).sum();
@@ -357,7 +364,8 @@ fn impact(log: &mut Findings, pool: &Pool, counts: &[usize]) -> Done {
     })
 }
 
-/// A window whose density is turned over, and multiplied with one of a slope.
+/// Returns a window with its density mirrored if `over` is true, and multiplied by
+/// `1 + slope (u - 1/2)`.
 fn tilted(window: &Window, over: bool, slope: f64) -> Window {
     let bins = window.bins.len();
     let mut tilted = Window {
@@ -380,7 +388,7 @@ fn tilted(window: &Window, over: bool, slope: f64) -> Window {
     tilted
 }
 
-/// Profiles of twenty places, means over forty blocks of time of two engines.
+/// Compares profiles at twenty places, means over forty blocks of time, of two engines.
 pub(super) fn profiles(log: &mut Findings) -> Done {
     const BLOCKS: usize = 40;
     const PLACES: usize = 20;
@@ -403,7 +411,7 @@ pub(super) fn profiles(log: &mut Findings) -> Done {
             };
             let place = |place: usize| {
                 let centre = 1.0 + 0.1 * place as f64;
-                // The truth at all places, so that agreement is false at each.
+                // Difference at all places, so that agreement is false at each.
                 let pair = [mean(centre * (1.0 + truth)), mean(centre)];
                 (pair, format!("y = {place}"))
             };

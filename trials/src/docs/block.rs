@@ -158,7 +158,7 @@ mod tests {
         };
         let kept = replace(page, &typed, "| 1 |").expect("a block");
         assert_eq!(find(&kept, "a").expect("a block").head, typed);
-        // Again, it is the same.
+        // A second replacement changes nothing.
         assert_eq!(replace(&made, &head, "| 1 |").as_ref(), Some(&made));
         assert!(
             find(&made, "b").is_none()

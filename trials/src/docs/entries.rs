@@ -26,7 +26,7 @@ pub struct Entry {
     pub make: Make,
 }
 
-/// Runs of an entry.
+/// Runs behind an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A bundled case.
@@ -63,7 +63,7 @@ impl From<String> for Made {
     }
 }
 
-/// Name of an engine in the first line of a block, and its current statistics version.
+/// Engine in the first line of a block: its name and its current statistics version.
 pub type Engine = (&'static str, u32);
 
 const ED: Engine = ("ed", stosszahl_ed::STATISTICS_VERSION);
@@ -133,7 +133,7 @@ const FLOWS: &str = "docs/flows.md";
 /// The picture of README.
 const EVIDENCE: &str = "docs/evidence.svg";
 
-/// All blocks.
+/// All blocks, in the order of a check.
 pub const ENTRIES: &[Entry] = &[
     entry("quick", "README.md", BOTH, quick).cheap(),
     entry("luding-1998-fig3b", PAIRED, EXACT, fig3b).cheap(),
@@ -184,7 +184,7 @@ pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
         "---|".repeat(header.len())
     );
     for row in rows {
-        // A bar would end the cell.
+        // Escape of a bar, which would end the cell.
         let cells: Vec<String> = row.iter().map(|cell| cell.replace('|', "\\|")).collect();
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     }

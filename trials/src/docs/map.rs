@@ -17,7 +17,7 @@ use super::results::{Key, Measured, Results, Row};
 use crate::Trouble;
 use crate::three_disks;
 
-/// The page.
+/// Path of the page from the root.
 pub(super) const PAGE: &str = "docs/map.md";
 
 /// Results of one box: the rows of its windows.
@@ -72,14 +72,16 @@ fn mean(a: Measured, b: Measured) -> Measured {
 }
 
 /// Collision rate of N elastic disks at a given squared speed of colliding pairs, over that of very
-/// many.
+/// many disks.
 ///
-/// Density does not fluctuate in a box of N disks, which lowers the pairs at contact by half the
-/// variance of the density times the second derivative of `n^2 chi`: `S(0)/(2 N) (phi^2
-/// chi)''/chi` (Salacuse, Denton & Egelstaff, *Physical Review E* **53**, 2382 (1996),
-/// doi:10.1103/PhysRevE.53.2382). Velocities of N disks of fixed energy and momentum are a point on
-/// a sphere of `2 (N - 1)` dimensions, so that `<g>` is larger by `sqrt(N) Gamma(N - 1)/Gamma(N -
-/// 1/2)` and the squared speed of colliding pairs by `N/(N - 1/2)`.
+/// The density of a box of N disks does not fluctuate. That lowers the pairs at contact by half the
+/// variance of the density times the second derivative of `n^2 chi`: by
+/// `S(0)/(2 N) (phi^2 chi)''/chi` (Salacuse, Denton & Egelstaff, *Physical Review E* **53**, 2382
+/// (1996), doi:10.1103/PhysRevE.53.2382).
+///
+/// Velocities of N disks of fixed energy and momentum are a point on a sphere of `2 (N - 1)`
+/// dimensions. `<g>` is therefore larger by `sqrt(N) Gamma(N - 1)/Gamma(N - 1/2)`, and the squared
+/// speed of colliding pairs by `N/(N - 1/2)`.
 fn of_few(disks: f64, packing: f64) -> f64 {
     let near = 1e-3;
     let [below, own, above] = [packing - near, packing, packing + near]
@@ -311,9 +313,9 @@ pub(super) fn onset(results: &Results) -> Result<Made, Trouble> {
 mod tests {
     use super::*;
 
-    /// In a dilute gas two of N disks make N (N - 1)/2 pairs, 1 - 1/N of what very many would, and
-    /// speeds tend to Maxwell's: to the first order in 1/N the rate at a given speed of pairs is
-    /// 1 - 1/N + 3/(8 N).
+    /// Collision rate of N disks in a dilute gas, `1 - 5/(8 N)`: N (N - 1)/2 pairs are 1 - 1/N of
+    /// those of very many disks, and Maxwellian speeds at a given squared speed of pairs add 3/(8
+    /// N).
     #[test]
     fn few_disks_collide_less_often() {
         for disks in [1e3, 1e4] {

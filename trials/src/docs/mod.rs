@@ -7,7 +7,7 @@
 //! (`compare`). Of costly ones the statistics versions of the engines are compared: the block is
 //! refused once an engine that it rests on gives other means. The same holds of blocks that no
 //! entry makes, whose first line says from which cases their numbers were typed in. A block that
-//! shows nothing yet is named, and no fault.
+//! shows nothing yet is named but is no fault.
 
 mod block;
 mod compare;
@@ -79,7 +79,7 @@ pub(crate) fn command(asked: &Docs) -> Done {
     }
 }
 
-/// Prints the faults of a block, and returns their number.
+/// Prints the faults of a block; returns their number.
 fn tell(place: &str, found: &[String]) -> usize {
     say(&format!(
         "{}  {place}",
@@ -176,7 +176,7 @@ fn check(root: &Path, entry: &Entry) -> Result<Vec<String>, Trouble> {
     faults(&text, entry, &results)
 }
 
-/// Lists the faults of the block of an entry in a page that no new results can cure; empty if there
+/// Lists the faults of the block of an entry in a page that new results cannot cure; empty if there
 /// are none.
 pub fn stale(page: &str, entry: &Entry) -> Vec<String> {
     let Some(block) = find(page, entry.name) else {

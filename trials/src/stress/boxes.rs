@@ -31,9 +31,11 @@ trials! {
         "energy to 1e-11, momentum, exclusion";
 }
 
-/// Tolerance of collisions against those of all pairs. Two gases that start alike and round
-/// differently part by a factor e^2 per collision in dense gases and by 60 in the most dilute one
-/// here; four collisions of each disk leave 1e-15 times 60^4 at most, mostly far less.
+/// Tolerance of collisions against those of all pairs.
+///
+/// Two gases that start alike but round differently diverge by a factor e^2 per collision in dense
+/// gases, and by 60 in the most dilute one here. Four collisions of each disk leave 1e-15 times
+/// 60^4 at most, mostly far less.
 const AS_ALL_PAIRS: f64 = 1e-8;
 
 fn small(log: &mut Findings) -> Done {
@@ -67,7 +69,7 @@ fn small(log: &mut Findings) -> Done {
             gas.survives_kills(log, 50, 1)?;
         }
     }
-    // Of 81 boxes: one disk fits into all, two into most.
+    // Of 81 boxes, all hold one disk and most hold two.
     must!(log, gases > 150; "only {gases} gases fitted");
     found!(log; "{gases} gases, {compared} collisions compared");
     Ok(())
@@ -91,7 +93,7 @@ fn wedge(log: &mut Findings) -> Done {
     let mut contacts = 0;
     for width in [1.5, 1.75, 1.9, 1.99] {
         for restitution in [1.0, 0.5] {
-            // Half a box to the side is as far from the disk as from its image.
+            // Beside the point half a box away, which is as far from the disk as from its image.
             for off in [0.0, 1e-15, -1e-15, 1e-9, -1e-3] {
                 for place in [0.0, 0.3] {
                     let other = [place + 0.5 * width + off, 3.5];
@@ -99,8 +101,8 @@ fn wedge(log: &mut Findings) -> Done {
                     let gas = few(restitution, [width, 6.0], bodies)?;
                     about!(log; "width {width}, {off:e} off the middle, from {place}, r = {restitution}");
                     let course = gas.run(3.0, 10_000)?;
-                    // An inelastic disk that is driven into a narrow wedge may bounce in it for
-                    // ever.
+                    // Exemption of an inelastic disk that is driven into a narrow wedge, where it
+                    // may bounce for ever.
                     let collapsed = restitution < 1.0 && course.collapsed();
                     must!(log, course.reached || collapsed; "{}", course.ended());
                     gas.audit(log, &course);
@@ -151,7 +153,7 @@ fn long(log: &mut Findings) -> Done {
 }
 
 fn borders(log: &mut Findings) -> Done {
-    // Whatever the cells are, some of these are theirs: multiples of L/2 ... L/12.
+    // Edges of the engine's cells, whatever their number: multiples of L/2 ... L/12.
     let side = 12.0;
     let mut compared = 0;
     for cells in [2_usize, 3, 4, 6, 8, 10, 12] {
@@ -166,7 +168,7 @@ fn borders(log: &mut Findings) -> Done {
             [-1.0, -1.0],
             [-0.0, -0.0],
         ];
-        // On the corners of a sparse set of cells, so that none overlap; speeds differ, so that no
+        // Corners of a sparse set of cells, so that none overlap; different speeds, so that no
         // contacts tie.
         let step = (2.0 / width).ceil() as usize;
         let places: Vec<[f64; 2]> = (0..cells)
@@ -207,7 +209,7 @@ fn borders(log: &mut Findings) -> Done {
 
 fn ratios(log: &mut Findings) -> Done {
     for mass in [1e6, 1e-6] {
-        // All pairs first, with few enough of them.
+        // Against all pairs, with few disks.
         for (large, small, side) in [(1, 12, 130.0), (3, 300, 280.0)] {
             let mut sizes = vec![(50.0, mass); large];
             sizes.extend(vec![(0.5, 1.0); small]);
@@ -234,7 +236,8 @@ fn one_huge(log: &mut Findings) -> Done {
     };
     let collisions = log.effort.collisions.unwrap_or(collisions);
     let huge = 50.0;
-    // Small ones at packing 0.2 beside the huge one, on a square lattice that dynamics forgets.
+    // Small disks at packing 0.2 beside the huge one, on a square lattice that the dynamics
+    // forgets.
     let spacing = (std::f64::consts::FRAC_PI_4 / 0.2_f64).sqrt();
     let covered = std::f64::consts::PI * (huge + 1.0) * (huge + 1.0);
     let columns =

@@ -30,9 +30,9 @@ trials! {
         "no overlap beyond 1e-11 d, energy to 1e-11, Z = 2/(0.9069/phi - 1) + 1.90 within 1 % (and 4 standard errors)";
 }
 
-/// Gaps between three disks: the left pair collides first.
+/// Gaps between three disks; the left pair collides first \[length\].
 const GAPS: [f64; 2] = [0.5, 0.6];
-/// Speed of the outer disks.
+/// Speed of the outer disks \[length/time\].
 const SPEED: f64 = 1.0;
 
 /// Creates three disks on a line along x in a box so large that images do not matter.
@@ -54,7 +54,7 @@ fn line(restitution: f64) -> Result<Gas<Disks>, Trouble> {
 /// next pair recedes. Only b/a decides, so nothing underflows (McNamara & Young, Phys. Fluids A 4,
 /// 496 (1992), doi:10.1063/1.858323).
 fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
-    /// Number of collisions that every finite sequence here stays below.
+    /// Upper bound of the number of collisions of every finite sequence here.
     const MANY: u64 = 10_000;
     let (mut gap, mut other_gap) = (GAPS[0], GAPS[1]);
     let (mut approach, mut other) = (SPEED, SPEED);
@@ -73,8 +73,7 @@ fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
             other + 0.5 * (1.0 + restitution) * approach,
             -restitution * approach,
         );
-        // Scaled, as speeds fall below the smallest number and only their ratio and that to the gap
-        // matter.
+        // Rescaling, because speeds underflow and only their ratio and that to the gap matter.
         if approach > 0.0 && approach < 1e-100 {
             return (None, time);
         }
@@ -164,8 +163,8 @@ fn says_where<P: Planar>(
         return;
     }
     let at = pair.map(|who| end.bodies[who].position);
-    // They touch, and the place is that of one of them, to the rounding of positions in a box of
-    // tens of diameters.
+    // Contact of the pair, at the stated place: to the rounding of positions in a box of tens of
+    // diameters.
     let gap = end.domain.distance(at[0], at[1]) / gas.diameter() - 1.0;
     log.at_most("gap of the pair", gap.abs(), 1e-9);
     let off = at.map(|at| end.domain.distance(at, place.into()));

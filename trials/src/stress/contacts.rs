@@ -54,7 +54,7 @@ fn grazing(log: &mut Findings) -> Done {
                 let bodies = [(target.into(), [0.0; 2]), (from.into(), along.into())];
                 let gas = few(1.0, [SIDE; 2], bodies)?;
                 about!(log; "b = d (1 {sign} {off:.1e}), angle {angle:.2}");
-                // Up to closest approach, where a contact that was missed is deepest, and beyond.
+                // Closest approach, where a missed contact is deepest.
                 let middle = gas.run(AHEAD, 10)?;
                 log.at_most("overlap at closest approach", middle.overlap, band);
                 let course = gas.run(AHEAD + 1.5, 10)?;
@@ -99,7 +99,7 @@ fn touching(log: &mut Findings) -> Done {
     ];
     let mut tried = 0;
     for distance in [1.0 - f64::EPSILON / 2.0, 1.0, 1.0 + f64::EPSILON] {
-        // Along the axes from the origin, where the distance is exact, and elsewhere.
+        // Along the axes from the origin, where the distance is exact, and along other directions.
         for [x, y] in [[1.0, 0.0], [0.0, 1.0], [0.6, 0.8], [-0.8, 0.6]] {
             for origin in [[0.0, 0.0], [3.3, 4.4]] {
                 for (name, normal, sliding, contacts) in motions {
@@ -137,7 +137,7 @@ fn overlapping(log: &mut Findings) -> Done {
         ];
         few(1.0, [10.0; 2], bodies)
     };
-    // What the runner of cases refuses: deeper than 1e-9.
+    // Depths beyond 1e-9, which the runner of cases refuses.
     for depth in [2e-9, 1e-6, 1e-3, 0.5, 0.999] {
         let gas = four(depth)?;
         about!(log; "depth {depth}");
@@ -149,7 +149,8 @@ fn overlapping(log: &mut Findings) -> Done {
         // Positions up to 10 are rounded to 2e-15.
         log.at_most("depth off", (overlap.depth - depth).abs(), 1e-14);
     }
-    // What it takes must run: between unit disks, and between disks of a hundredth.
+    // Depths that the runner of cases accepts: between unit disks, and between disks of a
+    // hundredth.
     for depth in [1e-16, 1e-15, 1e-13, 1e-11, 0.9e-9] {
         let gas = four(depth)?;
         about!(log; "depth {depth}");
@@ -190,7 +191,7 @@ fn resting(log: &mut Findings) -> Done {
     for _ in 0..24 {
         let angle: f64 = stream.random_range(0.0..TAU);
         let along = vector![angle.cos(), angle.sin()];
-        // The middle of the pair flies on at a speed of one half.
+        // Drift of the pair at a speed of one half.
         let offset = vector![-along[1], along[0]] * stream.random_range(-0.9..0.9);
         let at = vector![20.0, 20.0] - along * 3.0 + offset;
         let mut gas = few(
@@ -208,7 +209,8 @@ fn resting(log: &mut Findings) -> Done {
             .domain
             .displacement(one.position, other.position)
             .normalize();
-        // What slides would part them; what rounding left along the line stays.
+        // Removal of the sliding velocity, which would part the pair; rounding along the line
+        // stays.
         for body in &mut gas.start.bodies {
             body.velocity = common + line * (body.velocity - common).dot(&line);
         }

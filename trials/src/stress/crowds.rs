@@ -68,7 +68,7 @@ fn packed(log: &mut Findings) -> Done {
                 worst = worst.max(run.off[0]).max(run.off[1]);
                 let tally = run.tally();
                 let (cells, active) = (tally.limited_cells, tally.active_cells);
-                // All of them at random: some cells are beyond close packing.
+                // All simulators at random, some cells beyond close packing.
                 let limited = match setup.parameters.scheme {
                     Scheme::Boltzmann => cells == 0,
                     Scheme::Enskog(Neighbourhood::Mean) => {
@@ -107,7 +107,7 @@ fn contrast(log: &mut Findings) -> Done {
     let side = 300.0;
     let mut stream = random(4);
     let mut places = scattered(1000, [75.0; 2], [0.1 * side; 2], &mut stream);
-    // All of the box but for a strip beside the dense part.
+    // The box without a strip beside the dense part.
     places.extend(scattered(10, [0.0, 110.0], [side, 180.0], &mut stream));
     let start = warm(domain(side, side)?, places, 4)?;
     let worst = each(log, &ALL, &start, |log, run| {

@@ -69,7 +69,7 @@ fn speeds(log: &mut Findings) -> Done {
             Ok(())
         });
     }
-    // 1e-150 is 2^-498, 1e150 is 2^498: these at least are within what an engine may be asked.
+    // Speeds within what an engine must handle: 1e-150 is 2^-498, 1e150 is 2^498.
     let ordinary = handled.contains(&-100) && handled.contains(&100);
     must!(log, ordinary; "ordinary speeds were refused");
     found!(log; "handled 2^k for k = {handled:?}, refused {refused:?}");
@@ -149,7 +149,8 @@ fn no_numbers(log: &mut Findings) -> Done {
     let mut engine = gas.engine(gas.start.clone().into())?;
     engine.advance(1.0, u64::MAX, &mut ())?;
     for until in [f64::NAN, -1.0, 0.5, f64::NEG_INFINITY] {
-        // At most a few collisions: a time that is none must not mean for ever.
+        // End times without meaning leave the state as it is; the limit of five collisions keeps a
+        // failing engine from an endless loop.
         let before = engine.state();
         let ended = engine.advance(until, 5, &mut ());
         let after = engine.state();
@@ -162,7 +163,7 @@ fn no_numbers(log: &mut Findings) -> Done {
 
 fn lonely(log: &mut Findings) -> Done {
     let gas = few(1.0, [5.0; 2], [([1.0, 1.0], [1.0, 0.3])])?;
-    // First as far as ought to be no question.
+    // Moderate end time, which no engine may refuse.
     let course = gas.run(1e5, 10)?;
     must!(log, course.reached; "until 1e5: {}", course.ended());
     let course = gas.run(1e300, 10)?;

@@ -75,9 +75,9 @@ pub(super) struct Gas<P: Planar> {
 pub(super) struct Course<P: Planar> {
     pub end: Checkpoint<P>,
     pub ledger: Ledger,
-    /// Deepest overlap at the end of any leg \[length\].
+    /// Deepest overlap at the end of any segment \[length\].
     pub overlap: f64,
-    /// True if the time was reached.
+    /// True if the end time was reached.
     pub reached: bool,
     pub stopped: Option<EngineError>,
 }
@@ -153,7 +153,7 @@ impl<P: Planar> Gas<P> {
         self.run_in_legs(until, collisions, collisions, |_, _| ())
     }
 
-    /// Runs until a time or a number of collisions, in legs of `leg` collisions.
+    /// Runs until a time or a number of collisions, in segments of `leg` collisions.
     pub fn run_in_legs(
         &self,
         until: f64,
@@ -198,7 +198,7 @@ impl<P: Planar> Gas<P> {
         must!(log, !course.ledger.disordered; "collisions out of order");
         log.at_most("receding pair", course.ledger.receding, RECEDING);
         log.at_most("overlap over d", course.overlap / self.diameter(), OVERLAP);
-        // By other means than the engine's.
+        // Independent check, without the engine's neighbour search.
         if let Some(initial::Overlap {
             pair: [one, other],
             depth,
@@ -263,16 +263,18 @@ impl<P: Planar> Gas<P> {
         Ok(course)
     }
 
-    /// Cuts the run into legs of random length. One gas continues in memory. The other is killed
-    /// within each leg, so that its work there is lost, and continues from the bytes of its last
-    /// checkpoint. Both must end in the same bytes, or in the same error.
+    /// Cuts the run into segments of random length, and checks that a restart changes nothing.
+    ///
+    /// One gas continues in memory. The other is killed within each segment, so that its work there
+    /// is lost, and continues from the bytes of its last checkpoint. Both must end in the same
+    /// bytes, or in the same error.
     pub fn survives_kills(&self, log: &mut Findings, collisions: u64, seed: u64) -> Done {
         const LEGS: u64 = 4;
         let mut stream = random(seed);
         let mut in_memory = Checkpoint::from(self.start.clone());
         let mut bytes = postcard::to_stdvec(&in_memory)?;
-        // A box in which nothing collides ends its legs by time instead: that in which the fastest
-        // disk flies a thousand diameters.
+        // Segments end by time, too: a thousand diameters of flight of the fastest disk, for a box
+        // in which nothing collides.
         let horizon = match 1e3 * self.diameter() / fastest(&self.start) {
             time if time.is_finite() => time,
             _ => 1.0,
@@ -285,7 +287,7 @@ impl<P: Planar> Gas<P> {
             in_memory = engine.checkpoint();
 
             let mut killed = self.engine(postcard::from_bytes(&bytes)?)?;
-            // What happens before a kill is of no consequence.
+            // The outcome before a kill is lost on purpose.
             let _ = killed.advance(until, stream.random_range(0..=most), &mut ());
             let _ = killed.checkpoint();
             let mut resumed = self.engine(postcard::from_bytes(&bytes)?)?;
@@ -301,8 +303,8 @@ impl<P: Planar> Gas<P> {
         Ok(())
     }
 
-    /// Checks the first collisions against those of all pairs: same pairs in the same order, times
-    /// within a tolerance of the last one's.
+    /// Checks the first collisions against those of all pairs: equal pairs in equal order, times
+    /// within a tolerance of the last time.
     pub fn follows_all_pairs(
         &self,
         log: &mut Findings,

@@ -94,7 +94,7 @@ fn hot_one(log: &mut Findings) -> Done {
         let reached = run.engine.advance(1e-4, 1_000_000, &mut ());
         let steps = run.tally().steps;
         must!(log, reached; "no end in {steps} steps");
-        // The hot one is in few pairs, but these have all the energy.
+        // Only few pairs contain the hot simulator, but they have all the energy.
         run.audit_shared(log, 1.0);
         let end = run.engine.state();
         let speeds = end.bodies.iter().map(|body| body.velocity.norm());
@@ -122,7 +122,7 @@ fn plastic(log: &mut Findings) -> Done {
                 refused += 1;
                 continue;
             }
-            // What is next to zero differs from it only where it divides.
+            // Restitution next to zero matters only where it divides.
             if restitution > 0.0 {
                 continue;
             }
@@ -132,7 +132,7 @@ fn plastic(log: &mut Findings) -> Done {
                 for _ in 0..10 {
                     run.steps(30);
                     let now = Sums::of(&run.engine.state()).energy;
-                    // Sums of as many numbers in another order.
+                    // Rounding of sums of equally many numbers in another order.
                     log.at_most("energy grown", now / last - 1.0, 3e-14);
                     last = now;
                 }
@@ -156,7 +156,7 @@ fn deep(log: &mut Findings) -> Done {
     each(log, &[RESTITUTION], &start, |log, run| {
         let count = run.engine.simulators() as f64;
         let first = run.before.energy;
-        // Collisions of a simulator until each decade.
+        // Collisions per simulator until each decade.
         let mut passed: Vec<f64> = Vec::new();
         let mut energy = first;
         while passed.len() < 24 && run.tally().steps < 200_000 {

@@ -20,7 +20,8 @@ trials! {
         "same bits however the disks are numbered; energy, momentum, exclusion";
 }
 
-/// Number of gases that were run in several numberings, and collisions of one numbering of each.
+/// Numbers of gases that were run in several numberings, and of collisions of one numbering of
+/// each.
 #[derive(Default)]
 struct Sum {
     gases: usize,
@@ -28,8 +29,8 @@ struct Sum {
 }
 
 impl Sum {
-    /// Runs the gas in several numberings until a time, and compares them: bitwise the same disks
-    /// at the end, and as many collisions.
+    /// Runs the gas in several numberings until a time; checks that disks are bitwise equal at the
+    /// end, and collisions equally many.
     fn add(
         &mut self,
         log: &mut Findings,
@@ -50,12 +51,12 @@ impl Sum {
             if trial == 0 {
                 order.reverse();
             } else {
-                // Fisher and Yates.
+                // Random permutation by Fisher and Yates.
                 for last in (1..count).rev() {
                     order.swap(last, stream.random_range(0..=last));
                 }
             }
-            // Disk `i` is called `order[i]`.
+            // Numbering in which disk `i` is `order[i]`.
             let mut other = gas.clone();
             for (body, &name) in gas.start.bodies.iter().zip(&order) {
                 other.start.bodies[name] = *body;
@@ -92,7 +93,7 @@ impl Sum {
 }
 
 fn bits(vector: Vector2<f64>) -> [u64; 2] {
-    // Zeros of either sign are the same place.
+    // Zero of one sign, for a bitwise comparison.
     [vector[0] + 0.0, vector[1] + 0.0].map(f64::to_bits)
 }
 
@@ -156,7 +157,7 @@ fn cradles(log: &mut Findings) -> Done {
             }
             let end = sum.add(log, &few(1.0, [60.0; 2], bodies)?, 2.0)?;
             // Equal disks on a line exchange velocities, whatever the order of their contacts: both
-            // ends rebound, or the last of the row goes on.
+            // ends rebound, or the last of the row flies on.
             let speed = |who: usize| {
                 let v = end.bodies[who].velocity;
                 v[0] * direction[0] + v[1] * direction[1]
@@ -181,13 +182,13 @@ fn triples(log: &mut Findings) -> Done {
     let mut sum = Sum::default();
     for around in [2_usize, 4, 6] {
         for restitution in [1.0, 0.8, 0.3] {
-            // The middle of a cell, its edge and its corner.
+            // Middle, edge and corner of a cell.
             for middle in [[10.4, 10.3], [10.0, 10.0], [0.0, 0.0]] {
                 let mut bodies = vec![(middle, [0.0; 2])];
                 for number in 0..around {
                     let angle = std::f64::consts::TAU * number as f64 / around as f64;
                     let (y, x) = angle.sin_cos();
-                    // Exact on the axes, where sin and cos are rounded.
+                    // Exact zeros on the axes, where sin and cos are rounded.
                     let [x, y] = [x, y].map(|c: f64| if c.abs() < 1e-9 { 0.0 } else { c });
                     bodies.push(([middle[0] + 2.5 * x, middle[1] + 2.5 * y], [-x, -y]));
                 }

@@ -129,7 +129,7 @@ impl Setting {
         stosszahl_dsmc::simulate(&gas, std::slice::from_ref(&self.start))
     }
 
-    /// Returns exact dynamics, and points.
+    /// Returns exact dynamics, and point particles in cells.
     fn both(&self) -> Result<[Box<dyn Simulation>; 2], Trouble> {
         Ok([self.exact(Dissipation::Scene)?, self.points(POINTS)?])
     }
@@ -151,7 +151,7 @@ fn only(gas: &dyn Simulation) -> (Vector2<f64>, f64) {
     (body.position.xy(), body.velocity.norm())
 }
 
-/// Number of contacts with a boundary, or of particles through it.
+/// Number of contacts with a boundary, or of particles through an opening, by its name.
 fn touches(gas: &dyn Simulation, name: &str) -> f64 {
     let fluxes = gas.boundaries();
     let found = fluxes.iter().find(|flux| flux.name == name);
@@ -195,8 +195,7 @@ fn sharp_corner(log: &mut Findings) -> Done {
         let setting = Setting::new(walled(Wall::specular())?, size, [1.0, 0.0], bodies)?;
         Ok(setting.around(&plates))
     };
-    // One disk flies in from the wide end; the plates are as far apart as it is wide at 115 from
-    // the tip.
+    // Disk from the wide end; at a distance of 115 from the tip the plates are one diameter apart.
     let mut worst = 0.0_f64;
     for number in 0..20 {
         let angle = f64::from(number - 10) * 0.025;
@@ -208,7 +207,7 @@ fn sharp_corner(log: &mut Findings) -> Done {
             log.at_most("disk within a plate", 0.5 - plates.clearance(at), 1e-8);
         }
     }
-    // Points go further in: to where the plates are a millionth apart.
+    // Points reach further in, to where the plates are a millionth apart.
     let points = 500;
     let inside = |index: usize| {
         let far = 20.0 + index as f64 * 0.2;
@@ -247,8 +246,8 @@ fn wedge(log: &mut Findings) -> Done {
     let mut gas = setting.exact(Dissipation::ContactTime(1e-3))?;
     let reached = gas.advance(200.0, Collisions(10_000_000), &mut ())?;
     must!(log, reached; "exact dynamics did not reach the end");
-    // It slides along one plate, touching ever again, when it meets the other: with a contact time
-    // that costs nothing, so that it goes on rocking.
+    // Rocking at the bottom: the disk meets one plate while it slides along the other in repeated
+    // contacts. With a contact time these cost no energy, so that it never comes to rest.
     let (end, _) = only(&*gas);
     let off = (end - rest).norm();
     log.at_most("exact: height above the bottom", end[1] - rest[1], 1.0);
@@ -412,7 +411,7 @@ fn supersonic(log: &mut Findings) -> Done {
     let [length, width] = [20.0, 5.0];
     // Mach number u sqrt(1/(gamma T)) with gamma = 2 in the plane.
     let (density, speed) = (100.0, 20.0 * 2.0_f64.sqrt());
-    // No particles collide, so that cells may be as wide as the channel.
+    // Collisionless particles, so that cells may be as wide as the channel.
     let wide = Parameters {
         cell_size: Some(width),
         ..POINTS
@@ -424,7 +423,7 @@ fn supersonic(log: &mut Findings) -> Done {
     let mut sum = 0.0;
     let samples = 20;
     for sample in 1..=samples {
-        // Two passages apart, so that samples share no grain.
+        // Two passages between samples, so that they share no particle.
         gas.advance(
             (3.0 + 2.0 * f64::from(sample)) * passage,
             Unlimited,

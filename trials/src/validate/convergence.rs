@@ -102,7 +102,7 @@ pub(super) fn run(log: &mut Findings) -> Done {
 }
 
 fn swept(log: &mut Findings, method: &Method, (name, tends_to, values): Sweep) -> Done {
-    // What they tend to.
+    // Limits of the quantities by theory.
     let limits = [1.0, 1.0, cumulant()?];
     let mut points: [Vec<Point>; 3] = Default::default();
     let mut here = Place::new("convergence", method.name, "", PACKING, 0.0).of(method.default);
@@ -139,7 +139,7 @@ fn swept(log: &mut Findings, method: &Method, (name, tends_to, values): Sweep) -
         ));
         let slope = estimate(line.slope, line.slope_error);
         log.add(here.row(format!("{what}, slope"), 0.0, slope, None));
-        // The order means something only where the error is seen.
+        // Order of the error, only where the error is resolved.
         if line.slope.abs() > 5.0 * line.slope_error {
             let half = 0.5 * (order.range[1] - order.range[0]);
             let found = estimate(order.value, half);

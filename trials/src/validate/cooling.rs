@@ -37,7 +37,7 @@ pub(super) fn cumulant() -> Result<f64, TheoryError> {
     };
     let law = Constant::new(RESTITUTION).unwrap_or(Constant::ELASTIC);
     let gas = Mixture::new(2, vec![disk], law, Contact::Dilute)?;
-    // Some thirty collisions of each.
+    // Time of some thirty collisions per particle.
     let found = gas.expand(6, &[1.0], &[100.0])?;
     Ok(found[0].fourth_cumulants[0])
 }

@@ -54,7 +54,8 @@ const LONG: usize = 2;
 /// Samples of noise and structure, and their distance in collisions of a disk.
 const SAMPLES: u32 = 12;
 const BETWEEN: f64 = 5.0;
-/// Velocity of a shear wave over the thermal one: an energy of half a percent of T for each of two.
+/// Velocity of a shear wave over the thermal velocity: an energy of half a percent of T for each of
+/// two.
 const WAVE: f64 = 0.15;
 /// Number of steps of the regression of a shear wave.
 const STEPS: u32 = 6;
@@ -98,7 +99,7 @@ impl Plan {
         let free = 1.0 / kinetic::collision_rate(packing, chi, 0.0);
         let viscosity = transport::kinematic_viscosity(packing, chi);
         let lengths = [start.lengths[0], start.lengths[1]];
-        // Long against the mean free path and the diameter.
+        // Wavelength that is long against the mean free path and the diameter.
         let target = (0.15 / kinetic::mean_free_path(packing, chi)).min(0.2);
         let first = std::f64::consts::TAU / lengths[0];
         let wave_index = (target / first).round().max(1.0);
@@ -203,7 +204,7 @@ impl Plan {
         let start = particles_of(&gas.state());
         let modes = modes(&start, vec![[self.wave_index, 0], [0, self.wave_index]])?;
         gas.kick(&shear_waves(&modes, &columns(&start).0, WAVE)?);
-        // What the kick did not make a stress of yet takes a few collisions to come.
+        // Delay of a few collisions, in which the kick builds up its stress.
         let origin = gas.time() + 3.0 * self.free;
         let mut series = vec![Vec::new(); 4];
         let mut speed = 0.0;

@@ -105,7 +105,7 @@ fn mechanics(log: &mut Findings) -> Done {
     engine.advance(f64::INFINITY, collisions, &mut ())?;
     let state = engine.state();
     let drift = (state.temperature(&scene) / first - 1.0).abs();
-    // Over the momentum of all disks at the thermal speed.
+    // Momentum lost, over that of all disks at the thermal speed.
     let lost = (state.momentum(&scene) - momentum).norm() / 1e4;
     let here = place("10 000 disks", 0.25, began);
     let what = format!("drift of K over {collisions:.0e} collisions");
@@ -120,7 +120,7 @@ fn mechanics(log: &mut Findings) -> Done {
 }
 
 fn state(log: &mut Findings) -> Done {
-    // The error of Z falls with the root of the collisions, and is to be at most half of the
+    // Error of Z, which falls with the root of the number of collisions, at most half of the
     // tolerance.
     let (collisions, tolerance) = if log.effort.quick {
         (100_000, 0.006)

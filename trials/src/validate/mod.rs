@@ -90,8 +90,8 @@ struct Outcome {
 }
 
 impl Outcome {
-    /// Runs parts one after the other, none after the budget is spent. What there is, is written
-    /// before the work and after each part, so that a later one that is stopped takes nothing away.
+    /// Runs parts one after the other, and none after the budget is spent. Writes the page before
+    /// the work and after each part, so that a stop keeps what is done.
     fn of(
         parts: &[Trial],
         effort: &Effort,

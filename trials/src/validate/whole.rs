@@ -71,7 +71,7 @@ fn literature(log: &mut Findings) -> Done {
 
 fn engines(log: &mut Findings) -> Done {
     let more = if log.effort.quick { 1 } else { 4 };
-    // As many seeds as make every error less than half of its tolerance.
+    // Enough seeds for errors below half of the tolerances.
     let exact = Work {
         elastic: (1000, 40 * more),
         cooling: (400, 1000 * more),

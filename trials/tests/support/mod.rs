@@ -1,15 +1,15 @@
-//! What several tests need.
+//! Gases of unit disks for several tests.
 
 use stosszahl_model::State;
 use stosszahl_trials::gas;
 pub use stosszahl_trials::gas::Disks;
 
-/// The scene of unit disks with the given restitution.
+/// Creates the scene of unit disks with a restitution.
 pub fn disks(restitution: f64) -> Disks {
     gas::disks(restitution).expect("a coefficient")
 }
 
-/// A disordered Maxwellian gas of unit disks at temperature one in a square box.
+/// Creates a disordered Maxwellian gas of unit disks at temperature one in a square box.
 pub fn disordered(count: usize, packing_fraction: f64, seed: u64) -> State<Disks> {
     gas::disordered(count, packing_fraction, seed).expect("a gas")
 }

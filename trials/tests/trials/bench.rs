@@ -22,7 +22,7 @@ fn mixture(extra: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 
-/// The keys that scripts rely on, and the same numbers for the same seed.
+/// Outputs have the keys that scripts rely on, and equal numbers for equal seeds.
 #[test]
 fn bench_mixture_prints_its_keys() {
     for selection in ["single-majorant", "low-rank", "alias-tables"] {
@@ -51,7 +51,7 @@ fn bench_mixture_prints_its_keys() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("0 to 1"));
 }
 
-/// The work is what it is said to be, and numbers out of range are refused with what is allowed.
+/// Runs do the requested work, and refuse numbers out of range with the allowed ones.
 #[test]
 fn bench_dsmc_measures_the_work_that_was_asked_for() {
     for (dimension, free) in [("2", false), ("3", false), ("2", true)] {
@@ -63,10 +63,11 @@ fn bench_dsmc_measures_the_work_that_was_asked_for() {
         let found: Value = serde_json::from_slice(&output.stdout).expect("an object");
         let number = |key: &str| found[key].as_f64().expect(key);
         assert!(number("particle_steps_per_second") > 0.0);
-        // Of few simulators, the working memory of two threads is a good part.
+        // Bound with the working memory of two threads, a good part of the total for few
+        // simulators.
         assert!(number("bytes_per_simulator") < 200.0);
         assert_eq!(number("collisions_per_second") > 0.0, !free);
-        // 2e4 collisions: 0.7 % of spread, and as much by the ideal gas of the start; z = 4.
+        // 2e4 collisions: a spread of 0.7 %, and as much by the ideal gas of the start; z = 4.
         let expected = if free { 0.0 } else { 1.0 };
         assert!((number("collision_rate_over_theory") - expected).abs() < 0.04);
         assert!((number("collisions_per_step") - 0.07 * expected).abs() < 0.003);

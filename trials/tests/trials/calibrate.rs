@@ -1,8 +1,8 @@
-//! Verdicts ring as often as they say, in the short form of `stosszahl-trials calibrate`.
+//! Rates of false alarms and of found effects, in the short form of `stosszahl-trials calibrate`.
 
 use stosszahl_trials::{Effort, calibrate};
 
-/// Planted replicas, and 20 elastic cases of the program itself.
+/// Calibrates on planted replicas, and on 20 elastic cases of the program itself.
 #[test]
 fn verdicts_are_calibrated() {
     let effort = Effort {

@@ -1,4 +1,5 @@
-//! Results on pages: each block is there and of the statistics of today, and what is wrong in one is found.
+//! Results on pages: each block exists and has the current statistics versions, and faults in a
+//! block are found.
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +25,7 @@ fn every_block_stands_on_its_page() {
         assert!(block.text.lines().count() > 1, "{}", entry.name);
         assert_ne!(block.head.commit, "unknown", "{}", entry.name);
     }
-    // One that no entry makes says what it was typed from, and holds today.
+    // Blocks that no entry makes, with their typed source.
     for file in pages(Path::new(ROOT)).expect("pages") {
         let page = read(&file);
         let names = block_names(&page);
@@ -39,7 +40,7 @@ fn every_block_stands_on_its_page() {
     }
 }
 
-/// Numbers with an error are results. Pages that explain a format show the sign alone.
+/// Finds numbers with an error outside of blocks; pages that explain a format show the sign alone.
 #[test]
 fn results_stand_in_blocks() {
     let is_result = |line: &str| {
@@ -57,7 +58,8 @@ fn results_stand_in_blocks() {
     }
 }
 
-/// Typed numbers are refused once an engine has other statistics, and where nothing says what they are of.
+/// Typed numbers are refused once an engine has another statistics version, or where no source is
+/// stated.
 #[test]
 fn typed_numbers_are_of_the_engines_of_today() {
     let page =
@@ -70,8 +72,8 @@ fn typed_numbers_are_of_the_engines_of_today() {
     assert_eq!(faults("by hand"), 1);
 }
 
-/// A small form of a case is run twice: the same bytes. Then a number is changed by twenty of its errors, the version of an engine, and
-/// a word.
+/// Compares two runs of a small case: equal bytes. Then plants a number off by twenty errors,
+/// another engine version, and another word.
 #[test]
 fn a_planted_number_is_found() {
     let entry = ENTRIES

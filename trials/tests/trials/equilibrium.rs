@@ -1,5 +1,5 @@
-//! Elastic disks against what is known of them: conservation over millions of collisions, equation of state,
-//! collision rate, impact parameters. Values from the literature with their source.
+//! Elastic disks against known results: conservation over millions of collisions, equation of
+//! state, collision rate, impact parameters. Values from the literature with their source.
 
 use crate::support::{Disks, disks, disordered};
 use stosszahl_analysis::equilibrium::impact_uniform;
@@ -31,14 +31,14 @@ fn restarted(engine: &Engine<Disks>) -> Engine<Disks> {
     Engine::new(disks(1.0), Dissipation::Scene, state).expect("an engine")
 }
 
-/// Five million collisions of ten thousand disks: energy to 1e-11, no overlap beyond 1e-11 d.
+/// Runs five million collisions of ten thousand disks: energy to 1e-11, no overlap beyond 1e-11 d.
 #[test]
 fn energy_and_exclusion_hold_over_millions_of_collisions() {
     let scene = disks(1.0);
     let mut engine = equilibrated(10_000, 0.25, 1, 10);
     let energy = engine.state().kinetic_energy(&scene);
     let mut worst = 0.0_f64;
-    // In legs, as a run does it.
+    // Segments as in a run.
     for _ in 0..50 {
         engine
             .advance(f64::INFINITY, 100_000, &mut ())
@@ -53,9 +53,10 @@ fn energy_and_exclusion_hold_over_millions_of_collisions() {
     assert!(worst <= 1e-11, "overlap {worst:e}");
 }
 
-/// Z from the virial against the ten-term virial series of Kolafa & Rottner, Mol. Phys. 104, 3435 (2006), within
-/// 0.2 %, and the collision rate against omega = 4 (Z - 1)/sqrt(pi) of the same run within 0.1 %. Errors from ten
-/// blocks; both bars must be at least 3 measured standard errors wide.
+/// Compares Z from the virial with the ten-term virial series of Kolafa & Rottner, Mol. Phys. 104,
+/// 3435 (2006), within 0.2 %. The collision rate is compared with omega = 4 (Z - 1)/sqrt(pi) of the
+/// same run, within 0.1 %. Errors are from ten blocks; both tolerances must be at least 3 measured
+/// standard errors wide.
 #[test]
 fn equation_of_state_and_collision_rate() {
     for (packing, expected) in COMPRESSIBILITY {
@@ -95,8 +96,8 @@ impl Observer for Bins {
     }
 }
 
-/// P(b/d) = 1 in elastic equilibrium at every density, fluid and crystal (Luding, Müller & McNamara 1998, Fig. 3a),
-/// 2e5 collisions each, p > 0.001 each.
+/// Tests P(b/d) = 1 in elastic equilibrium at every density, fluid and crystal (Luding, Müller &
+/// McNamara 1998, Fig. 3a): 2e5 collisions and p > 0.001 each.
 #[test]
 fn impact_parameters_are_uniform_at_every_density() {
     for packing in [0.01, 0.05, 0.1, 0.25, 0.5, 0.6, 0.7, 0.7495, 0.75] {

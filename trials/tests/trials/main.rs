@@ -1,4 +1,4 @@
-//! All trials in their short forms. One program for all tests, so that it is linked once and its tests run side by side.
+//! All trials in their short forms, linked into one program so that they run side by side.
 
 mod bench;
 mod calibrate;

@@ -1,11 +1,11 @@
-//! The hard cases of `stosszahl-trials stress`, the short ones.
+//! Hard cases of `stosszahl-trials stress` in their short form.
 
 use std::collections::BTreeSet;
 use std::process::Command;
 
 use stosszahl_trials::{Effort, Trial, stress};
 
-/// What the program prints and its exit code.
+/// Runs `stosszahl-trials stress`; returns standard output, standard error and the exit code.
 fn program(engine: &str, arguments: &[&str]) -> (String, String, Option<i32>) {
     let done = Command::new(env!("CARGO_BIN_EXE_stosszahl-trials"))
         .args(["stress", engine])
@@ -57,7 +57,7 @@ fn command_runs_lists_and_refuses() {
     assert!(json.contains("\"name\": \"angular-momentum\""), "{json}");
 }
 
-/// One test for each case of an engine, and one that none is left out.
+/// Defines a test for each case of an engine, and a test that none is left out.
 macro_rules! short_cases {
     ($engine:ident, $cases:path, $($test:ident: $name:literal,)+) => {
         mod $engine {
@@ -165,7 +165,7 @@ fn engines() -> [Vec<Trial>; 3] {
     ]
 }
 
-/// Names are what the command line asks for.
+/// Names of cases are unique, because the command line selects by name.
 #[test]
 fn names_differ() {
     for cases in engines() {
@@ -174,7 +174,7 @@ fn names_differ() {
     }
 }
 
-/// `docs/development/stress.md` has the table of the cases.
+/// The table of `docs/development/stress.md` has all cases.
 #[test]
 fn every_case_is_documented() {
     let page = include_str!("../../../docs/development/stress.md");

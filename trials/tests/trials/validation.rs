@@ -1,4 +1,5 @@
-//! A short selection of what `stosszahl-trials validate dsmc` measures at length, and that command itself.
+//! Short selection of the measurements of `stosszahl-trials validate dsmc`, and that command
+//! itself.
 
 use std::process::Command;
 
@@ -21,7 +22,8 @@ fn method(name: &str) -> Method {
         .expect("a scheme of this name")
 }
 
-/// Elastic collision rate over Enskog's from t = 5 to 15, and Z from the virial.
+/// Measures the elastic collision rate over Enskog's from t = 5 to 15, and Z from the virial, each
+/// with its error.
 fn elastic(disks_each: usize, parameters: Parameters, seeds: u64) -> [(f64, f64); 2] {
     let chi = kinetic::contact_value(PACKING);
     let enskog = kinetic::collision_rate(PACKING, chi, 0.0);
@@ -45,10 +47,12 @@ fn elastic(disks_each: usize, parameters: Parameters, seeds: u64) -> [(f64, f64)
     })
 }
 
-/// Elastic rates in cells of 2 d with displacement against those of an independent program (three decimals, one seed):
-/// four standard errors, what the known value is rounded to, and what one seed was itself uncertain by. At one simulator
-/// per disk the displaced rate also depends on the step, which of the known value is not known: 0.88, 0.74 and 0.70 with
-/// 1, 4 and 8 steps a crossing.
+/// Compares elastic rates in cells of 2 d with displacement with those of an independent program
+/// (three decimals, one seed).
+///
+/// The tolerance has four standard errors, the rounding of the known value, and the uncertainty of
+/// its one seed. At one simulator per disk the displaced rate also depends on the step, which is
+/// unknown for the known value: it is 0.88, 0.74 and 0.70 with 1, 4 and 8 steps per crossing.
 #[test]
 fn displaced_rates_are_those_of_an_independent_program() {
     for (simulators_per_particle, known, allowance) in [(1, 0.749, 0.02), (4, 0.931, 0.006)] {
@@ -64,11 +68,13 @@ fn displaced_rates_are_those_of_an_independent_program() {
     }
 }
 
-/// Pressure from the momentum flux: the displacement carries that of hard disks at the measured rate, a point gas none.
+/// Tests the pressure from the momentum flux: that of hard disks at the measured rate with
+/// displacement, zero for a point gas.
 ///
-/// A partner that was displaced earlier in the same step gives back momentum over the distance that it was displaced by:
-/// an error of first order in the step, -0.115 ± 0.002 of the pressure at four steps a crossing and so -0.0115 at the forty
-/// used here. Partners that meet again add one of the order of one over their number, 92.
+/// A partner that was displaced earlier in the same step gives back momentum over the distance of
+/// that displacement. This error is of first order in the step: -0.115 ± 0.002 of the pressure at
+/// four steps per crossing, and so -0.0115 at the forty used here. Partners that meet again add an
+/// error of the order of one over their number, 92.
 #[test]
 fn virial_is_the_collisional_pressure() {
     for (name, share) in [("enskog-displaced", 1.0), ("enskog", 0.0)] {
@@ -89,7 +95,7 @@ fn virial_is_the_collisional_pressure() {
     }
 }
 
-/// The quick cooling of the default scheme: nothing that it claims is wrong.
+/// The quick cooling of the default scheme has no failed claim.
 #[test]
 fn default_scheme_holds_its_claims_on_cooling() {
     let cooling = parts::TRIALS.iter().find(|part| part.name == "cooling");

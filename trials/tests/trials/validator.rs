@@ -1,4 +1,5 @@
-//! The validator itself: methods that are right pass all claims, and methods with a planted fault do not.
+//! Tests of the validator itself: correct methods pass all claims, and methods with a planted fault
+//! fail.
 
 use std::f64::consts::PI;
 
@@ -14,13 +15,13 @@ use stosszahl_trials::validate::subject::{
 };
 use stosszahl_trials::{Effort, Findings, Trouble};
 
-/// As many seeds as the quick validation has, so that every error is below half of its tolerance.
+/// Work with enough seeds for errors below half of every tolerance, as in the quick validation.
 const QUICK: Work = Work {
     elastic: (1000, 40),
     cooling: (400, 1000),
 };
 
-/// A method whose every collision happens two per cent sooner: it is the other one with a clock that is slow.
+/// Wrapped method with a collision rate 2 % too high, by a clock that is slow.
 struct Hasty<S>(S);
 
 impl<S: Subject> Subject for Hasty<S> {
@@ -40,26 +41,26 @@ impl<S: Subject> Subject for Hasty<S> {
     }
 }
 
-/// Disks without positions, pair after pair as Bird proposed it, with any rule of acceptance: `accept(g/g_max, u)` for a uniform
-/// u.
+/// Disks without positions, with Bird's acceptance-rejection of random pairs. The rule of
+/// acceptance is `accept(g/g_max, u)` for a uniform u.
 struct Pairs {
     name: &'static str,
     accept: fn(f64, f64) -> bool,
 }
 
-/// Pairs whose chance grows with their relative speed, as it must.
+/// Correct rule: the chance of acceptance is in proportion to the relative speed.
 const RIGHT: Pairs = Pairs {
     name: "pairs",
     accept: |ratio, uniform| ratio > uniform,
 };
-/// The rule as Luding, Müller & McNamara (1998) print it.
+/// Reversed rule, as Luding, Müller & McNamara (1998) print it.
 const REVERSED: Pairs = Pairs {
     name: "reversed pairs",
     accept: |ratio, uniform| ratio < uniform,
 };
 
 impl Pairs {
-    /// Momentum zero and T = 1, Maxwellian.
+    /// Draws Maxwellian velocities of momentum zero and T = 1 exactly.
     fn velocities(count: usize, stream: &mut Stream) -> Vec<Vector2<f64>> {
         let mut all: Vec<Vector2<f64>> = (0..count)
             .map(|_| {
@@ -106,12 +107,14 @@ impl Subject for Pairs {
         let (mut temperatures, mut cumulants, mut time) = (Vec::new(), Vec::new(), 0.0);
         for &until in &gas.times {
             while time < until {
-                // Collisions only shorten relative speeds on average, but a single one may be faster than all before: twice the
-                // largest speed, and half as much again.
+                // Majorant of the relative speed: three times the largest speed. A sum of two
+                // speeds is at most twice the largest, and a single collision may make a faster
+                // particle.
                 let fastest = all.iter().map(Vector2::norm_squared).fold(0.0, f64::max);
                 let bound = 3.0 * fastest.sqrt();
                 let trials = 0.5 * (count * (count - 1)) as f64 * 2.0 * chi * bound / volume;
-                // A hundredth of the particles in a step, so that neither the bound nor T has gone far from it.
+                // Step in which a hundredth of the particles collide at most, so that bound and T
+                // hardly change.
                 let step = (0.01 * count as f64 / trials).min(until - time);
                 let whole = (trials * step + stream.random::<f64>()) as u64;
                 time = if time + step < until {
@@ -135,7 +138,7 @@ impl Subject for Pairs {
                     all[i] -= gain;
                     all[j] += gain;
                     let collision = Collision {
-                        // The last moment of the window does not belong to it.
+                        // Half a step back, because the end of the window is excluded.
                         time: time - 0.5 * step,
                         pair: [i as u32, j as u32],
                         ..Collision::at_contact(
@@ -160,20 +163,20 @@ impl Subject for Pairs {
     }
 }
 
-/// All claims on a subject.
+/// Runs all claims on a subject.
 fn rows(subject: &dyn Subject, work: Work) -> Vec<Row> {
     let mut findings = Findings::new("claims", Effort::default());
     claims(subject, work, &mut findings).expect("rows");
     findings.rows().to_vec()
 }
 
-/// Rows that do not pass, in words.
+/// Formats the rows that do not pass.
 fn faults(rows: &[Row]) -> Vec<String> {
     let bad = rows.iter().filter(|row| row.verdict != Verdict::Pass);
     bad.map(|row| format!("{row:?}")).collect()
 }
 
-/// The verdict on a quantity.
+/// Returns the verdict on a quantity.
 fn verdict(rows: &[Row], quantity: &str) -> Verdict {
     let mut found = rows.iter().filter(|row| row.quantity.starts_with(quantity));
     found.next().expect("a row of this quantity").verdict
@@ -197,7 +200,8 @@ fn contact_points_pass_every_claim() {
     assert_eq!(faults(&rows), [""; 0]);
 }
 
-/// A rate that is 2 % too high fails the rate and the energy of the cooling gas, and nothing that does not depend on it.
+/// A rate that is 2 % too high fails the collision rate and the energy of the cooling gas, but not
+/// `<g²>`.
 #[test]
 fn a_biased_rate_is_caught() {
     for rows in [rows(&Hasty(Exact), QUICK), rows(&Hasty(RIGHT), QUICK)] {
@@ -211,7 +215,7 @@ fn a_biased_rate_is_caught() {
     }
 }
 
-/// Slow pairs collide instead of fast ones: the rate, the speeds of those that collide, and the cooling are wrong.
+/// A reversed acceptance fails the collision rate, the speed of colliding pairs, and the cooling.
 #[test]
 fn a_reversed_acceptance_is_caught() {
     let rows = rows(&REVERSED, QUICK);

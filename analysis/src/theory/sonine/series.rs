@@ -137,7 +137,7 @@ impl<const V: usize> Shape<V> {
             self.runs(n, &mut |begin| {
                 let given = &weighted[begin..=begin + run];
                 let known = &found[place - begin - run..=place - begin];
-                // What is not known yet is still zero, and so is its factor.
+                // Unknown coefficients are still zero, and so are their products.
                 let products = given.iter().zip(known.iter().rev()).map(|(a, b)| a * b);
                 sum += products.sum::<f64>();
             });

@@ -1,4 +1,4 @@
-//! How fast those that can be met are, by cell and by line of cells.
+//! Velocity bounds of the possible partners, by cell and by line of cells.
 
 use stosszahl_model::{Physics, Space, VectorOf};
 
@@ -8,13 +8,13 @@ use crate::cross_cell::search_ranges::Ranges;
 use crate::extrema::larger;
 
 impl<P: Physics> HaloCopy<P> {
-    /// Takes stock of velocities by cell, and of the cells that have hardly anybody around.
+    /// Computes the velocity box of each cell, and marks cells with hardly any particles around.
     #[inline(always)]
     pub(super) fn bound(&mut self) {
         let all = self.starts.len() - 1;
         self.extents.resize(all, Extent::nobody());
-        // Those of a cell follow each other, so that its box grows in registers: read back from memory just after it was written, it
-        // would be waited for.
+        // Particles of a cell are consecutive, so its box grows in registers; reading it back from
+        // memory just after it was written would stall.
         let (mut extent, mut before) = (Extent::nobody(), u32::MAX);
         for (&cell, &velocity) in self.cells.iter().zip(&self.velocities) {
             extent.keep_if(cell == before);
@@ -24,11 +24,12 @@ impl<P: Physics> HaloCopy<P> {
         }
         self.near.resize(all, 0);
         if self.is_narrow {
-            // Some may be the same, or the one that looks: as if nobody were near.
+            // A particle may appear twice, so counts are unreliable: all lines are treated as
+            // sparse.
             self.lonely.resize(self.sides[1] * self.sides[2], true);
             return;
         }
-        // Along the first axis: from the differences of where cells begin. Then line upon line.
+        // Sums along the first axis from differences of the cell starts, then line by line.
         let near = self.ranges.block();
         let width = 2 * near + 1;
         self.sums.clear();
@@ -62,7 +63,8 @@ impl<P: Physics> HaloCopy<P> {
         }
     }
 
-    /// Bounds what simulators of a line of cells of the tile can meet: the velocities of all in the cells where they may look.
+    /// Computes, for a line of cells of the tile, the bounding box of the velocities of all
+    /// possible partners.
     #[inline(always)]
     pub(in crate::cross_cell) fn bound_line(&mut self, [y, z]: [usize; 2]) {
         let columns = self.sides[0];
@@ -95,7 +97,7 @@ impl<P: Physics> HaloCopy<P> {
         self.bound_far();
     }
 
-    /// Joins the layers around one, cell by cell, for all its lines.
+    /// Joins the velocity boxes of the layers around a layer, column by column.
     #[inline(always)]
     fn join_layers(&mut self, z: usize) {
         let reach = self.ranges.reach();
@@ -111,7 +113,7 @@ impl<P: Physics> HaloCopy<P> {
         self.slab_of = Some(z);
     }
 
-    /// Where nobody is near a place, partners from farther away count as well.
+    /// Widens the bounds where a search finds no particle near and continues farther away.
     fn bound_far(&mut self) {
         let [y, z] = self.line;
         let [columns, rows, _] = self.sides;
@@ -129,7 +131,8 @@ impl<P: Physics> HaloCopy<P> {
         if !lines(point).any(|line| self.lonely[line]) {
             return;
         }
-        // Whether nobody is near a place in a column of the cells around, from the first that counts on.
+        // Whether a block in each column of cells around may be empty, from the first column that
+        // counts.
         let begin = self.margin[0] - point;
         let length = self.bounds.len() + 2 * point;
         self.places.clear();
@@ -142,7 +145,7 @@ impl<P: Physics> HaloCopy<P> {
             }
         }
         let far = point + far + shift;
-        // Boxes of the columns around, as far as they were needed: lonely places are next to each other.
+        // Boxes of the columns around, computed only as far as needed: sparse places are adjacent.
         let begin = self.margin[0] - far;
         self.work.clear();
         self.work
@@ -166,13 +169,14 @@ impl<P: Physics> HaloCopy<P> {
         }
     }
 
-    /// Whether nobody who looks around a point in a cell finds a partner who comes along -k faster than this.
+    /// Returns true if no partner found around a point in this cell approaches along -k faster than
+    /// `speed`. False if the search may continue farther away.
     #[inline(always)]
     pub(in crate::cross_cell) fn is_slow(&self, cell: usize, k: VectorOf<P>, speed: f64) -> bool {
         if self.near[cell] <= 1 {
             return false;
         }
-        // Nearly always cells next to it: written out, that is faster.
+        // The common case, adjacent cells, is written out for speed.
         if self.ranges.block() == 1 {
             self.fastest(cell, k, 1) <= speed
         } else {
@@ -180,7 +184,7 @@ impl<P: Physics> HaloCopy<P> {
         }
     }
 
-    /// How fast simulators of the cells around come along -k, at most.
+    /// Largest speed along -k of particles in the cells within `near` of a cell.
     #[inline(always)]
     fn fastest(&self, cell: usize, k: VectorOf<P>, near: usize) -> f64 {
         let deep = near * usize::from(P::Space::DIMENSION > 2);
@@ -192,7 +196,7 @@ impl<P: Physics> HaloCopy<P> {
         for z in 0..=2 * deep {
             for y in 0..=2 * near {
                 let begin = first + column * y + layer * z;
-                // Each line for itself, so that not all comparisons wait for each other.
+                // One maximum per line, so that comparisons do not all wait for each other.
                 let mut line = f64::NEG_INFINITY;
                 for one in &self.extents[begin..=begin + 2 * near] {
                     line = larger(line, one.along(ends, side));

@@ -158,7 +158,7 @@ fn clearance_is_the_distance_from_the_surface() {
     );
 }
 
-/// The hierarchy finds what a look at all obstacles finds.
+/// The hierarchy finds the contacts that a loop over all obstacles finds.
 #[test]
 fn many_obstacles_are_hit_as_each_of_them() {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(5);

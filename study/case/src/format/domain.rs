@@ -12,15 +12,17 @@ pub struct Box {
     /// where a start file has a box.
     #[schemars(extend("minItems" = 2, "maxItems" = 3, "items" = json!({"type": "number", "exclusiveMinimum": 0.0})))]
     pub size: Option<Vec<f64>>,
-    /// Share of its area or volume, without what is under obstacles, that particles cover; up to 0.9069 for disks.
+    /// Share of its area or volume, without what is under obstacles, that particles cover; up to
+    /// 0.9069 for disks.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 0.9069))]
     pub packing_fraction: Option<f64>,
-    /// Width over the critical length of shear waves, the shortest that grow while the gas cools (Enskog theory): below 1 the
-    /// gas stays uniform. The number of disks follows from it.
+    /// Width over the critical length of shear waves, the shortest that grow while the gas cools
+    /// (Enskog theory): below 1 the gas stays uniform. The number of disks follows from it.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub width_over_critical_length: Option<f64>,
-    /// Shear rate a of a uniform flow u = (a y, 0), by Lees-Edwards boundaries: flow along the first axis, gradient along the second.
-    /// Velocities of the start, and all that is measured, are relative to it. In 1/time units of the case; not 0.
+    /// Shear rate a of a uniform flow u = (a y, 0), by Lees-Edwards boundaries: flow along the
+    /// first axis, gradient along the second. Velocities of the start, and all that is measured,
+    /// are relative to it. In 1/time units of the case; not 0.
     pub shear_rate: Option<f64>,
     /// Height over width of a box that is given by its packing fraction.
     #[serde(default = "super::unit")]

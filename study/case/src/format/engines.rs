@@ -20,16 +20,19 @@ pub struct Engines {
     /// Monte Carlo collisions at the rate of Enskog's theory, with the packing around each cell.
     #[serde(rename = "dsmc-enskog", skip_serializing_if = "Option::is_none")]
     pub enskog: Option<MonteCarlo>,
-    /// Monte Carlo collisions with partners from the cell of the point of contact (Montanero and Santos).
+    /// Monte Carlo collisions with partners from the cell of the point of contact (Montanero and
+    /// Santos).
     #[serde(rename = "dsmc-esmc", skip_serializing_if = "Option::is_none")]
     pub esmc: Option<MonteCarlo>,
-    /// Monte Carlo collisions of overlapping disks along their line of centres (Donev, Alder and Garcia).
+    /// Monte Carlo collisions of overlapping disks along their line of centres (Donev, Alder and
+    /// Garcia).
     #[serde(
         rename = "dsmc-stochastic-disks",
         skip_serializing_if = "Option::is_none"
     )]
     pub stochastic_disks: Option<MonteCarlo>,
-    /// Monte Carlo collisions at the rate of Enskog's theory with partners around the point of contact.
+    /// Monte Carlo collisions at the rate of Enskog's theory with partners around the point of
+    /// contact.
     #[serde(rename = "dsmc-contact-point", skip_serializing_if = "Option::is_none")]
     pub contact_point: Option<MonteCarlo>,
     /// Monte Carlo collisions without positions: the engine of a case without a box.
@@ -41,21 +44,25 @@ pub struct Engines {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EventDriven {
-    /// Contact time of the TC model: a disk that touches a disk or a wall again sooner does so elastically. 0 is off.
+    /// Contact time of the TC model: a disk that touches a disk or a wall again sooner does so
+    /// elastically. 0 is off.
     #[schemars(range(min = 0.0))]
     pub contact_time: f64,
     /// Most collisions in one run, as a safety limit. Default: none.
     #[schemars(range(min = 1, max = 9_007_199_254_740_992_u64))]
     pub collision_limit: Option<u64>,
-    /// Most collisions of a particle in a unit of time, on average over all particles and over 1000 collisions of each, or 2 000 000 of
-    /// all where that is more: a run in which particles come to rest on each other ends here with an error. Default: 10 000 times the
-    /// rate of the start, or of particles a diameter apart at the fastest speed that start, walls, streams, gravity or kicks give.
+    /// Most collisions of a particle in a unit of time. The mean is over all particles, and over
+    /// 1000 collisions of each, or 2 000 000 of all where that is more. A run in which particles
+    /// come to rest on each other ends here with an error. Default: 10 000 times the rate of the
+    /// start, or of particles a diameter apart at the fastest speed that start, walls, streams,
+    /// gravity or kicks give.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub collision_rate_limit: Option<f64>,
 }
 
-/// Monte Carlo collisions in cells. Defaults are those of the scheme; a key that a scheme does not have is refused.
+/// Monte Carlo collisions in cells. Defaults are those of the scheme; a key that a scheme does not
+/// have is refused.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MonteCarlo {
@@ -71,10 +78,11 @@ pub struct MonteCarlo {
     /// Time steps in which a mean free time passes, of schemes whose partners lie across cells.
     #[schemars(range(min = 1.0, max = 1e6))]
     pub steps_per_mean_free_time: Option<f64>,
-    /// Displace the partners of a collision as the consistent Boltzmann algorithm does: false, true for one diameter, or
-    /// "inelastic" for d (1 + r)/(2 r).
+    /// Displace the partners of a collision as the consistent Boltzmann algorithm does: false, true
+    /// for one diameter, or "inelastic" for d (1 + r)/(2 r).
     pub displacement: Option<Displacement>,
-    /// Cells on each side over which the packing fraction of the contact value is taken, or "mean" for the whole box.
+    /// Cells on each side over which the packing fraction of the contact value is taken, or "mean"
+    /// for the whole box.
     pub density_window: Option<Neighbourhood>,
     /// Limit on the factor by which the density raises the collision rate.
     #[schemars(range(min = 1.0, max = 1e9))]
@@ -84,10 +92,12 @@ pub struct MonteCarlo {
     pub partner_radius: Option<f64>,
     /// How several simulators of a particle start.
     pub simulator_start: Option<Copies>,
-    /// How readily overlapping disks collide, in units of the rate at which the dilute gas has Enskog's collision rate.
+    /// How readily overlapping disks collide, in units of the rate at which the dilute gas has
+    /// Enskog's collision rate.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
     pub stiffness: Option<f64>,
-    /// Where walls act on a particle. Default: on its centre for `dsmc-boltzmann`, otherwise at its radius.
+    /// Where walls act on a particle. Default: on its centre for `dsmc-boltzmann`, otherwise at its
+    /// radius.
     pub wall_contact: Option<WallsActOn>,
     /// Weights of simulators by region: more simulators where particles are few.
     pub weights: Option<Weights>,
@@ -158,8 +168,9 @@ pub struct Weights {
     /// Weight in each stripe, over that of the start. This or `adaptive_stripes`.
     #[schemars(extend("minItems" = 1, "maxItems" = 1000, "items" = json!({"type": "number", "minimum": 1e-3, "maximum": 1e3})))]
     pub factors: Option<Vec<f64>>,
-    /// Number of stripes whose weights follow the number of simulators: they double where there are more than twice as many as in the
-    /// mean over stripes at the start, and halve where there are fewer than half as many.
+    /// Number of stripes whose weights follow the number of simulators: they double where there are
+    /// more than twice as many as in the mean over stripes at the start, and halve where there are
+    /// fewer than half as many.
     #[schemars(range(min = 2, max = 1000))]
     pub adaptive_stripes: Option<u64>,
 }

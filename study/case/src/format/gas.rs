@@ -27,10 +27,12 @@ pub struct Gas {
     /// Root of the mean squared speed at the start; it replaces `temperature`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rms_speed: Option<f64>,
-    /// Normal restitution: a constant from 0 to 1, where 1 is elastic, a viscoelastic law, or the Delta model, whose contacts also heat.
+    /// Normal restitution: a constant from 0 to 1, where 1 is elastic, a viscoelastic law, or the
+    /// Delta model, whose contacts also heat.
     #[serde(default)]
     pub restitution: Restitution,
-    /// Tangential restitution, from -1 (smooth) to 1 (perfectly rough). Without it particles are smooth and do not spin.
+    /// Tangential restitution, from -1 (smooth) to 1 (perfectly rough). Without it particles are
+    /// smooth and do not spin.
     #[schemars(range(min = -1.0, max = 1.0))]
     pub tangential_restitution: Option<f64>,
     /// Moment of inertia over mass times squared radius. Default: 1/2 for disks, 2/5 for spheres.
@@ -39,8 +41,9 @@ pub struct Gas {
     /// Volume of a gas without positions; an area in the plane.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub volume: Option<f64>,
-    /// Particles `F_N` that each simulated one stands for, in a gas without positions; below 1, several stand for one. Numbers of
-    /// particles are those that are simulated, and `volume / F_N` is their share of the volume. Default 1.
+    /// Particles `F_N` that each simulated one stands for, in a gas without positions; below 1,
+    /// several stand for one. Numbers of particles are those that are simulated, and `volume / F_N`
+    /// is their share of the volume. Default 1.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub particles_per_simulator: Option<f64>,
     /// How density raises collision rates in a gas without positions.
@@ -68,7 +71,8 @@ impl Gas {
 pub enum Restitution {
     /// The same restitution at every approach speed.
     Constant(#[schemars(range(min = 0.0, max = 1.0))] f64),
-    /// The Delta model: a pair that approaches at the normal speed g separates at `coefficient * g + 2 * delta`.
+    /// The Delta model: a pair that approaches at the normal speed g separates at
+    /// `coefficient * g + 2 * delta`.
     Delta(DeltaModel),
     /// Restitution that falls with the approach speed.
     Viscoelastic(Viscoelastic),
@@ -80,14 +84,16 @@ impl Default for Restitution {
     }
 }
 
-/// Contacts that dissipate and heat (Brito, Risso & Soto 2013): a shaken shallow layer seen from above.
+/// Contacts that dissipate and heat (Brito, Risso & Soto 2013): a shaken shallow layer seen from
+/// above.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeltaModel {
     /// Share of the normal approach speed that is kept.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub coefficient: f64,
-    /// Speed Delta, in the unit of the case; a contact adds twice this to the normal speed of separation.
+    /// Speed Delta, in the unit of the case; a contact adds twice this to the normal speed of
+    /// separation.
     #[schemars(range(min = 0.0))]
     pub delta: f64,
 }
@@ -96,12 +102,12 @@ pub struct DeltaModel {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Viscoelastic {
-    /// Dissipation strength `(A kappa^(2/5))^(1/2)`; speeds are in thermal speeds `sqrt(T/m)` of the start in a box, and in the
-    /// units of the case without one.
+    /// Dissipation strength `(A kappa^(2/5))^(1/2)`; speeds are in thermal speeds `sqrt(T/m)` of
+    /// the start in a box, and in the units of the case without one.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub viscoelastic: Option<f64>,
-    /// Young's modulus Y, in units of the case: an energy per volume. With it each pair of species has the strength that follows from
-    /// its sizes and masses.
+    /// Young's modulus Y, in units of the case: an energy per volume. With it each pair of species
+    /// has the strength that follows from its sizes and masses.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub young_modulus: Option<f64>,
     /// Poisson's ratio of the material.
@@ -162,7 +168,8 @@ pub struct Species {
     pub tracer: bool,
 }
 
-/// Very many species by a power law: mass k, diameter `k^(1/D)`, number `N k^-exponent`, k = 1, 2, 3 and on.
+/// Very many species by a power law: mass k, diameter `k^(1/D)`, number `N k^-exponent`, k = 1, 2,
+/// 3 and on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PowerLaw {
@@ -211,7 +218,8 @@ pub struct Continuous {
     #[serde(default = "super::unit")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub unit_mass: f64,
-    /// Groups of like size, equally many particles in each, for which temperatures are measured and theory is solved.
+    /// Groups of like size, equally many particles in each, for which temperatures are measured and
+    /// theory is solved.
     #[serde(default = "twelve")]
     #[schemars(range(min = 1, max = 200))]
     pub groups: u64,
@@ -255,7 +263,8 @@ pub struct Aggregation {
     /// Part of the relative motion that is compared with `aggregate_below` or its speed.
     #[serde(default)]
     pub aggregate_energy_part: EnergyPart,
-    /// Energy above which pairs with three monomers or more break into monomers. Default: they never break.
+    /// Energy above which pairs with three monomers or more break into monomers. Default: they
+    /// never break.
     #[schemars(range(min = 0.0))]
     pub fragment_above: Option<f64>,
     /// Relative speed above which they break, whatever their masses, in place of `fragment_above`.

@@ -5,11 +5,13 @@ use serde::{Deserialize, Serialize};
 
 use super::{Case, Kind, Restitution};
 
-/// Question of a case. Its quantity is the headline, the first figure of the report, and the map of a sweep.
+/// Question of a case. Its quantity is the headline, the first figure of the report, and the map of
+/// a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Question {
-    /// The question in words. Default: the comment that the file begins with, up to its question mark.
+    /// The question in words. Default: the comment that the file begins with, up to its question
+    /// mark.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]
     pub text: Option<String>,
@@ -17,7 +19,8 @@ pub struct Question {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]
     pub measure: Option<String>,
-    /// Engine whose verdict in this measurement comes first, against the first engine where engines are compared. Default: the first.
+    /// Engine whose verdict in this measurement comes first, against the first engine where engines
+    /// are compared. Default: the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]
     pub engine: Option<String>,
@@ -28,13 +31,14 @@ pub struct Question {
 }
 
 impl Question {
-    /// Whether nothing is asked.
+    /// Returns true if nothing is asked.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Question in the comment that the text of a case begins with, up to the question mark; `None` without one.
+/// Question in the comment that the text of a case begins with, up to the question mark; `None`
+/// without one.
 ///
 /// ```
 /// use stosszahl_case::format::leading_question;

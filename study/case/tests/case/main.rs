@@ -1,3 +1,3 @@
-//! Case files, good and bad ones.
+//! Tests of case files: valid ones and refusals.
 
 mod refusals;

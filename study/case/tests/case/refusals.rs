@@ -455,7 +455,7 @@ fn relations_of_comparisons_are_checked() {
     refused(COMPARISON, OF_COMPARISONS);
 }
 
-/// A box in critical lengths is one of equal disks that cool.
+/// A box in critical lengths is allowed for cooling equal disks only.
 #[test]
 fn relations_of_boxes_in_critical_lengths_are_checked() {
     let text = COMPARISON
@@ -493,7 +493,8 @@ fn relations_of_boxes_in_critical_lengths_are_checked() {
     refused(&text, rows);
 }
 
-/// A uniform shear flow is one of exact disks and of Monte Carlo within cells, in a periodic box.
+/// A uniform shear flow is allowed for exact disks and for Monte Carlo within cells, in a periodic
+/// box.
 #[test]
 fn relations_of_sheared_boxes_are_checked() {
     let text = "format = 2\ntitle = \"sheared\"\n[gas]\nnumber = 100\nrestitution = 0.9\n[box]\npacking_fraction = 0.2\n\
@@ -885,7 +886,7 @@ fn places_are_lines_arguments_and_sweeps() {
         "{error}"
     );
 
-    // An argument that makes a table of an unknown name is the place, not the tables beside it.
+    // A refused override is named with its argument, not with the tables beside the key.
     let argument = "engine.dsmc-enskogg.displacement=false";
     let error = read(COMPARISON, &[argument]).expect_err("no engine");
     let place = format!("--set {argument}: unknown key engine.dsmc-enskogg");
@@ -1119,29 +1120,35 @@ fn cases_of_another_format_are_refused() {
 #[test]
 fn renamed_keys_say_their_new_names() {
     for (setting, new) in [
-        ("sticking={}", "aggregation"),
+        ("aggregation={}", "aggregation"),
         ("continuous={}", "polydisperse"),
-        ("gas.inertia=0.5", "reduced_inertia"),
+        ("gas.reduced_inertia=0.5", "reduced_inertia"),
         (
             "gas.contact_values=dense",
             "pair_correlation, \"boltzmann\" or \"enskog\"",
         ),
-        ("box.critical_lengths=2", "width_over_critical_length"),
         (
-            "obstacle=[{ disc = { centre = [1, 1], radius = 0.5 } }]",
+            "box.width_over_critical_length=2",
+            "width_over_critical_length",
+        ),
+        (
+            "obstacle=[{ circle = { centre = [1, 1], radius = 0.5 } }]",
             "circle",
         ),
-        ("engine.dsmc-enskog.neighbourhood=3", "density_window"),
+        ("engine.dsmc-enskog.density_window=3", "density_window"),
         (
-            "engine.dsmc-enskog.largest_contact_value=50",
+            "engine.dsmc-enskog.max_contact_value=50",
             "max_contact_value",
         ),
         (
-            "engine.dsmc-enskog.steps_per_crossing=8",
+            "engine.dsmc-enskog.steps_per_cell_crossing=8",
             "steps_per_cell_crossing",
         ),
-        ("engine.dsmc-enskog.walls_act_on=centre", "wall_contact"),
-        ("engine.dsmc-enskog.copies=coherent", "simulator_start"),
+        ("engine.dsmc-enskog.wall_contact=centre", "wall_contact"),
+        (
+            "engine.dsmc-enskog.simulator_start=coherent",
+            "simulator_start",
+        ),
         ("verdict.false_alarm=0.01", "family_wise_error_rate"),
     ] {
         let message = read(COMPARISON, &[setting])

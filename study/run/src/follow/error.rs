@@ -1,4 +1,4 @@
-//! Why a part of a run ended early, here or in another process.
+//! Errors that end a part of a run early, here or in another process.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Failure;
@@ -9,59 +9,59 @@ use crate::engines::BeginError;
 use crate::plan::PlanError;
 use crate::start::StartError;
 
-/// Why a part of a run ended early.
+/// Error that ends a part of a run early.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PartError {
-    /// The plan is impossible after all.
+    /// Plan that turns out to be impossible.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The start cannot be made.
+    /// Start that cannot be made.
     #[error(transparent)]
     Start(StartError),
-    /// The engine cannot start.
+    /// Engine that cannot start.
     #[error(transparent)]
     Begin(BeginError),
-    /// The engine cannot go on, as in inelastic collapse.
+    /// Engine that cannot continue, as in inelastic collapse.
     #[error("{failure}")]
     Stopped {
-        /// Why.
+        /// Failure of the engine.
         failure: Failure,
-        /// The gas at that moment as extended XYZ; empty where it is not known.
+        /// Gas at that moment as extended XYZ; empty where it is not known.
         state: String,
     },
-    /// More collisions than the case allows.
+    /// Number of collisions above the limit of the case.
     #[error("{collisions} collisions have reached engine.ed.collision_limit")]
     CollisionLimit {
-        /// How many happened.
+        /// Number of collisions so far.
         collisions: u64,
     },
-    /// A checkpoint cannot be written or read.
+    /// Checkpoint that cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] SnapshotError),
-    /// A process cannot write its part of a checkpoint.
+    /// Checkpoint shard that a process cannot write.
     #[error("{0}")]
     Shards(Failure),
-    /// A record of a measurement cannot be written or read.
+    /// Measurement record that cannot be written or read.
     #[error("the record of a measurement: {0}")]
     Record(#[from] postcard::Error),
-    /// A file cannot be written.
+    /// File that cannot be written.
     #[error(transparent)]
     Results(#[from] stosszahl_results::ResultsError),
-    /// The user asked to stop; checkpoints are written.
+    /// Interruption by the user; checkpoints are written.
     #[error("stopped; continue with --resume")]
     Interrupted,
-    /// It ended early in another process.
+    /// Early end in another process.
     #[error("{0}")]
     Elsewhere(Elsewhere),
 }
 
-/// Why a part ended early in another process: what a [`PartError`] says, in words that can be sent.
+/// Early end of a part in another process: a [`PartError`] in a form that can be sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Elsewhere {
     text: String,
     end: End,
-    /// The gas at that moment as extended XYZ; empty where it is not known.
+    /// Gas at that moment as extended XYZ; empty where it is not known.
     state: String,
 }
 
@@ -74,7 +74,7 @@ enum End {
 }
 
 impl Elsewhere {
-    /// What an error says.
+    /// Converts an error to its message and kind.
     pub(crate) fn of(error: &PartError) -> Self {
         let end = if error.is_of_gas() {
             End::OfGas
@@ -92,7 +92,7 @@ impl Elsewhere {
         }
     }
 
-    /// Any other reason.
+    /// Creates an early end for any other reason.
     pub(crate) fn other(text: String) -> Self {
         Self {
             text,
@@ -140,7 +140,7 @@ impl From<Interrupted> for PartError {
 }
 
 impl PartError {
-    /// Whether the gas itself cannot go on, which says nothing of other replicas.
+    /// Returns true if the gas itself cannot continue, which does not affect other replicas.
     pub fn is_of_gas(&self) -> bool {
         match self {
             Self::Stopped { .. } | Self::CollisionLimit { .. } => true,
@@ -149,7 +149,7 @@ impl PartError {
         }
     }
 
-    /// Whether the case is to blame: it cannot be started.
+    /// Returns true if the case is at fault: it cannot be started.
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Plan(_) => true,
@@ -160,7 +160,7 @@ impl PartError {
         }
     }
 
-    /// Whether it was only asked to stop.
+    /// Returns true if the part only stopped because it was asked to.
     pub fn is_interruption(&self) -> bool {
         match self {
             Self::Interrupted => true,
@@ -169,7 +169,7 @@ impl PartError {
         }
     }
 
-    /// The gas that cannot go on, as extended XYZ; empty where it is not known.
+    /// Gas that cannot continue, as extended XYZ; empty where it is not known.
     pub fn state(&self) -> &str {
         match self {
             Self::Stopped { state, .. } => state,

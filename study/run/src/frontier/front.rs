@@ -16,7 +16,7 @@ pub(crate) const REPLICAS: [u64; 4] = [1, 4, 16, 64];
 /// Setting with the results of its repetitions.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
-    /// The setting.
+    /// Measured setting.
     pub setting: Setting,
     /// Choices of the setting in words.
     pub label: String,
@@ -88,7 +88,7 @@ pub(crate) struct Row<'a> {
     pub one: &'a Measured,
     /// Name of the quantity; `largest-` for that of the kind whose error is largest.
     pub name: String,
-    /// The quantity.
+    /// Quantity of the error.
     pub quantity: Quantity,
     /// Reference of the quantity.
     pub reference: Reference,

@@ -56,7 +56,7 @@ pub(crate) struct Sample {
 /// Requested runs of a setting.
 #[derive(Clone, Debug)]
 pub(crate) struct Task {
-    /// The setting.
+    /// Setting to run.
     pub setting: Setting,
     /// Numbers of the replicas.
     pub replicas: Range<u64>,

@@ -45,7 +45,7 @@ impl Verdict {
 pub(crate) struct OrderRow {
     /// Name of the refined parameter and the scheme.
     pub sequence: &'static str,
-    /// The quantity.
+    /// Quantity whose order of convergence is fitted.
     pub quantity: Quantity,
     /// Number of settings of the fit, the finest ones.
     pub settings: usize,

@@ -33,7 +33,7 @@ pub(crate) struct Reference {
 
 /// File of the runs of an ensemble: a snapshot, which identifies its case and detects changes.
 pub(crate) struct Cache {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
     fingerprint: Fingerprint,
 }

@@ -1,4 +1,4 @@
-//! Starts lie between collisions, and have the velocities that are asked for.
+//! Starts lie between collisions, and have the requested velocities.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn plan(text: &str) -> Plan {
     plan_in(Path::new(""), text)
 }
 
-/// The start of a replica.
+/// Start of a replica.
 fn start(plan: &Plan, replica: u64) -> Particles {
     let (streams, never) = (Streams::new(plan.case.seed, replica), Interrupt::default());
     if !is_prepared(plan) {
@@ -35,7 +35,7 @@ fn start(plan: &Plan, replica: u64) -> Particles {
     preparation.particles(plan, streams).expect("particles")
 }
 
-/// Mean of independent numbers and its standard error.
+/// Mean of independent numbers, and its standard error.
 fn mean(numbers: &[f64]) -> [f64; 2] {
     let count = numbers.len() as f64;
     let mean = numbers.iter().sum::<f64>() / count;
@@ -43,7 +43,7 @@ fn mean(numbers: &[f64]) -> [f64; 2] {
     [mean, (square / (count - 1.0) / count).sqrt()]
 }
 
-/// Distances of all pairs in a periodic box, below 1.05 diameters.
+/// Distances of pairs closer than 1.05 diameters in a periodic box.
 fn close(particles: &Particles) -> Vec<f64> {
     let side = Vector3::from(particles.lengths);
     let mut found = Vec::new();
@@ -59,9 +59,12 @@ fn close(particles: &Particles) -> Vec<f64> {
     found
 }
 
-/// Starts of 48 disks hold as many pairs within 0.05 d of contact as a long elastic run of them at equal intervals, and none at contact:
-/// the two agree within 4.4 measured standard errors, which happens by chance in all but one of 10^5 runs, and the error is at most a
-/// sixth of the one pair that a start at a collision has more. A pair within 1e-9 of contact is there by chance in 3 of 10^5 runs.
+/// Starts of 48 disks have as many pairs within 0.05 d of contact as samples of a long elastic run,
+/// and none at contact.
+///
+/// The two agree within 4.4 measured standard errors (a false alarm in 10^5 runs), and the error is
+/// at most a sixth of the one extra pair of a start at a collision. A pair within 1e-9 of contact
+/// occurs by chance in 3 of 10^5 runs.
 #[test]
 fn starts_lie_between_collisions() {
     let plan = plan(
@@ -82,7 +85,7 @@ fn starts_lie_between_collisions() {
     let first = start(&plan, 1000);
     let mut gas = stosszahl_ed::simulate(&plan.grains, Dissipation::Elastic, &boundaries, &first)
         .expect("a gas");
-    // Five mean free times apart pairs near contact are others.
+    // Five mean free times later, other pairs are near contact.
     let later = (1..=400).map(|step| {
         let time = 5.0 * f64::from(step) / plan.collision_rate();
         gas.advance(time, Budget::Unlimited, &mut ())
@@ -108,8 +111,9 @@ fn cumulant(particles: &[Vector3<f64>], dimension: f64) -> f64 {
     dimension / (dimension + 2.0) * count * fourth / (second * second) - 1.0
 }
 
-/// Fourth cumulants of 60 starts of 400 particles are those asked for, by all engines and after equilibration, within 4.4 measured standard
-/// errors and the bias of a ratio, some 4/400; the error is small enough to see a Maxwellian. Temperature and momentum are exact to rounding.
+/// Fourth cumulants of 60 starts of 400 particles are the requested ones, for all engines and after
+/// equilibration. Tolerance: 4.4 measured standard errors and the bias of a ratio, some 4/400; the
+/// error is small enough to detect a Maxwellian. Temperature and momentum are exact to rounding.
 #[test]
 fn starts_have_the_fourth_cumulant_asked_for() {
     for (text, a2) in [
@@ -164,14 +168,14 @@ fn starts_have_the_fourth_cumulant_asked_for() {
     }
 }
 
-/// Velocities of a file are dealt anew in each replica: every species has its own, in another order, on other places.
+/// Velocities of a file are dealt anew in each replica, within each species, to other positions.
 #[test]
 fn velocities_of_a_file_are_dealt_within_species() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut text = String::from("vx,vy,mass,type\n");
     for index in 0..40_i32 {
         let heavy = index % 4 == 1;
-        // No sum of these is zero, and no two are alike.
+        // No sum of these is zero, and no two are equal.
         let (vx, vy) = (index * index, 3 * index - 7);
         let (mass, name) = if heavy { (3, "b") } else { (1, "a") };
         writeln!(text, "{vx},{vy},{mass},{name}").expect("a string");
@@ -213,7 +217,7 @@ fn velocities_of_a_file_are_dealt_within_species() {
     }
 }
 
-/// Collisions before the start grow with packing, where the case does not give them; those of a file or a region are none.
+/// Default equilibration grows with packing; starts from a file or in a region have none.
 #[test]
 fn default_equilibration_depends_on_packing() {
     let asked = |packing: f64, start: &str| {
@@ -222,7 +226,8 @@ fn default_equilibration_depends_on_packing() {
         );
         plan(&text).equilibration()
     };
-    // 10 sqrt(phi) chi by Henderson's chi less a hundredth: 9.7, 14.5, 22.0 and 35.2, made whole.
+    // Expected: 10 sqrt(phi) chi with Henderson's chi minus a hundredth, 9.7, 14.5, 22.0 and 35.2,
+    // rounded up.
     for (packing, wanted) in [
         (0.05, 10.0),
         (0.3, 10.0),
@@ -236,7 +241,8 @@ fn default_equilibration_depends_on_packing() {
     assert_eq!(asked(0.02, "region = [[0, 0], [40, 40]]\n"), 0.0);
 }
 
-/// Where next to nothing collides, and at the longest equilibration, the flight after the count ends too.
+/// The flight after the count also ends where hardly anything collides, and at the longest
+/// equilibration.
 #[test]
 fn few_disks_end_their_equilibration() {
     let plan = plan(
