@@ -113,7 +113,11 @@ fn no_page_links_to_what_is_not_in_the_book() {
 fn files_that_pages_for_developers_name_are_there() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut checked = 0;
-    for page in ["CONTRIBUTING.md", "docs/extending.md"] {
+    for page in [
+        "CONTRIBUTING.md",
+        "docs/extending.md",
+        "docs/development/architecture.md",
+    ] {
         let text = fs::read_to_string(root.join(page)).expect("a page");
         for line in text.lines().filter(|line| !line.starts_with("    ")) {
             let code = line.split('`').skip(1).step_by(2);
@@ -141,6 +145,26 @@ fn the_summary_has_every_page_once() {
         .into_iter()
         .filter(|page| !page.ends_with("SUMMARY.md"));
     assert_eq!(set, there.collect());
+}
+
+/// The index lists the pages of the summary, with the same titles and in the same order.
+#[test]
+fn the_index_is_that_of_the_book() {
+    let read = |name: &str| fs::read_to_string(docs().join(name)).expect("a page");
+    let (summary, index) = (read("SUMMARY.md"), read("README.md"));
+    let listed: Vec<&str> = summary
+        .lines()
+        .filter_map(|line| line.strip_prefix("- "))
+        .collect();
+    let cells = index
+        .lines()
+        .filter_map(|line| line.strip_prefix("| ")?.split_once(" | "));
+    let shown: Vec<&str> = cells
+        .map(|cells| cells.0)
+        .filter(|cell| cell.starts_with('['))
+        .collect();
+    assert_eq!(shown, listed);
+    assert!(listed.len() > 20, "{} pages", listed.len());
 }
 
 #[test]

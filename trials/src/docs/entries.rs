@@ -130,7 +130,7 @@ const LUDING: Source = Source::Case("luding-1998");
 const PAIRED: &str = "docs/paired-case.md";
 const MIXTURES: &str = "docs/mixtures.md";
 const FLOWS: &str = "docs/flows.md";
-/// The picture of README.
+/// Picture of the case of 1998.
 const EVIDENCE: &str = "docs/evidence.svg";
 
 /// All blocks, in the order of a check.
@@ -172,7 +172,7 @@ pub const ENTRIES: &[Entry] = &[
     entry("papers", "docs/reproduce.md", ALL_BUT_HALFWAY, papers::all).of(Source::Papers),
     entry("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::kawasaki).of(Source::Papers),
     entry("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::bodrova).of(Source::Papers),
-    entry("evidence", "README.md", BOTH, evidence).of(LUDING),
+    entry("evidence", PAIRED, BOTH, evidence).of(LUDING),
     entry("map-onset", map::PAGE, EXACT, map::onset),
 ];
 
@@ -345,7 +345,7 @@ fn evidence(results: &Results) -> Result<Made, Trouble> {
     };
     let slope = results.row("", "impact_parameter_summary", &of_window("ed", WINDOWS[4]))?;
     let text = format!(
-        "![Energies of three engines against Haff's law, their quotients, and impact parameters in windows of time]({EVIDENCE})\n\n\
+        "![Energies of three engines against Haff's law, their quotients, and impact parameters in windows of time](evidence.svg)\n\n\
          At t/t0 = 10 exact disks have {} times the energy of the free-volume gas and {} times that of the Enskog scheme. From t/t0 = 100 \
          to 400 the slope of P(b/d) is {} (0 for chaos).",
         last("dsmc-free-volume")?.text(),

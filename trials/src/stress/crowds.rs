@@ -22,7 +22,7 @@ trials! {
         "energy and momentum; the dense part collides, the thin one too in the end";
     "few" => few,
         "0, 1 and 2 disks in boxes from 0.7 d to 40 d a side and of 1 : 100, moving and at rest; every scheme",
-        "the time is reached; one alone flies straight on and meets nobody; energy and momentum; most cells are empty";
+        "the time is reached; one alone flies straight on and never collides; energy and momentum; most cells are empty";
 }
 
 const ALL: [f64; 2] = [1.0, 0.8];

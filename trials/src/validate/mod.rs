@@ -169,7 +169,7 @@ impl Outcome {
     fn page(&self, quick: bool) -> String {
         let option = if quick { " --quick" } else { "" };
         let mut text = format!(
-            "# What holds\n\nWritten by `stosszahl-trials validate{option}`, version {}. A claim passes if the value is \
+            "# Validation\n\nWritten by `stosszahl-trials validate{option}`, version {}. A claim passes if the value is \
              within its tolerance and the standard error at most half of that; with a wider error it is unresolved, and what \
              is not claimed is measured. Starts and streams have fixed seeds, so only times differ between two runs.\n\n",
             env!("CARGO_PKG_VERSION")
