@@ -239,7 +239,7 @@ fn open_boxes_and_spheres_are_no_periodic_disks() {
 fn start_files_are_read_between_walls_and_bodies() {
     let walled = format!(
         "{}[box]\n[walls]\nbottom = {{ restitution = 0.9 }}\ntop = \"specular\"\n[gravity]\nacceleration = [0, -1]\n\
-         [[obstacle]]\ndisc = {{ centre = [9, 5], radius = 1 }}\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 1\n",
+         [[obstacle]]\ncircle = {{ centre = [9, 5], radius = 1 }}\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 1\n",
         FROM_FILE.replace("until = 5", "until = 0.5\nsamples = 4")
     );
     let desk = Desk::new(&format!(
@@ -291,7 +291,7 @@ fn a_gas_starts_in_a_region() {
     };
     let disks = "[engine.ed]\n[engine.dsmc-enskog]\nsimulators_per_particle = 3\n[engine.dsmc-boltzmann]\n[engine.dsmc-contact-point]\n";
     let walled = "[engine.ed]\n[engine.dsmc-boltzmann]\n[measure.fields]\ncells = [2, 2]\nblocks = 1\n[walls]\nleft = \"specular\"\n\
-                  right = { temperature = 1 }\n[[obstacle]]\ndisc = { centre = [8, 10], radius = 2 }\n";
+                  right = { temperature = 1 }\n[[obstacle]]\ncircle = { centre = [8, 10], radius = 2 }\n";
     for (dimension, engines, more) in [
         (2, disks, ""),
         (2, walled, ""),

@@ -85,8 +85,8 @@ fn column(table: &Table, name: &str) -> Vec<f64> {
 /// Case with four disks that cover half of the box.
 const DISCS: &str = "\
     replicas = 2\n[gas]\nnumber = 2000\ndiameter = 0.02\nrestitution = 1\n[box]\nsize = [40, 40]\n\
-    [[obstacle]]\ndisc = { centre = [10, 10], radius = 8 }\n[[obstacle]]\ndisc = { centre = [30, 10], radius = 8 }\n\
-    [[obstacle]]\ndisc = { centre = [10, 30], radius = 8 }\n[[obstacle]]\ndisc = { centre = [30, 30], radius = 8 }\n\
+    [[obstacle]]\ncircle = { centre = [10, 10], radius = 8 }\n[[obstacle]]\ncircle = { centre = [30, 10], radius = 8 }\n\
+    [[obstacle]]\ncircle = { centre = [10, 30], radius = 8 }\n[[obstacle]]\ncircle = { centre = [30, 30], radius = 8 }\n\
     [run]\nuntil = 400\nsamples = 400\n[engine.ENGINE]\n";
 
 /// Density, free path and collisions of a dilute gas follow from the area open to its centres,
@@ -137,7 +137,7 @@ fn a_gas_among_obstacles_has_their_free_area() {
 #[test]
 fn a_packing_fraction_is_of_what_obstacles_leave() {
     let text = "[gas]\nnumber = 600\nrestitution = 1\n[box]\npacking_fraction = 0.1\naspect_ratio = 2\n\
-                [[obstacle]]\ndisc = { centre = [10, 10], radius = 4 }\n\
+                [[obstacle]]\ncircle = { centre = [10, 10], radius = 4 }\n\
                 [[obstacle]]\npolygon = [[10, 20], [20, 20], [20, 24], [10, 24]]\n[run]\nuntil = 1\n[engine.ed]\n";
     let flat = plan(text);
     let [width, height, _] = flat.lengths;
@@ -148,7 +148,7 @@ fn a_packing_fraction_is_of_what_obstacles_leave() {
     // Obstacles may overlap one another, and cover the whole box.
     let twice = text.replace(
         "[[obstacle]]\npolygon",
-        "[[obstacle]]\ndisc = { centre = [10, 10], radius = 3 }\n[[obstacle]]\npolygon",
+        "[[obstacle]]\ncircle = { centre = [10, 10], radius = 3 }\n[[obstacle]]\npolygon",
     );
     assert!((plan(&twice).volume / flat.volume - 1.0).abs() < 1e-8);
     let full = text
@@ -170,7 +170,7 @@ fn a_packing_fraction_is_of_what_obstacles_leave() {
 fn a_region_has_the_packing_of_its_free_area() {
     let text = |region: &str| {
         format!(
-            "[gas]\nnumber = 20\nrestitution = 1\n[box]\nsize = [30, 30]\n[[obstacle]]\ndisc = {{ centre = [10, 10], radius = 5 }}\n\
+            "[gas]\nnumber = 20\nrestitution = 1\n[box]\nsize = [30, 30]\n[[obstacle]]\ncircle = {{ centre = [10, 10], radius = 5 }}\n\
              [start]\nregion = {region}\n[run]\nuntil = 1\n[engine.ed]\n"
         )
     };
@@ -189,7 +189,7 @@ fn a_region_has_the_packing_of_its_free_area() {
 #[test]
 fn fields_among_obstacles_are_of_the_free_area() {
     let text = "replicas = 4\nseed = 3\n[gas]\nnumber = 600\ndiameter = 0.05\nrestitution = 1\n[box]\nsize = [20, 20]\n\
-                [[obstacle]]\ndisc = { centre = [6, 6], radius = 5 }\n\
+                [[obstacle]]\ncircle = { centre = [6, 6], radius = 5 }\n\
                 [[obstacle]]\npolygon = [[11, 11], [19, 12], [14, 19]]\n\
                 [run]\nuntil = 40\nsamples = 80\n[engine.ed]\n[measure.fields]\ncells = [4, 4]\n";
     let plan = plan(text);

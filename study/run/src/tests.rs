@@ -273,7 +273,7 @@ fn flows_resume_to_the_same_bytes() {
 
 #[test]
 fn dense_monte_carlo_alone_starts_off_walls_and_obstacles() {
-    let obstacle = "[[obstacle]]\ndisc = {centre = [10.0, 10.0], radius = 3.0}\n";
+    let obstacle = "[[obstacle]]\ncircle = {centre = [10.0, 10.0], radius = 3.0}\n";
     for (engine, obstacle) in [
         ("enskog]\ndisplacement = false", obstacle),
         ("free-volume]\ndisplacement = false", obstacle),
@@ -693,7 +693,7 @@ fn luding_1998_has_the_published_time() {
 /// 61.05 disks.
 #[test]
 fn a_box_in_critical_lengths_says_the_number_of_disks() {
-    let text = "[gas]\nrestitution = 0.8\n[box]\npacking_fraction = 0.25\ncritical_lengths = 0.8\n[run]\nuntil = 1\n[engine.ed]\n";
+    let text = "[gas]\nrestitution = 0.8\n[box]\npacking_fraction = 0.25\nwidth_over_critical_length = 0.8\n[run]\nuntil = 1\n[engine.ed]\n";
     let small = plan(text);
     assert_eq!(small.count(), 61);
     assert!(!small.has_unstable_modes());

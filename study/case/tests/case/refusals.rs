@@ -460,7 +460,7 @@ fn relations_of_comparisons_are_checked() {
 fn relations_of_boxes_in_critical_lengths_are_checked() {
     let text = COMPARISON
         .replace("number = 1000\n", "")
-        .replace("[box]\n", "[box]\ncritical_lengths = 0.8\n");
+        .replace("[box]\n", "[box]\nwidth_over_critical_length = 0.8\n");
     assert!(read(&text, &[]).is_ok());
     let cools = "disks that cool in a periodic box";
     let rows: &[Row] = &[
