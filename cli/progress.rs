@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write as _};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::study::{Gauge, Progress};
+use crate::study::{Progress, ProgressEstimate};
 use crate::terminal::note;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
@@ -23,7 +23,7 @@ pub struct Display {
 /// One point of a sweep, or the only one.
 struct Point {
     name: String,
-    work: Gauge,
+    work: ProgressEstimate,
     collisions: u64,
     began: Instant,
     shown: Instant,
@@ -67,7 +67,7 @@ impl Display {
 }
 
 impl Progress for Display {
-    fn begin(&self, number: usize, name: &str, work: Gauge) {
+    fn begin(&self, number: usize, name: &str, work: ProgressEstimate) {
         let bar = self.terminal.as_ref().map(|all| {
             let template = "{msg} {wide_bar} {percent:>3} %  {elapsed} of about {duration}";
             let style = ProgressStyle::with_template(template);

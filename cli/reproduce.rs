@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::BUNDLE;
 use crate::case::{Bundled, PaperFile};
 use crate::report::figure_name;
-use crate::reproduction::{Demand, Reproduction};
+use crate::reproduction::{ReproduceOptions, Reproduction};
 use crate::results::Existing;
 use crate::study::Options;
 use crate::study::plan::available_threads;
@@ -38,7 +38,7 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
         return list(arguments);
     };
     let (name, file) = read(asked)?;
-    let demand = Demand {
+    let demand = ReproduceOptions {
         figure: arguments.figure.as_deref(),
         quick: arguments.quick,
     };
@@ -103,7 +103,7 @@ fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
     for (number, one) in BUNDLE.papers().into_iter().enumerate() {
         let file = bundled_paper(one)?;
         let planned = |quick| {
-            let demand = Demand {
+            let demand = ReproduceOptions {
                 figure: None,
                 quick,
             };

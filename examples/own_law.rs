@@ -4,7 +4,7 @@
 
 use stosszahl::ed::{Dissipation, Engine};
 use stosszahl::model::{
-    Body, Domain, Free, Monodisperse, Plane, Restitution, Scene, Smooth, State,
+    Domain, Free, Monodisperse, ParticleState, Plane, Restitution, Scene, Smooth, State,
 };
 use stosszahl::prelude::*;
 
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         time: 0.0,
         domain: Domain::periodic([x, y].into())?,
         bodies: bodies
-            .map(|one| Body::new(one.position.xy(), one.velocity.xy()))
+            .map(|one| ParticleState::new(one.position.xy(), one.velocity.xy()))
             .collect(),
     };
     let mut engine = Engine::<_>::new(scene.clone(), Dissipation::Scene, state)?;

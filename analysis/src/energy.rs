@@ -1,7 +1,9 @@
 //! Energy and shape of the velocity distribution.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Collision, Moments, Observer, Particles, Physics, Simulation, Space, State};
+use stosszahl_model::{
+    Collision, Moments, Observer, ParticleModel, Particles, Simulation, Space, State,
+};
 
 /// Moments of the velocities at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +21,7 @@ pub struct EnergySample {
 
 impl EnergySample {
     /// Computes the moments of a state after `pair_collisions` pair collisions of its particles.
-    pub fn new<P: Physics>(scene: &P, state: &State<P>, pair_collisions: u64) -> Self {
+    pub fn new<P: ParticleModel>(scene: &P, state: &State<P>, pair_collisions: u64) -> Self {
         let moments = Moments::of_state(scene, state);
         let simulators = state.bodies.len();
         let collisions = 2.0 * pair_collisions as f64 / simulators.max(1) as f64;
@@ -71,7 +73,7 @@ pub struct Virial {
 impl Virial {
     /// Compressibility factor Z = p/(nT) = 1 + sum(|impulse| d)/(D N T t) of an elastic gas of
     /// `count` particles over the time `duration`.
-    pub fn compressibility_factor<P: Physics>(
+    pub fn compressibility_factor<P: ParticleModel>(
         &self,
         count: usize,
         temperature: f64,
@@ -93,7 +95,9 @@ impl Observer for Virial {
 mod tests {
     use super::*;
     use nalgebra::vector;
-    use stosszahl_model::{Body, Constant, Domain, Free, Monodisperse, Plane, Scene, Smooth};
+    use stosszahl_model::{
+        Constant, Domain, Free, Monodisperse, ParticleState, Plane, Scene, Smooth,
+    };
 
     #[test]
     fn moments_of_four_particles() {
@@ -109,7 +113,7 @@ mod tests {
         };
         let speeds = [1.0, -1.0, 3.0, -3.0];
         let bodies = speeds
-            .map(|v| Body::new(vector![0.0, 0.0], vector![v, 0.0]))
+            .map(|v| ParticleState::new(vector![0.0, 0.0], vector![v, 0.0]))
             .to_vec();
         let domain = Domain::periodic(vector![9.0, 9.0]).expect("a box");
         let sample = EnergySample::new(

@@ -43,7 +43,7 @@ impl Grid {
         }
         for count in counts {
             let name = "number of cells of a field along an axis";
-            Invalid::unless(count > 0, name, 0.0, "at least 1")?;
+            Invalid::require(count > 0, name, 0.0, "at least 1")?;
         }
         Ok(Self {
             lengths,
@@ -294,7 +294,7 @@ impl Fields {
     pub fn new(grid: Grid, species: usize, blocks: usize, block: f64) -> Result<Self, Error> {
         Invalid::unless_positive("length of a block", block)?;
         for (quantity, found) in [("number of species", species), ("number of blocks", blocks)] {
-            Invalid::unless(found > 0, quantity, 0.0, "at least 1")?;
+            Invalid::require(found > 0, quantity, 0.0, "at least 1")?;
         }
         Ok(Self {
             grid,

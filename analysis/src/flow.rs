@@ -4,9 +4,9 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Adds, Grouping, Particle, Sum};
+use stosszahl_model::{Grouping, Particle, ParticleReduction, Sum};
 
-/// Function that adds all particles of a gas to a sum, as [`stosszahl_model::Simulation::add_up`]
+/// Function that adds all particles of a gas to a sum, as [`stosszahl_model::Simulation::reduce_particles`]
 /// does.
 pub type AddUp<'a> = dyn FnMut(&mut dyn Sum) + 'a;
 
@@ -34,12 +34,12 @@ impl Flow {
 }
 
 /// Computes the flow of each species.
-pub fn flows(grouping: Grouping, add_up: &mut AddUp<'_>) -> Vec<Flow> {
+pub fn flows(grouping: Grouping, reduce_particles: &mut AddUp<'_>) -> Vec<Flow> {
     let mut sums = Flows {
         grouping,
         totals: Totals::new(6 * grouping.groups()),
     };
-    add_up(&mut sums);
+    reduce_particles(&mut sums);
     let values = sums.totals.values();
     let flow = |sums: &[f64]| Flow {
         number: sums[0],
@@ -57,7 +57,7 @@ pub struct Flows {
     totals: Totals,
 }
 
-impl Adds for Flows {
+impl ParticleReduction for Flows {
     const NAME: &'static str = "flows";
 
     fn add(&mut self, particle: &Particle) {
@@ -94,13 +94,17 @@ pub struct Thermal {
 }
 
 /// Computes the thermal motion of each species relative to these flows.
-pub fn thermal(grouping: Grouping, flows: &[Flow], add_up: &mut AddUp<'_>) -> Vec<Thermal> {
+pub fn thermal(
+    grouping: Grouping,
+    flows: &[Flow],
+    reduce_particles: &mut AddUp<'_>,
+) -> Vec<Thermal> {
     let mut sums = Warmth {
         grouping,
         flows: flows.to_vec(),
         totals: Totals::new(5 * grouping.groups()),
     };
-    add_up(&mut sums);
+    reduce_particles(&mut sums);
     let values = sums.totals.values();
     let thermal = |sums: &[f64]| Thermal {
         number: sums[0],
@@ -118,7 +122,7 @@ pub struct Warmth {
     totals: Totals,
 }
 
-impl Adds for Warmth {
+impl ParticleReduction for Warmth {
     const NAME: &'static str = "warmth";
 
     fn add(&mut self, particle: &Particle) {

@@ -26,7 +26,7 @@ use nalgebra::{Vector2, vector};
 use rustfft::num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Adds, Particle};
+use stosszahl_model::{Particle, ParticleReduction};
 
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions};
@@ -232,7 +232,7 @@ impl Modes {
 
 /// Weights of the particles of a gas in [`Amplitudes`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Weighing {
+pub enum DensityKernel {
     /// Weight one for each particle.
     Density,
     /// Three weights: one, the momentum relative to a mean flow, and the energy relative to it less
@@ -249,7 +249,7 @@ pub enum Weighing {
 #[derive(Serialize, Deserialize)]
 pub struct Amplitudes {
     modes: Modes,
-    weighing: Weighing,
+    weighing: DensityKernel,
     seen: Seen,
     totals: Totals,
     /// Positions and weights of the open group.
@@ -261,10 +261,10 @@ pub struct Amplitudes {
 
 impl Amplitudes {
     /// Creates empty sums.
-    pub fn new(modes: Modes, weighing: Weighing) -> Self {
+    pub fn new(modes: Modes, weighing: DensityKernel) -> Self {
         let weights = match weighing {
-            Weighing::Density => 1,
-            Weighing::Fields { .. } => 4,
+            DensityKernel::Density => 1,
+            DensityKernel::Fields { .. } => 4,
         };
         Self {
             totals: Totals::new(2 * weights * modes.indices.len()),
@@ -305,7 +305,7 @@ impl Amplitudes {
     }
 }
 
-impl Adds for Amplitudes {
+impl ParticleReduction for Amplitudes {
     const NAME: &'static str = "amplitudes";
 
     fn add(&mut self, particle: &Particle) {
@@ -315,8 +315,8 @@ impl Adds for Amplitudes {
         }
         self.places.push(particle.position.xy());
         self.weights.push(match self.weighing {
-            Weighing::Density => [1.0; 4],
-            Weighing::Fields { flow, temperature } => {
+            DensityKernel::Density => [1.0; 4],
+            DensityKernel::Fields { flow, temperature } => {
                 let beside = particle.velocity.xy() - flow;
                 let energy = 0.5 * particle.mass * beside.norm_squared() - temperature;
                 let momentum = beside * particle.mass;
@@ -327,8 +327,8 @@ impl Adds for Amplitudes {
 
     fn close(&mut self, _group: u32) {
         match self.weighing {
-            Weighing::Density => self.flush::<1>(),
-            Weighing::Fields { .. } => self.flush::<4>(),
+            DensityKernel::Density => self.flush::<1>(),
+            DensityKernel::Fields { .. } => self.flush::<4>(),
         }
     }
 

@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{SVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Adds, Interrupt, Invalid, Particle, random};
+use stosszahl_model::{Interrupt, Invalid, Particle, ParticleReduction, random};
 
 use self::by_cells::{Histogram, count_by_cells};
 use crate::Error;
@@ -168,7 +168,7 @@ fn correlation(
     }
 }
 
-/// Pairs of a gas, strip by strip of its box ([`stosszahl_model::Simulation::add_up_near`]):
+/// Pairs of a gas, strip by strip of its box ([`stosszahl_model::Simulation::reduce_neighbourhoods`]):
 /// neighbours of centres among the particles of the strip and those near it.
 ///
 /// Where particles stand for less than one of the gas, only as many of them are centres as there
@@ -259,7 +259,7 @@ impl Pairs {
     }
 }
 
-impl Adds for Pairs {
+impl ParticleReduction for Pairs {
     const NAME: &'static str = "pairs";
 
     fn add(&mut self, particle: &Particle) {
@@ -448,7 +448,7 @@ mod tests {
             let mut own = empty();
             for &position in positions {
                 let is_own = (position.x.sqrt() as usize).min(2) == strip;
-                Adds::add(
+                ParticleReduction::add(
                     &mut own,
                     &Particle {
                         position,
@@ -457,8 +457,8 @@ mod tests {
                     },
                 );
             }
-            Adds::close(&mut own, strip as u32);
-            Adds::merge(&mut all, own);
+            ParticleReduction::close(&mut own, strip as u32);
+            ParticleReduction::merge(&mut all, own);
         }
         all.correlation(1.0).unwrap()
     }
@@ -472,9 +472,9 @@ mod tests {
                 weight,
                 ..Particle::of(0.5, 1.0)
             };
-            Adds::add(&mut pairs, &particle);
+            ParticleReduction::add(&mut pairs, &particle);
         }
-        Adds::close(&mut pairs, 0);
+        ParticleReduction::close(&mut pairs, 0);
         pairs
     }
 

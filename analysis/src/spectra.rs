@@ -30,7 +30,7 @@ use stosszahl_model::{Grouping, Particle};
 
 use crate::Error;
 use crate::flow::{AddUp, flows, thermal};
-use crate::modes::{Amplitudes, Modes, Weighing, wave_vector};
+use crate::modes::{Amplitudes, DensityKernel, Modes, wave_vector};
 use crate::structure_factor::half_plane;
 
 /// Wave vectors of a box in shells, the wave numbers |k| `L_x`/2π that round to the same integer.
@@ -163,17 +163,17 @@ impl Shells {
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
-    pub fn measure_gas(&self, add_up: &mut AddUp<'_>) -> Result<Spectra, Error> {
+    pub fn measure_gas(&self, reduce_particles: &mut AddUp<'_>) -> Result<Spectra, Error> {
         let all = Grouping::new(1, None);
-        let flows = flows(all, add_up);
-        let (flow, thermal) = (flows[0], thermal(all, &flows, add_up)[0]);
+        let flows = flows(all, reduce_particles);
+        let (flow, thermal) = (flows[0], thermal(all, &flows, reduce_particles)[0]);
         let temperature = 0.5 * thermal.twice_energy / flow.number.max(f64::MIN_POSITIVE);
-        let weighing = Weighing::Fields {
+        let weighing = DensityKernel::Fields {
             flow: flow.velocity.xy(),
             temperature,
         };
         let mut amplitudes = Amplitudes::new(self.modes.clone(), weighing);
-        add_up(&mut amplitudes);
+        reduce_particles(&mut amplitudes);
         let (points, sums) = amplitudes.sums()?;
         // Each point counts once here, whatever it stands for.
         let count = points as f64;

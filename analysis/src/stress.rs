@@ -19,15 +19,15 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Adds, Collision, Observer, Particle, Sum};
+use stosszahl_model::{Collision, Observer, Particle, ParticleReduction, Sum};
 
 /// Computes the kinetic part of the pressure tensor times the volume, about the mean velocity
 /// \[energy\].
 ///
-/// `add_up` adds all particles of a gas, as [`stosszahl_model::Simulation::add_up`] does.
-pub fn kinetic_stress(add_up: &mut dyn FnMut(&mut dyn Sum)) -> Matrix3<f64> {
+/// `reduce_particles` adds all particles of a gas, as [`stosszahl_model::Simulation::reduce_particles`] does.
+pub fn kinetic_stress(reduce_particles: &mut dyn FnMut(&mut dyn Sum)) -> Matrix3<f64> {
     let mut sum = KineticStress::default();
-    add_up(&mut sum);
+    reduce_particles(&mut sum);
     sum.tensor()
 }
 
@@ -61,7 +61,7 @@ impl KineticStress {
     }
 }
 
-impl Adds for KineticStress {
+impl ParticleReduction for KineticStress {
     const NAME: &'static str = "kinetic stress";
 
     fn add(&mut self, particle: &Particle) {

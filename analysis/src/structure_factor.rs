@@ -91,7 +91,7 @@ use nalgebra::Vector2;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Adds, Invalid, Particle};
+use stosszahl_model::{Invalid, Particle, ParticleReduction};
 
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions};
@@ -500,7 +500,7 @@ impl Lattice {
     }
 }
 
-impl Adds for Lattice {
+impl ParticleReduction for Lattice {
     const NAME: &'static str = "lattice";
 
     fn add(&mut self, particle: &Particle) {

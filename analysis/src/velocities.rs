@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Adds, Grouping, Particle};
+use stosszahl_model::{Grouping, Particle, ParticleReduction};
 
 use crate::flow::{AddUp, Flow, flows, thermal};
 
@@ -126,10 +126,14 @@ impl Bins {
 
     /// Measures the distribution of each species of a gas; `None` for fewer than two particles, or
     /// at rest.
-    pub fn measure(&self, grouping: Grouping, add_up: &mut AddUp<'_>) -> Vec<Option<Distribution>> {
+    pub fn measure(
+        &self,
+        grouping: Grouping,
+        reduce_particles: &mut AddUp<'_>,
+    ) -> Vec<Option<Distribution>> {
         let d = self.dimension as f64;
-        let flows = flows(grouping, add_up);
-        let thermal = thermal(grouping, &flows, add_up);
+        let flows = flows(grouping, reduce_particles);
+        let thermal = thermal(grouping, &flows, reduce_particles);
         let mut counts = Counts {
             bins: *self,
             grouping,
@@ -144,7 +148,7 @@ impl Bins {
                 .collect(),
             totals: Totals::new(grouping.groups() * (self.number + 3)),
         };
-        add_up(&mut counts);
+        reduce_particles(&mut counts);
         let sums = counts.totals.values();
         let each = counts.species.iter().zip(&thermal);
         each.zip(sums.chunks(self.number + 3))
@@ -183,7 +187,7 @@ pub struct Counts {
     totals: Totals,
 }
 
-impl Adds for Counts {
+impl ParticleReduction for Counts {
     const NAME: &'static str = "velocities";
 
     fn add(&mut self, particle: &Particle) {
@@ -250,7 +254,7 @@ mod tests {
 
     /// Measures the distribution of particles of one species, added in groups.
     fn measure(bins: Bins, particles: &[Particle]) -> Option<Distribution> {
-        let mut add_up = |sum: &mut dyn Sum| {
+        let mut reduce_particles = |sum: &mut dyn Sum| {
             for (group, some) in particles.chunks(1000).enumerate() {
                 for one in some {
                     sum.add(one);
@@ -258,7 +262,8 @@ mod tests {
                 sum.close(group as u32);
             }
         };
-        bins.measure(Grouping::new(1, None), &mut add_up).remove(0)
+        bins.measure(Grouping::new(1, None), &mut reduce_particles)
+            .remove(0)
     }
 
     fn maxwellian(count: usize, dimension: usize, seed: u64) -> Vec<Particle> {

@@ -27,8 +27,8 @@ use stosszahl::dsmc::{
 };
 use stosszahl::model::random::{Purpose, Streams};
 use stosszahl::model::{
-    Body, Constant, Domain, Face, Free, Monodisperse, Physics, Plane, Rebound, Scene, Smooth,
-    Space, State, Volume, Wall, Walls,
+    Constant, Domain, Face, Free, Monodisperse, ParticleModel, ParticleState, Plane, Rebound,
+    Scene, Smooth, Space, State, Volume, Wall, Walls,
 };
 
 use world::World;
@@ -54,7 +54,7 @@ fn start<S: Space>(count: usize, domain: Domain<S>) -> State<Equal<S>> {
             position[axis] = domain.lengths()[axis] * stream.random::<f64>();
             velocity[axis] = (0..12).map(|_| stream.random::<f64>()).sum::<f64>() - 6.0;
         }
-        Body::new(position, velocity)
+        ParticleState::new(position, velocity)
     };
     State {
         time: 0.0,
@@ -139,7 +139,7 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
 }
 
 /// Prints the milliseconds of a step, several times, in the root process.
-fn measure<P: Physics>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, looks: usize) {
+fn measure<P: ParticleModel>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, looks: usize) {
     if world.size() > 1 {
         engine.share(world.clone());
     }

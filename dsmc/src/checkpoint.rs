@@ -1,35 +1,35 @@
 //! Checkpoints of a cell-based gas.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Physics;
+use stosszahl_model::ParticleModel;
 
 use crate::boundary::Ledgers;
-use crate::cross_cell::Arm;
+use crate::cross_cell::ContactDistance;
 use crate::engine::Engine;
-use crate::particle::{Follow, SimulatorOf, Unfollowed};
+use crate::particle::{DisplacementTracking, SimulatorOf, Untracked};
 use crate::start_means::Means;
-use crate::tally::{Stock, Tally, Unit};
+use crate::tally::{CollisionCounters, StepBounds, Unit};
 
 /// State from which a run continues to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Checkpoint<P: Physics, F: Follow<P::Space> = Unfollowed> {
+pub struct Checkpoint<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracked> {
     pub(crate) time: f64,
     /// Displacement of the box above in a shear flow \[length\]; 0 without one.
     pub(crate) offset: f64,
     /// Simulators in the order of their cells.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
-    pub(crate) stock: Stock<P::Space>,
+    pub(crate) stock: StepBounds<P::Space>,
     pub(crate) unit: Unit,
-    pub(crate) tally: Tally,
-    pub(crate) arm: Arm,
+    pub(crate) tally: CollisionCounters,
+    pub(crate) arm: ContactDistance,
     pub(crate) ledgers: Ledgers<P::Space>,
     pub(crate) means: Means,
     /// Weight factors of regions that follow the number of simulators; empty where none do.
     pub(crate) factors: Vec<f64>,
 }
 
-impl<P: Physics, F: Follow<P::Space>> Checkpoint<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Checkpoint<P, F> {
     /// Sets the simulators, in the order of their cells.
     pub(crate) fn hold(&mut self, simulators: Vec<SimulatorOf<P, F>>) {
         self.simulators = simulators;
@@ -38,8 +38,8 @@ impl<P: Physics, F: Follow<P::Space>> Checkpoint<P, F> {
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Returns the state from which the run continues to the same bytes.
     pub fn checkpoint(&self) -> Checkpoint<P, F> {

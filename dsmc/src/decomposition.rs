@@ -24,6 +24,6 @@ mod tests;
 pub(crate) use bytes::{read, write};
 pub use ranks::{Ranks, all_gather as gather_from_all, broadcast as from_first};
 pub(crate) use ranks::{all_gather, all_reduce, broadcast, reduce};
-pub use shards::{Beside, shard_name};
 pub(crate) use shards::{Shard, read_all};
+pub use shards::{ShardLocation, shard_name};
 pub(crate) use subdomain::Subdomain;

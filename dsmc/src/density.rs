@@ -17,7 +17,7 @@ const BLOCK: usize = 16;
 
 /// Weights of the cells in a density window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Weighing {
+pub(crate) enum DensityKernel {
     /// Equal weights.
     Flat,
     /// Weights n + 1 - j at a distance of j cells along each axis, of n on each side. Their Fourier
@@ -25,7 +25,7 @@ pub(crate) enum Weighing {
     Triangle,
 }
 
-impl Weighing {
+impl DensityKernel {
     /// Weight of a cell `away` cells from the centre along one axis, for a half width `reach`.
     #[inline(always)]
     fn along(self, reach: usize, away: usize) -> usize {
@@ -51,7 +51,7 @@ pub(crate) struct Density<S: Space> {
     unit: f64,
     /// Half widths of the window along each axis \[cells\].
     reach: [usize; 3],
-    weighing: Weighing,
+    weighing: DensityKernel,
     mean: Option<f64>,
     mean_packing: f64,
     counts: [usize; 3],
@@ -65,7 +65,7 @@ pub(crate) struct Density<S: Space> {
     /// Displacement of the rows above the box in a shear flow \[columns\].
     offset: usize,
     /// Reduction of the window's volume by boundaries, by cell; empty without boundaries.
-    crowding: Vec<Crowding>,
+    crowding: Vec<FreeVolumeFactors>,
     /// Windows cut by obstacles; `None` without obstacles.
     cut_windows: Option<CutWindows>,
     space: std::marker::PhantomData<S>,
@@ -73,7 +73,7 @@ pub(crate) struct Density<S: Space> {
 
 /// Factors by which boundaries make a window denser than its number of particles says.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Crowding {
+pub(crate) struct FreeVolumeFactors {
     /// Volume of the window over the volume that particle bodies can occupy; for packing fractions.
     pub(crate) bodies: f64,
     /// Volume that particle bodies can occupy over that open to their centres; for number
@@ -81,7 +81,7 @@ pub(crate) struct Crowding {
     pub(crate) centres: f64,
 }
 
-impl Crowding {
+impl FreeVolumeFactors {
     /// Factors of a window without boundaries.
     pub(crate) const NONE: Self = Self {
         bodies: 1.0,
@@ -115,7 +115,7 @@ pub(crate) struct Gas {
 
 /// Half width of the density window and its weights; `None` for the mean of the box, or where
 /// density does not matter.
-fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, Weighing)> {
+fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, DensityKernel)> {
     let (cell, diameter) = (gas.width, gas.diameter);
     let reach = match scheme {
         Scheme::Enskog(Neighbourhood::Cells(n)) | Scheme::Esmc(Neighbourhood::Cells(n)) => n,
@@ -129,21 +129,21 @@ fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, Weighing)
             let is_known = dimension == 2 && gas.is_plain && !gas.bounded[..2].contains(&true);
             if shrunk < 3.0 && is_known && cell < diameter {
                 let half = (diameter / cell).ceil().min(50.0);
-                return Some((half as u32 - 1, Weighing::Triangle));
+                return Some((half as u32 - 1, DensityKernel::Triangle));
             }
             let side = shrunk.max(3.0) * diameter;
             ((0.5 * (side / cell - 1.0)).ceil().max(0.0) as u32).min(50)
         }
         _ => return None,
     };
-    Some((reach, Weighing::Flat))
+    Some((reach, DensityKernel::Flat))
 }
 
 impl<S: Space> Density<S> {
     pub(crate) fn new(scheme: Scheme, gas: &Gas) -> Self {
         let counts = gas.counts.map(|count| count as usize);
         let wanted = window(scheme, gas, S::DIMENSION);
-        let (cells, mut weighing) = wanted.unwrap_or((0, Weighing::Flat));
+        let (cells, mut weighing) = wanted.unwrap_or((0, DensityKernel::Flat));
         let reach = [0, 1, 2].map(|axis| {
             let wanted = if axis < S::DIMENSION {
                 cells as usize
@@ -162,7 +162,7 @@ impl<S: Space> Density<S> {
             .iter()
             .any(|&reach| reach < cells as usize)
         {
-            weighing = Weighing::Flat;
+            weighing = DensityKernel::Flat;
         }
         let mean = wanted
             .is_none()
@@ -232,12 +232,16 @@ impl<S: Space> Density<S> {
         let crowding = centres
             .iter()
             .zip(&bodies)
-            .map(|(centres, bodies)| Crowding {
+            .map(|(centres, bodies)| FreeVolumeFactors {
                 bodies: whole(cells / bodies),
                 centres: whole(bodies / centres),
             });
         self.crowding = crowding.collect();
-        if self.crowding.iter().all(|one| *one == Crowding::NONE) {
+        if self
+            .crowding
+            .iter()
+            .all(|one| *one == FreeVolumeFactors::NONE)
+        {
             self.crowding = Vec::new();
         }
     }
@@ -249,7 +253,7 @@ impl<S: Space> Density<S> {
         };
         windows.set_rooms(&mut room);
         if self.crowding.is_empty() {
-            self.crowding = vec![Crowding::NONE; self.counts.iter().product()];
+            self.crowding = vec![FreeVolumeFactors::NONE; self.counts.iter().product()];
         }
         let [columns, rows, _] = self.counts;
         let cells = block(self.weighing, self.reach);
@@ -305,9 +309,9 @@ impl<S: Space> Density<S> {
     /// Weighted mean of the cell weights in a window.
     pub(crate) fn squares(&self) -> f64 {
         let along = |reach: usize| match self.weighing {
-            Weighing::Flat => 1.0,
+            DensityKernel::Flat => 1.0,
             // The sum of the squares of 1, ..., n, ..., 1 is n(2 n^2 + 1)/3; the sum is n^2.
-            Weighing::Triangle => {
+            DensityKernel::Triangle => {
                 let half = (reach + 1) as f64;
                 (2.0 * half * half + 1.0) / (3.0 * half)
             }
@@ -316,7 +320,7 @@ impl<S: Space> Density<S> {
     }
 
     /// Weights of the cells in a window.
-    pub(crate) fn weighing(&self) -> Weighing {
+    pub(crate) fn weighing(&self) -> DensityKernel {
         self.weighing
     }
 
@@ -490,9 +494,9 @@ impl<S: Space> Density<S> {
 
     /// Factors by which boundaries make the window of a cell denser.
     #[inline(always)]
-    pub(crate) fn crowding(&self, cell: [u32; 3]) -> Crowding {
+    pub(crate) fn crowding(&self, cell: [u32; 3]) -> FreeVolumeFactors {
         if self.crowding.is_empty() {
-            return Crowding::NONE;
+            return FreeVolumeFactors::NONE;
         }
         let [x, y, z] = cell.map(|at| at as usize);
         self.crowding[x + self.counts[0] * (y + self.counts[1] * z)]
@@ -555,10 +559,10 @@ impl<S: Space> Density<S> {
 }
 
 /// Number of cells in a window of given half widths, weighted.
-fn block(weighing: Weighing, reach: [usize; 3]) -> f64 {
+fn block(weighing: DensityKernel, reach: [usize; 3]) -> f64 {
     let along = |reach: usize| match weighing {
-        Weighing::Flat => 2 * reach + 1,
-        Weighing::Triangle => (reach + 1) * (reach + 1),
+        DensityKernel::Flat => 2 * reach + 1,
+        DensityKernel::Triangle => (reach + 1) * (reach + 1),
     };
     reach.map(|reach| along(reach) as f64).iter().product()
 }

@@ -1,20 +1,22 @@
 //! DSMC engine: its data and its public queries.
 
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Body, Interrupt, Physics, Sizes, Space, SpinOf, State, VectorOf};
+use stosszahl_model::{
+    Interrupt, ParticleModel, ParticleState, Sizes, Space, SpinOf, State, VectorOf,
+};
 
-use crate::boundary::{Ledgers, Surroundings};
-use crate::cross_cell::{Arm, HaloCopy, Rates};
+use crate::boundary::{BoundaryGeometry, Ledgers};
+use crate::cross_cell::{ContactDistance, HaloCopy, Rates};
 use crate::decomposition::Subdomain;
 use crate::density::Density;
 use crate::grid::Grid;
 use crate::parameters::Parameters;
-use crate::particle::{Follow, SimulatorOf, Unfollowed};
+use crate::particle::{DisplacementTracking, SimulatorOf, Untracked};
 use crate::pause::Pause;
 use crate::start_means::Means;
-use crate::tally::{CellCount, Stock, Tally, Unit};
+use crate::tally::{CellCount, CollisionCounters, StepBounds, Unit};
 use crate::threads::Pool;
-use crate::tile::{Outbox, Scratch, Tile, Traveller};
+use crate::tile::{Migrant, Scratch, SendBuffer, Tile};
 use stosszahl_model::interrupt::Interruption;
 
 /// Constants of a gas during a run.
@@ -56,8 +58,8 @@ impl Places {
 
 /// Direct Simulation Monte Carlo of smooth or rough particles.
 ///
-/// `F` selects whether displacements are tracked ([`crate::Followed`]) or not.
-pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
+/// `F` selects whether displacements are tracked ([`crate::Tracked`]) or not.
+pub struct Engine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracked> {
     /// Physical model, with the sizes of all simulators.
     pub(crate) scene: P,
     pub(crate) parameters: Parameters,
@@ -67,26 +69,26 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
     pub(crate) density: Density<P::Space>,
     /// Local collision rates of the contact-point scheme; `None` for other schemes.
     pub(crate) rates: Option<Rates<P::Space>>,
-    pub(crate) arm: Arm,
+    pub(crate) arm: ContactDistance,
     pub(crate) simulators: usize,
     pub(crate) tiles: Vec<Tile<P, F>>,
     /// Simulators that leave each tile in the current flight.
-    pub(crate) departing: Vec<Outbox<P, F>>,
+    pub(crate) departing: Vec<SendBuffer<P, F>>,
     /// Simulators that left each tile in the last flight.
-    pub(crate) arriving: Vec<Outbox<P, F>>,
-    pub(crate) far: Vec<(u32, Traveller<P, F>)>,
+    pub(crate) arriving: Vec<SendBuffer<P, F>>,
+    pub(crate) far: Vec<(u32, Migrant<P, F>)>,
     pub(crate) pool: Pool<Scratch<P, F>>,
     /// Halo copies of tiles, for cross-cell schemes.
     pub(crate) halo_copies: Pool<HaloCopy<P>>,
     pub(crate) held_step: Option<f64>,
     pub(crate) counts_cells: bool,
     pub(crate) time: f64,
-    pub(crate) stock: Stock<P::Space>,
+    pub(crate) stock: StepBounds<P::Space>,
     pub(crate) unit: Unit,
-    pub(crate) tally: Tally,
+    pub(crate) tally: CollisionCounters,
     pub(crate) ledgers: Ledgers<P::Space>,
     /// Boundaries of the box; `None` if it is periodic.
-    pub(crate) surroundings: Option<Surroundings<P>>,
+    pub(crate) surroundings: Option<BoundaryGeometry<P>>,
     pub(crate) means: Means,
     /// Stop flag, and whether it has ended a step.
     pub(crate) stop: Interruption,
@@ -98,16 +100,16 @@ pub struct Engine<P: Physics, F: Follow<P::Space> = Unfollowed> {
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Returns the gas at the present time: one body for each simulator, in the order of the sizes
     /// of [`Engine::scene`]. Within each set of simulators, species follow each other.
     pub fn state(&self) -> State<P> {
         let origin = VectorOf::<P>::default();
-        let mut bodies = vec![Body::new(origin, origin); self.simulators];
+        let mut bodies = vec![ParticleState::new(origin, origin); self.simulators];
         self.each_in_place(|index, simulator, _| {
-            bodies[index] = Body {
+            bodies[index] = ParticleState {
                 position: simulator.position,
                 velocity: simulator.velocity,
                 spin: simulator.spin,
@@ -199,7 +201,7 @@ where
                 simulator.velocity = simulator.velocity * factor;
             }
         }
-        self.take_stock();
+        self.update_step_bounds();
     }
 
     /// Particles per simulator in a cell, by its number in [`Engine::grid`].
@@ -217,14 +219,14 @@ where
     }
 
     /// Restarts the measurement of displacements from zero.
-    pub fn follow_displacements(&mut self) {
+    pub fn track_displacements(&mut self) {
         let tiles = self.tiles.iter_mut();
         for simulator in tiles.flat_map(|tile| &mut tile.simulators) {
-            simulator.mark = F::Mark::default();
+            simulator.mark = F::DisplacementMark::default();
         }
     }
 
-    /// Displacements since the start or [`Self::follow_displacements`], unwrapped across periodic
+    /// Displacements since the start or [`Self::track_displacements`], unwrapped across periodic
     /// faces \[length\]; in the order of [`Self::state`], and zero unless tracked. Displacements of
     /// partners by the scheme are included.
     pub fn displacements(&self) -> Vec<VectorOf<P>> {
@@ -249,7 +251,7 @@ where
                 order += 1;
             }
         }
-        self.take_stock();
+        self.update_step_bounds();
     }
 
     /// Starts counting collisions by cell.
@@ -276,7 +278,7 @@ where
     }
 
     /// Counters of the run since the start.
-    pub fn tally(&self) -> Tally {
+    pub fn tally(&self) -> CollisionCounters {
         self.tally
     }
 
@@ -328,18 +330,18 @@ where
     /// Sets a flag that stops [`Engine::advance`] as soon as the current cells, or some thousand
     /// candidates within one, are done. The gas is then left in the middle of a step: see
     /// [`Engine::is_interrupted`]. Steps of very unequal particles may take minutes.
-    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+    pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
     /// Sets a flag that ends [`Engine::advance`] after the present step. The gas is then
     /// consistent, half a step further, and the next call with the same end time continues to the
     /// same bytes.
-    pub fn pause_on(&mut self, pause: &Interrupt) {
-        self.stop.pause_on(pause);
+    pub fn set_pause_flag(&mut self, pause: &Interrupt) {
+        self.stop.set_pause_flag(pause);
     }
 
-    /// Returns true if the flag of [`Engine::stop_on`] stopped a step. The gas is then in the
+    /// Returns true if the flag of [`Engine::set_stop_flag`] stopped a step. The gas is then in the
     /// middle of it, its state is meaningless, and [`Engine::advance`] does nothing; resume from
     /// the last checkpoint.
     pub fn is_interrupted(&self) -> bool {
@@ -352,13 +354,16 @@ where
         size_of::<Self>()
             + self.tiles.iter().map(Tile::bytes).sum::<usize>()
             + boxes
-                .map(|outbox| size_of::<Outbox<P, F>>() + outbox.bytes())
+                .map(|outbox| size_of::<SendBuffer<P, F>>() + outbox.bytes())
                 .sum::<usize>()
-            + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
+            + self.far.capacity() * size_of::<(u32, Migrant<P, F>)>()
             + self.pool.bytes(Scratch::bytes)
             + self.halo_copies.bytes(HaloCopy::bytes)
             + self.density.bytes()
-            + self.surroundings.as_ref().map_or(0, Surroundings::bytes)
+            + self
+                .surroundings
+                .as_ref()
+                .map_or(0, BoundaryGeometry::bytes)
             + self.rates.as_ref().map_or(0, Rates::bytes)
             + self.grid.bytes()
     }

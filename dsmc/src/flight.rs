@@ -1,15 +1,15 @@
 //! Free flight of the simulators of a tile, and migration to other tiles.
 
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Field, Physics, Space, VectorOf};
+use stosszahl_model::{Field, ParticleModel, Space, VectorOf};
 
-use crate::boundary::{FlightTiming, Ledgers, Origin, Passage, Surroundings};
+use crate::boundary::{BoundaryGeometry, FlightTiming, Ledgers, Origin, Passage};
 use crate::grid::{Grid, offset_number};
-use crate::particle::{Follow, Simulator, SimulatorOf};
-use crate::tile::{Left, Outbox, Scratch, Tile, Traveller, code, fit};
+use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
+use crate::tile::{Left, Migrant, Scratch, SendBuffer, Tile, code, fit};
 
 /// Free flight of all simulators, between the collisions of two steps.
-pub(crate) struct Flight<'a, P: Physics> {
+pub(crate) struct Flight<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
     /// Duration \[time\].
@@ -18,13 +18,13 @@ pub(crate) struct Flight<'a, P: Physics> {
     pub(crate) passage: Option<Passage<'a, P>>,
 }
 
-impl<'a, P: Physics> Flight<'a, P> {
+impl<'a, P: ParticleModel> Flight<'a, P> {
     /// Prepares a flight of simulators that stand for `weight` particles, unless regions say
     /// otherwise.
     pub(crate) fn new(
         scene: &'a P,
         grid: &'a Grid<P::Space>,
-        surroundings: Option<&'a Surroundings<P>>,
+        surroundings: Option<&'a BoundaryGeometry<P>>,
         weight: f64,
         streams: Streams,
         timing: FlightTiming,
@@ -60,15 +60,15 @@ impl<'a, P: Physics> Flight<'a, P> {
 }
 
 /// Buffers for simulators that leave a tile.
-struct Exits<'a, P: Physics, F: Follow<P::Space>> {
-    near: &'a mut Vec<(u8, Traveller<P, F>)>,
-    far: &'a mut Vec<(u32, Traveller<P, F>)>,
+struct Exits<'a, P: ParticleModel, F: DisplacementTracking<P::Space>> {
+    near: &'a mut Vec<(u8, Migrant<P, F>)>,
+    far: &'a mut Vec<(u32, Migrant<P, F>)>,
 }
 
 impl<P, F> Tile<P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Moves the sorted simulators of the scratch buffer by a free flight, and keeps those that
     /// stay in the tile.
@@ -76,7 +76,7 @@ where
         &mut self,
         flight: &Flight<'_, P>,
         scratch: &mut Scratch<P, F>,
-        outbox: &mut Outbox<P, F>,
+        outbox: &mut SendBuffer<P, F>,
     ) {
         if let Some(passage) = &flight.passage {
             let surroundings = passage.surroundings;
@@ -314,7 +314,7 @@ where
         flight: &Flight<'_, P>,
         passage: &Passage<'_, P>,
         scratch: &mut Scratch<P, F>,
-        outbox: &mut Outbox<P, F>,
+        outbox: &mut SendBuffer<P, F>,
     ) {
         let grid = flight.grid;
         let Scratch {
@@ -378,7 +378,7 @@ where
 
 /// Displacement in a free flight \[length\].
 #[inline(always)]
-fn way<P: Physics>(field: &P::Field, velocity: VectorOf<P>, duration: f64) -> VectorOf<P> {
+fn way<P: ParticleModel>(field: &P::Field, velocity: VectorOf<P>, duration: f64) -> VectorOf<P> {
     if P::Field::FREE {
         velocity * duration
     } else {

@@ -112,19 +112,19 @@ mod tests;
 mod threads;
 mod tile;
 
-pub use boundary::{Boundaries, Clearance, Inflow, Ledgers, Transfer, Weights};
+pub use boundary::{Boundaries, Inflow, Ledgers, Transfer, WallClearance, Weights};
 pub use checkpoint::Checkpoint;
-pub use decomposition::{Beside, Ranks, from_first, gather_from_all, shard_name};
+pub use decomposition::{Ranks, ShardLocation, from_first, gather_from_all, shard_name};
 pub use engine::Engine;
 pub use grid::Grid;
 pub use parameters::{Copies, Displacement, EngineError, Parameters};
-pub use particle::{Follow, Followed, Simulator, Unfollowed};
+pub use particle::{DisplacementTracking, Simulator, Tracked, Untracked};
 pub use scheme::{Neighbourhood, Scheme};
 #[cfg(not(test))]
 pub use simulate::{
     BALANCE, ExpectedGas, Gas, Left, check, resume, resume_among, serve, simulate, simulate_among,
 };
-pub use tally::{CellCount, Tally};
+pub use tally::{CellCount, CollisionCounters};
 
 /// Monte Carlo of gases without positions, from its own crate.
 pub use stosszahl_homogeneous as homogeneous;

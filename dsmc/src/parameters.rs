@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
-use stosszahl_model::{Domain, Invalid, MessageUnits, Space, brief};
+use stosszahl_model::{Domain, Invalid, MessageUnits, Space, format_short};
 
 use crate::scheme::Scheme;
 
@@ -88,7 +88,7 @@ impl Parameters {
 
     pub(crate) fn check(&self) -> Result<(), EngineError> {
         let check = |name, value: f64, good: bool, allowed| {
-            Invalid::unless(good, name, value, allowed).map(|_| ())
+            Invalid::require(good, name, value, allowed).map(|_| ())
         };
         let copies = f64::from(self.simulators_per_particle);
         check(
@@ -365,7 +365,7 @@ pub enum EngineError {
     /// Restitution so small that the inelastic displacement exceeds the box.
     #[error(
         "restitution {restitution} with the inelastic displacement d (1 + r)/(2r) = {displacement}; allowed: up to the \
-         shortest side {side}, and a diameter", restitution = brief(*restitution), displacement = brief(*displacement), side = brief(*side))]
+         shortest side {side}, and a diameter", restitution = format_short(*restitution), displacement = format_short(*displacement), side = format_short(*side))]
     FarDisplacement {
         /// Restitution at the thermal speed.
         restitution: f64,
@@ -413,7 +413,7 @@ pub enum EngineError {
     },
     /// Walls that leave no room between them.
     #[error(
-        "axis {axis}: walls, their vibrations and the particles' radii take {needed} of {length}; allowed: less than that", needed = brief(*needed), length = brief(*length))]
+        "axis {axis}: walls, their vibrations and the particles' radii take {needed} of {length}; allowed: less than that", needed = format_short(*needed), length = format_short(*length))]
     NoRoom {
         /// Axis, from 0.
         axis: usize,
@@ -438,8 +438,8 @@ pub enum EngineError {
     /// Simulator that starts beyond a wall.
     #[error(
         "simulator {simulator} is at {coordinate} along axis {axis}, beyond a wall; allowed: {} to {}",
-        brief(allowed[0]),
-        brief(allowed[1]), coordinate = brief(*coordinate))]
+        format_short(allowed[0]),
+        format_short(allowed[1]), coordinate = format_short(*coordinate))]
     BeyondWall {
         /// Index of the simulator.
         simulator: usize,
@@ -462,7 +462,7 @@ pub enum EngineError {
     #[error(
         "cells {} wide: edges of obstacles cut the cell at ({}, {}) into more than {most} parts; allowed: cells of at most {}, \
          where partners on different sides of a body can be told apart",
-        brief(*width), brief(place[0]), brief(place[1]), brief(*enough))]
+        format_short(*width), format_short(place[0]), format_short(place[1]), format_short(*enough))]
     CutCell {
         /// Lower left corner of the cell \[length\].
         place: [f64; 2],
@@ -488,7 +488,7 @@ pub enum EngineError {
         place: [f64; 2],
     },
     /// Inflow with an invalid number.
-    #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}", value = brief(*value))]
+    #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}", value = format_short(*value))]
     BadInflow {
         /// Number of the inflow, from 0.
         inflow: usize,

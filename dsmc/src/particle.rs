@@ -4,25 +4,32 @@ use std::fmt::Debug;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Collision, Physics, Sizes, Space, SpinOf, Vector, VectorOf};
+use stosszahl_model::{Collision, ParticleModel, Sizes, Space, SpinOf, Vector, VectorOf};
 
 /// Type-level choice whether displacements are tracked. It changes the data of a simulator by
 /// nothing or one vector.
-pub trait Follow<S: Space>: Copy + Debug + Send + Sync + 'static {
+pub trait DisplacementTracking<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// Displacement data of a simulator.
-    type Mark: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
+    type DisplacementMark: Copy
+        + Debug
+        + Default
+        + PartialEq
+        + Serialize
+        + DeserializeOwned
+        + Send
+        + Sync;
     /// Adds a displacement.
-    fn moved(mark: &mut Self::Mark, by: S::Vector);
+    fn moved(mark: &mut Self::DisplacementMark, by: S::Vector);
     /// Displacement so far \[length\]; zero if untracked.
-    fn way(mark: Self::Mark) -> S::Vector;
+    fn way(mark: Self::DisplacementMark) -> S::Vector;
 }
 
 /// Displacements are not tracked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Unfollowed;
+pub struct Untracked;
 
-impl<S: Space> Follow<S> for Unfollowed {
-    type Mark = ();
+impl<S: Space> DisplacementTracking<S> for Untracked {
+    type DisplacementMark = ();
     #[inline(always)]
     fn moved((): &mut (), _by: S::Vector) {}
     fn way((): ()) -> S::Vector {
@@ -32,10 +39,10 @@ impl<S: Space> Follow<S> for Unfollowed {
 
 /// Displacements are tracked, unwrapped across periodic faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Followed;
+pub struct Tracked;
 
-impl<S: Space> Follow<S> for Followed {
-    type Mark = S::Vector;
+impl<S: Space> DisplacementTracking<S> for Tracked {
+    type DisplacementMark = S::Vector;
     #[inline(always)]
     fn moved(mark: &mut S::Vector, by: S::Vector) {
         *mark += by;
@@ -64,8 +71,8 @@ pub struct Simulator<V, T, M, W> {
 /// Simulator of a physical model.
 pub type SimulatorOf<P, F> = Simulator<
     VectorOf<P>,
-    <<P as Physics>::Sizes as Sizes>::Tag,
-    <F as Follow<<P as Physics>::Space>>::Mark,
+    <<P as ParticleModel>::Sizes as Sizes>::Tag,
+    <F as DisplacementTracking<<P as ParticleModel>::Space>>::DisplacementMark,
     SpinOf<P>,
 >;
 
@@ -75,7 +82,7 @@ pub(crate) fn is_good<V: Vector>(dimension: usize, vector: V) -> bool {
 }
 
 /// Index in the state, where each particle has its own size; a placeholder otherwise.
-pub(crate) fn index<P: Physics>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
+pub(crate) fn index<P: ParticleModel>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
     if P::Sizes::INDIVIDUAL {
         P::Sizes::index(tag, 0) as u32
     } else {
@@ -85,7 +92,7 @@ pub(crate) fn index<P: Physics>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
 
 /// Area or volume covered by particles of these sizes, in units of the largest particle.
 #[inline(always)]
-pub(crate) fn covered<P: Physics>(
+pub(crate) fn covered<P: ParticleModel>(
     sizes: &P::Sizes,
     tags: impl ExactSizeIterator<Item = <P::Sizes as Sizes>::Tag>,
 ) -> f64 {

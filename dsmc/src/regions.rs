@@ -1,11 +1,11 @@
 //! Adaptive weights: regions whose simulator weight follows the number of simulators.
 
-use stosszahl_model::Physics;
+use stosszahl_model::ParticleModel;
 use stosszahl_model::random::Purpose;
 
-use crate::boundary::{Surroundings, Weights, enter};
+use crate::boundary::{BoundaryGeometry, Weights, enter};
 use crate::engine::Engine;
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 use crate::random_counts::draw_whole;
 
 /// Number of steps between two adaptations.
@@ -16,8 +16,8 @@ const HERE: u64 = 1 << 63;
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Doubles or halves the weights of regions that hold too few or too many simulators. Each
     /// simulator there is deleted, kept or doubled at random; the change is entered in the balance
@@ -66,7 +66,7 @@ where
         }
         self.simulators = simulators.len();
         self.fill(&simulators);
-        self.take_stock();
+        self.update_step_bounds();
     }
 
     /// Returns true if weights adapt in this step.
@@ -78,7 +78,7 @@ where
     pub(crate) fn followed(&self) -> Option<&Weights> {
         let surroundings = self.surroundings.as_ref();
         surroundings
-            .map(Surroundings::weights)
+            .map(BoundaryGeometry::weights)
             .filter(|all| all.follows())
     }
 }

@@ -2,16 +2,18 @@
 
 use rand::{Rng, RngExt};
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{Body, Physics, Sizes, Space, State, Surface, Vector, VectorOf};
+use stosszahl_model::{
+    ParticleModel, ParticleState, Sizes, Space, State, Surface, Vector, VectorOf,
+};
 
 use crate::parameters::{Copies, Parameters};
-use crate::particle::{Follow, Simulator, SimulatorOf};
+use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
 /// Number of particles in the neighbourhood whose mean coherent copies keep.
 const NEIGHBOURHOOD: f64 = 32.0;
 
 /// Creates simulators from one state for each set, set after set.
-pub(crate) fn of_sets<P: Physics, F: Follow<P::Space>>(
+pub(crate) fn coarse_of_sets<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     sets: &[State<P>],
 ) -> Vec<SimulatorOf<P, F>> {
@@ -25,14 +27,14 @@ pub(crate) fn of_sets<P: Physics, F: Follow<P::Space>>(
             position: set.domain.wrap(body.position),
             velocity: body.velocity,
             tag: sizes.tag(index),
-            mark: F::Mark::default(),
+            mark: F::DisplacementMark::default(),
             spin: body.spin,
         })
         .collect()
 }
 
 /// Creates the simulators of a state, set after set, each in the order of the state.
-pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
+pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     parameters: &Parameters,
     state: &State<P>,
@@ -46,7 +48,7 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
         (copies > 1 && parameters.copies == Copies::Coherent).then(|| Flow::of(scene, state));
     for copy in 0..copies {
         let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
-        let bodies: Vec<Body<P>> = match &flow {
+        let bodies: Vec<ParticleState<P>> = match &flow {
             _ if copy == 0 => state.bodies.clone(),
             Some(flow) => flow.copy(scene, state, &mut stream),
             None => independent(scene, state, &mut stream),
@@ -56,7 +58,7 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
             position: state.domain.wrap(body.position),
             velocity: body.velocity,
             tag: sizes.tag(copy * count + index),
-            mark: F::Mark::default(),
+            mark: F::DisplacementMark::default(),
             spin: body.spin,
         }));
     }
@@ -64,7 +66,11 @@ pub(crate) fn simulators<P: Physics, F: Follow<P::Space>>(
 }
 
 /// Shifts the whole state and rotates its velocities at random.
-fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>> {
+fn independent<P: ParticleModel>(
+    scene: &P,
+    state: &State<P>,
+    stream: &mut impl Rng,
+) -> Vec<ParticleState<P>> {
     let mut room = state.domain.lengths();
     for axis in 0..P::Space::DIMENSION {
         // Reflected at walls, a position is uniform only after a shift of up to twice the side.
@@ -74,7 +80,7 @@ fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -
     }
     let shift = random_vector::<P>(room, stream);
     let turn = P::Space::random_turn(stream);
-    let turned = |body: &Body<P>| Body {
+    let turned = |body: &ParticleState<P>| ParticleState {
         position: body.position + shift,
         velocity: P::Space::turned(turn, body.velocity),
         spin: scene.surface().turned(turn, body.spin),
@@ -83,7 +89,7 @@ fn independent<P: Physics>(scene: &P, state: &State<P>, stream: &mut impl Rng) -
 }
 
 /// Draws a vector with components uniform from 0 to those of `lengths`.
-fn random_vector<P: Physics>(lengths: VectorOf<P>, stream: &mut impl Rng) -> VectorOf<P> {
+fn random_vector<P: ParticleModel>(lengths: VectorOf<P>, stream: &mut impl Rng) -> VectorOf<P> {
     let mut vector = VectorOf::<P>::default();
     for axis in 0..P::Space::DIMENSION {
         vector[axis] = lengths[axis] * stream.random::<f64>();
@@ -101,7 +107,7 @@ struct Flow<V> {
 
 impl<V: Vector> Flow<V> {
     /// Averages over blocks of three by three cells around the cell of each particle.
-    fn of<P: Physics>(scene: &P, state: &State<P>) -> Self
+    fn of<P: ParticleModel>(scene: &P, state: &State<P>) -> Self
     where
         P::Space: Space<Vector = V>,
     {
@@ -160,19 +166,24 @@ impl<V: Vector> Flow<V> {
     }
 
     /// Copies the state with its long waves and random short ones, at equal energy and momentum.
-    fn copy<P: Physics>(&self, scene: &P, state: &State<P>, stream: &mut impl Rng) -> Vec<Body<P>>
+    fn copy<P: ParticleModel>(
+        &self,
+        scene: &P,
+        state: &State<P>,
+        stream: &mut impl Rng,
+    ) -> Vec<ParticleState<P>>
     where
         P::Space: Space<Vector = V>,
     {
         let shift = random_vector::<P>(self.width, stream) - self.width * 0.5;
-        let mut bodies: Vec<Body<P>> = state
+        let mut bodies: Vec<ParticleState<P>> = state
             .bodies
             .iter()
             .zip(&self.means)
             .map(|(body, &mean)| {
                 let turn = P::Space::random_turn(stream);
                 let own = P::Space::turned(turn, body.velocity - mean);
-                Body {
+                ParticleState {
                     position: body.position + shift,
                     velocity: mean + own,
                     spin: scene.surface().turned(turn, body.spin),

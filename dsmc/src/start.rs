@@ -4,24 +4,24 @@ use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
-    Domain, Field, Physics, Restitution, Shear, Sizes, Space, State, Surface, VectorOf,
+    Domain, Field, ParticleModel, Restitution, Shear, Sizes, Space, State, Surface, VectorOf,
 };
 
-use crate::boundary::{Boundaries, Ledgers, MOST_SIMULATORS, Surroundings, Transfer, enter};
+use crate::boundary::{Boundaries, BoundaryGeometry, Ledgers, MOST_SIMULATORS, Transfer, enter};
 use crate::checkpoint::Checkpoint;
-use crate::cross_cell::{self, Arm, Rates};
+use crate::cross_cell::{self, ContactDistance, Rates};
 use crate::density::{Density, Gas};
 use crate::engine::{Constants, Engine};
 use crate::grid::Grid;
 use crate::parameters::{Displacement, EngineError, Parameters};
-use crate::particle::{Follow, SimulatorOf, is_good};
+use crate::particle::{DisplacementTracking, SimulatorOf, is_good};
 use crate::random_counts::draw_whole;
 use crate::replicate_start;
 use crate::scheme::Scheme;
 use crate::start_means::Means;
-use crate::tally::{CellCount, Stock, Tally, Unit};
+use crate::tally::{CellCount, CollisionCounters, StepBounds, Unit};
 use crate::threads::Pool;
-use crate::tile::{Outbox, Tile};
+use crate::tile::{SendBuffer, Tile};
 
 /// Target number of simulators per tile: with its working copy a tile fits the second-level cache,
 /// 2 MB here; fewer simulators leave a larger tile.
@@ -35,7 +35,7 @@ const TILES_ACROSS: usize = 25;
 
 impl<P> Engine<P>
 where
-    P: Physics,
+    P: ParticleModel,
 {
     /// Starts an engine as [`Engine::start`] without tracking displacements.
     ///
@@ -53,8 +53,8 @@ where
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Starts an engine from a state of particles.
     ///
@@ -131,7 +131,7 @@ where
                 });
             }
         };
-        let simulators = replicate_start::of_sets::<P, F>(scene, sets);
+        let simulators = replicate_start::coarse_of_sets::<P, F>(scene, sets);
         let checked = simulators.len();
         Self::begin(
             scene, parameters, first, simulators, checked, boundaries, streams,
@@ -156,10 +156,10 @@ where
             time: state.time,
             offset: (state.domain.images().shear()).map_or(0.0, |shear| shear.offset),
             simulators,
-            stock: Stock::default(),
+            stock: StepBounds::default(),
             unit: Unit::of(0.0),
-            tally: Tally::default(),
-            arm: Arm::default(),
+            tally: CollisionCounters::default(),
+            arm: ContactDistance::default(),
             ledgers: Ledgers::default(),
             means,
             factors: Vec::new(),
@@ -169,7 +169,7 @@ where
         let mut engine = Self::build(
             scene, parameters, domain, checkpoint, boundaries, streams, fresh,
         )?;
-        engine.take_stock();
+        engine.update_step_bounds();
         Ok(engine)
     }
 
@@ -251,7 +251,7 @@ where
             [2.0 * sizes.largest_radius(), radius],
         );
         let means_of_all = [0.5 * mean_diameter, mean_mass];
-        let surroundings = Surroundings::new(&scene, boundaries, &grid, means_of_all, time)?;
+        let surroundings = BoundaryGeometry::new(&scene, boundaries, &grid, means_of_all, time)?;
         let gas = Gas {
             limit: parameters.max_contact_value,
             counts: grid.counts(),
@@ -359,7 +359,11 @@ where
             }
             self.tiles.push(tile);
         }
-        let boxes = || (0..self.tiles.len()).map(|_| Outbox::default()).collect();
+        let boxes = || {
+            (0..self.tiles.len())
+                .map(|_| SendBuffer::default())
+                .collect()
+        };
         (self.departing, self.arriving) = (boxes(), boxes());
         self.pool = Pool::default();
         self.halo_copies = Pool::default();
@@ -367,20 +371,20 @@ where
 }
 
 /// Placement of initial simulators among boundaries.
-struct Entry<'a, P: Physics> {
+struct Entry<'a, P: ParticleModel> {
     scene: &'a P,
-    surroundings: &'a Surroundings<P>,
+    surroundings: &'a BoundaryGeometry<P>,
     grid: &'a Grid<P::Space>,
     streams: Streams,
     weight: f64,
     time: f64,
 }
 
-impl<P: Physics> Entry<'_, P> {
+impl<P: ParticleModel> Entry<'_, P> {
     /// Places the simulators of a fresh start: the first `fresh` must lie where boundaries allow,
     /// further sets are reflected at walls, and each becomes as many copies as its weight requires.
     /// With `fresh` `None`, simulators keep their number.
-    fn place<F: Follow<P::Space>>(
+    fn place<F: DisplacementTracking<P::Space>>(
         &self,
         simulators: Vec<SimulatorOf<P, F>>,
         fresh: Option<usize>,
@@ -447,8 +451,8 @@ fn grid<S: Space>(
 }
 
 /// Sets the free volume of cells beside walls and obstacles.
-fn leave_room<P: Physics>(
-    surroundings: &Surroundings<P>,
+fn leave_room<P: ParticleModel>(
+    surroundings: &BoundaryGeometry<P>,
     grid: &Grid<P::Space>,
     density: &mut Density<P::Space>,
 ) -> Result<(), EngineError> {
@@ -459,8 +463,8 @@ fn leave_room<P: Physics>(
 
 /// Refuses walls so close to each other that the rate of a cross-cell scheme is wrong by an unknown
 /// amount.
-pub(crate) fn require_room<P: Physics>(
-    surroundings: &Surroundings<P>,
+pub(crate) fn require_room<P: ParticleModel>(
+    surroundings: &BoundaryGeometry<P>,
     scheme: Scheme,
 ) -> Result<(), EngineError> {
     /// Smallest distance of walls \[mean diameters\].
@@ -480,7 +484,7 @@ pub(crate) fn require_room<P: Physics>(
 }
 
 /// Checks that parameters, boundaries and sizes are consistent.
-pub(crate) fn check_choices<P: Physics>(
+pub(crate) fn check_choices<P: ParticleModel>(
     scene: &P,
     parameters: Parameters,
     domain: &Domain<P::Space>,
@@ -510,7 +514,7 @@ fn slid<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, EngineErr
 }
 
 /// Refuses displacements longer than the box; near restitution 0 they are not finite.
-fn check_displacement<P: Physics>(
+fn check_displacement<P: ParticleModel>(
     scene: &P,
     parameters: Parameters,
     domain: &Domain<P::Space>,
@@ -538,7 +542,7 @@ fn check_displacement<P: Physics>(
     }
 }
 
-fn check_numbers<P: Physics, F: Follow<P::Space>>(
+fn check_numbers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     simulators: &[SimulatorOf<P, F>],
 ) -> Result<(), EngineError> {

@@ -1,7 +1,7 @@
 //! Means over the particles of a start.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Physics, Sizes, Space};
+use stosszahl_model::{ParticleModel, Sizes, Space};
 
 use crate::boundary::{Inflow, MOST_SIMULATORS};
 use crate::cross_cell::Spread;
@@ -64,13 +64,13 @@ impl Means {
     }
 
     /// Moments of unequal sizes that correct the local density; `None` for equal ones.
-    pub(crate) fn spread<P: Physics>(&self, sizes: &P::Sizes) -> Option<Spread> {
+    pub(crate) fn spread<P: ParticleModel>(&self, sizes: &P::Sizes) -> Option<Spread> {
         let powers = self.powers.map(|sum| sum / self.count);
         (!sizes.are_equal()).then(|| Spread::new(P::Space::DIMENSION, powers))
     }
 
     /// Adds the size of this index with a weight.
-    fn add<P: Physics>(&mut self, sizes: &P::Sizes, index: usize, weight: f64) {
+    fn add<P: ParticleModel>(&mut self, sizes: &P::Sizes, index: usize, weight: f64) {
         let dimension = P::Space::DIMENSION as i32;
         let tag = sizes.tag(index);
         let radius = sizes.radius(tag);
@@ -88,7 +88,7 @@ impl Means {
 
     /// Averages over the first `simulators` sizes; for an empty start over the inflows, weighted by
     /// density; without inflows over the first size.
-    pub(crate) fn of<P: Physics>(
+    pub(crate) fn of<P: ParticleModel>(
         sizes: &P::Sizes,
         simulators: usize,
         inflows: &[Inflow<P::Space>],

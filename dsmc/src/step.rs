@@ -4,32 +4,34 @@ use std::collections::BTreeMap;
 use std::iter;
 
 use stosszahl_model::random::Purpose;
-use stosszahl_model::{Field, Observer, Physics, Recorder, Restitution, Sizes, Space, Vector};
+use stosszahl_model::{
+    Field, Observer, ParticleModel, Recorder, Restitution, Sizes, Space, Vector,
+};
 
 use crate::boundary::{CutCell, FlightTiming};
 use crate::cross_cell::TilePeers;
 use crate::decomposition::Subdomain;
-use crate::density::Weighing;
+use crate::density::DensityKernel;
 use crate::engine::Engine;
 use crate::features::PROCESSES;
 use crate::flight::Flight;
-use crate::particle::{Follow, covered};
+use crate::particle::{DisplacementTracking, covered};
 use crate::pause::Pause;
 use crate::scheme::Scheme;
 use crate::sweep::sweep;
-use crate::tally::{Counts, Stock, Unit};
+use crate::tally::{Counts, StepBounds, Unit};
 use crate::threads::is_parallel;
-use crate::tile::{Arrivals, Outbox, Tile, Traveller};
+use crate::tile::{Arrivals, Migrant, SendBuffer, Tile};
 use crate::within_cell::{CollisionContext, Flow};
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Advances by whole steps to the time `until`, with the last step shortened to end there
     /// exactly, or for `most_steps`. Returns `true` if the time was reached; `false` also if
-    /// [`Engine::stop_on`] stopped it or [`Engine::pause_on`] paused it. After a pause, the next
+    /// [`Engine::set_stop_flag`] stopped it or [`Engine::set_pause_flag`] paused it. After a pause, the next
     /// call with the same time continues as if there had been none.
     pub fn advance(&mut self, until: f64, most_steps: u64, observer: &mut dyn Observer) -> bool {
         if self.stop.has_ended() {
@@ -176,14 +178,14 @@ where
     }
 
     /// Computes largest speeds and energy of the present state, for the next time step.
-    pub(crate) fn take_stock(&mut self) {
+    pub(crate) fn update_step_bounds(&mut self) {
         let sizes = self.scene.sizes();
         let mut total = 0.0;
         for simulator in self.ordered() {
             total += sizes.mass(simulator.tag) * simulator.velocity.square();
         }
         let unit = Unit::of(total);
-        let mut stock = Stock::default();
+        let mut stock = StepBounds::default();
         for simulator in self.ordered() {
             let v = simulator.velocity;
             let twice_energy = sizes.mass(simulator.tag) * v.square();
@@ -305,10 +307,13 @@ where
         self.unit = unit;
         self.stock = match &self.share {
             Some(share) => share.stock,
-            None => self.tiles.iter().fold(Stock::default(), |mut sum, tile| {
-                sum.add(&tile.stock);
-                sum
-            }),
+            None => self
+                .tiles
+                .iter()
+                .fold(StepBounds::default(), |mut sum, tile| {
+                    sum.add(&tile.stock);
+                    sum
+                }),
         };
         if self.stock.is_full() {
             // From rest or an empty box: an upper bound, which the next step improves.
@@ -384,10 +389,10 @@ where
         } else {
             self.count(collided, looks);
         }
-        let order = |(tile, traveller): &(u32, Traveller<P, F>)| (*tile, traveller.source);
+        let order = |(tile, traveller): &(u32, Migrant<P, F>)| (*tile, traveller.source);
         self.far.sort_by_key(order);
         if self.surroundings.is_some() && self.share.is_none() {
-            let travelling = self.arriving.iter().map(Outbox::near).sum::<usize>();
+            let travelling = self.arriving.iter().map(SendBuffer::near).sum::<usize>();
             let staying = self.tiles.iter().map(|tile| tile.simulators.len());
             self.simulators = self.far.len() + travelling + staying.sum::<usize>();
         }
@@ -444,7 +449,7 @@ where
         let reach = self.density.reach();
         // These schemes read the density between a simulator and its partner.
         let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_))
-            || self.density.weighing() == Weighing::Triangle;
+            || self.density.weighing() == DensityKernel::Triangle;
         let others = match &self.share {
             Some(share) if PROCESSES => share.units_around(grid, tiles, reach, is_wide, contents),
             _ => BTreeMap::new(),
@@ -511,7 +516,7 @@ where
 }
 
 /// Interface to other processes for cross-cell collisions; `None` for a single process.
-fn peers<P: Physics, F: Follow<P::Space>>(
+fn peers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     share: Option<&Subdomain<P::Space>>,
 ) -> Option<&dyn TilePeers<P, F>> {
     if PROCESSES {

@@ -2,20 +2,20 @@
 
 use std::time::Instant;
 
-use stosszahl_model::Physics;
+use stosszahl_model::ParticleModel;
 
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 use crate::threads::{Pool, each_of};
-use crate::tile::{Outbox, Scratch, Tile};
+use crate::tile::{Scratch, SendBuffer, Tile};
 
 /// Runs the work for every tile with its outbox: in parallel, or in order with one thread or little
 /// work.
-pub(crate) fn sweep<P: Physics, F: Follow<P::Space>>(
+pub(crate) fn sweep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     parallel: bool,
     tiles: &mut [Tile<P, F>],
-    outboxes: &mut [Outbox<P, F>],
+    outboxes: &mut [SendBuffer<P, F>],
     pool: &Pool<Scratch<P, F>>,
-    work: impl Fn(&mut Tile<P, F>, &mut Outbox<P, F>, &mut Scratch<P, F>) + Sync,
+    work: impl Fn(&mut Tile<P, F>, &mut SendBuffer<P, F>, &mut Scratch<P, F>) + Sync,
 ) {
     // Runs of adjacent tiles, several for each thread, because some take longer.
     let run = if parallel {

@@ -8,7 +8,7 @@ use crate::extrema::larger;
 
 /// Counters of a run, independent of machine and number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tally {
+pub struct CollisionCounters {
     /// Time steps.
     pub steps: u64,
     /// Candidate pairs.
@@ -44,11 +44,11 @@ pub struct Tally {
 pub struct CellCount {
     /// Number of collisions of particles: of simulators, times their weight.
     pub collisions: f64,
-    /// Contribution of the cell to [`Tally::virial`] \[energy\].
+    /// Contribution of the cell to [`CollisionCounters::virial`] \[energy\].
     pub virial: f64,
 }
 
-impl Tally {
+impl CollisionCounters {
     /// Adds counters of other work in the same steps. Floating-point sums depend on the order of
     /// adding.
     pub(crate) fn add(&mut self, other: &Self) {
@@ -70,7 +70,7 @@ impl Tally {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Counts {
     /// Counters other than floating-point sums.
-    whole: Tally,
+    whole: CollisionCounters,
     separation: Exact,
     virial: Exact,
     ledgers: ExactLedgers,
@@ -78,10 +78,10 @@ pub(crate) struct Counts {
 
 impl Counts {
     /// Adds the counters of a tile.
-    pub(crate) fn add(&mut self, tally: &Tally) {
+    pub(crate) fn add(&mut self, tally: &CollisionCounters) {
         self.separation.add(tally.separation);
         self.virial.add(tally.virial);
-        self.whole.add(&Tally {
+        self.whole.add(&CollisionCounters {
             separation: 0.0,
             virial: 0.0,
             ..*tally
@@ -102,8 +102,8 @@ impl Counts {
     }
 
     /// Adds the sums to the totals of the run.
-    pub(crate) fn enter<S: Space>(&self, tally: &mut Tally, ledgers: &mut Ledgers<S>) {
-        tally.add(&Tally {
+    pub(crate) fn enter<S: Space>(&self, tally: &mut CollisionCounters, ledgers: &mut Ledgers<S>) {
+        tally.add(&CollisionCounters {
             separation: self.separation.value(),
             virial: self.virial.value(),
             ..self.whole
@@ -117,14 +117,14 @@ impl Counts {
 /// energies are added as integers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub(crate) struct Stock<S: Space> {
+pub(crate) struct StepBounds<S: Space> {
     /// Largest absolute value of each velocity component \[length/time\].
     pub(crate) speeds: S::Vector,
     /// Sum of m v^2, in [`Unit`]s.
     energy: u64,
 }
 
-impl<S: Space> Default for Stock<S> {
+impl<S: Space> Default for StepBounds<S> {
     fn default() -> Self {
         Self {
             speeds: S::Vector::default(),
@@ -151,7 +151,7 @@ impl Unit {
     }
 }
 
-impl<S: Space> Stock<S> {
+impl<S: Space> StepBounds<S> {
     /// Adds the simulators of one cell: their smallest and largest velocity components, and the sum
     /// of m v^2.
     #[inline(always)]

@@ -9,12 +9,12 @@
 //! The order within a cell is canonical: by the source cell at the last sort, and within a source
 //! cell by the order there. It depends on neither threads nor tiles.
 
-use stosszahl_model::{Collision, Physics, Space, VectorOf};
+use stosszahl_model::{Collision, ParticleModel, Space, VectorOf};
 
 use crate::boundary::Ledgers;
 use crate::grid::{Grid, OFFSETS, Place, offset};
-use crate::particle::{Follow, SimulatorOf};
-use crate::tally::{CellCount, Stock, Tally};
+use crate::particle::{DisplacementTracking, SimulatorOf};
+use crate::tally::{CellCount, CollisionCounters, StepBounds};
 
 /// Simulator that left its tile, and the number of its source cell.
 #[derive(Clone, Copy)]
@@ -24,18 +24,18 @@ pub(crate) struct Left<S> {
 }
 
 /// Simulator that migrates between tiles.
-pub(crate) type Traveller<P, F> = Left<SimulatorOf<P, F>>;
+pub(crate) type Migrant<P, F> = Left<SimulatorOf<P, F>>;
 
 /// Simulators that left a tile, by the offset of the adjacent tile they enter, or by tile number if
 /// they flew farther.
-pub(crate) struct Outbox<P: Physics, F: Follow<P::Space>> {
-    near: Vec<Traveller<P, F>>,
+pub(crate) struct SendBuffer<P: ParticleModel, F: DisplacementTracking<P::Space>> {
+    near: Vec<Migrant<P, F>>,
     /// End of the simulators for each offset, as an index into `near`.
     ends: [u32; OFFSETS],
-    pub(crate) far: Vec<(u32, Traveller<P, F>)>,
+    pub(crate) far: Vec<(u32, Migrant<P, F>)>,
 }
 
-impl<P: Physics, F: Follow<P::Space>> Default for Outbox<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Default for SendBuffer<P, F> {
     fn default() -> Self {
         Self {
             near: Vec::new(),
@@ -45,10 +45,10 @@ impl<P: Physics, F: Follow<P::Space>> Default for Outbox<P, F> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> SendBuffer<P, F> {
     /// Simulators for the adjacent tile at the offset of this number, in the order of their source
     /// cells.
-    pub(crate) fn towards(&self, offset: usize) -> &[Traveller<P, F>] {
+    pub(crate) fn towards(&self, offset: usize) -> &[Migrant<P, F>] {
         let begin = if offset == 0 {
             0
         } else {
@@ -59,7 +59,7 @@ impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
 
     /// Sets the simulators that left, with their offset numbers, in the order of their source
     /// cells.
-    pub(crate) fn fill(&mut self, leavers: &[(u8, Traveller<P, F>)]) {
+    pub(crate) fn fill(&mut self, leavers: &[(u8, Migrant<P, F>)]) {
         let mut starts = [0_u32; OFFSETS];
         for (offset, _) in leavers {
             starts[usize::from(*offset)] += 1;
@@ -88,8 +88,8 @@ impl<P: Physics, F: Follow<P::Space>> Outbox<P, F> {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.near.capacity() * size_of::<Traveller<P, F>>()
-            + self.far.capacity() * size_of::<(u32, Traveller<P, F>)>()
+        self.near.capacity() * size_of::<Migrant<P, F>>()
+            + self.far.capacity() * size_of::<(u32, Migrant<P, F>)>()
     }
 }
 
@@ -105,7 +105,7 @@ pub(crate) fn fit<T>(vector: &mut Vec<T>, count: usize) {
 }
 
 /// Simulators of a block of cells.
-pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
+pub(crate) struct Tile<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(crate) place: Place<P::Space>,
     /// Simulators: after sorting, by cell; after a flight, those that stayed, by source cell.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
@@ -117,8 +117,8 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
     /// After a flight: end of the simulators from each line of cells along the first axis.
     pub(crate) lines: Vec<u32>,
     /// Counters since the tile was sorted.
-    pub(crate) tally: Tally,
-    pub(crate) stock: Stock<P::Space>,
+    pub(crate) tally: CollisionCounters,
+    pub(crate) stock: StepBounds<P::Space>,
     /// Collisions recorded for observers.
     pub(crate) log: Vec<Collision>,
     /// Collisions and virial of each cell; empty unless they are counted.
@@ -136,16 +136,16 @@ pub(crate) struct Tile<P: Physics, F: Follow<P::Space>> {
 }
 
 /// Working memory of a thread.
-pub(crate) struct Scratch<P: Physics, F: Follow<P::Space>> {
+pub(crate) struct Scratch<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(crate) sorted: Vec<SimulatorOf<P, F>>,
     next: Vec<u32>,
-    pub(crate) leavers: Vec<(u8, Traveller<P, F>)>,
-    arrivals: Vec<Traveller<P, F>>,
+    pub(crate) leavers: Vec<(u8, Migrant<P, F>)>,
+    arrivals: Vec<Migrant<P, F>>,
     /// Source cells of arriving simulators with their index: the keys of the sort.
     order: Vec<(u32, u32)>,
 }
 
-impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Default for Scratch<P, F> {
     fn default() -> Self {
         Self {
             sorted: Vec::new(),
@@ -157,26 +157,26 @@ impl<P: Physics, F: Follow<P::Space>> Default for Scratch<P, F> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Scratch<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Scratch<P, F> {
     pub(crate) fn bytes(&self) -> usize {
         self.sorted.capacity() * size_of::<SimulatorOf<P, F>>()
             + self.next.capacity() * 4
-            + self.leavers.capacity() * size_of::<(u8, Traveller<P, F>)>()
-            + self.arrivals.capacity() * size_of::<Traveller<P, F>>()
+            + self.leavers.capacity() * size_of::<(u8, Migrant<P, F>)>()
+            + self.arrivals.capacity() * size_of::<Migrant<P, F>>()
             + self.order.capacity() * size_of::<(u32, u32)>()
     }
 }
 
 /// Simulators that arrive in tiles.
-pub(crate) struct Arrivals<'a, P: Physics, F: Follow<P::Space>> {
+pub(crate) struct Arrivals<'a, P: ParticleModel, F: DisplacementTracking<P::Space>> {
     /// Simulators that left each tile in the last flight.
-    pub(crate) boxes: &'a [Outbox<P, F>],
+    pub(crate) boxes: &'a [SendBuffer<P, F>],
     /// Simulators that flew farther than an adjacent tile, with the tile they enter; ordered by
     /// tile and source cell.
-    pub(crate) far: &'a [(u32, Traveller<P, F>)],
+    pub(crate) far: &'a [(u32, Migrant<P, F>)],
 }
 
-impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
     pub(crate) fn new(place: Place<P::Space>) -> Self {
         let mut tile = Self {
             place,
@@ -184,8 +184,8 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
             codes: Vec::new(),
             starts: Vec::new(),
             lines: vec![0; (place.sides[1] * place.sides[2]) as usize],
-            tally: Tally::default(),
-            stock: Stock::default(),
+            tally: CollisionCounters::default(),
+            stock: StepBounds::default(),
             log: Vec::new(),
             counts: Vec::new(),
             is_even: true,
@@ -250,7 +250,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
         arrivals: &Arrivals<'_, P, F>,
         scratch: &mut Scratch<P, F>,
     ) {
-        self.tally = Tally::default();
+        self.tally = CollisionCounters::default();
         self.receive(grid, arrivals, scratch);
         let Scratch {
             sorted,
@@ -395,7 +395,7 @@ impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
 
 /// Number in a tile of the cell that holds a position.
 #[inline(always)]
-pub(crate) fn code<P: Physics>(
+pub(crate) fn code<P: ParticleModel>(
     grid: &Grid<P::Space>,
     place: &Place<P::Space>,
     position: VectorOf<P>,

@@ -3,22 +3,22 @@
 use rand::RngExt;
 use stosszahl_model::random::Bundle;
 use stosszahl_model::{
-    CollidingPair, Collision, Interrupt, Physics, Restitution, Separation, Sizes, Space, Vector,
-    VectorOf, collide, kinetic,
+    CollidingPair, Collision, Interrupt, ParticleModel, Restitution, Separation, Sizes, Space,
+    Vector, VectorOf, collide, kinetic,
 };
 
-use crate::boundary::{CutCell, Surroundings};
+use crate::boundary::{BoundaryGeometry, CutCell};
 use crate::density::Density;
 use crate::extrema::{larger, smaller};
 use crate::grid::Grid;
 use crate::parameters::Displacement;
-use crate::particle::{Follow, SimulatorOf, covered, index};
+use crate::particle::{DisplacementTracking, SimulatorOf, covered, index};
 use crate::random_counts::{draw_pair, draw_whole};
-use crate::tally::{Stock, Tally};
+use crate::tally::{CollisionCounters, StepBounds};
 use crate::tile::Tile;
 
 /// Context shared by all collisions of one step.
-pub(crate) struct CollisionContext<'a, P: Physics> {
+pub(crate) struct CollisionContext<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
     pub(crate) density: &'a Density<P::Space>,
@@ -33,7 +33,7 @@ pub(crate) struct CollisionContext<'a, P: Physics> {
     /// Particles per simulator where the weight factor is one.
     pub(crate) weight: f64,
     /// Boundaries of the box; `None` if it is periodic.
-    pub(crate) surroundings: Option<&'a Surroundings<P>>,
+    pub(crate) surroundings: Option<&'a BoundaryGeometry<P>>,
     /// Moment ratio `M_(D-1)/M_D` of the diameters.
     pub(crate) moment_ratio: f64,
     /// Uniform shear flow between partners.
@@ -70,13 +70,13 @@ pub(crate) struct Flow {
 }
 
 /// Results of the collisions of a tile.
-struct Report<'a, P: Physics> {
-    tally: Tally,
-    stock: Stock<P::Space>,
+struct Report<'a, P: ParticleModel> {
+    tally: CollisionCounters,
+    stock: StepBounds<P::Space>,
     log: &'a mut Vec<Collision>,
 }
 
-impl<P: Physics> Report<'_, P> {
+impl<P: ParticleModel> Report<'_, P> {
     /// Adds the candidates and collisions of a cell; `count` is the number of its simulators.
     #[inline(always)]
     fn close(&mut self, cell: &Cell, count: u64, trials: u64, collisions: u64) {
@@ -126,11 +126,11 @@ struct Pair<V> {
 
 impl<P> CollisionContext<'_, P>
 where
-    P: Physics,
+    P: ParticleModel,
 {
     /// Collides all cells of a tile, whose simulators are `sorted`, and updates its largest speeds
     /// and energy.
-    pub(crate) fn collide<F: Follow<P::Space>>(
+    pub(crate) fn collide<F: DisplacementTracking<P::Space>>(
         &self,
         tile: &mut Tile<P, F>,
         sorted: &mut [SimulatorOf<P, F>],
@@ -146,14 +146,14 @@ where
     /// function: inlined into the sweep it has too few registers, and writes half as much again to
     /// memory.
     #[inline(never)]
-    fn collide_tile<F: Follow<P::Space>, const SPLIT: bool>(
+    fn collide_tile<F: DisplacementTracking<P::Space>, const SPLIT: bool>(
         &self,
         tile: &mut Tile<P, F>,
         sorted: &mut [SimulatorOf<P, F>],
     ) {
         let mut report = Report::<P> {
             tally: tile.tally,
-            stock: Stock::default(),
+            stock: StepBounds::default(),
             log: &mut tile.log,
         };
         let place = tile.place;
@@ -177,7 +177,7 @@ where
                     let weight = if let Some(cut) = cut {
                         self.collide_split::<F>(members, at, cut, &mut report)
                     } else {
-                        let widest = self.take_stock::<F>(members, &mut report.stock);
+                        let widest = self.update_step_bounds::<F>(members, &mut report.stock);
                         let majorant = widest + self.heating;
                         if members.len() < 2 || !self.collides {
                             continue;
@@ -207,10 +207,10 @@ where
     /// Adds speeds and energy to the statistics, and returns the diagonal of the velocity box: no
     /// pair is faster.
     #[inline(always)]
-    fn take_stock<F: Follow<P::Space>>(
+    fn update_step_bounds<F: DisplacementTracking<P::Space>>(
         &self,
         members: &[SimulatorOf<P, F>],
-        stock: &mut Stock<P::Space>,
+        stock: &mut StepBounds<P::Space>,
     ) -> f64 {
         let sizes = self.scene.sizes();
         let [mut low, mut high] = [members[0].velocity; 2];
@@ -249,7 +249,7 @@ where
 
     /// Collides the sub-cells of a split cell. Returns the particles per simulator there.
     #[inline(never)]
-    fn collide_split<F: Follow<P::Space>>(
+    fn collide_split<F: DisplacementTracking<P::Space>>(
         &self,
         members: &mut [SimulatorOf<P, F>],
         at: [u32; 3],
@@ -261,7 +261,7 @@ where
         members.sort_by_key(sub_cell);
         let mut weight = self.weight;
         for members in members.chunk_by_mut(|a, b| sub_cell(a) == sub_cell(b)) {
-            let majorant = self.take_stock::<F>(members, &mut report.stock) + self.heating;
+            let majorant = self.update_step_bounds::<F>(members, &mut report.stock) + self.heating;
             let which = sub_cell(&members[0]);
             let room = self
                 .surroundings
@@ -276,7 +276,7 @@ where
 
     /// Collides a cell or sub-cell. Returns the particles per simulator there.
     #[inline(always)]
-    fn collide_cell<F: Follow<P::Space>>(
+    fn collide_cell<F: DisplacementTracking<P::Space>>(
         &self,
         members: &mut [SimulatorOf<P, F>],
         cell: &Cell,
@@ -336,7 +336,7 @@ where
     /// its approach speed along that line, which includes the flow over the contact distance
     /// (Montanero & Santos, Phys. Rev. E 54, 438 (1996), doi:10.1103/PhysRevE.54.438).
     #[inline(never)]
-    fn collide_in_flow<F: Follow<P::Space>>(
+    fn collide_in_flow<F: DisplacementTracking<P::Space>>(
         &self,
         members: &mut [SimulatorOf<P, F>],
         cell: &Cell,
@@ -392,7 +392,11 @@ where
 
     /// Collision rates of a cell.
     #[inline(always)]
-    fn cell<F: Follow<P::Space>>(&self, members: &[SimulatorOf<P, F>], at: [u32; 3]) -> Cell {
+    fn cell<F: DisplacementTracking<P::Space>>(
+        &self,
+        members: &[SimulatorOf<P, F>],
+        at: [u32; 3],
+    ) -> Cell {
         let number = self.grid.number(at);
         let mut own = covered::<P>(self.scene.sizes(), members.iter().map(|member| member.tag));
         let (mut weight, mut volume) = (self.weight, self.grid.cell_volume());
@@ -407,7 +411,7 @@ where
     }
 
     /// Collision rates of a sub-cell, by its index and its fraction of a cell.
-    fn sub_cell<F: Follow<P::Space>>(
+    fn sub_cell<F: DisplacementTracking<P::Space>>(
         &self,
         members: &[SimulatorOf<P, F>],
         at: [u32; 3],
@@ -463,7 +467,7 @@ where
 
     /// Collides a pair of members.
     #[inline(always)]
-    fn collide_pair<F: Follow<P::Space>>(
+    fn collide_pair<F: DisplacementTracking<P::Space>>(
         &self,
         members: &mut [SimulatorOf<P, F>],
         &Pair {

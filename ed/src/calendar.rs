@@ -45,7 +45,7 @@ impl Ord for Entry {
 }
 
 /// Events of all disks: each disk has at most one, and its time.
-pub trait Agenda {
+pub trait EventTimes {
     /// Number of disks.
     fn disks(&self) -> u32;
 
@@ -76,7 +76,7 @@ pub trait Agenda {
 /// recognise them. It may not announce an entry twice unless it was pushed twice.
 pub trait Calendar: Sized + Send + Sync {
     /// Creates a calendar that holds the events of all disks, none of which is earlier than `now`.
-    fn new(agenda: &impl Agenda, now: f64) -> Self;
+    fn new(agenda: &impl EventTimes, now: f64) -> Self;
 
     /// Adds the next event of a disk, in place of the one before if that did not come up; not
     /// earlier than the last one popped. An infinite time means no event. A disk whose event was
@@ -89,14 +89,14 @@ pub trait Calendar: Sized + Send + Sync {
     }
 
     /// Removes and returns the earliest event if it is not later than `until`.
-    fn pop(&mut self, until: f64, agenda: &impl Agenda) -> Option<Entry>;
+    fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<Entry>;
 
     /// Memory held \[bytes\].
     fn bytes(&self) -> usize;
 }
 
 /// Returns all events of an agenda.
-fn entries(agenda: &impl Agenda) -> impl Iterator<Item = Entry> {
+fn entries(agenda: &impl EventTimes) -> impl Iterator<Item = Entry> {
     (0..agenda.disks())
         .map(|disk| Entry {
             time: agenda.time(disk),
@@ -125,7 +125,7 @@ pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
 pub struct Sorted(BTreeSet<Entry>);
 
 impl Calendar for Sorted {
-    fn new(agenda: &impl Agenda, _now: f64) -> Self {
+    fn new(agenda: &impl EventTimes, _now: f64) -> Self {
         Self(entries(agenda).collect())
     }
 
@@ -135,7 +135,7 @@ impl Calendar for Sorted {
         }
     }
 
-    fn pop(&mut self, until: f64, _agenda: &impl Agenda) -> Option<Entry> {
+    fn pop(&mut self, until: f64, _agenda: &impl EventTimes) -> Option<Entry> {
         if self.0.first()?.time > until {
             return None;
         }
@@ -352,7 +352,7 @@ impl Buckets {
 
     /// Advances to the next bucket; false if there is no event at all.
     #[inline(always)]
-    fn turn(&mut self, agenda: &impl Agenda) -> bool {
+    fn turn(&mut self, agenda: &impl EventTimes) -> bool {
         self.settle();
         if self.near == 0 {
             // What is stale may be the earliest.
@@ -430,7 +430,7 @@ impl Buckets {
     /// Adds the event of a disk named in the current bucket to its events, unless it is stale; uses
     /// [`Self::next_begins`].
     #[inline(always)]
-    fn admit(&mut self, disk: u32, next_begins: f64, agenda: &impl Agenda) {
+    fn admit(&mut self, disk: u32, next_begins: f64, agenda: &impl EventTimes) {
         memory::prefetch_next(&self.times, agenda.prefetch_partner(disk));
         let time = self.times[disk as usize];
         // A later event has an entry of its own.
@@ -475,7 +475,7 @@ impl Buckets {
 }
 
 impl Calendar for Buckets {
-    fn new(agenda: &impl Agenda, now: f64) -> Self {
+    fn new(agenda: &impl EventTimes, now: f64) -> Self {
         let mut times = memory::reserved(agenda.disks() as usize);
         times.extend((0..agenda.disks()).map(|disk| agenda.time(disk)));
         let waits = times.iter().filter(|time: &&f64| time.is_finite());
@@ -519,7 +519,7 @@ impl Calendar for Buckets {
     }
 
     #[inline(always)]
-    fn pop(&mut self, until: f64, agenda: &impl Agenda) -> Option<Entry> {
+    fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<Entry> {
         loop {
             let few = self.earliest();
             if let Some(&first) = self.crowd.peek()
@@ -568,7 +568,7 @@ mod tests {
 
     struct Times(Vec<f64>);
 
-    impl Agenda for Times {
+    impl EventTimes for Times {
         fn disks(&self) -> u32 {
             self.0.len() as u32
         }

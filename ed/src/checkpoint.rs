@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Body, Physics, ShearWork, State};
+use stosszahl_model::{ParticleModel, ParticleState, ShearWork, State};
 
 /// Rule of which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ pub enum Dissipation {
 
 /// Work done, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tally {
+pub struct EventCounters {
     /// Number of pair collisions.
     pub collisions: u64,
     /// Number of candidate pairs whose contact was predicted.
@@ -38,7 +38,7 @@ pub struct Tally {
     pub rebounds: u64,
 }
 
-impl Tally {
+impl EventCounters {
     /// Number of contacts of all kinds.
     pub(crate) fn contacts(&self) -> u64 {
         self.collisions + self.rebounds
@@ -59,7 +59,7 @@ impl Tally {
 /// All data from which a run continues to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Checkpoint<P: Physics> {
+pub struct Checkpoint<P: ParticleModel> {
     /// State of the gas.
     pub state: State<P>,
     /// Time of each disk's last contact; empty unless the TC model needs it.
@@ -68,9 +68,9 @@ pub struct Checkpoint<P: Physics> {
     /// that on the left and at the bottom. The position plus that many sides of the box is that of
     /// a disk that was never wrapped. Empty unless requested, by a start that has flags for each
     /// disk.
-    pub windings: Vec<[i32; 2]>,
+    pub image_flags: Vec<[i32; 2]>,
     /// Work done so far.
-    pub tally: Tally,
+    pub tally: EventCounters,
     /// Number of contacts since time last advanced noticeably.
     pub stalled: u64,
     /// Momentum and energy that each wall and obstacle has given to the gas, by `Engine::ledgers`;
@@ -82,12 +82,12 @@ pub struct Checkpoint<P: Physics> {
     pub shear_work: ShearWork,
 }
 
-impl<P: Physics> Clone for Checkpoint<P> {
+impl<P: ParticleModel> Clone for Checkpoint<P> {
     fn clone(&self) -> Self {
         Self {
             state: self.state.clone(),
             last_contact: self.last_contact.clone(),
-            windings: self.windings.clone(),
+            image_flags: self.image_flags.clone(),
             tally: self.tally,
             stalled: self.stalled,
             ledgers: self.ledgers.clone(),
@@ -97,7 +97,7 @@ impl<P: Physics> Clone for Checkpoint<P> {
     }
 }
 
-impl<P: Physics> Checkpoint<P> {
+impl<P: ParticleModel> Checkpoint<P> {
     /// Returns an empty gas in the same box, as a placeholder while an engine has the other.
     pub(crate) fn nowhere(other: &Self) -> Self {
         let (time, domain) = (other.state.time, other.state.domain);
@@ -110,20 +110,20 @@ impl<P: Physics> Checkpoint<P> {
 
     /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
-        self.state.bodies.capacity() * size_of::<Body<P>>()
+        self.state.bodies.capacity() * size_of::<ParticleState<P>>()
             + self.last_contact.capacity() * 8
-            + self.windings.capacity() * 8
+            + self.image_flags.capacity() * 8
             + self.rebounds.capacity() * 4
     }
 }
 
-impl<P: Physics> From<State<P>> for Checkpoint<P> {
+impl<P: ParticleModel> From<State<P>> for Checkpoint<P> {
     fn from(state: State<P>) -> Self {
         Self {
             state,
             last_contact: Vec::new(),
-            windings: Vec::new(),
-            tally: Tally::default(),
+            image_flags: Vec::new(),
+            tally: EventCounters::default(),
             stalled: 0,
             ledgers: Vec::new(),
             rebounds: Vec::new(),

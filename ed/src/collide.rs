@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 use stosszahl_model::{
-    CollidingPair, Collision, Field, Physics, Plane, RecentContacts, Recorder, Restitution,
+    CollidingPair, Collision, Field, ParticleModel, Plane, RecentContacts, Recorder, Restitution,
     Separation, Sizes, SpinOf, Surface, Vector, bounce, collide,
 };
 
@@ -15,7 +15,7 @@ use crate::error::EngineError;
 
 impl<P, Q> Engine<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Collides two disks.

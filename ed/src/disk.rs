@@ -6,7 +6,7 @@ use std::iter;
 use nalgebra::Vector2;
 use stosszahl_model::{Field, Plane, Sizes, memory};
 
-use crate::calendar::Agenda;
+use crate::calendar::EventTimes;
 use crate::cell_list_walk::CellListWalk;
 use crate::cells::{self, Cell, Cells, NONE, line_of};
 use crate::contact::Candidates;
@@ -589,7 +589,7 @@ impl<F: Field<Plane>> Disks<F> {
     }
 }
 
-impl<F: Field<Plane>> Agenda for Disks<F> {
+impl<F: Field<Plane>> EventTimes for Disks<F> {
     fn disks(&self) -> u32 {
         self.all.len() as u32
     }
@@ -625,7 +625,9 @@ impl<F: Field<Plane>> Agenda for Disks<F> {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use stosszahl_model::{Body, Constant, Domain, Free, Monodisperse, Scene, Smooth, State};
+    use stosszahl_model::{
+        Constant, Domain, Free, Monodisperse, ParticleState, Scene, Smooth, State,
+    };
 
     use super::*;
     use crate::record::ABSENT;
@@ -635,7 +637,10 @@ pub(crate) mod tests {
     pub(crate) type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
 
     /// Creates elastic unit disks in a square periodic box.
-    pub(crate) fn gas<Q: Calendar>(length: f64, bodies: Vec<Body<Scenery>>) -> Engine<Scenery, Q> {
+    pub(crate) fn gas<Q: Calendar>(
+        length: f64,
+        bodies: Vec<ParticleState<Scenery>>,
+    ) -> Engine<Scenery, Q> {
         let scene = Scene {
             space: Plane,
             surface: Smooth,
@@ -659,7 +664,7 @@ pub(crate) mod tests {
         let body = |index: u32| {
             let place = vector![f64::from(index % side), f64::from(index / side)] * 1.5;
             let angle = f64::from(index) * f64::from(index);
-            Body::new(place, vector![angle.sin(), angle.cos()])
+            ParticleState::new(place, vector![angle.sin(), angle.cos()])
         };
         gas(1.5 * f64::from(side), (0..side * side).map(body).collect())
     }

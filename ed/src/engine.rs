@@ -6,12 +6,13 @@ use nalgebra::Vector2;
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{
-    Body, Domain, Field, Interrupt, Physics, Plane, ShearWork, Sizes, SpinOf, State, Surface,
+    Domain, Field, Interrupt, ParticleModel, ParticleState, Plane, ShearWork, Sizes, SpinOf, State,
+    Surface,
 };
 
 use crate::arrange::{GridOptions, fill};
-use crate::calendar::{Agenda, Buckets, Calendar};
-use crate::checkpoint::{Checkpoint, Dissipation, Tally};
+use crate::calendar::{Buckets, Calendar, EventTimes};
+use crate::checkpoint::{Checkpoint, Dissipation, EventCounters};
 use crate::collapse::CollapseDetector;
 use crate::contact::Candidates;
 use crate::disk::Disks;
@@ -20,7 +21,7 @@ use crate::image_flags::{self, ImageFlags};
 use crate::motion::Motion;
 use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
 use crate::strip_log::StripLog;
-use crate::surroundings::{Boundaries, Surroundings, Units};
+use crate::surroundings::{Boundaries, BoundaryGeometry, Units};
 
 /// Collisions per disk after which an engine restarts its epoch: time is then measured from a near
 /// epoch again, and the disks, which diffuse, are sorted in memory.
@@ -52,7 +53,7 @@ enum Order {
 /// with a fresh epoch and the disks sorted in memory. As the leg is a function of the checkpoint
 /// alone, a run continues from it to the same bytes. In a long leg the engine does the same now and
 /// then. The times at which an engine stops on its way have no influence on where it goes.
-pub struct Engine<P: Physics, Q: Calendar = Buckets> {
+pub struct Engine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) scene: P,
     pub(crate) dissipation: Dissipation,
     pub(crate) domain: Domain<Plane>,
@@ -64,11 +65,11 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) names: Vec<u32>,
     pub(crate) last_contact: Vec<f64>,
     /// Walls and obstacles, shared by the strips of a gas.
-    pub(crate) surroundings: Arc<Surroundings>,
+    pub(crate) surroundings: Arc<BoundaryGeometry>,
     /// Ledgers by face, then by obstacle; empty without walls and obstacles.
     pub(crate) ledgers: Vec<Ledger<P::Space>>,
     /// Box crossings along each axis, by disk; empty unless requested.
-    pub(crate) windings: Vec<ImageFlags>,
+    pub(crate) image_flags: Vec<ImageFlags>,
     pub(crate) calendar: Q,
     /// True if the calendar holds the events of all disks; otherwise they are filed before the next
     /// event.
@@ -83,7 +84,7 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
     pub(crate) now: f64,
     /// Absolute time; exactly the requested one when it was reached \[time\].
     pub(crate) time: f64,
-    pub(crate) tally: Tally,
+    pub(crate) tally: EventCounters,
     /// Energy balance so far, in absolute units; zero without a shear flow.
     pub(crate) shear_work: ShearWork,
     /// Number of events that came up although their disk had collided meanwhile; most of these are
@@ -109,7 +110,7 @@ pub struct Engine<P: Physics, Q: Calendar = Buckets> {
 
 impl<P, Q> Engine<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Starts in a periodic box from a state, or resumes from a checkpoint.
@@ -146,7 +147,7 @@ where
             start.ledgers.len(),
         )?;
         check_overlaps(&scene, &start.state, boundaries)?;
-        let fresh = start.tally == Tally::default();
+        let fresh = start.tally == EventCounters::default();
         let boundaries = boundaries.clone();
         let engine = Self::from_checkpoint(scene, dissipation, start, None, boundaries, false)?;
         // Contacts leave pairs apart by rounding, so only a start can have others.
@@ -197,7 +198,7 @@ where
         let Checkpoint {
             state,
             last_contact,
-            windings,
+            image_flags,
             tally,
             stalled,
             ledgers,
@@ -213,7 +214,7 @@ where
         let sizes = scene.sizes();
         let name = |index: usize| which.map_or(index as u32, |which| which[index]);
         let body = |index: usize| {
-            let Body {
+            let ParticleState {
                 position, velocity, ..
             } = state.bodies[index];
             let radius = sizes.radius(sizes.tag(name(index) as usize));
@@ -226,7 +227,7 @@ where
         let epoch = state.time;
         let units = Units { speed, epoch };
         let surroundings =
-            Surroundings::new(boundaries, &state.domain, &disks.cells, largest, units);
+            BoundaryGeometry::new(boundaries, &state.domain, &disks.cells, largest, units);
         let bounded = !surroundings.is_empty();
         // Their numbers come after those of the disks.
         if count + surroundings.things() >= u32::MAX as usize {
@@ -246,7 +247,7 @@ where
             Dissipation::ContactTime(_) => order.iter().map(ages).collect(),
             _ => Vec::new(),
         };
-        let windings = image_flags::follow(&state, &windings, &order)?;
+        let image_flags = image_flags::follow(&state, &image_flags, &order)?;
         let unit = typical_time(&disks, diameter, pull / speed / speed);
         let horizon = horizon(unit, disks.cells.width().max() / diameter);
         let spins = if P::Surface::ROUGH {
@@ -273,7 +274,7 @@ where
             last_contact,
             surroundings: Arc::new(surroundings),
             ledgers,
-            windings,
+            image_flags,
             candidates: Candidates::new(),
             speed,
             epoch,
@@ -297,7 +298,7 @@ where
     }
 
     /// Sets an interrupt that breaks an advance off, after some hundred events.
-    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+    pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
@@ -309,7 +310,7 @@ where
     }
 
     /// Restarts the engine from the current checkpoint, as a new engine would.
-    pub(crate) fn start_afresh(&mut self, until: f64) -> Result<(), EngineError> {
+    pub(crate) fn rebase_epoch(&mut self, until: f64) -> Result<(), EngineError> {
         self.time = self.present(until);
         let (cells, disks) = (self.disks.cells.places(), self.disks.all.len());
         if let Some(crossings) = self.progress.fresh_start(cells, disks) {
@@ -378,12 +379,12 @@ where
     }
 
     fn state_in(&self, order: Order) -> State<P> {
-        let nothing = Body::new(Vector2::zeros(), Vector2::zeros());
+        let nothing = ParticleState::new(Vector2::zeros(), Vector2::zeros());
         let domain = self.domain_now();
         let body = |disk: usize| {
             let position = self.disks.place(disk as u32, self.now);
             let velocity = self.disks.velocity(disk as u32, self.now) * self.speed;
-            let mut body = Body::new(domain.wrap(position), velocity);
+            let mut body = ParticleState::new(domain.wrap(position), velocity);
             body.spin = scaled::<P>(self.spin(disk as u32), self.speed);
             body
         };
@@ -451,7 +452,7 @@ where
             // Where the state wraps a position, the winding follows. Under shear there are none.
             let position = self.disks.place(disk as u32, self.now);
             image_flags::add(
-                self.windings[disk],
+                self.image_flags[disk],
                 image_flags::wound(&self.domain, position),
             )
         };
@@ -460,7 +461,7 @@ where
             state: self.state_in(order),
             rebounds: self.of_each(self.rebounds.len(), order, 0, rebounds),
             last_contact: self.of_each(self.last_contact.len(), order, 0.0, last),
-            windings: self.of_each(self.windings.len(), order, [0; 2], winding),
+            image_flags: self.of_each(self.image_flags.len(), order, [0; 2], winding),
             tally: self.tally,
             stalled: self.progress.stalled(self.tally.contacts()),
             ledgers: self.ledgers.clone(),
@@ -481,7 +482,7 @@ where
     }
 
     /// Returns the work done so far.
-    pub fn tally(&self) -> Tally {
+    pub fn tally(&self) -> EventCounters {
         self.tally
     }
 
@@ -523,7 +524,7 @@ where
             + self.spins.capacity() * size_of::<SpinOf<P>>()
             + (self.names.capacity() + self.rebounds.capacity()) * 4
             + self.last_contact.capacity() * 8
-            + self.windings.capacity() * size_of::<ImageFlags>()
+            + self.image_flags.capacity() * size_of::<ImageFlags>()
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
     }
 
@@ -545,7 +546,7 @@ where
 }
 
 /// Returns the balance of a shear flow, which begins with the energy of the start.
-fn begun<P: Physics<Space = Plane>>(
+fn begun<P: ParticleModel<Space = Plane>>(
     mut work: ShearWork,
     scene: &P,
     which: Option<&[u32]>,
@@ -559,9 +560,13 @@ fn begun<P: Physics<Space = Plane>>(
 
 /// Energy of the motion and the spin of all disks, which may be in another order than the scene's
 /// \[energy\].
-fn energy_of<P: Physics<Space = Plane>>(scene: &P, which: Option<&[u32]>, state: &State<P>) -> f64 {
+fn energy_of<P: ParticleModel<Space = Plane>>(
+    scene: &P,
+    which: Option<&[u32]>,
+    state: &State<P>,
+) -> f64 {
     let sizes = scene.sizes();
-    let energy = |(index, body): (usize, &Body<P>)| {
+    let energy = |(index, body): (usize, &ParticleState<P>)| {
         let tag = sizes.tag(which.map_or(index, |which| which[index] as usize));
         let (mass, radius) = (sizes.mass(tag), sizes.radius(tag));
         let spinning = scene.surface().spin_energy(mass, radius, body.spin);
@@ -571,7 +576,7 @@ fn energy_of<P: Physics<Space = Plane>>(scene: &P, which: Option<&[u32]>, state:
 }
 
 /// Returns a power of two near the speed of the fastest disk, or near one that disks will have.
-fn unit_of_speed<P: Physics<Space = Plane>>(state: &State<P>, to_come: f64) -> f64 {
+fn unit_of_speed<P: ParticleModel<Space = Plane>>(state: &State<P>, to_come: f64) -> f64 {
     let fastest = (state.bodies.iter())
         .map(|body| body.velocity.amax())
         .fold(to_come, f64::max);
@@ -582,7 +587,7 @@ fn unit_of_speed<P: Physics<Space = Plane>>(state: &State<P>, to_come: f64) -> f
     }
 }
 
-fn grid_options<P: Physics>(boundaries: &Boundaries, shared: bool) -> GridOptions {
+fn grid_options<P: ParticleModel>(boundaries: &Boundaries, shared: bool) -> GridOptions {
     GridOptions {
         unequal: !P::Sizes::UNIFORM,
         may_be_wide: boundaries.obstacles.is_empty(),
@@ -615,14 +620,14 @@ fn counted(counts: &[u32], names: &[u32]) -> Vec<u32> {
 }
 
 /// Converts a spin to another unit.
-fn scaled<P: Physics<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
+fn scaled<P: ParticleModel<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
     <P::Surface as Surface<Plane>>::scaled(spin, factor)
 }
 
 /// Placeholder for the events of disks while there are no predictions.
 struct NoEvents;
 
-impl Agenda for NoEvents {
+impl EventTimes for NoEvents {
     fn disks(&self) -> u32 {
         0
     }
@@ -659,7 +664,7 @@ mod tests {
             };
             let place = vector![f64::from(x), f64::from(y)].add_scalar(0.5) * 1.2;
             let angle = f64::from(site) * f64::from(site);
-            let mut body = Body::new(place, vector![angle.sin(), angle.cos()]);
+            let mut body = ParticleState::new(place, vector![angle.sin(), angle.cos()]);
             body.spin = vector![angle.sin()];
             Some((body, (radius, radius * radius)))
         });
@@ -687,7 +692,7 @@ mod tests {
             bodies,
         };
         let start = Checkpoint {
-            windings: vec![[0; 2]; state.bodies.len()],
+            image_flags: vec![[0; 2]; state.bodies.len()],
             ..Checkpoint::from(state)
         };
         let dissipation = Dissipation::ContactTime(1e-3);
@@ -701,21 +706,21 @@ mod tests {
             old.parallel = parallel;
             let new = engine(old.checkpoint());
             let names = old.names.clone();
-            old.start_afresh(f64::INFINITY).expect("a fresh start");
+            old.rebase_epoch(f64::INFINITY).expect("a fresh start");
             assert_ne!(old.names, names);
             assert_eq!(old.names, new.names);
             assert_eq!(old.tags, new.tags);
             assert_eq!(old.tally, new.tally);
             let each = |engine: &Engine<_>| {
                 let (spins, last) = (&engine.spins, &engine.last_contact);
-                let (rebounds, windings) = (&engine.rebounds, &engine.windings);
+                let (rebounds, image_flags) = (&engine.rebounds, &engine.image_flags);
                 let (disks, levels) = (&engine.disks.all, &engine.disks.levels);
-                format!("{disks:?} {levels:?} {spins:?} {last:?} {rebounds:?} {windings:?}")
+                format!("{disks:?} {levels:?} {spins:?} {last:?} {rebounds:?} {image_flags:?}")
             };
             assert!(each(&old) == each(&new));
             assert!(old.disks.hierarchical());
             assert!(old.rebounds.iter().any(|&count| count > 0));
-            assert!(old.windings.iter().any(|winding| winding[0] != 0));
+            assert!(old.image_flags.iter().any(|winding| winding[0] != 0));
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use stosszahl_model::walls::ObstacleError;
-use stosszahl_model::{Invalid, MessageUnits, brief};
+use stosszahl_model::{Invalid, MessageUnits, format_short};
 
 use crate::surroundings::FACES;
 
@@ -15,7 +15,7 @@ pub(crate) const POSITION: &str = "position";
 #[non_exhaustive]
 pub enum EngineError {
     /// The box is narrower than a disk.
-    #[error("a disk of diameter {diameter} meets its own image in a box of {} x {}; both sides must be longer", brief(lengths[0]), brief(lengths[1]), diameter = brief(*diameter))]
+    #[error("a disk of diameter {diameter} meets its own image in a box of {} x {}; both sides must be longer", format_short(lengths[0]), format_short(lengths[1]), diameter = format_short(*diameter))]
     BoxTooSmall {
         /// Largest diameter \[length\].
         diameter: f64,
@@ -99,7 +99,7 @@ pub enum EngineError {
     FlagsInFlow,
     /// Two walls leave a disk no room.
     #[error(
-        "axis {axis}: between the walls there is room for {room} at the least; allowed is a diameter of {diameter} or more", room = brief(*room), diameter = brief(*diameter))]
+        "axis {axis}: between the walls there is room for {room} at the least; allowed is a diameter of {diameter} or more", room = format_short(*room), diameter = format_short(*diameter))]
     NoRoom {
         /// Axis, from 0.
         axis: usize,
@@ -131,7 +131,7 @@ pub enum EngineError {
         depth: f64,
     },
     /// A disk starts inside a wall or an obstacle.
-    #[error("disk {disk} at ({}, {}) overlaps {what} by {depth:e}; allowed are rounding errors", brief(place[0]), brief(place[1]))]
+    #[error("disk {disk} at ({}, {}) overlaps {what} by {depth:e}; allowed are rounding errors", format_short(place[0]), format_short(place[1]))]
     Overlap {
         /// Index of the disk.
         disk: usize,
@@ -145,7 +145,7 @@ pub enum EngineError {
     /// A disk went through a wall, which the engine must never allow.
     #[error(
         "disk {disk} left the box through {wall} at time {time}; this is an error of the program",
-        time = brief(*time)
+        time = format_short(*time)
     )]
     Escaped {
         /// Index of the disk.
@@ -156,7 +156,7 @@ pub enum EngineError {
         time: f64,
     },
     /// The time of the start is no finite number.
-    #[error("the start is at time {time}; allowed are finite numbers", time = brief(*time))]
+    #[error("the start is at time {time}; allowed are finite numbers", time = format_short(*time))]
     BadStart {
         /// Time found.
         time: f64,
@@ -164,7 +164,7 @@ pub enum EngineError {
     /// The requested time is no number, or so far that flying disks lose their positions.
     #[error(
         "asked to advance to time {until}; allowed are times that disks reach with a position that has digits left, or infinity",
-        until = brief(*until)
+        until = format_short(*until)
     )]
     BadTime {
         /// Time requested \[time\].
@@ -173,7 +173,7 @@ pub enum EngineError {
     /// The disks move but do not meet.
     #[error(
         "no collision in the work of {crossings} crossings of cells, until time {time}: they may never meet; ask for an earlier time, or for a gas whose disks do not fly past each other for ever",
-        time = brief(*time)
+        time = format_short(*time)
     )]
     NoCollisions {
         /// Time at which the engine gave up \[time\].
@@ -186,8 +186,8 @@ pub enum EngineError {
     #[error(
         "inelastic collapse at time {time}: {collisions} contacts without progress of time among {}, the last of disk {disk} with {what} \
          near ({}, {}); a contact time above zero (TC model) lets such a gas go on",
-        named(cluster), brief(place[0]), brief(place[1]),
-        time = brief(*time)
+        named(cluster), format_short(place[0]), format_short(place[1]),
+        time = format_short(*time)
     )]
     WallCollapse {
         /// Time of the collapse \[time\].
@@ -207,8 +207,8 @@ pub enum EngineError {
     #[error(
         "inelastic collapse at time {time}: {collisions} collisions without progress of time among {}, the last of disks {} and {} \
          near ({}, {}); a contact time above zero (TC model) lets such a gas go on",
-        named(cluster), pair[0], pair[1], brief(place[0]), brief(place[1]),
-        time = brief(*time)
+        named(cluster), pair[0], pair[1], format_short(place[0]), format_short(place[1]),
+        time = format_short(*time)
     )]
     InelasticCollapse {
         /// Time of the collapse \[time\].

@@ -1,7 +1,7 @@
 //! The loop over events, compiled twice: for any processor and for those with vector instructions
 //! of three operands.
 
-use stosszahl_model::{Field, Observer, Physics, Plane, Recorder, Sizes};
+use stosszahl_model::{Field, Observer, ParticleModel, Plane, Recorder, Sizes};
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
@@ -23,7 +23,7 @@ pub(crate) struct Goal {
 }
 
 /// Method to advance an engine other than event by event, with the same bytes.
-pub(crate) trait Leap<P: Physics, Q: Calendar> {
+pub(crate) trait Leap<P: ParticleModel, Q: Calendar> {
     /// Moves an engine towards a goal, as far as that pays. True if its time was reached, with
     /// fewer collisions than its last.
     fn leap(&mut self, engine: &mut Engine<P, Q>, goal: &Goal, recorder: &mut Recorder<'_>)
@@ -36,7 +36,7 @@ pub(crate) trait Leap<P: Physics, Q: Calendar> {
 /// Method without leaps: event by event.
 struct Alone;
 
-impl<P: Physics, Q: Calendar> Leap<P, Q> for Alone {
+impl<P: ParticleModel, Q: Calendar> Leap<P, Q> for Alone {
     fn leap(&mut self, _: &mut Engine<P, Q>, _: &Goal, _: &mut Recorder<'_>) -> bool {
         false
     }
@@ -46,7 +46,7 @@ impl<P: Physics, Q: Calendar> Leap<P, Q> for Alone {
 
 impl<P, Q> Engine<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Advances to the absolute time `until`, or until `most_collisions` have happened in this
@@ -81,7 +81,7 @@ where
         while self.tally.collisions < last && !self.stop.has_ended() {
             if self.tally.collisions >= self.refresh || self.now >= self.horizon {
                 leaps.forget();
-                self.start_afresh(until)?;
+                self.rebase_epoch(until)?;
             }
             if self.advance_segment(leaps, until, last.min(self.refresh), &mut recorder)? {
                 return Ok(true);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use stosszahl_model::{Field, Physics, Plane, Sizes};
+use stosszahl_model::{Field, ParticleModel, Plane, Sizes};
 
 use crate::arrange::fill;
 use crate::calendar::Calendar;
@@ -28,7 +28,7 @@ struct Ahead {
 
 impl<P, Q> Engine<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Predicts the next contacts of all disks, which have none, as if one predicted after the

@@ -1,7 +1,7 @@
 //! Image flags: crossings of the periodic boundary, for displacements.
 
 use nalgebra::Vector2;
-use stosszahl_model::{Domain, Physics, Plane, State};
+use stosszahl_model::{Domain, ParticleModel, Plane, State};
 
 use crate::error::EngineError;
 
@@ -17,24 +17,24 @@ pub(crate) fn wound(domain: &Domain<Plane>, position: Vector2<f64>) -> ImageFlag
 }
 
 /// Returns the image flags of a start by disk, for positions wrapped into the box.
-pub(crate) fn follow<P: Physics<Space = Plane>>(
+pub(crate) fn follow<P: ParticleModel<Space = Plane>>(
     state: &State<P>,
-    windings: &[ImageFlags],
+    image_flags: &[ImageFlags],
     order: &[u32],
 ) -> Result<Vec<ImageFlags>, EngineError> {
-    if windings.is_empty() {
+    if image_flags.is_empty() {
         return Ok(Vec::new());
     }
-    if windings.len() != order.len() {
+    if image_flags.len() != order.len() {
         return Err(EngineError::WrongCount {
             quantity: "windings",
-            found: windings.len(),
+            found: image_flags.len(),
             disks: order.len(),
         });
     }
     let winding = |&index: &u32| {
         let at = state.bodies[index as usize].position;
-        add(windings[index as usize], wound(&state.domain, at))
+        add(image_flags[index as usize], wound(&state.domain, at))
     };
     Ok(order.iter().map(winding).collect())
 }

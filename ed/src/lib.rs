@@ -67,9 +67,9 @@ mod strip_log;
 mod strips;
 mod surroundings;
 
-pub use calendar::{Agenda, Buckets, Calendar, Entry, Sorted};
+pub use calendar::{Buckets, Calendar, Entry, EventTimes, Sorted};
 pub use cells::crossings_per_collision;
-pub use checkpoint::{Checkpoint, Dissipation, Tally};
+pub use checkpoint::{Checkpoint, Dissipation, EventCounters};
 pub use contact::time_to_contact;
 pub use engine::Engine;
 pub use error::{EngineError, Touchable};

@@ -1,6 +1,6 @@
 //! Logging of the events of an engine that is a strip of a gas.
 
-use stosszahl_model::{Physics, Plane, SpinOf};
+use stosszahl_model::{ParticleModel, Plane, SpinOf};
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
@@ -11,7 +11,7 @@ use crate::strip_log::{SEAM, SeamRecord, WallImpulse, above, mixed};
 
 impl<P, Q> Engine<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Returns true if there were so many contacts that the others need not be known.
@@ -159,7 +159,7 @@ where
             count: disk.count,
             last_contact: self.last_contact.get(who as usize).copied(),
             rebounds: self.rebounds.get(who as usize).copied(),
-            winding: self.windings.get(who as usize).copied(),
+            winding: self.image_flags.get(who as usize).copied(),
             candidates: if is_beyond {
                 self.candidates_of(who)
             } else {

@@ -5,7 +5,9 @@ use nalgebra::Vector2;
 use stosszahl_model::random::Purpose;
 use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
 use stosszahl_model::walls::{Hit, Touch, Walls};
-use stosszahl_model::{CollidingPair, Field, Physics, Plane, Restitution, Sizes, State, collide};
+use stosszahl_model::{
+    CollidingPair, Field, ParticleModel, Plane, Restitution, Sizes, State, collide,
+};
 
 use crate::contact::time_to_contact;
 use crate::error::Touchable;
@@ -43,7 +45,7 @@ pub struct Contact {
 /// For each, the contact times of all pairs over many periodic images are computed, the earliest is
 /// taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N boxes away are
 /// seen: the fewer the disks, the farther one flies before it collides.
-pub fn run<P: Physics<Space = Plane>>(
+pub fn run<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     collisions: usize,
@@ -61,7 +63,7 @@ pub fn run<P: Physics<Space = Plane>>(
 
 /// Moves the gas through its next `contacts` contacts of all kinds and lists them, with walls and
 /// obstacles. Contacts with these are sought over the images of all disks.
-pub fn run_between<P: Physics<Space = Plane>>(
+pub fn run_between<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     boundaries: &Boundaries,
@@ -109,7 +111,7 @@ struct Next {
 }
 
 /// Returns the first contact of two disks. A uniform field does not affect their relative motion.
-fn next_pair<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> Option<Next> {
+fn next_pair<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> Option<Next> {
     let sizes = scene.sizes();
     let reach = [0, 1].map(|axis| {
         let boxes = 1 + (40 / state.bodies.len().max(1)) as i32;
@@ -148,7 +150,7 @@ fn next_pair<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> Option<N
 }
 
 /// Returns the first contact of a disk with a wall or an obstacle before `limit`.
-fn next_boundary<P: Physics<Space = Plane>>(
+fn next_boundary<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &State<P>,
     boundaries: &Boundaries,
@@ -200,7 +202,7 @@ fn next_boundary<P: Physics<Space = Plane>>(
 }
 
 /// Collides two disks.
-fn meet<P: Physics<Space = Plane>>(
+fn meet<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     [i, j]: [usize; 2],
@@ -235,7 +237,7 @@ fn meet<P: Physics<Space = Plane>>(
 
 /// Applies the contact of a disk with a wall or an obstacle, with the number of contacts that it
 /// had before.
-fn rebound<P: Physics<Space = Plane>>(
+fn rebound<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     boundaries: &Boundaries,

@@ -1,8 +1,8 @@
 //! Prediction of the next event of a disk, and its way from cell to cell.
 
-use stosszahl_model::{Physics, Plane, Sizes};
+use stosszahl_model::{ParticleModel, Plane, Sizes};
 
-use crate::calendar::{Agenda, Calendar, Entry};
+use crate::calendar::{Calendar, Entry, EventTimes};
 use crate::cells::NONE;
 use crate::engine::Engine;
 use crate::error::EngineError;
@@ -11,7 +11,7 @@ use crate::surroundings::Approach;
 
 impl<P, Q> Engine<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Improves the predicted contact of a disk, which is up to date, by those with disks in the
@@ -157,7 +157,7 @@ where
             if !self.domain.is_periodic(axis) {
                 return Err(self.escaped(who, axis, forward));
             }
-            if let Some(winding) = self.windings.get_mut(who as usize) {
+            if let Some(winding) = self.image_flags.get_mut(who as usize) {
                 winding[axis] = winding[axis].wrapping_add(if forward { 1 } else { -1 });
             }
         }
@@ -174,7 +174,7 @@ where
 #[cfg(test)]
 mod tests {
     use nalgebra::vector;
-    use stosszahl_model::Body;
+    use stosszahl_model::ParticleState;
 
     use crate::disk::tests::{gas, lattice};
     use crate::{Buckets, time_to_contact};
@@ -220,9 +220,9 @@ mod tests {
     fn a_contact_later_than_the_others_own_is_left_to_it() {
         for (velocity, left) in [(-1.0, true), (1.0, false)] {
             let bodies = vec![
-                Body::new(vector![10.0, 10.0], vector![0.0, 0.0]),
-                Body::new(vector![12.0, 10.0], vector![velocity, 0.0]),
-                Body::new(vector![9.9, 13.0], vector![0.0, -1.0]),
+                ParticleState::new(vector![10.0, 10.0], vector![0.0, 0.0]),
+                ParticleState::new(vector![12.0, 10.0], vector![velocity, 0.0]),
+                ParticleState::new(vector![9.9, 13.0], vector![0.0, -1.0]),
             ];
             let mut engine = gas::<Buckets>(20.0, bodies);
             let disk = |name: u32| engine.names.iter().position(|&its| its == name);

@@ -244,7 +244,7 @@ mod tests {
     fn looking_ahead_changes_nothing() {
         let mut ahead = lattice::<Buckets>(142);
         let mut plain = lattice::<Sorted>(142);
-        assert!(crate::Agenda::foresighted(&ahead.disks));
+        assert!(crate::EventTimes::foresighted(&ahead.disks));
         ahead.advance(f64::INFINITY, 5000, &mut ()).expect("time");
         plain.advance(f64::INFINITY, 5000, &mut ()).expect("time");
         assert_eq!(ahead.tally().pushes, plain.tally().pushes);

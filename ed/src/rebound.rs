@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use stosszahl_model::random::Purpose;
 use stosszahl_model::walls::Touch;
-use stosszahl_model::{Field, Physics, Plane, Rebound, Sizes, SpinOf, Surface};
+use stosszahl_model::{Field, ParticleModel, Plane, Rebound, Sizes, SpinOf, Surface};
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
@@ -20,7 +20,7 @@ const LEAST_HOP: f64 = 0.5;
 
 impl<P, Q> Engine<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Applies the contact of a disk with a wall or an obstacle; `ends` says whether there is a

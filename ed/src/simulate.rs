@@ -7,12 +7,12 @@ use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
-    Body, BoundaryFlux, Budget, Failure, Field, GrainSizes, Grains, Interrupt, Invalid, Moments,
-    Observer, Particle, Particles, Physics, Plane, RecentContacts, Shear, Simulation, Sizes,
-    Smooth, State, Surface, Vector as _, Work,
+    BoundaryFlux, Budget, Failure, Field, Grains, Interrupt, Invalid, Moments, Observer, Particle,
+    ParticleModel, ParticleState, Particles, Plane, RecentContacts, Shear, Simulation,
+    SizeDistribution, Sizes, Smooth, State, Surface, Vector as _, Work,
 };
 
-use crate::checkpoint::{Checkpoint, Dissipation, Tally};
+use crate::checkpoint::{Checkpoint, Dissipation, EventCounters};
 use crate::engine::Engine;
 use crate::error::EngineError;
 use crate::strips::{StripSettings, StripedEngine};
@@ -112,15 +112,17 @@ impl Begin<'_> {
     /// Chooses the engine for the kinds of disks that differ in the data stored for a disk.
     fn choose(self, grains: &Grains, count: usize) -> Result<Box<dyn Simulation>, EngineError> {
         match (&grains.sizes, grains.rough) {
-            (GrainSizes::Equal(sizes), None) if grains.shear_rate.is_some() => {
+            (SizeDistribution::Equal(sizes), None) if grains.shear_rate.is_some() => {
                 self.run(grains.sheared_smooth(*sizes)?)
             }
             (_, Some(rough)) if grains.shear_rate.is_some() => {
                 self.run(grains.sheared(rough, count)?)
             }
             (_, None) if grains.shear_rate.is_some() => self.run(grains.sheared(Smooth, count)?),
-            (GrainSizes::Equal(sizes), _) if grains.is_plain() => self.run(grains.plain(*sizes)),
-            (GrainSizes::Each(sizes), _) if grains.is_plain() => {
+            (SizeDistribution::Equal(sizes), _) if grains.is_plain() => {
+                self.run(grains.plain(*sizes))
+            }
+            (SizeDistribution::Each(sizes), _) if grains.is_plain() => {
                 self.run(grains.plain(sizes.clone()))
             }
             (_, Some(rough)) => self.run(grains.scene(rough, count)?),
@@ -128,13 +130,16 @@ impl Begin<'_> {
         }
     }
 
-    fn run<P: Physics<Space = Plane>>(self, scene: P) -> Result<Box<dyn Simulation>, EngineError> {
+    fn run<P: ParticleModel<Space = Plane>>(
+        self,
+        scene: P,
+    ) -> Result<Box<dyn Simulation>, EngineError> {
         let (checkpoint, stops, origin) = match self.from {
             Source::Start(start) => {
                 let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;
                 let flow = (P::Field::SHEARED).then(|| Shear::new(scene.field().shear_rate()));
                 let domain = domain.sheared(flow.transpose()?)?;
-                let body = |particle: &Particle| Body {
+                let body = |particle: &Particle| ParticleState {
                     position: flat(particle.position),
                     velocity: flat(particle.velocity),
                     spin: <P::Surface as Surface<Plane>>::spin_of(particle.spin),
@@ -193,7 +198,7 @@ fn flat(vector: Vector3<f64>) -> Vector2<f64> {
 /// stops at the requested times. A checkpoint there holds that of the beginning of the leg and
 /// these times: a run that resumes from it repeats the leg up to there, to the same bytes. The
 /// stops have no influence on the trajectory.
-struct Disks<P: Physics<Space = Plane>> {
+struct Disks<P: ParticleModel<Space = Plane>> {
     scene: P,
     dissipation: Dissipation,
     boundaries: Boundaries,
@@ -213,13 +218,13 @@ struct Disks<P: Physics<Space = Plane>> {
 }
 
 /// Storage of the gas: a checkpoint, or an engine.
-enum Stage<P: Physics<Space = Plane>> {
+enum Stage<P: ParticleModel<Space = Plane>> {
     Between(Box<Checkpoint<P>>),
     Flying(Box<StripedEngine<P>>, Option<Box<Leg<P>>>),
 }
 
 /// Leg in progress.
-struct Leg<P: Physics> {
+struct Leg<P: ParticleModel> {
     from: Checkpoint<P>,
     /// Times that were reached since its begin.
     stops: Vec<f64>,
@@ -233,8 +238,8 @@ type Kept<'a, P> = (
     Cow<'a, [Vector2<f64>]>,
 );
 
-impl<P: Physics<Space = Plane>> Disks<P> {
-    fn tally(&self) -> Tally {
+impl<P: ParticleModel<Space = Plane>> Disks<P> {
+    fn tally(&self) -> EventCounters {
         match &self.stage {
             Stage::Between(gas) => gas.tally,
             Stage::Flying(striped, _) => striped.engine().tally(),
@@ -364,7 +369,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     }
 
     /// Changes velocities from outside; the balance of a shear flow gets the energy supplied.
-    fn drive(&mut self, change: impl FnOnce(&mut [Body<P>])) {
+    fn drive(&mut self, change: impl FnOnce(&mut [ParticleState<P>])) {
         self.collapse = None;
         let scene = self.scene.clone();
         let gas = self.land();
@@ -408,7 +413,7 @@ impl<P: Physics<Space = Plane>> Disks<P> {
     }
 }
 
-impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
+impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
     fn time(&self) -> f64 {
         match &self.stage {
             Stage::Between(gas) => gas.state.time,
@@ -450,11 +455,11 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         })
     }
 
-    fn stop_on(&mut self, interrupt: &Interrupt) {
+    fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    fn pause_on(&mut self, pause: &Interrupt) {
+    fn set_pause_flag(&mut self, pause: &Interrupt) {
         self.pause = Some(pause.clone());
     }
 
@@ -558,13 +563,13 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         }
     }
 
-    fn follow_displacements(&mut self) -> bool {
+    fn track_displacements(&mut self) -> bool {
         // Displacements would have to be told from the flow.
         if P::Field::SHEARED {
             return false;
         }
         let gas = self.land();
-        gas.windings = vec![[0; 2]; gas.state.bodies.len()];
+        gas.image_flags = vec![[0; 2]; gas.state.bodies.len()];
         self.origin = gas.state.bodies.iter().map(|body| body.position).collect();
         true
     }
@@ -575,8 +580,13 @@ impl<P: Physics<Space = Plane>> Simulation for Disks<P> {
         }
         let gas = self.now();
         let sides = gas.state.domain.lengths();
-        let disks = gas.state.bodies.iter().zip(&gas.windings).zip(&self.origin);
-        let way = |((body, winding), origin): ((&Body<P>, &[i32; 2]), &Vector2<f64>)| {
+        let disks = gas
+            .state
+            .bodies
+            .iter()
+            .zip(&gas.image_flags)
+            .zip(&self.origin);
+        let way = |((body, winding), origin): ((&ParticleState<P>, &[i32; 2]), &Vector2<f64>)| {
             let turns = vector![f64::from(winding[0]), f64::from(winding[1])];
             (body.position - origin + turns.component_mul(&sides)).spatial()
         };

@@ -1,7 +1,7 @@
 //! Checks of the start of the engine.
 
 use stosszahl_model::walls::{Face, Walls};
-use stosszahl_model::{Domain, Field, Physics, Plane, Sizes, State, Surface};
+use stosszahl_model::{Domain, Field, ParticleModel, Plane, Sizes, State, Surface};
 
 use crate::checkpoint::Checkpoint;
 use crate::error::{EngineError, POSITION, Touchable};
@@ -11,7 +11,7 @@ use crate::surroundings::{Boundaries, FACES, above, images, overlap_of};
 pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// Checks that the engine can start from a checkpoint.
-pub(crate) fn check<P: Physics<Space = Plane>>(
+pub(crate) fn check<P: ParticleModel<Space = Plane>>(
     scene: &P,
     start: &Checkpoint<P>,
     diameter: f64,
@@ -29,7 +29,7 @@ pub(crate) fn check<P: Physics<Space = Plane>>(
     if found != rate {
         return Err(EngineError::UnlikeFlow { found, rate });
     }
-    if P::Field::SHEARED && !start.windings.is_empty() {
+    if P::Field::SHEARED && !start.image_flags.is_empty() {
         return Err(EngineError::FlagsInFlow);
     }
     let lengths = state.domain.lengths();
@@ -125,7 +125,7 @@ fn reach(walls: &Walls<Plane>, axis: usize, side: usize) -> f64 {
 }
 
 /// Checks that all disks are outside walls and obstacles.
-pub(crate) fn check_overlaps<P: Physics<Space = Plane>>(
+pub(crate) fn check_overlaps<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &State<P>,
     boundaries: &Boundaries,

@@ -4,10 +4,10 @@
 use std::ops::Range;
 
 use nalgebra::Vector2;
-use stosszahl_model::{Physics, Plane, SpinOf};
+use stosszahl_model::{ParticleModel, Plane, SpinOf};
 
 use crate::cells::Cell;
-use crate::checkpoint::Tally;
+use crate::checkpoint::EventCounters;
 use crate::collapse::ContactInfo;
 use crate::image_flags::ImageFlags;
 
@@ -96,7 +96,7 @@ pub(crate) struct WallImpulse {
 
 /// Events of one strip in one window of time, for comparison with its neighbours and for the merge.
 #[derive(Debug)]
-pub(crate) struct StripLog<P: Physics> {
+pub(crate) struct StripLog<P: ParticleModel> {
     /// Rows of the strip. Events in its core count here; those in its halos are simulated twice.
     pub(crate) place: StripRows,
     /// Lower and upper edge of the core, where there is a neighbour.
@@ -132,10 +132,10 @@ pub(crate) struct StripLog<P: Physics> {
     /// True if the event counts here.
     pub(crate) owns: bool,
     /// Work done before the event.
-    pub(crate) tally: Tally,
+    pub(crate) tally: EventCounters,
 }
 
-impl<P: Physics<Space = Plane>> StripLog<P> {
+impl<P: ParticleModel<Space = Plane>> StripLog<P> {
     pub(crate) fn new(place: &StripRows, rows_in_box: usize) -> Self {
         let rows = [place.core.start, place.core.end];
         let edge = |side: usize| {
@@ -163,7 +163,7 @@ impl<P: Physics<Space = Plane>> StripLog<P> {
             near: false,
             row: 0,
             owns: true,
-            tally: Tally::default(),
+            tally: EventCounters::default(),
         };
         let is_near = |row: i32| {
             let mut edges = window.edges.iter().flatten();
@@ -195,7 +195,7 @@ impl<P: Physics<Space = Plane>> StripLog<P> {
     }
 }
 
-impl<P: Physics> StripLog<P> {
+impl<P: ParticleModel> StripLog<P> {
     pub(crate) fn log(&mut self, latest: &ContactInfo, is_negligible: Option<bool>) {
         self.contacts.push(LoggedContact {
             now: latest.now,

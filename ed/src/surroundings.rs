@@ -104,7 +104,7 @@ struct Part {
 
 /// Boundaries, and the table of those near each cell.
 #[derive(Debug)]
-pub(crate) struct Surroundings {
+pub(crate) struct BoundaryGeometry {
     pub(crate) boundaries: Boundaries,
     units: Units,
     near: Vec<Near>,
@@ -112,7 +112,7 @@ pub(crate) struct Surroundings {
     parts: Vec<Part>,
 }
 
-impl Surroundings {
+impl BoundaryGeometry {
     /// Creates the table for a grid; obstacles are known to be inside the box.
     pub(crate) fn new(
         boundaries: Boundaries,

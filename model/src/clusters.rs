@@ -32,9 +32,9 @@ impl Clusters {
         Invalid::unless_positive("radius of a monomer", radius)?;
         Invalid::unless_positive("mass of a monomer", mass)?;
         let dimensions = (2..=3).contains(&dimension);
-        Invalid::unless(dimensions, "dimension", dimension as f64, "2 or 3")?;
+        Invalid::require(dimensions, "dimension", dimension as f64, "2 or 3")?;
         let occupied = !start.contains(&0);
-        Invalid::unless(
+        Invalid::require(
             occupied,
             "number of monomers of a cluster",
             0.0,

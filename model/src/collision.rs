@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::colliding_pair::{CollidingPair, PostCollision};
-use crate::physics::{Physics, SpinOf, VectorOf};
+use crate::physics::{ParticleModel, SpinOf, VectorOf};
 use crate::restitution::Separation;
 use crate::space::Vector;
 use crate::surface::Surface;
@@ -151,7 +151,7 @@ impl Collision {
 ///
 /// What is tangential is the [`Surface`]'s.
 #[inline]
-pub fn collide<P: Physics>(
+pub fn collide<P: ParticleModel>(
     scene: &P,
     pair: &CollidingPair<VectorOf<P>, SpinOf<P>>,
     law: impl Into<Separation>,

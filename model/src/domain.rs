@@ -42,7 +42,7 @@ impl<S: Space> Domain<S> {
         if let Some(shear) = shear {
             let is_periodic = self.is_periodic(0) && self.is_periodic(1);
             let allowed = "in a box that is periodic along the first two axes";
-            Invalid::unless(is_periodic, "shear rate", shear.rate, allowed)?;
+            Invalid::require(is_periodic, "shear rate", shear.rate, allowed)?;
         }
         let images = self.images.sheared(shear);
         Ok(Self { images })

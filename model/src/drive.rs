@@ -22,7 +22,7 @@
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::invalid::Invalid;
-use crate::physics::{Physics, VectorOf};
+use crate::physics::{ParticleModel, VectorOf};
 use crate::random::{Purpose, Streams};
 use crate::sizes::Sizes;
 use crate::space::Space;
@@ -66,7 +66,7 @@ impl Drive {
     /// particles in a gas, each component has the variance `2 heating interval/(D m) . N/(N - 1)`,
     /// where the last factor makes up for what the mean takes away, by the share of its mass from
     /// each. A particle alone stays as it is.
-    pub fn kicks<P: Physics>(
+    pub fn kicks<P: ParticleModel>(
         self,
         scene: &P,
         particles: usize,
@@ -87,7 +87,7 @@ impl Drive {
                 let index = copy * size + place;
                 let mass = sizes.mass(sizes.tag(index));
                 let spread = (2.0 * energy / (P::Space::DIMENSION as f64 * mass)).sqrt();
-                let mut stream = streams.at(Purpose::Kicks, [number, index as u64]);
+                let mut stream = streams.at(Purpose::StochasticDrive, [number, index as u64]);
                 for axis in 0..P::Space::DIMENSION {
                     let normal: f64 = StandardNormal.sample(&mut stream);
                     kick[axis] = spread * normal;

@@ -62,7 +62,7 @@ impl<S: Space> Gravity<S> {
     pub fn new(acceleration: S::Vector) -> Result<Self, Invalid> {
         for axis in 0..S::DIMENSION {
             let found = acceleration[axis];
-            Invalid::unless(found.is_finite(), "acceleration", found, "finite numbers")?;
+            Invalid::require(found.is_finite(), "acceleration", found, "finite numbers")?;
         }
         Ok(Self { acceleration })
     }

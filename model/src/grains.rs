@@ -17,7 +17,7 @@ use crate::surface::{Rough, Smooth, Surface};
 
 /// Radii and masses of all particles.
 #[derive(Clone, Debug, PartialEq)]
-pub enum GrainSizes {
+pub enum SizeDistribution {
     /// One radius and one mass for all.
     Equal(Monodisperse),
     /// Radius and mass of each particle.
@@ -30,7 +30,7 @@ pub enum GrainSizes {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grains {
     /// Radii \[length\] and masses.
-    pub sizes: GrainSizes,
+    pub sizes: SizeDistribution,
     /// The normal contact law.
     pub restitution: Law,
     /// The tangential contact law; none for smooth particles, which do not spin.
@@ -47,7 +47,7 @@ impl Grains {
     /// Creates smooth particles of one radius \[length\] and mass in a periodic box.
     pub fn equal(radius: f64, mass: f64, restitution: impl Into<Law>) -> Self {
         Self {
-            sizes: GrainSizes::Equal(Monodisperse { radius, mass }),
+            sizes: SizeDistribution::Equal(Monodisperse { radius, mass }),
             restitution: restitution.into(),
             rough: None,
             gravity: None,
@@ -64,9 +64,9 @@ impl Grains {
             count,
         };
         match &self.sizes {
-            GrainSizes::Species(species) => Ok(species.clone()),
-            GrainSizes::Equal(one) => Species::new(vec![kind(one.radius, one.mass, count)]),
-            GrainSizes::Each(all) => {
+            SizeDistribution::Species(species) => Ok(species.clone()),
+            SizeDistribution::Equal(one) => Species::new(vec![kind(one.radius, one.mass, count)]),
+            SizeDistribution::Each(all) => {
                 let pairs = all.pairs().iter();
                 let each = pairs.map(|&(radius, mass)| kind(radius, mass, 1));
                 let numbers = (0..all.pairs().len()).map(|index| all.kind(all.tag(index)));
@@ -131,7 +131,7 @@ impl Grains {
         let rate = self.shear_rate.unwrap_or_default();
         let is_alone = self.gravity.is_none() && !self.is_bounded;
         let allowed = "a periodic box without gravity, walls and obstacles";
-        Invalid::unless(is_alone, "shear rate", rate, allowed)?;
+        Invalid::require(is_alone, "shear rate", rate, allowed)?;
         Sheared::new(rate)
     }
 

@@ -27,7 +27,7 @@ impl Shear {
     /// [`Invalid`] if the rate is zero or not finite.
     pub fn new(rate: f64) -> Result<Self, Invalid> {
         let is_rate = rate.is_finite() && rate != 0.0;
-        Invalid::unless(is_rate, "shear rate", rate, "finite and not 0")?;
+        Invalid::require(is_rate, "shear rate", rate, "finite and not 0")?;
         Ok(Self { rate, offset: 0.0 })
     }
 }

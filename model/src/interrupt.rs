@@ -86,7 +86,7 @@ impl Interruption {
     }
 
     /// Sets the interrupt that asks for a pause, after which work can resume.
-    pub fn pause_on(&mut self, pause: &Interrupt) {
+    pub fn set_pause_flag(&mut self, pause: &Interrupt) {
         self.pause = pause.clone();
     }
 

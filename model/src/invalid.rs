@@ -1,10 +1,10 @@
 //! Error of constructors that are given a number out of range.
 
-use crate::brief;
+use crate::format_short;
 
 /// Number that a law, a size or a box cannot have.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{quantity} is {found}; allowed: {allowed}", found = brief(*found))]
+#[error("{quantity} is {found}; allowed: {allowed}", found = format_short(*found))]
 #[non_exhaustive]
 pub struct Invalid {
     /// Name of the quantity.
@@ -29,7 +29,7 @@ impl Invalid {
     ///
     /// # Errors
     /// [`Invalid`] unless `is_allowed`.
-    pub fn unless(
+    pub fn require(
         is_allowed: bool,
         quantity: &'static str,
         found: f64,
@@ -47,7 +47,7 @@ impl Invalid {
     /// # Errors
     /// [`Invalid`] for all others.
     pub fn unless_positive(quantity: &'static str, found: f64) -> Result<f64, Self> {
-        Self::unless(
+        Self::require(
             found > 0.0 && found.is_finite(),
             quantity,
             found,

@@ -11,7 +11,7 @@
 //!
 //! Each choice that changes what is stored per particle, or the arithmetic of each candidate pair,
 //! is one small trait ([`Space`], [`Surface`], [`Restitution`], [`Sizes`], [`Field`]); one struct,
-//! [`Scene`], bundles them, and engines name the single bound [`Physics`]. Code therefore grows
+//! [`Scene`], bundles them, and engines name the single bound [`ParticleModel`]. Code therefore grows
 //! with the sum of the options. Two alternatives lost: a feature flag for the dimension marks every
 //! line that touches a vector, and an enum around generic parts is decided again at every
 //! collision.
@@ -22,7 +22,6 @@
 //! mass and the initial temperature are one; nothing here relies on it except where a comment says
 //! so.
 
-mod brief;
 pub mod clusters;
 pub mod colliding_pair;
 pub mod collision;
@@ -30,6 +29,7 @@ pub mod domain;
 pub mod drive;
 pub mod exact;
 pub mod field;
+mod format_short;
 pub mod grains;
 pub mod images;
 pub mod initial;
@@ -56,7 +56,6 @@ pub mod surface;
 pub mod transport;
 pub mod walls;
 
-pub use brief::brief;
 pub use clusters::Clusters;
 pub use colliding_pair::{CollidingPair, PostCollision};
 pub use collision::{Collision, bounce, collide};
@@ -64,14 +63,15 @@ pub use domain::Domain;
 pub use drive::Drive;
 pub use exact::Exact;
 pub use field::{Field, Free, Gravity, Sheared};
-pub use grains::{GrainSizes, Grains};
+pub use format_short::format_short;
+pub use grains::{Grains, SizeDistribution};
 pub use images::{Image, Images, Shear};
 pub use interrupt::Interrupt;
 pub use invalid::Invalid;
 pub use message_units::MessageUnits;
 pub use observer::{EachCollision, Observer, Recorder};
 pub use particle::Particle;
-pub use physics::{Physics, Scene, SpinOf, VectorOf};
+pub use physics::{ParticleModel, Scene, SpinOf, VectorOf};
 pub use recent_contacts::RecentContacts;
 pub use restitution::{
     Constant, DeltaModel, Law, Material, PerPair, Restitution, Separation, Viscoelastic,
@@ -81,7 +81,7 @@ pub use simulation::{BoundaryFlux, Budget, Census, Failure, Moments, Particles, 
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};
 pub use species::{Grouping, Kind, Species};
-pub use state::{Body, State};
-pub use sum::{Adds, Sum};
+pub use state::{ParticleState, State};
+pub use sum::{ParticleReduction, Sum};
 pub use surface::{Rough, Smooth, Surface};
 pub use walls::{Face, Rebound, Wall, Walls};

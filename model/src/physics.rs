@@ -1,4 +1,4 @@
-//! Trait bound of all engines, [`Physics`], and the struct [`Scene`] that meets it.
+//! Trait bound of all engines, [`ParticleModel`], and the struct [`Scene`] that meets it.
 
 use std::fmt::Debug;
 
@@ -9,7 +9,7 @@ use crate::space::Space;
 use crate::surface::Surface;
 
 /// Everything physical that an engine must know at compile time.
-pub trait Physics: Clone + Debug + Send + Sync + 'static {
+pub trait ParticleModel: Clone + Debug + Send + Sync + 'static {
     /// Dimension.
     type Space: Space;
     /// Tangential contact law.
@@ -35,9 +35,9 @@ pub trait Physics: Clone + Debug + Send + Sync + 'static {
 }
 
 /// Vector of positions and velocities of a physics.
-pub type VectorOf<P> = <<P as Physics>::Space as Space>::Vector;
+pub type VectorOf<P> = <<P as ParticleModel>::Space as Space>::Vector;
 /// Spin of a particle of a physics; `()` for smooth particles.
-pub type SpinOf<P> = <<P as Physics>::Surface as Surface<<P as Physics>::Space>>::Spin;
+pub type SpinOf<P> = <<P as ParticleModel>::Surface as Surface<<P as ParticleModel>::Space>>::Spin;
 
 /// Dimension, contact laws, sizes and field of a gas, bundled.
 ///
@@ -66,7 +66,7 @@ pub struct Scene<S, C, R, Z, F> {
     pub field: F,
 }
 
-impl<S, C, R, Z, F> Physics for Scene<S, C, R, Z, F>
+impl<S, C, R, Z, F> ParticleModel for Scene<S, C, R, Z, F>
 where
     S: Space,
     C: Surface<S>,

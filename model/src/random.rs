@@ -28,7 +28,7 @@ pub enum Purpose {
     /// Collisions in cells; addressed by step and cell.
     Collisions = 5,
     /// Kicks of a drive; addressed by the number of the kick and the particle.
-    Kicks = 6,
+    StochasticDrive = 6,
     /// Pair selection and contacts of a gas without positions.
     Pairs = 7,
     /// Rebounds from thermal walls.
@@ -183,7 +183,7 @@ mod tests {
     /// Short streams give the bits of the generator of another crate.
     #[test]
     fn short_streams_are_xoroshiro128() {
-        let mut stream = Streams::new(1, 0).at(Purpose::Kicks, [0, 0]);
+        let mut stream = Streams::new(1, 0).at(Purpose::StochasticDrive, [0, 0]);
         let drawn = (0..1000).map(|_| stream.random());
         for words in [[0, 0], [0, 1], [1, 0]].into_iter().chain(drawn) {
             let mut short = ShortStream::new(words);
@@ -226,7 +226,7 @@ mod tests {
         assert_eq!(reference, draw(1, Purpose::Collisions, 5, 9));
         for other in [
             draw(2, Purpose::Collisions, 5, 9),
-            draw(1, Purpose::Kicks, 5, 9),
+            draw(1, Purpose::StochasticDrive, 5, 9),
             draw(1, Purpose::Collisions, 9, 5),
             draw(1, Purpose::Collisions, 5, 10),
         ] {

@@ -18,13 +18,13 @@ use crate::images::Images;
 use crate::interrupt::Interrupt;
 use crate::observer::Observer;
 use crate::particle::Particle;
-use crate::physics::Physics;
+use crate::physics::ParticleModel;
 use crate::recent_contacts::RecentContacts;
 use crate::sizes::Sizes as _;
 use crate::snapshot::Fingerprint;
 use crate::space::{Space, Vector as _, Volume};
 use crate::state::State;
-use crate::sum::{Adds, Sum};
+use crate::sum::{ParticleReduction, Sum};
 use crate::walls::Ledger;
 
 /// All particles at one time: the input of measurements and the start of engines.
@@ -52,7 +52,7 @@ impl Particles {
     pub fn moments(&self) -> Moments {
         let mut moments = Moments::default();
         for particle in &self.all {
-            Adds::add(&mut moments, particle);
+            ParticleReduction::add(&mut moments, particle);
         }
         moments
     }
@@ -81,7 +81,7 @@ pub struct Moments {
 
 impl Moments {
     /// Moments of the bodies of a state.
-    pub fn of_state<P: Physics>(scene: &P, state: &State<P>) -> Self {
+    pub fn of_state<P: ParticleModel>(scene: &P, state: &State<P>) -> Self {
         let (sizes, mut moments) = (scene.sizes(), Self::default());
         for (index, body) in state.bodies.iter().enumerate() {
             moments.add(1.0, sizes.mass(sizes.tag(index)) * body.velocity.square());
@@ -109,7 +109,7 @@ impl Moments {
     }
 }
 
-impl Adds for Moments {
+impl ParticleReduction for Moments {
     const NAME: &'static str = "moments";
 
     fn add(&mut self, particle: &Particle) {
@@ -138,7 +138,7 @@ pub enum Budget {
     Collisions(u64),
 }
 
-/// Collisions between two checks of [`Simulation::pause_on`], of engines that go from collision to
+/// Collisions between two checks of [`Simulation::set_pause_flag`], of engines that go from collision to
 /// collision.
 const BETWEEN_PAUSES: u64 = 50_000;
 
@@ -261,13 +261,13 @@ pub trait Simulation: Send {
     ) -> Result<bool, Failure>;
 
     /// Sets an interrupt that ends [`Self::advance`] early; it is checked several times a second.
-    fn stop_on(&mut self, interrupt: &Interrupt);
+    fn set_stop_flag(&mut self, interrupt: &Interrupt);
 
     /// Sets an interrupt that ends [`Self::advance`] early, between two collisions or steps: the
     /// gas is then whole and can be advanced again. A pause changes no number: the next advance to
     /// the same time ends with the bytes of a run without a pause, unless the gas is changed in
     /// between. A checkpoint of a paused Monte Carlo gas continues with other random numbers.
-    fn pause_on(&mut self, pause: &Interrupt);
+    fn set_pause_flag(&mut self, pause: &Interrupt);
 
     /// Sets the number of threads among which [`Self::advance`] may share its work, where that
     /// pays. No number depends on it. Monte Carlo always uses all threads of the pool.
@@ -284,7 +284,7 @@ pub trait Simulation: Send {
     fn particles(&self) -> Particles;
 
     /// Adds all particles to an empty sum, on all processes.
-    fn add_up(&self, sum: &mut dyn Sum) {
+    fn reduce_particles(&self, sum: &mut dyn Sum) {
         self.visit(&mut |particle| sum.add(particle));
         sum.close(0);
     }
@@ -292,14 +292,14 @@ pub trait Simulation: Send {
     /// Adds all particles to an empty sum that also needs neighbours up to a distance `reach`
     /// \[length\], with one group for each strip of the box. Particles of weight zero are not in
     /// the strip, but near it. Only positions and weights are given.
-    fn add_up_near(&self, _reach: f64, sum: &mut dyn Sum) {
-        self.add_up(sum);
+    fn reduce_neighbourhoods(&self, _reach: f64, sum: &mut dyn Sum) {
+        self.reduce_particles(sum);
     }
 
     /// Returns the moments of the velocities.
     fn moments(&self) -> Moments {
         let mut moments = Moments::default();
-        self.add_up(&mut moments);
+        self.reduce_particles(&mut moments);
         moments
     }
 
@@ -355,11 +355,11 @@ pub trait Simulation: Send {
     fn bytes(&self) -> usize;
 
     /// Starts to track displacements from now on; false if this engine cannot.
-    fn follow_displacements(&mut self) -> bool {
+    fn track_displacements(&mut self) -> bool {
         false
     }
 
-    /// Displacement of each particle since [`Self::follow_displacements`], across the edges of the
+    /// Displacement of each particle since [`Self::track_displacements`], across the edges of the
     /// box, in the order of [`Self::particles`] \[length\].
     fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
         None

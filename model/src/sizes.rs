@@ -105,7 +105,7 @@ impl Polydisperse {
     /// # Errors
     /// [`Invalid`] if a value is not positive and finite, or there is none.
     pub fn new(sizes: Vec<(f64, f64)>) -> Result<Self, Invalid> {
-        Invalid::unless(!sizes.is_empty(), "number of sizes", 0.0, "at least 1")?;
+        Invalid::require(!sizes.is_empty(), "number of sizes", 0.0, "at least 1")?;
         for &(radius, mass) in &sizes {
             Invalid::unless_positive("radius", radius)?;
             Invalid::unless_positive("mass", mass)?;
@@ -127,7 +127,7 @@ impl Polydisperse {
     pub fn of_kinds(self, kinds: Vec<u32>) -> Result<Self, Invalid> {
         let (found, complete) = (kinds.len() as f64, kinds.len() == self.sizes.len());
         let allowed = "one for each particle";
-        Invalid::unless(complete, "number of species of particles", found, allowed)?;
+        Invalid::require(complete, "number of species of particles", found, allowed)?;
         Ok(Self {
             kinds: Some(kinds.into()),
             ..self

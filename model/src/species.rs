@@ -43,7 +43,7 @@ impl Species {
     pub fn new(kinds: Vec<Kind>) -> Result<Self, Invalid> {
         let some = !kinds.is_empty() && u32::try_from(kinds.len()).is_ok();
         let found = kinds.len() as f64;
-        Invalid::unless(some, "number of species", found, "1 to 4294967295")?;
+        Invalid::require(some, "number of species", found, "1 to 4294967295")?;
         let mut first = vec![0_usize];
         let mut total = 0_usize;
         for kind in &kinds {
@@ -53,7 +53,7 @@ impl Species {
             first.push(total);
         }
         let few = u32::try_from(total).is_ok();
-        Invalid::unless(
+        Invalid::require(
             few,
             "number of particles",
             total as f64,
@@ -78,7 +78,7 @@ impl Species {
     pub fn of_kinds(self, numbers: Vec<u32>) -> Result<Self, Invalid> {
         let (found, complete) = (numbers.len() as f64, numbers.len() == self.kinds.len());
         let allowed = "one for each entry";
-        Invalid::unless(complete, "number of species of entries", found, allowed)?;
+        Invalid::require(complete, "number of species of entries", found, allowed)?;
         Ok(Self {
             numbers: numbers.into(),
             ..self

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::domain::Domain;
-use crate::physics::{Physics, SpinOf, VectorOf};
+use crate::physics::{ParticleModel, SpinOf, VectorOf};
 use crate::sizes::Sizes;
 use crate::space::{Space, Vector};
 use crate::surface::Surface;
@@ -11,7 +11,7 @@ use crate::surface::Surface;
 /// One particle. Engines keep working storage of their own; this is the form that they exchange.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Body<P: Physics> {
+pub struct ParticleState<P: ParticleModel> {
     /// Position \[length\], inside the domain.
     pub position: VectorOf<P>,
     /// Velocity \[length/time\].
@@ -20,7 +20,7 @@ pub struct Body<P: Physics> {
     pub spin: SpinOf<P>,
 }
 
-impl<P: Physics> Body<P> {
+impl<P: ParticleModel> ParticleState<P> {
     /// Creates a particle that does not spin.
     pub fn new(position: VectorOf<P>, velocity: VectorOf<P>) -> Self {
         Self {
@@ -36,20 +36,20 @@ impl<P: Physics> Body<P> {
     clippy::expl_impl_clone_on_copy,
     reason = "a derived Clone would demand `P: Clone`"
 )]
-impl<P: Physics> Clone for Body<P> {
+impl<P: ParticleModel> Clone for ParticleState<P> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<P: Physics> Copy for Body<P> {}
-impl<P: Physics> PartialEq for Body<P> {
+impl<P: ParticleModel> Copy for ParticleState<P> {}
+impl<P: ParticleModel> PartialEq for ParticleState<P> {
     fn eq(&self, other: &Self) -> bool {
         self.position == other.position
             && self.velocity == other.velocity
             && self.spin == other.spin
     }
 }
-impl<P: Physics> std::fmt::Debug for Body<P> {
+impl<P: ParticleModel> std::fmt::Debug for ParticleState<P> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Body")
             .field("position", &self.position)
@@ -62,16 +62,16 @@ impl<P: Physics> std::fmt::Debug for Body<P> {
 /// All particles at one time, in one domain.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct State<P: Physics> {
+pub struct State<P: ParticleModel> {
     /// Time of the state \[time\].
     pub time: f64,
     /// Box of the gas, with its periodicity.
     pub domain: Domain<P::Space>,
     /// Particles; their sizes are found by their index here.
-    pub bodies: Vec<Body<P>>,
+    pub bodies: Vec<ParticleState<P>>,
 }
 
-impl<P: Physics> Clone for State<P> {
+impl<P: ParticleModel> Clone for State<P> {
     fn clone(&self) -> Self {
         Self {
             time: self.time,
@@ -81,7 +81,7 @@ impl<P: Physics> Clone for State<P> {
     }
 }
 
-impl<P: Physics> State<P> {
+impl<P: ParticleModel> State<P> {
     /// Total kinetic energy, sum of m v^2/2 \[energy\].
     pub fn kinetic_energy(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();

@@ -1,6 +1,6 @@
 //! Sums over the particles of a gas, independent of the processes and threads that hold them.
 //!
-//! A gas shows its particles in groups ([`Simulation::add_up`](crate::Simulation::add_up)). Which
+//! A gas shows its particles in groups ([`Simulation::reduce_particles`](crate::Simulation::reduce_particles)). Which
 //! particles form a group, their order in it and its number do not depend on how many processes or
 //! threads hold the gas; the order of groups may. So within a group numbers are added as usual, and
 //! groups are combined independently of their order: exactly ([`Totals`]), in the order of their
@@ -14,7 +14,7 @@ use crate::particle::Particle;
 
 /// Sum of some kind, which engines fill. An empty one tells another process which sum to make, so
 /// its options are part of it.
-pub trait Adds: Serialize + DeserializeOwned {
+pub trait ParticleReduction: Serialize + DeserializeOwned {
     /// Name of the kind of sum, by which another process knows it.
     const NAME: &'static str;
 
@@ -28,15 +28,15 @@ pub trait Adds: Serialize + DeserializeOwned {
     fn merge(&mut self, other: Self);
 }
 
-/// Object-safe form of [`Adds`], as an engine uses it.
+/// Object-safe form of [`ParticleReduction`], as an engine uses it.
 pub trait Sum {
     /// Name of the kind of sum.
     fn name(&self) -> &'static str;
 
-    /// Calls [`Adds::add`].
+    /// Calls [`ParticleReduction::add`].
     fn add(&mut self, particle: &Particle);
 
-    /// Calls [`Adds::close`].
+    /// Calls [`ParticleReduction::close`].
     fn close(&mut self, group: u32);
 
     /// Serialises the options and content of the sum, for another process.
@@ -46,17 +46,17 @@ pub trait Sum {
     fn add_saved(&mut self, bytes: &[u8]) -> bool;
 }
 
-impl<T: Adds> Sum for T {
+impl<T: ParticleReduction> Sum for T {
     fn name(&self) -> &'static str {
         T::NAME
     }
 
     fn add(&mut self, particle: &Particle) {
-        Adds::add(self, particle);
+        ParticleReduction::add(self, particle);
     }
 
     fn close(&mut self, group: u32) {
-        Adds::close(self, group);
+        ParticleReduction::close(self, group);
     }
 
     fn save(&self) -> Vec<u8> {
@@ -75,7 +75,7 @@ impl<T: Adds> Sum for T {
 pub type Make = fn(&str, &[u8]) -> Option<Box<dyn Sum>>;
 
 /// Restores a sum of the kind `T`: the [`Make`] of one kind.
-pub fn made<T: Adds + 'static>(name: &str, bytes: &[u8]) -> Option<Box<dyn Sum>> {
+pub fn made<T: ParticleReduction + 'static>(name: &str, bytes: &[u8]) -> Option<Box<dyn Sum>> {
     if name != T::NAME {
         return None;
     }
@@ -220,7 +220,7 @@ mod tests {
         }
     }
 
-    impl Adds for Both {
+    impl ParticleReduction for Both {
         const NAME: &'static str = "both";
 
         fn add(&mut self, particle: &Particle) {

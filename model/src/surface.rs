@@ -142,13 +142,13 @@ impl Rough {
     /// # Errors
     /// [`Invalid`] outside these ranges.
     pub fn new(tangential_restitution: f64, inertia: f64) -> Result<Self, Invalid> {
-        Invalid::unless(
+        Invalid::require(
             (-1.0..=1.0).contains(&tangential_restitution),
             "coefficient of tangential restitution",
             tangential_restitution,
             "-1 to 1",
         )?;
-        Invalid::unless(
+        Invalid::require(
             inertia > 0.0 && inertia <= 1.0,
             "moment of inertia over m R^2",
             inertia,

@@ -13,7 +13,7 @@ use stosszahl_case::{Bundle, CaseFile};
 use stosszahl_report::{ReportError, write_held_report, write_report};
 use stosszahl_results::{Existing, Manifest, Stored, Sweep};
 use stosszahl_study::plan::available_threads;
-use stosszahl_study::{Gauge, Options, Progress, format, run_case};
+use stosszahl_study::{Options, Progress, ProgressEstimate, format, run_case};
 
 use crate::error::{Raise, raised};
 use crate::wait::{Messages, Stop, wait};
@@ -112,7 +112,7 @@ struct Seen(Mutex<Far>);
 /// Progress: the work of each point that has begun, the number of collisions, and notes.
 #[derive(Default)]
 struct Far {
-    points: Vec<Option<Gauge>>,
+    points: Vec<Option<ProgressEstimate>>,
     collisions: u64,
     notes: Vec<String>,
 }
@@ -124,7 +124,7 @@ impl Seen {
 }
 
 impl Progress for Seen {
-    fn begin(&self, point: usize, _name: &str, work: Gauge) {
+    fn begin(&self, point: usize, _name: &str, work: ProgressEstimate) {
         let points = &mut self.lock().points;
         if points.len() <= point {
             points.resize_with(point + 1, || None);
@@ -177,7 +177,7 @@ pub fn run(
             return Ok(());
         };
         let mut far = seen.lock();
-        let done = far.points.iter_mut().flatten().map(Gauge::share);
+        let done = far.points.iter_mut().flatten().map(ProgressEstimate::share);
         let share = done.sum::<f64>() / number as f64;
         let (collisions, notes) = (far.collisions, std::mem::take(&mut far.notes));
         drop(far);

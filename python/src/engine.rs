@@ -132,8 +132,8 @@ type Flux = (String, f64, [f64; 3], f64);
 impl Kind {
     /// Advances, unless asked to stop.
     fn go(&mut self, until: f64, observer: &mut dyn Observer, stop: &Stop) -> Result<(), GasError> {
-        self.pause_on(&stop.soon);
-        self.stop_on(&stop.now);
+        self.set_pause_flag(&stop.soon);
+        self.set_stop_flag(&stop.now);
         match self {
             Self::Exact(engine) => engine.advance(until, observer),
             Self::Chaos(engine) => engine.advance(until, observer),
@@ -330,8 +330,8 @@ impl Engine {
         done.map_err(|error| GasError::from(error).raise())
     }
 
-    fn follow_displacements(&self) -> PyResult<bool> {
-        Ok(self.lock()?.follow_displacements())
+    fn track_displacements(&self) -> PyResult<bool> {
+        Ok(self.lock()?.track_displacements())
     }
 
     fn displacements<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyByteArray>>> {

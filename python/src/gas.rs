@@ -163,7 +163,7 @@ fn build(
         .contact_time(given.contact_time)
         .seed(given.seed)
         .replica(given.replica)
-        .stop_on(&stop.soon)
+        .set_stop_flag(&stop.soon)
         .build()
 }
 

@@ -2,11 +2,11 @@
 //! diffusion of Enskog.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme};
+use stosszahl_dsmc::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Tracked};
 use stosszahl_ed::{Checkpoint, Dissipation, Engine as EventDriven};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Body, Domain, State, kinetic};
+use stosszahl_model::{Domain, ParticleState, State, kinetic};
 
 use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds, mean_and_error};
 
@@ -16,9 +16,9 @@ fn equal(restitution: f64, count: usize) -> Kinds {
 }
 
 fn tracked(state: State<Disks>) -> Checkpoint<Disks> {
-    let windings = vec![[0; 2]; state.bodies.len()];
+    let image_flags = vec![[0; 2]; state.bodies.len()];
     Checkpoint {
-        windings,
+        image_flags,
         ..state.into()
     }
 }
@@ -27,7 +27,7 @@ fn tracked(state: State<Disks>) -> Checkpoint<Disks> {
 fn unwrapped(gas: &Checkpoint<Disks>) -> Vec<Vector2<f64>> {
     let lengths = gas.state.domain.lengths();
     let winding = |w: &[i32; 2]| vector![f64::from(w[0]), f64::from(w[1])].component_mul(&lengths);
-    let bodies = gas.state.bodies.iter().zip(&gas.windings);
+    let bodies = gas.state.bodies.iter().zip(&gas.image_flags);
     bodies.map(|(body, w)| body.position + winding(w)).collect()
 }
 
@@ -46,7 +46,7 @@ fn free_flight_is_velocity_times_time() {
     let lanes = [(0.0, 1.5), (1.2, -0.75), (2.4, -1e-30)];
     let bodies: Vec<_> = lanes
         .iter()
-        .map(|&(y, v)| Body::new(vector![0.0, y], vector![v, 0.0]))
+        .map(|&(y, v)| ParticleState::new(vector![0.0, y], vector![v, 0.0]))
         .collect();
     let start = State {
         time: 0.0,
@@ -61,8 +61,8 @@ fn free_flight_is_velocity_times_time() {
             assert!((now - expected).norm() < 4e-12, "{time}: {now} {expected}");
         }
     }
-    assert_eq!(gas.windings[0][0], 7777);
-    assert_eq!(gas.windings[2], [0, 0]);
+    assert_eq!(gas.image_flags[0][0], 7777);
+    assert_eq!(gas.image_flags[2], [0, 0]);
     // Motion along the second axis.
     let mut turned = start;
     for body in &mut turned.bodies {
@@ -71,7 +71,7 @@ fn free_flight_is_velocity_times_time() {
     }
     turned.bodies.truncate(1);
     let gas = leg(tracked(turned), 0.5, 8.0);
-    assert_eq!((gas.windings[0], unwrapped(&gas)[0][1]), ([0, 6], 24.0));
+    assert_eq!((gas.image_flags[0], unwrapped(&gas)[0][1]), ([0, 6], 24.0));
 }
 
 /// Image flags add up to the displacements that are summed over times so short that no disk moves
@@ -97,7 +97,7 @@ fn windings_add_up_to_the_displacements() {
             let before = gas.state.clone();
             gas = leg(gas, 1.0, f64::from(i) * step);
             plain = leg(plain, 1.0, f64::from(i) * step);
-            wound |= gas.windings.iter().any(|winding| *winding != [0, 0]);
+            wound |= gas.image_flags.iter().any(|winding| *winding != [0, 0]);
             for (sum, (now, then)) in sums
                 .iter_mut()
                 .zip(gas.state.bodies.iter().zip(&before.bodies))
@@ -111,7 +111,7 @@ fn windings_add_up_to_the_displacements() {
         // Tracking of displacements changes nothing else.
         assert_eq!(gas.state.bodies, plain.state.bodies);
         assert_eq!(gas.tally, plain.tally);
-        assert!(plain.windings.is_empty());
+        assert!(plain.image_flags.is_empty());
         // At least one disk has gone around a small box.
         assert!(wound || count == 400);
     }
@@ -120,7 +120,7 @@ fn windings_add_up_to_the_displacements() {
 #[test]
 fn windings_of_other_disks_are_refused() {
     let mut start = tracked(gas(Arrangement::Square, 16, 0.2, 5));
-    start.windings.pop();
+    start.image_flags.pop();
     let refused = EventDriven::<_>::new(disks(1.0), Dissipation::Scene, start);
     assert_eq!(
         refused.err().expect("an error").to_string(),
@@ -154,8 +154,8 @@ fn displacements_of_simulators_end_at_their_positions() {
         let streams = Streams::new(1, 0);
         let parameters = parameters(2.0, 1, displacement);
         let mut engine =
-            Engine::<_, Followed>::start(&scene, parameters, &start, streams).expect("an engine");
-        engine.follow_displacements();
+            Engine::<_, Tracked>::start(&scene, parameters, &start, streams).expect("an engine");
+        engine.track_displacements();
         engine.advance(40.0, u64::MAX, &mut ());
         // Two parts, as in a resumed run.
         let checkpoint = engine.checkpoint();
@@ -195,14 +195,14 @@ fn simulators_diffuse_as_enskog_says() {
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 600, packing, seed);
             let streams = Streams::new(seed, 0);
-            let mut engine = Engine::<_, Followed>::start(
+            let mut engine = Engine::<_, Tracked>::start(
                 &equal(1.0, 600),
                 parameters(4.0, 32, Displacement::None),
                 &as_kinds(&start),
                 streams,
             )
             .expect("an engine");
-            engine.follow_displacements();
+            engine.track_displacements();
             engine.advance(time, u64::MAX, &mut ());
             let all = engine.displacements();
             let square = all.iter().map(Vector2::norm_squared).sum::<f64>() / all.len() as f64;
@@ -288,14 +288,14 @@ fn cooling_gas_spreads_as_the_logarithm_of_time() {
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 400, packing, seed);
             let streams = Streams::new(seed, 0);
-            let mut engine = Engine::<_, Followed>::start(
+            let mut engine = Engine::<_, Tracked>::start(
                 &equal(r, 400),
                 parameters(4.0, 16, Displacement::None),
                 &as_kinds(&start),
                 streams,
             )
             .expect("an engine");
-            engine.follow_displacements();
+            engine.track_displacements();
             engine.advance(2.0 * haff, u64::MAX, &mut ());
             let all = engine.displacements();
             all.iter().map(Vector2::norm_squared).sum::<f64>() / all.len() as f64 / theory

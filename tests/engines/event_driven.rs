@@ -202,7 +202,7 @@ fn starting_afresh_is_a_cut() {
     let (count, collisions) = (50, 130_000);
     let mut start = Checkpoint::from(gas(Arrangement::Disordered, count, 0.3, 8));
     start.state.time = 1e3;
-    start.windings = vec![[0; 2]; count];
+    start.image_flags = vec![[0; 2]; count];
     let new = |checkpoint| {
         Engine::<_>::new(disks(1.0), Dissipation::ContactTime(1e-2), checkpoint).expect("an engine")
     };
@@ -238,7 +238,7 @@ fn starting_afresh_is_a_cut() {
     let second = second.checkpoint();
     assert_eq!(second.state.bodies, whole.state.bodies);
     assert_eq!(second.state.time, whole.state.time);
-    assert_eq!(second.windings, whole.windings);
+    assert_eq!(second.image_flags, whole.image_flags);
     assert_eq!(second.last_contact, whole.last_contact);
     assert_eq!(second.tally, whole.tally);
 }
@@ -330,7 +330,7 @@ fn very_unequal_disks_follow_all_pairs() {
     let scene = unequal(sizes);
     let bodies = positions
         .iter()
-        .map(|&at| stosszahl_model::Body::new(at, Vector2::zeros()))
+        .map(|&at| stosszahl_model::ParticleState::new(at, Vector2::zeros()))
         .collect();
     let mut state = State {
         time: 0.0,

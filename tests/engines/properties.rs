@@ -12,8 +12,8 @@ use rand::{RngExt, SeedableRng};
 use stosszahl::ed::{Checkpoint, Dissipation, Engine, EngineError, plain};
 use stosszahl::model::random::Stream;
 use stosszahl::model::{
-    Body, Collision, Constant, Domain, Free, Observer, Plane, Polydisperse, Scene, Sizes, Smooth,
-    State,
+    Collision, Constant, Domain, Free, Observer, ParticleState, Plane, Polydisperse, Scene, Sizes,
+    Smooth, State,
 };
 
 use crate::draws::drawn;
@@ -123,7 +123,7 @@ fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
         .iter()
         .map(|&at| {
             let (angle, speed) = (TAU * stream.random::<f64>(), 0.1 + stream.random::<f64>());
-            Body::new(at, vector![angle.cos(), angle.sin()] * speed)
+            ParticleState::new(at, vector![angle.cos(), angle.sin()] * speed)
         })
         .collect();
     Some((
@@ -368,7 +368,7 @@ fn furthest(a: &State<Mixture>, b: &State<Mixture>) -> f64 {
 
 /// Returns true if two disks approach by no more than the rounding of their velocities, as after a
 /// contact with restitution 0: the engine lets those rest on each other, all pairs does not.
-fn rests(state: &State<Mixture>, pair: [usize; 2]) -> bool {
+fn settled_particles(state: &State<Mixture>, pair: [usize; 2]) -> bool {
     let [one, other] = pair.map(|who| state.bodies[who]);
     let line = state
         .domain
@@ -393,12 +393,14 @@ fn next_collision_is_that_of_all_pairs() {
             run(&mut engine, 1, &mut seen)?;
             let mut plain_state = before.clone();
             let slow = plain::run(&scene, &mut plain_state, 1);
-            let rests = slow.first().is_some_and(|event| rests(&before, event.pair));
+            let settled_particles = slow
+                .first()
+                .is_some_and(|event| settled_particles(&before, event.pair));
             let grazes = seen.0.is_some_and(|collision| {
                 let normal = collision.normal_square().sqrt();
                 normal <= GRAZING * collision.relative_velocity.norm() + 1e-14
             });
-            if rests || grazes {
+            if settled_particles || grazes {
                 break;
             }
             match (seen.0, slow.first()) {

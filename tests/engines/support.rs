@@ -4,8 +4,8 @@ use nalgebra::vector;
 use stosszahl::model::initial::{self, Arrangement};
 use stosszahl::model::random::{Purpose, Streams};
 use stosszahl::model::{
-    Body, Constant, Domain, Free, Gravity, Interrupt, Kind, Law, Monodisperse, Plane, Polydisperse,
-    Scene, Smooth, Species, State,
+    Constant, Domain, Free, Gravity, Interrupt, Kind, Law, Monodisperse, ParticleState, Plane,
+    Polydisperse, Scene, Smooth, Species, State,
 };
 
 /// Smooth equal disks of diameter and mass one. All scenes here have the types that programs use:
@@ -55,7 +55,7 @@ pub fn as_kinds(gas: &State<Disks>) -> State<Kinds> {
         time: gas.time,
         domain: gas.domain,
         bodies: bodies
-            .map(|body| Body::new(body.position, body.velocity))
+            .map(|body| ParticleState::new(body.position, body.velocity))
             .collect(),
     }
 }
@@ -78,7 +78,9 @@ pub fn gas(
     let mut state = State {
         time: 0.0,
         domain,
-        bodies: bodies.map(|at| Body::new(at, vector![0.0, 0.0])).collect(),
+        bodies: bodies
+            .map(|at| ParticleState::new(at, vector![0.0, 0.0]))
+            .collect(),
     };
     let mut stream = streams.at(Purpose::Velocities, [0, 0]);
     initial::maxwellian(&disks(1.0), &mut state, 1.0, &mut stream);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::support::program::{CASES, COOLING, Desk};
 use stosszahl::case::PaperFile;
-use stosszahl::reproduction::{Demand, Reproduction};
+use stosszahl::reproduction::{ReproduceOptions, Reproduction};
 
 /// A paper of two claims that hold, one that does not, one that is corrected, one that has no
 /// number, and one for full runs only.
@@ -276,7 +276,7 @@ fn bundled_papers_name_what_exists() {
     for path in all {
         let file = PaperFile::read(&path).unwrap_or_else(|error| panic!("{error}"));
         for quick in [false, true] {
-            let demand = Demand {
+            let demand = ReproduceOptions {
                 figure: None,
                 quick,
             };

@@ -7,10 +7,10 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand};
 
 use crate::bench::{BenchDsmc, BenchEd, BenchMixture};
-use crate::{Trial, calibrate, docs, validate};
+use crate::{Candidate, calibrate, docs, validate};
 
-fn names(trials: &[Trial]) -> PossibleValuesParser {
-    let value = |trial: &Trial| PossibleValue::new(trial.name).help(trial.tried);
+fn names(trials: &[Candidate]) -> PossibleValuesParser {
+    let value = |trial: &Candidate| PossibleValue::new(trial.name).help(trial.tried);
     PossibleValuesParser::new(trials.iter().map(value))
 }
 

@@ -28,7 +28,7 @@ use stosszahl_study::{Options, run_case};
 use crate::arguments::Calibrate;
 use crate::commands::say;
 use crate::trial::{ENDLESS, chosen};
-use crate::{Done, Effort, Findings, Trouble};
+use crate::{Done, Effort, TrialError, TrialLog};
 
 trials! {
     "energies" => energies,
@@ -72,7 +72,7 @@ pub(crate) fn command(asked: &Calibrate) -> Done {
         .filter(|report| !report.passed());
     match bad.count() {
         0 => Ok(()),
-        bad => Err(Trouble::failed(format!(
+        bad => Err(TrialError::failed(format!(
             "{bad} of {} calibrations failed",
             chosen.len()
         ))),
@@ -102,9 +102,9 @@ fn rate(samples: usize, found: impl Fn(&mut Xoshiro256PlusPlus) -> bool, seed: u
 /// Notes a rate of false alarms, which is at most the level. Of few samples the binomial law itself
 /// says how many there may be: it is skewed, and five of 20 at 5 % are no rarity of four errors,
 /// but one in 390.
-fn alarms(log: &mut Findings, what: &str, rate: f64, samples: usize, level: f64) -> Done {
-    let law =
-        Binomial::new(level, samples as u64).map_err(|error| Trouble::failed(error.to_string()))?;
+fn alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64) -> Done {
+    let law = Binomial::new(level, samples as u64)
+        .map_err(|error| TrialError::failed(error.to_string()))?;
     let most = law.inverse_cdf(1.0 - CHANCE) as f64 / samples as f64;
     found!(log; "{what}: {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * level);
     log.at_most(&format!("{what}: false alarms"), rate, most);
@@ -112,7 +112,7 @@ fn alarms(log: &mut Findings, what: &str, rate: f64, samples: usize, level: f64)
 }
 
 /// Notes how often an effect was found, which is what is stated.
-fn finds(log: &mut Findings, what: &str, rate: f64, samples: usize, stated: f64) {
+fn finds(log: &mut TrialLog, what: &str, rate: f64, samples: usize, stated: f64) {
     let error = (stated * (1.0 - stated) / samples as f64).sqrt();
     found!(log; "{what}: found in {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * stated);
     log.at_most(
@@ -122,7 +122,7 @@ fn finds(log: &mut Findings, what: &str, rate: f64, samples: usize, stated: f64)
     );
 }
 
-fn samples(log: &Findings) -> usize {
+fn samples(log: &TrialLog) -> usize {
     if log.effort.quick { 1000 } else { 20_000 }
 }
 
@@ -161,7 +161,7 @@ fn energies_differ(
         .is_some_and(|found| found.kind == VerdictKind::Differ)
 }
 
-fn energies(log: &mut Findings) -> Done {
+fn energies(log: &mut TrialLog) -> Done {
     let samples = samples(log);
     for replicas in [2, 4, 8] {
         let rate = rate(
@@ -215,7 +215,7 @@ fn bends(
     judge::impact_parameters("topic", "engine", &tests, &NARROW).kind == VerdictKind::Differ
 }
 
-fn impact_parameters(log: &mut Findings) -> Done {
+fn impact_parameters(log: &mut TrialLog) -> Done {
     const COLLISIONS: usize = 1000;
     let samples = samples(log) / 5;
     // Squared spread of the slopes five times that of independent collisions, 12/n.
@@ -240,7 +240,7 @@ fn impact_parameters(log: &mut Findings) -> Done {
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
-fn planted_energy(log: &mut Findings) -> Done {
+fn planted_energy(log: &mut TrialLog) -> Done {
     let samples = samples(log);
     let effect = 1.05_f64.ln() / 0.03;
     let needed = replicas_needed(effect, LEVEL, FOUND);
@@ -262,7 +262,7 @@ fn planted_energy(log: &mut Findings) -> Done {
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
-fn planted_slope(log: &mut Findings) -> Done {
+fn planted_slope(log: &mut TrialLog) -> Done {
     const COLLISIONS: usize = 50_000;
     let samples = samples(log) / 40;
     // Half of the level is that of the slope, half that of the shape.
@@ -314,9 +314,9 @@ windows = \"whole-run\"
 family_wise_error_rate = 0.2
 ";
 
-fn elastic(log: &mut Findings) -> Done {
+fn elastic(log: &mut TrialLog) -> Done {
     let cases = if log.effort.quick { 20 } else { 500 };
-    let failed = |error: &dyn Display| Trouble::failed(error.to_string());
+    let failed = |error: &dyn Display| TrialError::failed(error.to_string());
     let folder = tempfile::tempdir().map_err(|error| failed(&error))?;
     let mut families: Vec<(String, usize)> = Vec::new();
     let (mut any, mut verdicts) = (0, 0);

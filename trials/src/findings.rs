@@ -9,7 +9,7 @@ use crate::{Done, Effort};
 
 /// Numbers, faults and rows of one trial.
 #[derive(Debug)]
-pub struct Findings {
+pub struct TrialLog {
     /// Amount of work of the trial.
     pub effort: Effort,
     trial: &'static str,
@@ -23,7 +23,7 @@ pub struct Findings {
 /// Most faults of one trial that are listed; more are only counted.
 const MOST_FAULTS: usize = 8;
 
-impl Findings {
+impl TrialLog {
     /// Creates empty findings.
     pub fn new(trial: &'static str, effort: Effort) -> Self {
         Self {

@@ -8,11 +8,12 @@ use stosszahl_ed::{Dissipation, Engine};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Free, Interrupt, Kind, Law, Monodisperse, Particle, Physics, Plane,
-    Polydisperse, Scene, Sizes, Smooth, Space, Species, State, Vector as _, VectorOf, Volume,
+    Constant, Domain, Free, Interrupt, Kind, Law, Monodisperse, Particle, ParticleModel,
+    ParticleState, Plane, Polydisperse, Scene, Sizes, Smooth, Space, Species, State, Vector as _,
+    VectorOf, Volume,
 };
 
-use crate::Trouble;
+use crate::TrialError;
 
 /// Smooth particles in free flight, with the law that programs have: trials test the engines that
 /// users run.
@@ -56,7 +57,7 @@ pub(crate) fn particles<S: Space, Z: Sizes>(
 }
 
 /// Creates a law with a coefficient of restitution.
-pub(crate) fn law(restitution: f64) -> Result<Law, Trouble> {
+pub(crate) fn law(restitution: f64) -> Result<Law, TrialError> {
     Ok(Constant::new(restitution)?.into())
 }
 
@@ -64,17 +65,20 @@ pub(crate) fn law(restitution: f64) -> Result<Law, Trouble> {
 ///
 /// # Errors
 /// As `law`.
-pub fn disks(restitution: f64) -> Result<Disks, Trouble> {
+pub fn disks(restitution: f64) -> Result<Disks, TrialError> {
     Ok(particles(law(restitution)?, UNIT))
 }
 
 /// Creates disks of different sizes, (radius, mass) each.
-pub(crate) fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<Mixture, Trouble> {
+pub(crate) fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<Mixture, TrialError> {
     Ok(particles(law(restitution)?, Polydisperse::new(sizes)?))
 }
 
 /// Creates spheres of species, (diameter, mass, number) each.
-pub(crate) fn spheres(kinds: &[(f64, f64, usize)], restitution: f64) -> Result<Spheres, Trouble> {
+pub(crate) fn spheres(
+    kinds: &[(f64, f64, usize)],
+    restitution: f64,
+) -> Result<Spheres, TrialError> {
     let kinds = kinds.iter().map(|&(diameter, mass, count)| Kind {
         radius: 0.5 * diameter,
         mass,
@@ -85,18 +89,18 @@ pub(crate) fn spheres(kinds: &[(f64, f64, usize)], restitution: f64) -> Result<S
 }
 
 /// Creates a periodic box.
-pub(crate) fn domain(width: f64, height: f64) -> Result<Domain<Plane>, Trouble> {
+pub(crate) fn domain(width: f64, height: f64) -> Result<Domain<Plane>, TrialError> {
     Ok(Domain::periodic(vector![width, height])?)
 }
 
 /// Creates the square box in which `count` unit disks have a packing fraction.
-pub(crate) fn square(count: usize, packing: f64) -> Result<Domain<Plane>, Trouble> {
+pub(crate) fn square(count: usize, packing: f64) -> Result<Domain<Plane>, TrialError> {
     let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
     domain(side, side)
 }
 
 /// Creates a state of particles without spin at time zero.
-pub(crate) fn state<P: Physics>(
+pub(crate) fn state<P: ParticleModel>(
     domain: Domain<P::Space>,
     bodies: impl IntoIterator<Item = (VectorOf<P>, VectorOf<P>)>,
 ) -> State<P> {
@@ -105,14 +109,14 @@ pub(crate) fn state<P: Physics>(
         time: 0.0,
         domain,
         bodies: bodies
-            .map(|(at, velocity)| Body::new(at, velocity))
+            .map(|(at, velocity)| ParticleState::new(at, velocity))
             .collect(),
     }
 }
 
 /// Converts unit disks to the common interface of all engines.
 pub(crate) fn particles_of(state: &State<Disks>) -> stosszahl_model::Particles {
-    let particle = |body: &Body<Disks>| Particle {
+    let particle = |body: &ParticleState<Disks>| Particle {
         position: body.position.spatial(),
         velocity: body.velocity.spatial(),
         ..Particle::of(UNIT.radius, UNIT.mass)
@@ -128,7 +132,7 @@ pub(crate) fn particles_of(state: &State<Disks>) -> stosszahl_model::Particles {
 
 /// Creates a state of particles at these positions with Maxwellian velocities: temperature one, no
 /// momentum.
-pub(crate) fn warm<P: Physics>(
+pub(crate) fn warm<P: ParticleModel>(
     scene: &P,
     domain: Domain<P::Space>,
     places: impl IntoIterator<Item = VectorOf<P>>,
@@ -191,7 +195,7 @@ pub(crate) fn fluid(
     packing_fraction: f64,
     aspect: f64,
     seed: u64,
-) -> Result<State<Disks>, Trouble> {
+) -> Result<State<Disks>, TrialError> {
     let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
     let width = (area / aspect).sqrt();
     let domain = domain(width, area / width)?;
@@ -206,13 +210,16 @@ pub(crate) fn fluid(
 ///
 /// # Errors
 /// As `fluid`.
-pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<Disks>, Trouble> {
+pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<Disks>, TrialError> {
     fluid(Arrangement::Disordered, disks, packing, 1.0, seed)
 }
 
 /// Returns a gas after a number of elastic collisions of each disk under exact dynamics, at time
 /// zero.
-pub(crate) fn relaxed(start: State<Disks>, collisions_each: f64) -> Result<State<Disks>, Trouble> {
+pub(crate) fn relaxed(
+    start: State<Disks>,
+    collisions_each: f64,
+) -> Result<State<Disks>, TrialError> {
     let collisions = (0.5 * collisions_each * start.bodies.len() as f64).ceil() as u64;
     let mut engine = Engine::<Disks>::new(disks(1.0)?, Dissipation::Elastic, start)?;
     engine.advance(f64::INFINITY, collisions, &mut ())?;
@@ -229,7 +236,7 @@ pub(crate) fn without_positions<P: Grains, S: Selection<P>>(
     (volume, count): (f64, usize),
     temperature: impl Fn(u32) -> f64,
     seed: u64,
-) -> Result<homogeneous::Engine<P, S>, Trouble> {
+) -> Result<homogeneous::Engine<P, S>, TrialError> {
     let streams = Streams::new(seed, 0);
     let mut start = streams.at(Purpose::Velocities, [0, 0]);
     let gas = homogeneous::Gas::maxwellian(scene, contact, volume, count, temperature, &mut start)?;

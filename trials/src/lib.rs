@@ -3,8 +3,8 @@
 //! that makes results in the documentation ([`docs`]).
 //!
 //! They stand on the public interface of the engines, as any other program would, and no user's
-//! program contains them. A [`Trial`] is a row in a table: its name, what is tried, what must hold,
-//! and a function that finds out. All trials run in one loop, [`Trial::run`]; what they find is
+//! program contains them. A [`Candidate`] is a row in a table: its name, what is tried, what must hold,
+//! and a function that finds out. All trials run in one loop, [`Candidate::run`]; what they find is
 //! text, faults and [rows](table::Row) of claims. Gases are made in one place, [`gas`].
 
 #[macro_use]
@@ -22,9 +22,9 @@ pub mod three_disks;
 mod trouble;
 pub mod validate;
 
-pub use findings::Findings;
-pub use trial::{Effort, Report, Trial};
-pub use trouble::Trouble;
+pub use findings::TrialLog;
+pub use trial::{Candidate, Effort, Report};
+pub use trouble::TrialError;
 
 /// Result of a trial: an error if it could not be run.
-pub type Done = Result<(), Trouble>;
+pub type Done = Result<(), TrialError>;

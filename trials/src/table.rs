@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use stosszahl_analysis::statistics::Estimate;
 
-use crate::Trouble;
+use crate::TrialError;
 
 /// Verdict of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -209,10 +209,10 @@ pub fn estimate(value: f64, standard_error: f64) -> Estimate {
 /// Mean of values over replicas, with its standard error.
 ///
 /// # Errors
-/// [`Trouble`] if there is nothing to average.
-pub fn mean(values: impl IntoIterator<Item = f64>) -> Result<Estimate, Trouble> {
+/// [`TrialError`] if there is nothing to average.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> Result<Estimate, TrialError> {
     let values: Vec<f64> = values.into_iter().collect();
-    Estimate::over_replicas(&values).ok_or_else(|| Trouble::failed("no replicas"))
+    Estimate::over_replicas(&values).ok_or_else(|| TrialError::failed("no replicas"))
 }
 
 /// Ratio of two measured numbers: their relative errors add in squares.

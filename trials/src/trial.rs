@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::findings::said;
 use crate::table::Row;
 use crate::validate::schemes::Method;
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Records a fault, in words, unless a condition holds.
 macro_rules! must {
@@ -52,8 +52,8 @@ macro_rules! about {
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
         /// All trials of the table, in the order in which they are run.
-        pub const TRIALS: &[$crate::Trial] = &[$({
-            let trial = $crate::Trial::new($name, $body, $tried, $required);
+        pub const TRIALS: &[$crate::Candidate] = &[$({
+            let trial = $crate::Candidate::new($name, $body, $tried, $required);
             $(let trial = trial.within($limit);)?
             trial
         }),+];
@@ -79,14 +79,14 @@ pub struct Effort {
 
 /// Row of a table of trials: name, description, and the function that is run.
 #[derive(Clone, Copy, Debug)]
-pub struct Trial {
+pub struct Candidate {
     /// Name on the command line.
     pub name: &'static str,
     /// Description of the work.
     pub tried: &'static str,
     /// Conditions that must hold.
     pub required: &'static str,
-    body: fn(&mut Findings) -> Done,
+    body: fn(&mut TrialLog) -> Done,
     limit: Duration,
 }
 
@@ -95,10 +95,10 @@ const LIMIT: Duration = Duration::from_mins(2);
 /// Time limit of trials without a limit \[s\].
 pub(crate) const ENDLESS: u64 = u64::MAX;
 
-impl Trial {
+impl Candidate {
     pub(crate) const fn new(
         name: &'static str,
-        body: fn(&mut Findings) -> Done,
+        body: fn(&mut TrialLog) -> Done,
         tried: &'static str,
         required: &'static str,
     ) -> Self {
@@ -122,7 +122,7 @@ impl Trial {
     pub fn run(self, effort: &Effort) -> Report {
         let began = Instant::now();
         let (sender, receiver) = channel();
-        let mut findings = Findings::new(self.name, effort.clone());
+        let mut findings = TrialLog::new(self.name, effort.clone());
         let worker = thread::Builder::new().name(self.name.to_owned());
         let worker = worker.spawn(move || {
             if let Err(trouble) = (self.body)(&mut findings) {
@@ -173,12 +173,12 @@ pub(crate) fn chosen<T: Copy>(
     name: impl Fn(&T) -> &'static str,
     option: &str,
     wanted: &[String],
-) -> Result<Vec<T>, Trouble> {
+) -> Result<Vec<T>, TrialError> {
     let named = |found: &String| {
         let known = all.iter().find(|one| name(one) == found).copied();
         known.ok_or_else(|| {
             let allowed = all.iter().map(&name).collect::<Vec<_>>().join(", ");
-            Trouble::refused(format!("--{option} {found}: allowed are {allowed}"))
+            TrialError::refused(format!("--{option} {found}: allowed are {allowed}"))
         })
     };
     if wanted.is_empty() {
@@ -235,14 +235,14 @@ mod tests {
     /// Every kind of fault in the body of a trial fails it.
     #[test]
     fn faults_panics_and_endless_loops_fail() {
-        let trial = |body| Trial::new("trial", body, "", "");
-        let fault = |trial: Trial| trial.run(&Effort::default()).faults.join("; ");
+        let trial = |body| Candidate::new("trial", body, "", "");
+        let fault = |trial: Candidate| trial.run(&Effort::default()).faults.join("; ");
         let wrong = trial(|log| {
             log.at_most("size", f64::NAN, 1.0);
             Ok(())
         });
         assert!(fault(wrong).contains("size: NaN"));
-        let refused = trial(|_| Err(Trouble::refused("nothing fits")));
+        let refused = trial(|_| Err(TrialError::refused("nothing fits")));
         assert!(fault(refused).contains("nothing fits"));
         assert_eq!(
             fault(trial(|_| panic!("out of order"))),

@@ -8,12 +8,12 @@ use stosszahl_model::{Invalid, initial::PlacementError};
 
 /// Reason why a trial could not be run, or a command fails: any error, or a text.
 #[derive(Debug)]
-pub struct Trouble {
+pub struct TrialError {
     source: Box<dyn Error + Send + Sync>,
     refused: bool,
 }
 
-impl Trouble {
+impl TrialError {
     /// Creates the error of refused input, which says what was found and what is allowed.
     pub fn refused(text: impl Into<String>) -> Self {
         let (source, refused) = (text.into().into(), true);
@@ -37,13 +37,13 @@ impl Trouble {
     }
 }
 
-impl fmt::Display for Trouble {
+impl fmt::Display for TrialError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.source.fmt(out)
     }
 }
 
-impl<E: Error + Send + Sync + 'static> From<E> for Trouble {
+impl<E: Error + Send + Sync + 'static> From<E> for TrialError {
     fn from(error: E) -> Self {
         let source: Box<dyn Error + Send + Sync> = error.into();
         let refused =

@@ -56,7 +56,7 @@ impl CoolingState {
         };
         let scale = mixture.rates(leader, &vec![1.0; count]).cooling;
         let allowed = "above 0: an elastic or empty gas has no cooling state";
-        Invalid::unless(
+        Invalid::require(
             scale > 0.0 && scale.is_finite(),
             "cooling rate",
             scale,

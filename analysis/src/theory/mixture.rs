@@ -61,7 +61,7 @@ impl<R: Restitution> Mixture<R> {
         contact: Contact,
     ) -> Result<Self, TheoryError> {
         let check = |name, value: f64, good: bool, allowed| {
-            Invalid::unless(good && value.is_finite(), name, value, allowed)
+            Invalid::require(good && value.is_finite(), name, value, allowed)
         };
         let d = dimension as f64;
         check("dimension", d, (2..=3).contains(&dimension), "2 or 3")?;
@@ -268,7 +268,7 @@ impl<R: Restitution> Mixture<R> {
         let count = temperatures.len();
         let is_right = count == self.components.len();
         let name = "number of temperatures";
-        Invalid::unless(is_right, name, count as f64, "the number of species")?;
+        Invalid::require(is_right, name, count as f64, "the number of species")?;
         Ok(())
     }
 

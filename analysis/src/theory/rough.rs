@@ -79,7 +79,7 @@ impl RoughGas {
         mass: f64,
         contact_value: f64,
     ) -> Result<Self, TheoryError> {
-        Invalid::unless(
+        Invalid::require(
             (0.0..=1.0).contains(&restitution),
             "restitution",
             restitution,

@@ -1,10 +1,10 @@
 //! Checkpoints of a gas without positions.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Physics;
+use stosszahl_model::ParticleModel;
 use stosszahl_model::random::Streams;
 
-use super::clock::{Clock, Tally};
+use super::clock::{Clock, SelectionCounters};
 use super::contact::Contacts;
 use super::engine::Engine;
 use super::gas::{Gas, Grains, Particle};
@@ -19,7 +19,7 @@ use stosszahl_model::interrupt::Interruption;
     serialize = "S: Serialize, M: Serialize, C: Serialize",
     deserialize = "S: Deserialize<'de>, M: Deserialize<'de>, C: Deserialize<'de>"
 ))]
-pub struct Checkpoint<P: Physics, S, M, C> {
+pub struct Checkpoint<P: ParticleModel, S, M, C> {
     kernel: Kernel,
     contact: Contact,
     volume: f64,
@@ -29,7 +29,7 @@ pub struct Checkpoint<P: Physics, S, M, C> {
     motion: M,
     contacts: C,
     clock: Clock,
-    tally: Tally,
+    tally: SelectionCounters,
 }
 
 impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {

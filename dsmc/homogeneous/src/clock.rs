@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Counters of the work of a run; no number depends on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Tally {
+pub struct SelectionCounters {
     /// Number of proposals, null ones included.
     pub proposals: u64,
     /// Number of candidate pairs tested.
@@ -27,9 +27,9 @@ pub enum Stop {
     /// No further collisions are possible: one particle is left, or all are at rest. A finite time
     /// is reached.
     Still,
-    /// A pause was asked for: [`Engine::pause_on`](super::Engine::pause_on).
+    /// A pause was asked for: [`Engine::set_pause_flag`](super::Engine::set_pause_flag).
     Paused,
-    /// The advance was interrupted: [`Engine::stop_on`](super::Engine::stop_on).
+    /// The advance was interrupted: [`Engine::set_stop_flag`](super::Engine::set_stop_flag).
     Interrupted,
 }
 

@@ -7,7 +7,7 @@ use stosszahl_model::{
     Collision, Interrupt, Invalid, Observer, Recorder, Separation, Sizes, Vector, VectorOf,
 };
 
-use super::clock::{Clock, Stop, Tally};
+use super::clock::{Clock, SelectionCounters, Stop};
 use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
 use super::error::GasError;
 use super::gas::{GONE, Gas, Grains, Particle};
@@ -29,7 +29,7 @@ pub struct Engine<P: Grains, S, M = (), C = Bounce> {
     pub(super) contacts: C,
     pub(super) streams: Streams,
     pub(super) clock: Clock,
-    pub(super) tally: Tally,
+    pub(super) tally: SelectionCounters,
     pub(super) stop: Interruption,
     /// Random stream of an advance that was paused; the next one continues it.
     pub(super) paused: Option<Stream>,
@@ -49,7 +49,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     ) -> Result<Self, GasError> {
         let stay = !(motion.is_tracked() && C::SIZES_CHANGE);
         let name = "number of tracked particles in a gas that sticks or breaks";
-        Invalid::unless(stay, name, gas.count() as f64, "0")?;
+        Invalid::require(stay, name, gas.count() as f64, "0")?;
         contacts.prepare(&mut gas);
         Ok(Self {
             gas,
@@ -61,7 +61,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 outdated: true,
                 ..Clock::default()
             },
-            tally: Tally::default(),
+            tally: SelectionCounters::default(),
             stop: Interruption::default(),
             paused: None,
         })
@@ -93,7 +93,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     }
 
     /// Returns the counters of the work done.
-    pub fn tally(&self) -> &Tally {
+    pub fn tally(&self) -> &SelectionCounters {
         &self.tally
     }
 
@@ -106,15 +106,15 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
 
     /// Sets an interrupt that breaks an advance off, after some dozen proposals:
     /// [`Stop::Interrupted`].
-    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+    pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
     /// Sets an interrupt that ends an advance with [`Stop::Paused`], after at most some dozen
     /// proposals or a quarter for each particle. The next advance to the same time continues as
     /// without a pause; a checkpoint of the paused gas continues with other random numbers.
-    pub fn pause_on(&mut self, pause: &Interrupt) {
-        self.stop.pause_on(pause);
+    pub fn set_pause_flag(&mut self, pause: &Interrupt) {
+        self.stop.set_pause_flag(pause);
     }
 
     /// Returns true if an advance was broken off. The gas is then in the middle of it and advances
@@ -164,7 +164,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         let mut recorder = Recorder::new(observer);
         let is_to_come = until >= self.clock.time;
         let allowed = "the present or later";
-        Invalid::unless(is_to_come, "time to advance to", until, allowed)?;
+        Invalid::require(is_to_come, "time to advance to", until, allowed)?;
         let mut stream = if let Some(stream) = self.paused.take() {
             stream
         } else {
@@ -183,7 +183,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             self.refit()?;
             let rate = self.selection.rate();
             let allowed = "a finite number: speeds or densities are too large";
-            Invalid::unless(rate.is_finite(), "rate of proposals", rate, allowed)?;
+            Invalid::require(rate.is_finite(), "rate of proposals", rate, allowed)?;
             if rate == 0.0 || self.gas.count() < 2 {
                 if until.is_finite() {
                     self.clock.time = until;

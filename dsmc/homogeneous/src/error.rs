@@ -1,6 +1,6 @@
 //! Errors of gases without positions.
 
-use stosszahl_model::brief;
+use stosszahl_model::format_short;
 
 /// Reason why a gas cannot be made or advanced.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +23,7 @@ pub enum GasError {
     /// A pair met more often than its bound allows: an error of the selection.
     #[error(
         "a pair's collision rate, {rate}, exceeds the bound by which it was selected, {bound}, at time {time}",
-        rate = brief(*rate), bound = brief(*bound), time = brief(*time)
+        rate = format_short(*rate), bound = format_short(*bound), time = format_short(*time)
     )]
     BoundExceeded {
         /// Rate of the pair \[1/time\].

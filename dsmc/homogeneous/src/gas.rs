@@ -3,17 +3,19 @@
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::initial::VelocityDistribution;
-use stosszahl_model::{Free, Invalid, Physics, Sizes, Smooth, Space, Vector, VectorOf, memory};
+use stosszahl_model::{
+    Free, Invalid, ParticleModel, Sizes, Smooth, Space, Vector, VectorOf, memory,
+};
 
 use super::error::GasError;
 use super::kernel::{Contact, Kernel};
 
 /// Physics of smooth particles in free flight.
-pub trait Grains: Physics<Surface = Smooth, Field = Free> {}
-impl<P: Physics<Surface = Smooth, Field = Free>> Grains for P {}
+pub trait Grains: ParticleModel<Surface = Smooth, Field = Free> {}
+impl<P: ParticleModel<Surface = Smooth, Field = Free>> Grains for P {}
 
 /// Tag that identifies the size of a particle.
-pub type TagOf<P> = <<P as Physics>::Sizes as Sizes>::Tag;
+pub type TagOf<P> = <<P as ParticleModel>::Sizes as Sizes>::Tag;
 
 /// Mark of a particle that has merged into another and waits for removal.
 pub(crate) const GONE: u32 = u32::MAX;
@@ -22,7 +24,7 @@ pub(crate) const GONE: u32 = u32::MAX;
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 #[repr(align(32))]
-pub struct Particle<P: Physics> {
+pub struct Particle<P: ParticleModel> {
     /// Velocity \[length/time\].
     pub velocity: VectorOf<P>,
     /// Tag of the size.
@@ -31,7 +33,7 @@ pub struct Particle<P: Physics> {
     pub(crate) mark: u32,
 }
 
-impl<P: Physics> Particle<P> {
+impl<P: ParticleModel> Particle<P> {
     /// Creates a particle that is in no selection yet.
     pub fn new(velocity: VectorOf<P>, tag: TagOf<P>) -> Self {
         Self {
@@ -52,12 +54,12 @@ impl<P: Physics> Particle<P> {
     clippy::expl_impl_clone_on_copy,
     reason = "a derived Clone would demand `P: Clone`"
 )]
-impl<P: Physics> Clone for Particle<P> {
+impl<P: ParticleModel> Clone for Particle<P> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<P: Physics> Copy for Particle<P> {}
+impl<P: ParticleModel> Copy for Particle<P> {}
 
 /// Squared speed below which the fastest particle counts as at rest: products of speeds would soon
 /// underflow.
@@ -65,7 +67,7 @@ pub(crate) const COLDEST: f64 = 1e-280;
 
 /// Gas without positions: collisions depend on speeds and sizes alone.
 #[derive(Clone, Debug)]
-pub struct Gas<P: Physics> {
+pub struct Gas<P: ParticleModel> {
     pub(crate) scene: P,
     pub(crate) kernel: Kernel,
     pub(crate) contact: Contact,
@@ -100,7 +102,7 @@ impl<P: Grains> Gas<P> {
         let mut list = memory::reserved(particles.size_hint().0);
         for (velocity, tag) in particles {
             let square = velocity.square();
-            Invalid::unless(
+            Invalid::require(
                 square.is_finite(),
                 "squared speed",
                 square,
@@ -109,7 +111,7 @@ impl<P: Grains> Gas<P> {
             list.push(Particle::new(velocity, tag));
         }
         let count = list.len();
-        Invalid::unless(
+        Invalid::require(
             count < 1 << 31,
             "number of particles",
             count as f64,
@@ -270,7 +272,7 @@ impl<P: Grains> Gas<P> {
         let is_good = found.is_finite() && coefficients.all(|&m| m >= 0.0);
         let name = "collision rate of the largest pair per speed";
         let allowed = "a finite number: the gas is packed too densely, or its volume is too small";
-        Invalid::unless(is_good, name, found, allowed)?;
+        Invalid::require(is_good, name, found, allowed)?;
         self.kernel = kernel;
         Ok(())
     }

@@ -7,7 +7,7 @@
 //!
 //! * **Pairs** are proposed at a rate that bounds theirs and accepted with the quotient
 //!   (acceptance-rejection). [`Selection`] is the interface. [`Bird`] has one majorant; [`LowRank`]
-//!   draws from products of weights of size classes by trees (Bodrova & Osinsky 2024); [`Slots`], a
+//!   draws from products of weights of size classes by trees (Bodrova & Osinsky 2024); [`AliasTableSelection`], a
 //!   method of this crate and the default, has groups of like speed and size in alias tables.
 //! * **Time**: the number of proposals up to a time is Poisson, one draw for many thousands of
 //!   them; where trajectories are kept, each has its exact time as one of that number of uniform
@@ -15,7 +15,7 @@
 //! * **Contacts**: the line of centres is drawn with density |g . e|, and the pair bounces by the
 //!   scene's law ([`Bounce`]), leaves no trace on one side ([`Tracers`]), or sticks and breaks
 //!   ([`Sticking`]).
-//! * **Paths**: [`Displacement`] and [`Paths`] are touched at collisions only.
+//! * **Paths**: [`Displacement`] and [`Trajectories`] are touched at collisions only.
 //!
 //! Rejected alternatives:
 //!
@@ -49,7 +49,7 @@ mod tree;
 
 pub use bird::Bird;
 pub use checkpoint::Checkpoint;
-pub use clock::{Stop, Tally};
+pub use clock::{SelectionCounters, Stop};
 pub use contact::{Bounce, Contacts, Meeting, Outcome, Tracers, line_of_centres};
 pub use engine::Engine;
 pub use error::GasError;
@@ -58,10 +58,10 @@ pub use kernel::{Contact, Kernel};
 pub use low_rank::LowRank;
 pub use measure::{Moments, moments, moments_by};
 pub use motion::{Displacement, Motion};
-pub use paths::{Paths, time_averaged};
+pub use paths::{Trajectories, time_averaged};
 pub use selection::{Candidate, Selection, Standing};
 pub use simulate::{Homogeneous, Pick};
-pub use slots::Slots;
+pub use slots::AliasTableSelection;
 pub use sticking::{
     Ledger, Limit, Order, Part, Rule, Sticking, Threshold, shards, size_distribution,
 };

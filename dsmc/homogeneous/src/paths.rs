@@ -1,20 +1,20 @@
 //! Whole paths of some particles, and time averages along them.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Physics, Vector, VectorOf};
+use stosszahl_model::{ParticleModel, Vector, VectorOf};
 
 use super::motion::Motion;
 
 /// Corners of the paths of chosen particles: exact, as particles fly straight in between.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Paths<P: Physics> {
+pub struct Trajectories<P: ParticleModel> {
     /// Number of the path of each particle; the largest number for none.
     path_of: Vec<u32>,
     corners: Vec<Vec<(f64, VectorOf<P>)>>,
 }
 
-impl<P: Physics> Paths<P> {
+impl<P: ParticleModel> Trajectories<P> {
     /// Creates paths of the given particles out of `count`, all from the origin at `time`.
     pub fn new(count: usize, chosen: &[u32], time: f64) -> Self {
         let mut path_of = vec![u32::MAX; count];
@@ -41,7 +41,7 @@ impl<P: Physics> Paths<P> {
     }
 }
 
-impl<P: Physics> Motion<P> for Paths<P> {
+impl<P: ParticleModel> Motion<P> for Trajectories<P> {
     fn is_tracked(&self) -> bool {
         true
     }

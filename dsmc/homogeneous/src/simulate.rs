@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Budget, Census, Clusters, Failure, Free, GrainSizes, Grains as AnyGrains, Interrupt, Kind, Law,
-    Observer, Particles, Plane, Scene, Simulation, Sizes, Smooth, Space, Species, Vector, VectorOf,
-    Volume, Work,
+    Budget, Census, Clusters, Failure, Free, Grains as AnyGrains, Interrupt, Kind, Law, Observer,
+    Particles, Plane, Scene, Simulation, SizeDistribution, Sizes, Smooth, Space, Species, Vector,
+    VectorOf, Volume, Work,
 };
 
 use super::bird::Bird;
@@ -22,9 +22,9 @@ use super::gas::{Gas, Grains};
 use super::kernel::Contact;
 use super::low_rank::LowRank;
 use super::motion::{Displacement, Motion};
-use super::paths::{Paths, time_averaged};
+use super::paths::{Trajectories, time_averaged};
 use super::selection::Selection;
-use super::slots::Slots;
+use super::slots::AliasTableSelection;
 use super::sticking::{Rule, Sticking, size_distribution};
 
 /// Collisions in one leg for each particle of the start.
@@ -35,7 +35,7 @@ const LEAST_LEG: u64 = 200_000;
 /// Selection of pairs; all selections are exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pick {
-    /// Groups of like speed and size in alias tables: [`Slots`].
+    /// Groups of like speed and size in alias tables: [`AliasTableSelection`].
     #[default]
     AliasTables,
     /// Products of the weights of size classes, found in trees: [`LowRank`].
@@ -141,7 +141,7 @@ impl Homogeneous<'_> {
         from: Option<&[u8]>,
     ) -> Result<Box<dyn Simulation>, GasError> {
         match self.pick {
-            Pick::AliasTables => self.picked::<S, Slots>(space, from),
+            Pick::AliasTables => self.picked::<S, AliasTableSelection>(space, from),
             Pick::LowRank => self.picked::<S, LowRank>(space, from),
             Pick::SingleMajorant => self.picked::<S, Bird>(space, from),
         }
@@ -157,7 +157,7 @@ impl Homogeneous<'_> {
     {
         let restitution = self.grains.restitution.clone();
         if let Some(rule) = self.sticking {
-            let GrainSizes::Equal(monomer) = &self.grains.sizes else {
+            let SizeDistribution::Equal(monomer) = &self.grains.sizes else {
                 return Err(GasError::Unfit {
                     what: "particles of several sizes that stick",
                     allowed: "equal monomers",
@@ -175,7 +175,8 @@ impl Homogeneous<'_> {
             self.displacements.then(|| {
                 let places = Displacement::new(gas.count(), 0.0);
                 let chosen = self.chosen(gas);
-                let paths = (!chosen.is_empty()).then(|| Paths::new(gas.count(), &chosen, 0.0));
+                let paths =
+                    (!chosen.is_empty()).then(|| Trajectories::new(gas.count(), &chosen, 0.0));
                 (places, paths)
             })
         };
@@ -184,13 +185,13 @@ impl Homogeneous<'_> {
 
     fn species(&self) -> Result<Species, GasError> {
         Ok(match &self.grains.sizes {
-            GrainSizes::Species(species) => species.clone(),
-            GrainSizes::Equal(one) => Species::new(vec![Kind {
+            SizeDistribution::Species(species) => species.clone(),
+            SizeDistribution::Equal(one) => Species::new(vec![Kind {
                 radius: one.radius,
                 mass: one.mass,
                 count: self.count,
             }])?,
-            GrainSizes::Each(all) => {
+            SizeDistribution::Each(all) => {
                 let kinds = all.pairs().iter().map(|&(radius, mass)| Kind {
                     radius,
                     mass,
@@ -274,18 +275,18 @@ trait Follows<P: Grains>: Motion<P> {
     fn displacement(&self) -> Option<&Displacement<P>> {
         None
     }
-    fn paths(&self) -> Option<&Paths<P>> {
+    fn paths(&self) -> Option<&Trajectories<P>> {
         None
     }
 }
 
 impl<P: Grains> Follows<P> for () {}
 
-impl<P: Grains> Follows<P> for Option<(Displacement<P>, Option<Paths<P>>)> {
+impl<P: Grains> Follows<P> for Option<(Displacement<P>, Option<Trajectories<P>>)> {
     fn displacement(&self) -> Option<&Displacement<P>> {
         self.as_ref().map(|(places, _)| places)
     }
-    fn paths(&self) -> Option<&Paths<P>> {
+    fn paths(&self) -> Option<&Trajectories<P>> {
         self.as_ref().and_then(|(_, paths)| paths.as_ref())
     }
 }
@@ -376,12 +377,12 @@ where
         })
     }
 
-    fn stop_on(&mut self, interrupt: &Interrupt) {
-        self.engine.stop_on(interrupt);
+    fn set_stop_flag(&mut self, interrupt: &Interrupt) {
+        self.engine.set_stop_flag(interrupt);
     }
 
-    fn pause_on(&mut self, pause: &Interrupt) {
-        self.engine.pause_on(pause);
+    fn set_pause_flag(&mut self, pause: &Interrupt) {
+        self.engine.set_pause_flag(pause);
     }
 
     fn is_interrupted(&self) -> bool {
@@ -451,7 +452,7 @@ where
         self.engine.bytes()
     }
 
-    fn follow_displacements(&mut self) -> bool {
+    fn track_displacements(&mut self) -> bool {
         self.engine.motion().displacement().is_some()
     }
 

@@ -39,7 +39,7 @@ pub struct Places {
 
 /// Selection by slots: places in groups of like speed and size, from alias tables.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Slots {
+pub struct AliasTableSelection {
     layout: Layout,
     /// Table of groups, weighted by places times bound times partners.
     first: Alias,
@@ -48,7 +48,7 @@ pub struct Slots {
     rate: f64,
 }
 
-impl Slots {
+impl AliasTableSelection {
     /// Fills the tables from the layout.
     fn weigh<P: Grains>(&mut self, gas: &Gas<P>) {
         let kernel = *gas.kernel();
@@ -83,7 +83,7 @@ impl Slots {
     }
 }
 
-impl<P: Grains> Selection<P> for Slots {
+impl<P: Grains> Selection<P> for AliasTableSelection {
     type Draw = Places;
     const NAME: &'static str = "alias-tables";
 

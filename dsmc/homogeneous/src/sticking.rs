@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Clusters, Invalid, Physics, Sizes, Space, Vector, VectorOf};
+use stosszahl_model::{Clusters, Invalid, ParticleModel, Sizes, Space, Vector, VectorOf};
 
 use super::contact::{Bounce, Contacts, Meeting, Outcome};
 use super::gas::{Gas, Grains, Particle};
@@ -12,7 +12,7 @@ use super::gas::{Gas, Grains, Particle};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Part {
     /// All of the relative motion, `mu g^2/2`.
-    Full,
+    PlacementFailed,
     /// Motion along the line of centres, `mu (g . e)^2/2`.
     Normal,
 }
@@ -121,11 +121,11 @@ impl Sticking {
                 Limit::Energy(energy) => ("threshold energy", energy),
                 Limit::Speed(speed) => ("threshold speed", speed),
             };
-            Invalid::unless(value >= 0.0, what, value, "at least 0")?;
+            Invalid::require(value >= 0.0, what, value, "at least 0")?;
         }
         let kept = rule.retained;
         let allowed = (0.0..=1.0).contains(&kept);
-        Invalid::unless(allowed, "speed kept in breaking", kept, "0 to 1")?;
+        Invalid::require(allowed, "speed kept in breaking", kept, "0 to 1")?;
         Ok(Self {
             rule,
             ledger: Ledger::default(),
@@ -144,7 +144,7 @@ impl Sticking {
     ) -> Fate {
         let rule = &self.rule;
         let part = |threshold: Threshold| match threshold.part {
-            Part::Full => energies[0],
+            Part::PlacementFailed => energies[0],
             Part::Normal => energies[1],
         };
         let stick = part(rule.stick) < rule.stick.limit.energy(reduced);
@@ -233,7 +233,7 @@ impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
                 self.ledger.shattered += (1.0 - kept) * full;
                 let monomer = gas.scene.sizes().mass(1);
                 let square = 2.0 * kept * full / (monomer * f64::from(total));
-                let shards = shards::<<P as Physics>::Space>(total, square, stream);
+                let shards = shards::<<P as ParticleModel>::Space>(total, square, stream);
                 let whole = shards
                     .into_iter()
                     .map(|shard| Particle::new(common + shard, 1));
@@ -261,7 +261,7 @@ mod tests {
     fn rule(stick: Limit, shatter: Limit) -> Sticking {
         let threshold = |limit| Threshold {
             limit,
-            part: Part::Full,
+            part: Part::PlacementFailed,
         };
         let rule = Rule {
             stick: threshold(stick),
@@ -300,7 +300,7 @@ mod tests {
         let bad = Rule {
             stick: Threshold {
                 limit: speed(-1.0),
-                part: Part::Full,
+                part: Part::PlacementFailed,
             },
             ..rule(speed(1.0), never).rule
         };

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use stosszahl_analysis::theory::{self, Component, CoolingState, Mixture};
 use stosszahl_homogeneous::{
-    Bird, Bounce, Contact, Contacts, Displacement, Engine, Gas, Limit, LowRank, Order, Part, Paths,
-    Rule, Selection, Slots, Sticking, Stop, Threshold, Tracers, moments, shards, size_distribution,
-    time_averaged,
+    AliasTableSelection, Bird, Bounce, Contact, Contacts, Displacement, Engine, Gas, Limit,
+    LowRank, Order, Part, Rule, Selection, Sticking, Stop, Threshold, Tracers, Trajectories,
+    moments, shards, size_distribution, time_averaged,
 };
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
@@ -140,10 +140,10 @@ fn pairs_follow_their_rates<S: Space, Pick: Selection<Of<S, Constant, Polydisper
 #[test]
 fn selections_follow_the_rates_of_all_pairs() {
     for used in [0, 7] {
-        pairs_follow_their_rates::<Volume, Slots>(Volume, used);
+        pairs_follow_their_rates::<Volume, AliasTableSelection>(Volume, used);
         pairs_follow_their_rates::<Volume, LowRank>(Volume, used);
         pairs_follow_their_rates::<Volume, Bird>(Volume, used);
-        pairs_follow_their_rates::<Plane, Slots>(Plane, used);
+        pairs_follow_their_rates::<Plane, AliasTableSelection>(Plane, used);
         pairs_follow_their_rates::<Plane, LowRank>(Plane, used);
         pairs_follow_their_rates::<Plane, Bird>(Plane, used);
     }
@@ -153,7 +153,7 @@ fn always_stick() -> Sticking {
     let rule = Rule {
         stick: Threshold {
             limit: Limit::Energy(f64::INFINITY),
-            part: Part::Full,
+            part: Part::PlacementFailed,
         },
         shatter: Threshold {
             limit: Limit::Energy(f64::INFINITY),
@@ -228,7 +228,7 @@ fn mergers_follow_their_rates<Pick: Selection<Of<Volume, Constant, Clusters>>>()
 
 #[test]
 fn selections_stay_exact_while_particles_stick() {
-    mergers_follow_their_rates::<Slots>();
+    mergers_follow_their_rates::<AliasTableSelection>();
     mergers_follow_their_rates::<LowRank>();
     mergers_follow_their_rates::<Bird>();
 }
@@ -272,7 +272,11 @@ fn table<Pick: Selection<Of<Volume, Constant, Species>>>(
 /// seeds); tolerance: five times the scatter of a difference.
 #[test]
 fn selections_agree_on_a_polydisperse_gas() {
-    let (own, low, bird) = (table::<Slots>(1), table::<LowRank>(2), table::<Bird>(3));
+    let (own, low, bird) = (
+        table::<AliasTableSelection>(1),
+        table::<LowRank>(2),
+        table::<Bird>(3),
+    );
     let of = |collisions: u64, energy: f64| (collisions as f64, energy);
     let results = [
         of(own.tally().collisions, own.gas().kinetic_energy()),
@@ -325,10 +329,11 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
         )
         .expect("a gas");
         let paths = Displacement::new(count, 0.0);
-        Engine::<_, Slots, _>::new(gas, paths, Bounce, Streams::new(8, 0)).expect("an engine")
+        Engine::<_, AliasTableSelection, _>::new(gas, paths, Bounce, Streams::new(8, 0))
+            .expect("an engine")
     };
     let mut whole = make();
-    let momentum = |engine: &Engine<_, Slots, Displacement<_>>| {
+    let momentum = |engine: &Engine<_, AliasTableSelection, Displacement<_>>| {
         let gas: &Gas<Of<Volume, PerPair<Constant>, Species>> = engine.gas();
         gas.momentum().square().sqrt()
     };
@@ -339,13 +344,13 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
     assert!(whole.tally().collisions > 10_000);
     // One rounding of the largest momenta per collision, random in sign.
     assert!(momentum(&whole) < 1e-10);
-    let mut resumed = Engine::<_, Slots, Displacement<_>>::resume(
+    let mut resumed = Engine::<_, AliasTableSelection, Displacement<_>>::resume(
         whole.gas().scene().clone(),
         postcard::from_bytes(&half).expect("reads"),
         Streams::new(8, 0),
     );
     resumed.advance(7.0, u64::MAX, &mut ()).expect("runs");
-    let bytes = |engine: &Engine<_, Slots, Displacement<_>>| {
+    let bytes = |engine: &Engine<_, AliasTableSelection, Displacement<_>>| {
         postcard::to_stdvec(&engine.checkpoint()).expect("serialises")
     };
     assert_eq!(bytes(&whole), bytes(&resumed));
@@ -373,7 +378,7 @@ fn haff<S: Space>(space: S) {
     )
     .expect("a gas");
     let paths = Displacement::new(count, 0.0);
-    let mut engine: Engine<_, Slots, _> =
+    let mut engine: Engine<_, AliasTableSelection, _> =
         Engine::new(gas, paths, Bounce, Streams::new(2, 0)).expect("an engine");
     let one = Component {
         mass: 1.0,
@@ -477,7 +482,7 @@ fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
     )
     .expect("a gas");
     let paths = Displacement::new(count, 0.0);
-    let mut engine: Engine<_, Slots, _> =
+    let mut engine: Engine<_, AliasTableSelection, _> =
         Engine::new(gas, paths, Bounce, Streams::new(3, 0)).expect("an engine");
     let components = parts
         .iter()
@@ -563,9 +568,9 @@ fn tracers_follow_the_tracer_limit() {
     let chosen: Vec<u32> = (0..1000).map(|i| i * 40).chain(40_000..44_000).collect();
     let motion = (
         Displacement::new(count, 0.0),
-        Paths::new(count, &chosen, 0.0),
+        Trajectories::new(count, &chosen, 0.0),
     );
-    let mut engine: Engine<_, Slots, _, _> =
+    let mut engine: Engine<_, AliasTableSelection, _, _> =
         Engine::new(gas, motion, Tracers { kind: 1 }, Streams::new(7, 0)).expect("an engine");
     engine.advance(3.0, u64::MAX, &mut ()).expect("runs");
     let early = moments(engine.gas(), None, Some(&start));
@@ -646,7 +651,7 @@ fn clusters<C: Contacts<Of<S, Constant, Clusters>>, S: Space>(
     count: usize,
     density: f64,
     contacts: C,
-) -> Engine<Of<S, Constant, Clusters>, Slots, (), C> {
+) -> Engine<Of<S, Constant, Clusters>, AliasTableSelection, (), C> {
     let sizes = Clusters::new(0.5, 1.0, S::DIMENSION, Vec::new()).expect("clusters");
     let gas = Gas::maxwellian(
         scene(space, constant(0.5), sizes),
@@ -768,7 +773,7 @@ fn extreme_gases_run() {
             &mut stream(12),
         )
         .expect("a gas");
-        let mut engine: Engine<_, Slots> =
+        let mut engine: Engine<_, AliasTableSelection> =
             Engine::new(gas, (), Bounce, Streams::new(1, 1)).expect("an engine");
         let stop = engine.advance(until, 300_000, &mut ()).expect("runs");
         (stop, *engine.tally())

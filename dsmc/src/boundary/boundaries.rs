@@ -13,7 +13,7 @@ const LEAST_SHARE: f64 = 1e-9;
 
 /// Distance at which a wall stops a particle: zero or the particle's radius.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Clearance {
+pub enum WallClearance {
     /// The wall stops the centre: particles are points for walls, as in the dilute gas.
     #[default]
     Centre,
@@ -28,7 +28,7 @@ pub struct Boundaries<S: Space> {
     /// Faces of the box, with its walls; the domain must be periodic along the same axes.
     pub walls: Walls<S>,
     /// Distance at which walls and obstacles stop a particle.
-    pub clearance: Clearance,
+    pub clearance: WallClearance,
     /// Streams that enter through open faces.
     pub inflows: Vec<Inflow<S>>,
     /// Weights of simulators by region.
@@ -90,8 +90,8 @@ impl<S: Space> Boundaries<S> {
             return all;
         }
         let clearance = match self.clearance {
-            Clearance::Centre => 0.0,
-            Clearance::Radius => radius,
+            WallClearance::Centre => 0.0,
+            WallClearance::Radius => radius,
         };
         let sides = [0, 1].map(|axis| domain.lengths()[axis]);
         let periodic = [0, 1].map(|axis| domain.is_periodic(axis));

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
-use stosszahl_model::{Face, Physics, Plane, Sizes, Space, Surface, VectorOf, Volume, Walls};
+use stosszahl_model::{Face, ParticleModel, Plane, Sizes, Space, Surface, VectorOf, Volume, Walls};
 
 use crate::parameters::EngineError;
-use crate::particle::{Follow, Simulator, SimulatorOf};
+use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
 /// Inflow through an open face: particles of a drifting Maxwellian gas as they cross the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ impl Inflow<Volume> {
 pub(crate) const MOST_SIMULATORS: f64 = (1_u64 << 30) as f64;
 
 /// Inflow with its derived quantities: mass, radius and flux.
-pub(crate) struct Source<P: Physics> {
+pub(crate) struct Source<P: ParticleModel> {
     inflow: Inflow<P::Space>,
     tag: <P::Sizes as Sizes>::Tag,
     mass: f64,
@@ -57,7 +57,7 @@ pub(crate) struct Source<P: Physics> {
     flux: f64,
 }
 
-impl<P: Physics> Source<P> {
+impl<P: ParticleModel> Source<P> {
     /// Checks the inflow of this number and derives its flux; its face must be open.
     pub(crate) fn new(
         scene: &P,
@@ -145,7 +145,7 @@ impl<P: Physics> Source<P> {
     }
 
     /// Draws a particle that crosses the part of the face between two corners.
-    pub(crate) fn draw<F: Follow<P::Space>>(
+    pub(crate) fn draw<F: DisplacementTracking<P::Space>>(
         &self,
         scene: &P,
         [low, high]: [VectorOf<P>; 2],
@@ -174,7 +174,7 @@ impl<P: Physics> Source<P> {
             position,
             velocity,
             tag: self.tag,
-            mark: F::Mark::default(),
+            mark: F::DisplacementMark::default(),
             spin: surface.thermal_spin(spin_temperature, self.mass, self.radius, stream),
         }
     }

@@ -56,7 +56,7 @@ pub struct Ledgers<S: Space> {
     pub balanced: u64,
     /// Number of particles laid to rest on a wall or obstacle after too many contacts in one
     /// flight.
-    pub rests: u64,
+    pub settled_particles: u64,
 }
 
 impl<S: Space> Ledgers<S> {
@@ -107,7 +107,7 @@ impl<S: Space> Ledgers<S> {
 pub(crate) struct ExactLedgers {
     sums: Vec<Exact>,
     balanced: u64,
-    rests: u64,
+    settled_particles: u64,
 }
 
 impl ExactLedgers {
@@ -122,7 +122,7 @@ impl ExactLedgers {
             place += 1;
         });
         self.balanced += std::mem::take(&mut other.balanced);
-        self.rests += std::mem::take(&mut other.rests);
+        self.settled_particles += std::mem::take(&mut other.settled_particles);
     }
 
     /// Adds the sums of other tiles.
@@ -133,7 +133,7 @@ impl ExactLedgers {
             sum.merge(more);
         }
         self.balanced += other.balanced;
-        self.rests += other.rests;
+        self.settled_particles += other.settled_particles;
     }
 
     /// Adds the sums to the totals of the run.
@@ -141,7 +141,7 @@ impl ExactLedgers {
         let mut sums = self.sums.iter();
         total.sums(|sum| *sum += sums.next().map_or(0.0, Exact::value));
         total.balanced += self.balanced;
-        total.rests += self.rests;
+        total.settled_particles += self.settled_particles;
     }
 }
 

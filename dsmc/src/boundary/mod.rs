@@ -15,7 +15,7 @@ mod surroundings;
 mod travel;
 mod weights;
 
-pub use boundaries::{Boundaries, Clearance};
+pub use boundaries::{Boundaries, WallClearance};
 pub use inflow::Inflow;
 pub(crate) use ledgers::ExactLedgers;
 pub use ledgers::{Ledgers, Transfer};
@@ -24,4 +24,4 @@ pub use weights::Weights;
 pub(crate) use cut_cells::CutCell;
 pub(crate) use inflow::MOST_SIMULATORS;
 pub(crate) use passage::{FlightTiming, Origin, Passage, enter};
-pub(crate) use surroundings::Surroundings;
+pub(crate) use surroundings::BoundaryGeometry;

@@ -1,13 +1,13 @@
 //! Boundaries during one free-flight phase: contacts, outflow, inflow, changes of weight.
 
 use stosszahl_model::random::{Bundle, Purpose, Streams};
-use stosszahl_model::{Physics, Sizes, Space, Surface, VectorOf};
+use stosszahl_model::{ParticleModel, Sizes, Space, Surface, VectorOf};
 
 use super::ledgers::{Ledgers, energy};
-use super::surroundings::Surroundings;
+use super::surroundings::BoundaryGeometry;
 use super::travel::{Draws, Trip};
 use crate::grid::Grid;
-use crate::particle::{Follow, SimulatorOf};
+use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::random_counts::draw_whole;
 
 /// Number, start time and duration of one free-flight phase.
@@ -23,8 +23,8 @@ pub(crate) struct FlightTiming {
 
 /// Boundaries during one free-flight phase. Random numbers are addressed by phase, origin cell and
 /// order in the cell, so they do not depend on thread or process.
-pub(crate) struct Passage<'a, P: Physics> {
-    pub(crate) surroundings: &'a Surroundings<P>,
+pub(crate) struct Passage<'a, P: ParticleModel> {
+    pub(crate) surroundings: &'a BoundaryGeometry<P>,
     scene: &'a P,
     /// Particles per simulator where the weight factor is one.
     weight: f64,
@@ -48,11 +48,11 @@ impl Origin {
     }
 }
 
-impl<'a, P: Physics> Passage<'a, P> {
+impl<'a, P: ParticleModel> Passage<'a, P> {
     /// Prepares the boundaries for one free-flight phase.
     pub(crate) fn new(
         scene: &'a P,
-        surroundings: &'a Surroundings<P>,
+        surroundings: &'a BoundaryGeometry<P>,
         weight: f64,
         streams: Streams,
         FlightTiming {
@@ -74,7 +74,7 @@ impl<'a, P: Physics> Passage<'a, P> {
     }
 
     /// Moves a simulator to the end of the phase. Returns `false` if it left through an open face.
-    pub(crate) fn travel<F: Follow<P::Space>>(
+    pub(crate) fn travel<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
         origin: Origin,
@@ -84,7 +84,7 @@ impl<'a, P: Physics> Passage<'a, P> {
     }
 
     /// Moves a simulator that enters after a part of the phase. Returns `false` if it left again.
-    fn travel_from<F: Follow<P::Space>>(
+    fn travel_from<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
         origin: Origin,
@@ -103,7 +103,7 @@ impl<'a, P: Physics> Passage<'a, P> {
     }
 
     /// Draws the number of copies that a simulator becomes where the weight changes.
-    pub(crate) fn copies<F: Follow<P::Space>>(
+    pub(crate) fn copies<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
         origin: Origin,
@@ -124,7 +124,7 @@ impl<'a, P: Physics> Passage<'a, P> {
 
     /// Draws the simulators that flow into a cell and passes each with its origin to `land`. The
     /// first `members` orders of the cell are taken.
-    pub(crate) fn let_in<F: Follow<P::Space>>(
+    pub(crate) fn let_in<F: DisplacementTracking<P::Space>>(
         &self,
         grid: &Grid<P::Space>,
         cell: [u32; 3],
@@ -177,7 +177,7 @@ fn uniform(stream: &mut impl rand::Rng) -> f64 {
 }
 
 /// Adds a simulator that stands for `particles` to a transfer.
-pub(crate) fn enter<P: Physics, F: Follow<P::Space>>(
+pub(crate) fn enter<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     simulator: &SimulatorOf<P, F>,
     particles: f64,

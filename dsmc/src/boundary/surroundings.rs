@@ -1,11 +1,11 @@
 //! Boundaries of a run, prepared for its grid of cells.
 
 use stosszahl_model::Rebound;
-use stosszahl_model::{Face, Physics, Sizes, Space, VectorOf, Walls};
+use stosszahl_model::{Face, ParticleModel, Sizes, Space, VectorOf, Walls};
 
 use nalgebra::vector;
 
-use super::boundaries::{Boundaries, Clearance};
+use super::boundaries::{Boundaries, WallClearance};
 use super::cut_cells::{CentreLimits, CutCell, CutCells, LEAST_ROOM};
 use super::inflow::{Inflow, Source};
 use super::obstacles::Standing;
@@ -14,15 +14,15 @@ use super::weights::Weights;
 use crate::density::Density;
 use crate::grid::{Grid, Place};
 use crate::parameters::EngineError;
-use crate::particle::{Follow, SimulatorOf};
+use crate::particle::{DisplacementTracking, SimulatorOf};
 
 /// Boundaries of a run on its grid: walls, inflows, obstacles, weights, and the free fraction of
 /// each cell.
-pub(crate) struct Surroundings<P: Physics> {
+pub(crate) struct BoundaryGeometry<P: ParticleModel> {
     walls: Walls<P::Space>,
     /// Faces that are not periodic, by axis and side.
     faces: Vec<(usize, usize)>,
-    clearance: Clearance,
+    clearance: WallClearance,
     lengths: VectorOf<P>,
     /// Largest inward reach of walls, vibration and clearance, by axis and side \[length\].
     depths: [[f64; 2]; 3],
@@ -44,7 +44,7 @@ pub(crate) struct Surroundings<P: Physics> {
     speeds: VectorOf<P>,
 }
 
-impl<P: Physics> Surroundings<P> {
+impl<P: ParticleModel> BoundaryGeometry<P> {
     /// Prepares boundaries for a grid at a time; `None` if the box is periodic and uniform.
     pub(crate) fn new(
         scene: &P,
@@ -67,8 +67,8 @@ impl<P: Physics> Surroundings<P> {
             );
         }
         let room = |radius: f64| match boundaries.clearance {
-            Clearance::Centre => 0.0,
-            Clearance::Radius => radius,
+            WallClearance::Centre => 0.0,
+            WallClearance::Radius => radius,
         };
         let largest = scene.sizes().largest_radius();
         let depth = |axis: usize, side: usize, radius: f64| {
@@ -287,8 +287,8 @@ impl<P: Physics> Surroundings<P> {
     #[inline]
     pub(crate) fn clearance(&self, radius: f64) -> f64 {
         match self.clearance {
-            Clearance::Centre => 0.0,
-            Clearance::Radius => radius,
+            WallClearance::Centre => 0.0,
+            WallClearance::Radius => radius,
         }
     }
 
@@ -493,7 +493,7 @@ impl<P: Physics> Surroundings<P> {
     }
 
     /// Checks that a simulator at the start overlaps no wall and no obstacle.
-    pub(crate) fn check_place<F: Follow<P::Space>>(
+    pub(crate) fn check_place<F: DisplacementTracking<P::Space>>(
         &self,
         scene: &P,
         index: usize,

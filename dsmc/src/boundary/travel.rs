@@ -4,12 +4,12 @@ use nalgebra::Vector2;
 use stosszahl_model::random::{Bundle, ShortStream};
 use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
 use stosszahl_model::walls::{Rebound, Touch};
-use stosszahl_model::{Face, Field, Physics, Sizes, Space, Surface, Vector, VectorOf, Wall};
+use stosszahl_model::{Face, Field, ParticleModel, Sizes, Space, Surface, Vector, VectorOf, Wall};
 
 use super::ledgers::{Ledgers, energy};
 use super::obstacles::Standing;
-use super::surroundings::Surroundings;
-use crate::particle::{Follow, Simulator, SimulatorOf};
+use super::surroundings::BoundaryGeometry;
+use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
 /// Largest number of contacts with one wall in one flight. A particle that falls onto an inelastic
 /// floor touches it infinitely often in finite time; it is laid to rest instead, and counted.
@@ -20,9 +20,9 @@ const MOST_TOUCHES: u32 = 1000;
 const UPWARDS: f64 = 1e-12;
 
 /// Flight of one simulator: its gas, its boundaries, and when it takes place.
-pub(crate) struct Trip<'a, P: Physics> {
+pub(crate) struct Trip<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
-    pub(crate) surroundings: &'a Surroundings<P>,
+    pub(crate) surroundings: &'a BoundaryGeometry<P>,
     /// Start of the flight \[time\].
     pub(crate) begin: f64,
     /// Duration of the flight \[time\].
@@ -76,7 +76,7 @@ struct Rest {
 }
 
 /// State of a simulator during its flight.
-struct Motion<'a, 'b, P: Physics> {
+struct Motion<'a, 'b, P: ParticleModel> {
     trip: &'a Trip<'b, P>,
     mass: f64,
     radius: f64,
@@ -85,16 +85,16 @@ struct Motion<'a, 'b, P: Physics> {
     acceleration: VectorOf<P>,
     now: f64,
     left: f64,
-    rests: [Option<Rest>; 3],
+    settled_particles: [Option<Rest>; 3],
     touches: [u32; 3],
     obstacle_touches: u32,
     /// Obstacle that the simulator slides along, and the acceleration of its support force.
     support: Option<(usize, VectorOf<P>)>,
 }
 
-impl<P: Physics> Trip<'_, P> {
+impl<P: ParticleModel> Trip<'_, P> {
     /// Moves a simulator to the end of the flight. Returns `false` if it left through an open face.
-    pub(crate) fn travel<F: Follow<P::Space>>(
+    pub(crate) fn travel<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
         draws: &mut Draws,
@@ -110,7 +110,7 @@ impl<P: Physics> Trip<'_, P> {
             acceleration: self.scene.field().acceleration(),
             now: self.begin,
             left: self.duration,
-            rests: [None; 3],
+            settled_particles: [None; 3],
             touches: [0; 3],
             obstacle_touches: 0,
             support: None,
@@ -143,10 +143,10 @@ impl<P: Physics> Trip<'_, P> {
     }
 }
 
-impl<P: Physics> Motion<'_, '_, P> {
+impl<P: ParticleModel> Motion<'_, '_, P> {
     /// Height of the centre above its contact position at a face, speed away from it, and
     /// acceleration.
-    fn approach<F: Follow<P::Space>>(
+    fn approach<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
         axis: usize,
@@ -167,11 +167,14 @@ impl<P: Physics> Motion<'_, '_, P> {
     }
 
     /// Next event before the end of the flight, and the time until then.
-    fn next<F: Follow<P::Space>>(&self, simulator: &SimulatorOf<P, F>) -> Option<(f64, Next)> {
+    fn next<F: DisplacementTracking<P::Space>>(
+        &self,
+        simulator: &SimulatorOf<P, F>,
+    ) -> Option<(f64, Next)> {
         let mut wait = self.left;
         let mut next = None;
         for &(axis, side) in self.trip.surroundings.faces() {
-            if let Some(rest) = self.rests[axis] {
+            if let Some(rest) = self.settled_particles[axis] {
                 if rest.until - self.now < wait {
                     wait = (rest.until - self.now).max(0.0);
                     next = Some(Next::Release(axis));
@@ -211,7 +214,7 @@ impl<P: Physics> Motion<'_, '_, P> {
     }
 
     /// Replaces the next event by a periodic face or an obstacle if that comes before `wait`.
-    fn look_for_obstacles<F: Follow<P::Space>>(
+    fn look_for_obstacles<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
         obstacles: &Standing,
@@ -244,7 +247,7 @@ impl<P: Physics> Motion<'_, '_, P> {
     }
 
     /// Collides the simulator with an obstacle that it has just reached.
-    fn strike<F: Follow<P::Space>>(
+    fn strike<F: DisplacementTracking<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
         number: usize,
@@ -266,7 +269,8 @@ impl<P: Physics> Motion<'_, '_, P> {
         law.apply(self.trip.scene, &touch, velocity, spin, || draws.stream());
         for axis in 0..P::Space::DIMENSION {
             // The obstacle pushed it off, or into, a wall on which it rested.
-            if self.rests[axis].is_some() && simulator.velocity[axis] != before.0[axis] {
+            if self.settled_particles[axis].is_some() && simulator.velocity[axis] != before.0[axis]
+            {
                 self.release(axis);
             }
         }
@@ -288,7 +292,7 @@ impl<P: Physics> Motion<'_, '_, P> {
             self.energy::<F>(simulator) - before.1,
         );
         ledgers.obstacles[number].enter(self.trip.particles, gained.0, gained.1);
-        ledgers.rests += u64::from(too_often);
+        ledgers.settled_particles += u64::from(too_often);
         if self.obstacle_touches > 2 * MOST_TOUCHES || (too_often && self.support.is_none()) {
             // Too many contacts in a wedge: it stays in place for the rest of the flight.
             self.left = 0.0;
@@ -296,7 +300,7 @@ impl<P: Physics> Motion<'_, '_, P> {
     }
 
     /// Moves freely for a time, along the walls on which the simulator rests.
-    fn drift<F: Follow<P::Space>>(
+    fn drift<F: DisplacementTracking<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
         time: f64,
@@ -312,7 +316,7 @@ impl<P: Physics> Motion<'_, '_, P> {
             let force = lift * (self.mass * self.trip.particles);
             ledgers.obstacles[number].momentum += force * time;
         }
-        for (axis, rest) in self.rests.iter().enumerate() {
+        for (axis, rest) in self.settled_particles.iter().enumerate() {
             if let Some(rest) = rest {
                 // The wall bears the weight.
                 let weight = self.trip.scene.field().acceleration()[axis] * self.mass;
@@ -334,12 +338,12 @@ impl<P: Physics> Motion<'_, '_, P> {
     /// Ends the rest on a wall.
     fn release(&mut self, axis: usize) {
         self.let_go();
-        self.rests[axis] = None;
+        self.settled_particles[axis] = None;
         self.acceleration[axis] = self.trip.scene.field().acceleration()[axis];
     }
 
     /// Adds a simulator that leaves to the ledger of its face.
-    fn leave<F: Follow<P::Space>>(
+    fn leave<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
         axis: usize,
@@ -352,14 +356,14 @@ impl<P: Physics> Motion<'_, '_, P> {
     }
 
     /// Energy of one of the simulator's particles \[energy\].
-    fn energy<F: Follow<P::Space>>(&self, simulator: &SimulatorOf<P, F>) -> f64 {
+    fn energy<F: DisplacementTracking<P::Space>>(&self, simulator: &SimulatorOf<P, F>) -> f64 {
         let surface = self.trip.scene.surface();
         let turning = surface.spin_energy(self.mass, self.radius, simulator.spin);
         energy(self.mass, simulator.velocity, turning)
     }
 
     /// Collides the simulator with a wall that it has just reached.
-    fn rebound<F: Follow<P::Space>>(
+    fn rebound<F: DisplacementTracking<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
         [axis, side]: [usize; 2],
@@ -395,13 +399,13 @@ impl<P: Physics> Motion<'_, '_, P> {
         let leaving = (simulator.velocity - touch.wall).inner(&normal);
         let pull = self.acceleration.inner(&normal);
         let too_often = self.touches[axis] > MOST_TOUCHES;
-        let rests = pull < 0.0 && (leaving <= 0.0 || too_often);
-        if rests {
+        let settled_particles = pull < 0.0 && (leaving <= 0.0 || too_often);
+        if settled_particles {
             simulator.velocity[axis] = touch.wall[axis];
             self.acceleration[axis] = 0.0;
             let turn = wall.vibration.map(|v| v.next_turn(self.now));
             let until = turn.unwrap_or(f64::INFINITY);
-            self.rests[axis] = Some(Rest { side, until });
+            self.settled_particles[axis] = Some(Rest { side, until });
         }
         let gained = (
             (simulator.velocity - before.0) * self.mass,
@@ -413,8 +417,8 @@ impl<P: Physics> Motion<'_, '_, P> {
             // A particle already at rest counts no contact.
             ledger.contacts -= self.trip.particles;
         }
-        ledgers.rests += u64::from(too_often);
-        if too_often && !rests {
+        ledgers.settled_particles += u64::from(too_often);
+        if too_often && !settled_particles {
             // Too many contacts between walls: it stays in place for the rest of the flight.
             self.left = 0.0;
         }

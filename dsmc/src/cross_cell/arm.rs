@@ -25,7 +25,7 @@ const PRIOR: f64 = 300.0;
 
 /// Mean excess of the partner distance over the contact distance, by class of packing fraction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Arm {
+pub(crate) struct ContactDistance {
     /// Mean excess \[contact distances\] and the number of collisions behind it, by class.
     classes: Vec<[f64; 2]>,
 }
@@ -41,7 +41,7 @@ pub(crate) fn class(packing: f64, whole: bool) -> u8 {
     (class + if whole { 0 } else { PACKINGS }) as u8
 }
 
-impl Default for Arm {
+impl Default for ContactDistance {
     fn default() -> Self {
         Self {
             classes: vec![[0.0, PRIOR]; CLASSES],
@@ -62,7 +62,7 @@ impl Distances {
     }
 }
 
-impl Arm {
+impl ContactDistance {
     /// Distance of the search point from a simulator \[contact distances\].
     #[inline(always)]
     pub(crate) fn reach(&self, class: u8) -> f64 {
@@ -107,7 +107,7 @@ mod tests {
     /// Partners lie 0.08 beyond the point: the point is drawn in until the mean distance is one.
     #[test]
     fn the_mean_distance_becomes_the_contact_distance() {
-        let mut arm = Arm::default();
+        let mut arm = ContactDistance::default();
         let there = class(0.25, true);
         for _ in 0..100 {
             let mut distances = Distances::default();

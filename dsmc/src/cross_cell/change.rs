@@ -1,9 +1,9 @@
 //! Velocity changes of particles in ghost cells, sent between processes.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Physics, Space, SpinOf, Surface, Vector, VectorOf};
+use stosszahl_model::{ParticleModel, Space, SpinOf, Surface, Vector, VectorOf};
 
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 use crate::tile::Tile;
 
 /// New velocity and spin of a particle, by its tile, its cell in the tile, and its place in the
@@ -25,10 +25,10 @@ impl<V: Vector, W: Copy> Change<V, W> {
     #[inline]
     pub(super) fn apply<P, F>(&self, tile: &mut Tile<P, F>)
     where
-        P: Physics,
+        P: ParticleModel,
         P::Space: Space<Vector = V>,
         P::Surface: Surface<P::Space, Spin = W>,
-        F: Follow<P::Space>,
+        F: DisplacementTracking<P::Space>,
     {
         let cell = self.cell as usize;
         let index = tile.starts[cell] + self.place;

@@ -7,7 +7,7 @@
 use std::sync::Mutex;
 use std::time::Instant;
 
-use stosszahl_model::Physics;
+use stosszahl_model::ParticleModel;
 
 use super::change::ChangeOf;
 use super::colours::colours;
@@ -15,13 +15,13 @@ use super::peers::TilePeers;
 use super::tile_neighbourhood::{TileNeighbourhood, lock};
 use crate::features::PROCESSES;
 use crate::grid::Grid;
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 use crate::threads::each_of;
 use crate::tile::Tile;
 
 /// Processes every tile of this process with its neighbours, colour after colour, and returns the
 /// results with the tile numbers. After each colour, processes exchange the changes in ghost cells.
-pub(super) fn sweep_around<P: Physics, F: Follow<P::Space>, R: Send>(
+pub(super) fn sweep_around<P: ParticleModel, F: DisplacementTracking<P::Space>, R: Send>(
     parallel: bool,
     grid: &Grid<P::Space>,
     tiles: &mut [Tile<P, F>],
@@ -69,7 +69,12 @@ type Done<P, R> = (u32, R, Vec<ChangeOf<P>>);
 
 /// Processes one colour and all that follow. Each colour is nested in the exchange of the one
 /// before, so that no process waits for another that has not yet received its messages.
-fn colour_by_colour<P: Physics, F: Follow<P::Space>, R, W: Fn(&[u32]) -> Vec<Done<P, R>>>(
+fn colour_by_colour<
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
+    R,
+    W: Fn(&[u32]) -> Vec<Done<P, R>>,
+>(
     peers: &dyn TilePeers<P, F>,
     colours: &[Vec<u32>],
     colour: usize,

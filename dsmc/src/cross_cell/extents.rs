@@ -11,12 +11,12 @@ use crate::extrema::{larger, smaller};
 
 /// Bounding box of a set of velocities.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Extent<S: Space> {
+pub(super) struct VelocityBox<S: Space> {
     /// Largest components of -u and of u, side by side so that both are compared at once.
     most: [S::Vector; 2],
 }
 
-impl<S: Space> Extent<S> {
+impl<S: Space> VelocityBox<S> {
     /// An empty bounding box.
     #[inline(always)]
     pub(super) fn nobody() -> Self {

@@ -7,22 +7,22 @@
 
 mod bounds;
 
-use stosszahl_model::{Physics, Sizes, Space, VectorOf};
+use stosszahl_model::{ParticleModel, Sizes, Space, VectorOf};
 
-use super::extents::Extent;
+use super::extents::VelocityBox;
 use super::lanes::{BEYOND, LANES, Run};
 use super::search_ranges::Ranges;
 use super::search_target::{Aim, Block};
 use super::tile_neighbourhood::{At, TileNeighbourhood};
 use crate::extrema::{larger, smaller};
 use crate::grid::{Grid, ROUNDER};
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 
 /// Coordinate of masked particles; large, but its square does not overflow \[length\].
 const NOWHERE: f64 = 1e150;
 
 /// Copy of a block of cells around a tile: positions, velocities, sizes and velocity bounds.
-pub(crate) struct HaloCopy<P: Physics> {
+pub(crate) struct HaloCopy<P: ParticleModel> {
     ranges: Ranges,
     /// Coordinates of the first cell; they may be outside the box.
     first: [i64; 3],
@@ -53,7 +53,7 @@ pub(crate) struct HaloCopy<P: Physics> {
     /// Tile that holds the particles of each cell, and the offset from an index here to one there.
     homes: Vec<At>,
     /// Bounding box of the velocities of each cell.
-    extents: Vec<Extent<P::Space>>,
+    extents: Vec<VelocityBox<P::Space>>,
     /// Number of particles in the block of cells around each cell that is searched first.
     near: Vec<u32>,
     /// For each line of cells along the first axis: true if a block of a cell has at most one
@@ -62,20 +62,20 @@ pub(crate) struct HaloCopy<P: Physics> {
     sums: Vec<u32>,
     /// Bounding boxes of velocities joined over the layers around one, by column; in three
     /// dimensions.
-    slab: Vec<Extent<P::Space>>,
+    slab: Vec<VelocityBox<P::Space>>,
     /// Layer that `slab` belongs to.
     slab_of: Option<usize>,
     /// Bounding box of the velocities of possible partners, for each cell of the current line of
     /// the tile.
-    pub(super) bounds: Vec<Extent<P::Space>>,
+    pub(super) bounds: Vec<VelocityBox<P::Space>>,
     /// Row and layer of the current line in the halo copy.
     line: [usize; 2],
     /// Scratch memory.
-    work: Vec<Extent<P::Space>>,
+    work: Vec<VelocityBox<P::Space>>,
     places: Vec<bool>,
 }
 
-impl<P: Physics> Default for HaloCopy<P> {
+impl<P: ParticleModel> Default for HaloCopy<P> {
     fn default() -> Self {
         Self {
             ranges: Ranges::default(),
@@ -108,11 +108,11 @@ impl<P: Physics> Default for HaloCopy<P> {
     }
 }
 
-impl<P: Physics> HaloCopy<P> {
+impl<P: ParticleModel> HaloCopy<P> {
     /// Copies the cells around the tile at the centre. `moves`: whether velocities bound the
     /// candidate pairs; the last argument holds the sizes and their mean radius.
     #[inline(always)]
-    pub(super) fn fill<F: Follow<P::Space>>(
+    pub(super) fn fill<F: DisplacementTracking<P::Space>>(
         &mut self,
         around: &TileNeighbourhood<'_, '_, P, F>,
         grid: &Grid<P::Space>,
@@ -176,7 +176,7 @@ impl<P: Physics> HaloCopy<P> {
 
     /// Copies a line of cells along the first axis.
     #[inline(always)]
-    fn fill_line<F: Follow<P::Space>>(
+    fn fill_line<F: DisplacementTracking<P::Space>>(
         &mut self,
         around: &TileNeighbourhood<'_, '_, P, F>,
         grid: &Grid<P::Space>,
@@ -509,7 +509,7 @@ impl<P: Physics> HaloCopy<P> {
             + size_of::<VectorOf<P>>() * self.velocities.capacity()
             + size_of::<<P::Sizes as Sizes>::Tag>() * self.tags.capacity()
             + size_of::<At>() * self.homes.capacity()
-            + size_of::<Extent<P::Space>>() * extents
+            + size_of::<VelocityBox<P::Space>>() * extents
     }
 
     /// Strides of the cell index along the three axes.

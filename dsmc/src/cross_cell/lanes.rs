@@ -63,7 +63,7 @@ impl Seen {
 }
 
 /// SIMD width of the search; all implementations give identical bits.
-pub(super) trait Lanes: Copy {
+pub(super) trait SimdBackend: Copy {
     /// Finds the particles of three lines within `sqrt(limit)` of a point, and the nearest, except
     /// number `but`.
     fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> Seen;
@@ -76,7 +76,7 @@ pub(super) trait Lanes: Copy {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plain;
 
-impl Lanes for Plain {
+impl SimdBackend for Plain {
     #[inline(always)]
     fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> Seen {
         // Squares are not negative, so their bits sort as integers.
@@ -125,7 +125,7 @@ impl Avx2 {
     unsafe_code,
     reason = "the compiler does not know that the processor was asked"
 )]
-impl Lanes for Avx2 {
+impl SimdBackend for Avx2 {
     #[inline(always)]
     fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> Seen {
         let (mut near, mut best) = (0, [f64::MAX; LANES / 2]);

@@ -34,7 +34,7 @@ use std::f64::consts::PI;
 
 use stosszahl_model::Space;
 
-use crate::density::{Density, Gas, Weighing};
+use crate::density::{Density, DensityKernel, Gas};
 
 /// Number of intervals of the table in packing fraction, evenly spaced in its root.
 const PACKINGS: usize = 24;
@@ -66,7 +66,7 @@ pub(super) struct Window {
     /// Volume of the block of cells, which for triangular weights is convolved with itself
     /// \[length^D\].
     block: f64,
-    weighing: Weighing,
+    weighing: DensityKernel,
     /// Contact distance \[length\].
     diameter: f64,
     /// Radius around the point of contact within which partners are drawn \[length\].
@@ -77,7 +77,7 @@ pub(super) struct Window {
 
 /// Table of the deficit and the relative variance of neighbour numbers, by packing fraction.
 #[derive(Clone, Debug)]
-pub(super) struct Missing {
+pub(super) struct CorrelationHole {
     table: Vec<[f64; 2]>,
 }
 
@@ -93,7 +93,7 @@ struct Wave {
     place: f64,
 }
 
-impl Missing {
+impl CorrelationHole {
     pub(super) fn new<S: Space>(window: &Window) -> Self {
         let waves = window.waves::<S>();
         let table = (0..=PACKINGS).map(|entry| window.lacks::<S>(packing(entry), &waves));
@@ -128,8 +128,8 @@ impl Window {
     pub(super) fn new<S: Space>(gas: &Gas, density: &Density<S>, radius: f64) -> Self {
         let cells = density.cells_around();
         let block = match density.weighing() {
-            Weighing::Flat => cells,
-            Weighing::Triangle => cells.sqrt(),
+            DensityKernel::Flat => cells,
+            DensityKernel::Triangle => cells.sqrt(),
         };
         Self {
             volume: cells * gas.cell,
@@ -152,8 +152,8 @@ impl Window {
             let k = (number as f64 + 0.5) * step;
             let around = ball::<S>(k * block);
             let (window, square, place) = match self.weighing {
-                Weighing::Flat => (around * ball::<S>(k * cell), around * around, 1.0),
-                Weighing::Triangle => {
+                DensityKernel::Flat => (around * ball::<S>(k * cell), around * around, 1.0),
+                DensityKernel::Triangle => {
                     let [window, square] = self.triangle(k);
                     (window, square, libm::j0(0.5 * k * self.diameter))
                 }
@@ -200,7 +200,7 @@ impl Window {
         means.map(|sum| sum / ANGLES as f64)
     }
 
-    /// Computes [`Missing::at`] for one packing fraction.
+    /// Computes [`CorrelationHole::at`] for one packing fraction.
     fn lacks<S: Space>(&self, packing: f64, waves: &[Wave]) -> [f64; 2] {
         if packing == 0.0 {
             return [0.0, 1.0];
@@ -217,8 +217,8 @@ impl Window {
             let [arm, half, spread] = [self.diameter, 0.5 * self.diameter, spread]
                 .map(|length| ball::<S>(wave.k * length));
             let carried = match self.weighing {
-                Weighing::Flat => (1.0 + slope * wave.window) * arm * spread,
-                Weighing::Triangle => {
+                DensityKernel::Flat => (1.0 + slope * wave.window) * arm * spread,
+                DensityKernel::Triangle => {
                     arm * spread + slope * wave.window * half * 0.5 * (1.0 + spread)
                 }
             };
@@ -229,8 +229,8 @@ impl Window {
             all += wave.square * wave.weight;
         }
         let all = match self.weighing {
-            Weighing::Flat => 1.0 / self.volume,
-            Weighing::Triangle => all,
+            DensityKernel::Flat => 1.0 / self.volume,
+            DensityKernel::Triangle => all,
         };
         [missing * self.volume, (1.0 - variance / all).max(0.0)]
     }
@@ -261,7 +261,7 @@ mod tests {
     /// Neighbourhood in units of the contact distance: side of its block, side of a cell, and
     /// radius of the region of partners.
     struct Plain {
-        weighing: Weighing,
+        weighing: DensityKernel,
         side: f64,
         cell: f64,
         spread: f64,
@@ -280,8 +280,8 @@ mod tests {
         // Number of cells along an axis, and weighted mean of the squared weights.
         let half = side / cell;
         let (volume, squares) = match of.weighing {
-            Weighing::Flat => (side * side, 1.0),
-            Weighing::Triangle => (
+            DensityKernel::Flat => (side * side, 1.0),
+            DensityKernel::Triangle => (
                 (half * side).powi(2),
                 ((2.0 * half * half + 1.0) / (3.0 * half)).powi(2),
             ),
@@ -297,8 +297,8 @@ mod tests {
                 [1.0, 0.5, of.spread].map(|length| ball::<Plane>(size * length));
             let slope = 1.0 / zero - 1.0 - near;
             let (counts, place, pushed) = match of.weighing {
-                Weighing::Flat => (block, 1.0, slope * block * blur * arm * spread),
-                Weighing::Triangle => (
+                DensityKernel::Flat => (block, 1.0, slope * block * blur * arm * spread),
+                DensityKernel::Triangle => (
                     block * block / blur,
                     libm::j0(0.5 * size),
                     slope * block * block * halfway * 0.5 * (1.0 + spread),
@@ -318,7 +318,7 @@ mod tests {
     /// wide.
     #[test]
     fn blocks_are_much_like_balls() {
-        use Weighing::{Flat, Triangle};
+        use DensityKernel::{Flat, Triangle};
         for (weighing, packing, copies, side, cell, radius) in [
             (Flat, 0.01, 1.0, 10.9, 10.9, 6.83),
             (Flat, 0.01, 4.0, 6.9, 6.9, 6.83),
@@ -374,13 +374,13 @@ mod tests {
                     volume: S::ball(0.5 * side),
                     cell: S::ball(0.5),
                     block: S::ball(0.5 * side),
-                    weighing: Weighing::Flat,
+                    weighing: DensityKernel::Flat,
                     diameter: 1.0,
                     radius,
                     copies,
                 };
                 let mut worst = [0.0_f64; 2];
-                let (waves, table) = (window.waves::<S>(), Missing::new::<S>(&window));
+                let (waves, table) = (window.waves::<S>(), CorrelationHole::new::<S>(&window));
                 for step in 1..=100 {
                     let packing = 0.01 * densest * f64::from(step);
                     let [one, other] = [window.lacks::<S>(packing, &waves), table.at(packing)];

@@ -28,7 +28,7 @@ mod tile_collisions;
 mod tile_neighbourhood;
 mod trials;
 
-pub(crate) use arm::{Arm, Distances};
+pub(crate) use arm::{ContactDistance, Distances};
 pub(crate) use change::ChangeOf;
 pub(crate) use colours::colours;
 pub(crate) use halo_copy::HaloCopy;

@@ -3,18 +3,18 @@
 use std::ops::Range;
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
+use stosszahl_model::{ParticleModel, Sizes, Space, Vector, VectorOf};
 
 use super::lanes::LANES;
 use super::search_target::Aim;
 use super::tile_collider::TileCollider;
 use crate::extrema::larger;
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 
 impl<P, F> TileCollider<'_, '_, '_, P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Collides approaching pairs that overlap, in a cell and half of its neighbours. The rate of a
     /// pair at distance less than its contact distance d is `stiffness` w D chi `g_n`/d, for

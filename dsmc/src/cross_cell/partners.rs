@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Sizes, Space, Vector, VectorOf};
+use stosszahl_model::{ParticleModel, Sizes, Space, Vector, VectorOf};
 
 use super::halo_copy::HaloCopy;
-use super::lanes::{LANES, LINES, Lanes};
+use super::lanes::{LANES, LINES, SimdBackend};
 use super::search_ranges::{Ranges, WIDEST};
 use super::search_target::{Aim, Block};
 use crate::extrema::smaller;
@@ -37,7 +37,7 @@ const DRAWN_FIRST: usize = 5;
 const DRAWN_LINES: usize = 8;
 
 /// Partner search in a halo copy.
-pub(super) struct Search<'a, P: Physics, L> {
+pub(super) struct Search<'a, P: ParticleModel, L> {
     grid: &'a Grid<P::Space>,
     lanes: L,
     radius: f64,
@@ -54,7 +54,7 @@ pub(super) struct Search<'a, P: Physics, L> {
     squares: [[f64; LANES]; RUNS],
 }
 
-impl<'a, P: Physics, L: Lanes> Search<'a, P, L> {
+impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
     /// Prepares a search. `radius`: partners within it are equally likely; `in_cell`: mean number
     /// of particles in a cell.
     pub(super) fn new(

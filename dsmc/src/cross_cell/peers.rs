@@ -1,15 +1,17 @@
 //! Interface to other processes that hold tiles of the same gas.
 
-use stosszahl_model::Physics;
+use stosszahl_model::ParticleModel;
 
 use super::change::ChangeOf;
 use super::report::{Bounds, Report};
 use crate::grid::Grid;
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 use crate::tile::Tile;
 
 /// Interface to the processes that hold other tiles, for collisions across cells.
-pub(crate) trait TilePeers<P: Physics, F: Follow<P::Space>>: Sync {
+pub(crate) trait TilePeers<P: ParticleModel, F: DisplacementTracking<P::Space>>:
+    Sync
+{
     /// Returns whether another process reads a tile as ghost cells or owns it.
     fn is_seen(&self, tile: usize) -> bool;
 

@@ -25,8 +25,8 @@
 use stosszahl_model::Space;
 
 use super::arm;
-use super::missing::{Missing, Window};
-use crate::density::{Crowding, Density, Gas, Weighing};
+use super::missing::{CorrelationHole, Window};
+use crate::density::{Density, DensityKernel, FreeVolumeFactors, Gas};
 
 /// Largest number of table entries.
 const LARGEST_TABLE: u32 = 1 << 14;
@@ -64,7 +64,7 @@ pub(crate) struct Rates<S: Space> {
     ball: f64,
     /// Moments of unequal sizes; `None` for equal ones.
     spread: Option<Spread>,
-    missing: Missing,
+    missing: CorrelationHole,
     table: Vec<Known>,
     /// Values of [`Self::covered_chi_there`] at equally spaced packing fractions; empty where
     /// `table` suffices.
@@ -124,13 +124,13 @@ impl<S: Space> Rates<S> {
             limit,
             unit,
             own: match density.weighing() {
-                Weighing::Flat => 1.0,
-                Weighing::Triangle => 0.0,
+                DensityKernel::Flat => 1.0,
+                DensityKernel::Triangle => 0.0,
             },
             squares: density.squares(),
             ball,
             spread,
-            missing: Missing::new::<S>(&Window::new(gas, density, radius)),
+            missing: CorrelationHole::new::<S>(&Window::new(gas, density, radius)),
             table: Vec::new(),
             by_packing: Vec::new(),
             space: std::marker::PhantomData,
@@ -139,7 +139,11 @@ impl<S: Space> Rates<S> {
             let most = ((2.0 / unit) as u32).min(LARGEST_TABLE);
             rates.table = (0..most)
                 .map(|units| Known {
-                    rate: rates.compute(f64::from(units), Crowding::NONE, [rates.own, 1.0]),
+                    rate: rates.compute(
+                        f64::from(units),
+                        FreeVolumeFactors::NONE,
+                        [rates.own, 1.0],
+                    ),
                     packing: f64::from(units) * unit,
                     limited: density.is_limited(f64::from(units)),
                     class: arm::class(f64::from(units) * unit, true),
@@ -189,7 +193,7 @@ impl<S: Space> Rates<S> {
 
     /// Corrected rate n chi of a simulator of `own` units that thins its surroundings by `thinned`
     /// units times H.
-    fn compute(&self, units: f64, crowding: Crowding, [own, thinned]: [f64; 2]) -> f64 {
+    fn compute(&self, units: f64, crowding: FreeVolumeFactors, [own, thinned]: [f64; 2]) -> f64 {
         let unit = self.unit * crowding.bodies;
         let raw = units * unit;
         let others = (raw - own * unit).max(0.0);
@@ -204,15 +208,15 @@ impl<S: Space> Rates<S> {
 
     /// Table entry for a number of units; `None` unless sizes are equal and no boundary is near.
     #[inline(always)]
-    pub(super) fn known(&self, units: f64, crowding: Crowding) -> Option<&Known> {
+    pub(super) fn known(&self, units: f64, crowding: FreeVolumeFactors) -> Option<&Known> {
         let known = self.table.get(units as u32 as usize)?;
-        (f64::from(units as u32) == units && crowding == Crowding::NONE).then_some(known)
+        (f64::from(units as u32) == units && crowding == FreeVolumeFactors::NONE).then_some(known)
     }
 
     /// Local rate n chi for `units` in the neighbourhood of a simulator \[1/length^D\]: itself
     /// included, or halfway to the contact without itself. `share`: its radius over the largest.
     #[inline]
-    pub(crate) fn at(&self, units: f64, crowding: Crowding, share: f64) -> f64 {
+    pub(crate) fn at(&self, units: f64, crowding: FreeVolumeFactors, share: f64) -> f64 {
         match self.spread {
             None => match self.known(units, crowding) {
                 Some(known) => known.rate,
@@ -227,7 +231,7 @@ impl<S: Space> Rates<S> {
 
     /// Majorant of [`Self::at`] over all sizes \[1/length^D\].
     #[inline]
-    pub(crate) fn most(&self, units: f64, crowding: Crowding) -> f64 {
+    pub(crate) fn most(&self, units: f64, crowding: FreeVolumeFactors) -> f64 {
         match self.spread {
             None => self.at(units, crowding, 1.0),
             Some(spread) => self.compute(units, crowding, [0.0, spread.thinned(1.0)]),

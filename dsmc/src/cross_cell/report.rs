@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::Collision;
 
 use super::arm::Distances;
-use crate::tally::Tally;
+use crate::tally::CollisionCounters;
 
 /// Bounds over the cells of a tile before the collisions of a step.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -16,7 +16,7 @@ pub(crate) struct Bounds {
 /// Counters, contact distances and logged collisions of the work on one tile.
 #[derive(Default)]
 pub(crate) struct Report {
-    pub(crate) tally: Tally,
+    pub(crate) tally: CollisionCounters,
     pub(crate) distances: Distances,
     pub(crate) log: Vec<Collision>,
 }

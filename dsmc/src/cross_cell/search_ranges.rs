@@ -1,8 +1,8 @@
 //! Search ranges: distances at which partners are sought, in cells.
 
-use stosszahl_model::{Physics, Sizes};
+use stosszahl_model::{ParticleModel, Sizes};
 
-use super::arm::Arm;
+use super::arm::ContactDistance;
 use crate::grid::Grid;
 use crate::scheme::Scheme;
 
@@ -14,7 +14,7 @@ pub(super) const WIDEST: i64 = 3;
 pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f64 {
     match scheme {
         Scheme::ContactPoint { .. } => {
-            Arm::LONGEST * diameter + radius.max(WIDEST as f64 * cell) + cell
+            ContactDistance::LONGEST * diameter + radius.max(WIDEST as f64 * cell) + cell
         }
         Scheme::Esmc(_) | Scheme::StochasticDisks { .. } => diameter + cell,
         _ => 0.0,
@@ -22,19 +22,27 @@ pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f6
 }
 
 /// Number of ghost cells around a tile. `radius`: partners within it are equally likely.
-pub(crate) fn margin<P: Physics>(
+pub(crate) fn margin<P: ParticleModel>(
     scheme: Scheme,
     grid: &Grid<P::Space>,
     sizes: &P::Sizes,
     mean_radius: f64,
     radius: f64,
 ) -> usize {
-    ranges::<P>(scheme, grid, sizes, mean_radius, radius, Arm::LONGEST).margin()
+    ranges::<P>(
+        scheme,
+        grid,
+        sizes,
+        mean_radius,
+        radius,
+        ContactDistance::LONGEST,
+    )
+    .margin()
 }
 
 /// Search ranges of a scheme. `radius`: partners within it are equally likely \[length\]; `arm`:
 /// distance of the search point \[contact distances\].
-pub(super) fn ranges<P: Physics>(
+pub(super) fn ranges<P: ParticleModel>(
     scheme: Scheme,
     grid: &Grid<P::Space>,
     sizes: &P::Sizes,

@@ -1,8 +1,8 @@
 //! Collisions of a step between partners in different cells.
 
-use stosszahl_model::{Physics, Sizes, Vector};
+use stosszahl_model::{ParticleModel, Sizes, Vector};
 
-use super::arm::Arm;
+use super::arm::ContactDistance;
 use super::coloured_sweep::sweep_around;
 use super::halo_copy::HaloCopy;
 use super::peers::TilePeers;
@@ -12,26 +12,26 @@ use super::search_ranges::ranges;
 use super::tile_collider::TileCollider;
 use super::tile_collisions::bounds_around;
 use crate::features::PROCESSES;
-use crate::particle::{Follow, covered};
+use crate::particle::{DisplacementTracking, covered};
 use crate::scheme::Scheme;
-use crate::tally::{Stock, Tally};
+use crate::tally::{CollisionCounters, StepBounds};
 use crate::threads::{Pool, each_of};
 use crate::tile::Tile;
 use crate::within_cell::CollisionContext;
 
 impl<P> CollisionContext<'_, P>
 where
-    P: Physics,
+    P: ParticleModel,
 {
     /// Collides all pairs of a step; all tiles must be sorted. Returns the report of each tile,
     /// whose log holds the collisions for the observers.
-    pub(crate) fn collide_across<F: Follow<P::Space>>(
+    pub(crate) fn collide_across<F: DisplacementTracking<P::Space>>(
         &self,
         tiles: &mut [Tile<P, F>],
         peers: Option<&dyn TilePeers<P, F>>,
         rates: Option<&Rates<P::Space>>,
-        arm: &mut Arm,
-        total: &mut Tally,
+        arm: &mut ContactDistance,
+        total: &mut CollisionCounters,
         patches: &Pool<HaloCopy<P>>,
     ) -> Vec<(u32, Report)> {
         let parallel = self.parallel;
@@ -65,9 +65,9 @@ where
 
     /// Computes the largest χ, the largest speeds and the kinetic energy of a tile, for the next
     /// time step.
-    fn bounds<F: Follow<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds {
+    fn bounds<F: DisplacementTracking<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds {
         let mut bounds = Bounds { chi: 0.0 };
-        let mut stock = Stock::default();
+        let mut stock = StepBounds::default();
         if tile.starts.is_empty() {
             // A tile of another process, beyond the ghost cells.
             return bounds;

@@ -6,21 +6,19 @@ use rand_xoshiro::Xoroshiro128PlusPlus;
 use rayon::prelude::*;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Collision, Constant, Free, Observer, Physics, Plane, Polydisperse, Scene, Sizes, Smooth, Space,
-    State, Vector, VectorOf, Volume, kinetic,
+    Collision, Constant, Free, Observer, ParticleModel, Plane, Polydisperse, Scene, Sizes, Smooth,
+    Space, State, Vector, VectorOf, Volume, kinetic,
 };
 
 use super::coloured_sweep::sweep_around;
 use super::halo_copy::HaloCopy;
-use super::lanes::{self, LINES, Lanes, Plain, Run};
+use super::lanes::{self, LINES, Plain, Run, SimdBackend};
 use super::partners::Search;
 use super::search_ranges::ranges;
 use super::search_target::Aim;
 use super::tile_collider::line_of_centres;
 use crate::tests::{Equal, Seen, equal, in_pool, mean_and_error, start};
-use crate::{
-    Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme, Unfollowed,
-};
+use crate::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Tracked, Untracked};
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
@@ -51,7 +49,12 @@ fn partners_are_those_of_a_plain_search() {
 }
 
 /// However large the radius, as in a dilute gas between walls, a search stays within its cells.
-fn stays_around<P: Physics>(patch: &HaloCopy<P>, aim: Aim<VectorOf<P>>, cell: usize, cells: usize) {
+fn stays_around<P: ParticleModel>(
+    patch: &HaloCopy<P>,
+    aim: Aim<VectorOf<P>>,
+    cell: usize,
+    cells: usize,
+) {
     let block = patch.block_within(aim, 1e9, cells);
     assert_eq!(block.sides, [2 * cells + 1, 2 * cells + 1, 1]);
     assert_eq!(block.first, cell - cells * (1 + patch.strides()[1]));
@@ -70,7 +73,7 @@ fn squares_of_draws(among: usize, mut draw: impl FnMut() -> usize) -> f64 {
 #[derive(Clone, Copy)]
 struct AllLanes;
 
-impl Lanes for AllLanes {
+impl SimdBackend for AllLanes {
     fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> lanes::Seen {
         let seen = Plain.look(runs, point, limit, but);
         #[cfg(target_arch = "x86_64")]
@@ -87,7 +90,7 @@ impl Lanes for AllLanes {
 
 /// Compares searches with a plain one. Returns the number of tiles in which some candidates are
 /// drawn first.
-fn search_like_a_plain_one<P: Physics<Space = Plane>>(scene: impl Fn(usize) -> P) -> u32 {
+fn search_like_a_plain_one<P: ParticleModel<Space = Plane>>(scene: impl Fn(usize) -> P) -> u32 {
     let wide = [([40.0, 30.0], 300), ([20.0, 15.0], 600), ([6.0, 5.0], 120)];
     let narrow = [([60.0, 3.0], 60), ([1.5, 2.5], 5)];
     let mut drew = 0;
@@ -219,7 +222,7 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
         };
         let scene = equal::<Plane>(1.0);
         let mut engine =
-            Engine::<_, Unfollowed>::new(&scene, parameters, &state, Streams::new(1, 0))
+            Engine::<_, Untracked>::new(&scene, parameters, &state, Streams::new(1, 0))
                 .expect("an engine");
         engine.retile(per_tile);
         let grid = engine.grid.clone();
@@ -517,9 +520,8 @@ struct Kinds([u64; 3]);
 #[test]
 fn rates_from_a_table_are_those_that_are_computed() {
     let state = start::<Unequal>(100, Vector2::new(30.0, 30.0), 1);
-    let engine =
-        Engine::<_, Unfollowed>::new(&unequal(100), PARAMETERS, &state, Streams::new(1, 0))
-            .expect("an engine");
+    let engine = Engine::<_, Untracked>::new(&unequal(100), PARAMETERS, &state, Streams::new(1, 0))
+        .expect("an engine");
     let rates = engine.rates.expect("a scheme around contact points");
     let at = |place: f64| rates.covered_chi_there(place / 2048.0);
     for entry in 100..1500 {
@@ -648,7 +650,7 @@ fn threads_and_stops_change_nothing() {
         let run = |threads: usize, stop: bool| {
             in_pool(threads, || {
                 let mut seen = Seen::default();
-                let mut engine = Engine::<_, Followed>::start(&scene, parameters, &state, streams)
+                let mut engine = Engine::<_, Tracked>::start(&scene, parameters, &state, streams)
                     .expect("an engine");
                 engine.retile(1000);
                 assert!(engine.grid().tiles()[..2].iter().all(|&tiles| tiles >= 3));
@@ -695,8 +697,8 @@ fn coherent_copies_keep_long_waves() {
         body.velocity[1] += (wave * body.position[0]).cos();
     }
     let amplitude = |state: &State<Equal<Plane>>| {
-        let sum = |body: &stosszahl_model::Body<_>| {
-            let body: &stosszahl_model::Body<Equal<Plane>> = body;
+        let sum = |body: &stosszahl_model::ParticleState<_>| {
+            let body: &stosszahl_model::ParticleState<Equal<Plane>> = body;
             body.velocity[1] * (wave * body.position[0]).cos()
         };
         2.0 * state.bodies.iter().map(sum).sum::<f64>() / state.bodies.len() as f64

@@ -4,26 +4,27 @@ use std::ops::Range;
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{
-    CollidingPair, Collision, Physics, Plane, Restitution, Sizes, Space, Vector, VectorOf, collide,
+    CollidingPair, Collision, ParticleModel, Plane, Restitution, Sizes, Space, Vector, VectorOf,
+    collide,
 };
 
-use super::arm::{self, Arm};
-use super::extents::Extent;
+use super::arm::{self, ContactDistance};
+use super::extents::VelocityBox;
 use super::halo_copy::HaloCopy;
 use super::rate::Rates;
 use super::report::{Bounds, Report};
 use super::tile_neighbourhood::TileNeighbourhood;
-use crate::density::{Crowding, Weighing};
-use crate::particle::{Follow, covered, index};
+use crate::density::{DensityKernel, FreeVolumeFactors};
+use crate::particle::{DisplacementTracking, covered, index};
 use crate::within_cell::CollisionContext;
 
 /// Collider of the particles of one tile with partners in that tile and in its neighbours. Created
 /// once per tile and time step.
-pub(super) struct TileCollider<'a, 'b, 'c, P: Physics, F: Follow<P::Space>> {
+pub(super) struct TileCollider<'a, 'b, 'c, P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(super) kernel: &'a CollisionContext<'a, P>,
     /// Local collision rates n χ of the contact-point scheme; `None` for other schemes.
     pub(super) rates: Option<&'a Rates<P::Space>>,
-    pub(super) arm: &'a Arm,
+    pub(super) arm: &'a ContactDistance,
     /// Maximum χ over the tile and its neighbours: the majorant of the ESMC scheme.
     pub(super) bounds: Bounds,
     /// True if the number of candidate pairs follows from a speed majorant (all schemes but
@@ -55,7 +56,7 @@ pub(super) struct Cell<S: Space> {
     /// Units in the neighbourhood, the covered area or volume over that of the largest particle.
     pub(super) units: f64,
     /// Corrections of the density for the volume that boundaries take from the neighbourhood.
-    pub(super) crowding: Crowding,
+    pub(super) crowding: FreeVolumeFactors,
     /// Packing fraction of the neighbourhood.
     pub(super) packing: f64,
     /// True if chi is limited at this packing fraction.
@@ -70,7 +71,7 @@ pub(super) struct Cell<S: Space> {
     /// Expected candidate pairs per particle in this time step.
     pub(super) rate: f64,
     /// Bounding box of the velocities of all possible partners.
-    pub(super) extent: Extent<S>,
+    pub(super) extent: VelocityBox<S>,
     pub(super) collisions: u64,
     pub(super) virial: f64,
 }
@@ -105,14 +106,14 @@ pub(super) struct Candidate<V> {
 
 impl<'a, 'b, 'c, P, F> TileCollider<'a, 'b, 'c, P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Prepares the collisions of one tile. `patch`: halo copy to fill.
     pub(super) fn new(
         kernel: &'a CollisionContext<'a, P>,
         rates: Option<&'a Rates<P::Space>>,
-        arm: &'a Arm,
+        arm: &'a ContactDistance,
         bounds: Bounds,
         mut around: TileNeighbourhood<'b, 'c, P, F>,
         patch: &'a mut HaloCopy<P>,
@@ -168,7 +169,7 @@ where
         } else {
             let covered = units * crowding.bodies;
             let packing = covered * kernel.density.unit();
-            let class = arm::class(packing, crowding == Crowding::NONE);
+            let class = arm::class(packing, crowding == FreeVolumeFactors::NONE);
             (packing, kernel.density.is_limited(covered), class)
         };
         self.report.tally.active_cells += 1;
@@ -191,7 +192,7 @@ where
             ceiling,
             most: 0.0,
             rate: 0.0,
-            extent: Extent::nobody(),
+            extent: VelocityBox::nobody(),
             collisions: 0,
             virial: 0.0,
         })
@@ -240,7 +241,7 @@ where
         &self,
         cell: usize,
         first: usize,
-        extent: &Extent<P::Space>,
+        extent: &VelocityBox<P::Space>,
         pick: u64,
         stream: &mut impl Rng,
     ) -> Candidate<VectorOf<P>> {
@@ -269,7 +270,7 @@ where
     pub(super) fn direct(
         &self,
         trial: Candidate<VectorOf<P>>,
-        extent: &Extent<P::Space>,
+        extent: &VelocityBox<P::Space>,
     ) -> Candidate<VectorOf<P>> {
         let (line, velocity) = (trial.line, self.patch.velocities[trial.first]);
         let sides = extent.sides();
@@ -332,7 +333,7 @@ where
     /// which the compiler sees here.
     #[inline(always)]
     pub(super) fn is_halfway(&self) -> bool {
-        P::Space::DIMENSION == 2 && self.kernel.density.weighing() == Weighing::Triangle
+        P::Space::DIMENSION == 2 && self.kernel.density.weighing() == DensityKernel::Triangle
     }
 
     /// Collides a pair along `normal`, from the first to the second, and returns the vector from
@@ -403,7 +404,7 @@ pub(super) fn total<S: Space>(vector: S::Vector) -> f64 {
 
 /// Cross section times chi of a pair of these diameters, over `largest^(D-1)` and the chi of equal
 /// particles.
-pub(super) fn pair_share<P: Physics>(
+pub(super) fn pair_share<P: ParticleModel>(
     kernel: &CollisionContext<'_, P>,
     packing: f64,
     diameters: [f64; 2],

@@ -3,10 +3,10 @@
 use std::mem::take;
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Sizes, Space, VectorOf};
+use stosszahl_model::{ParticleModel, Sizes, Space, VectorOf};
 
 use super::change::ChangeOf;
-use super::lanes::{self, Lanes};
+use super::lanes::{self, SimdBackend};
 use super::partners::Search;
 use super::report::{Bounds, Report};
 use super::search_ranges::Ranges;
@@ -14,7 +14,7 @@ use super::tile_collider::{Candidate, Cell, Line, TileCollider, total};
 use super::trials::{AroundPoints, CandidateRule, InCells};
 use crate::extrema::smaller;
 use crate::grid::{Grid, OFFSETS, offset};
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 use crate::random_counts::draw_whole;
 use crate::scheme::Scheme;
 
@@ -44,8 +44,8 @@ pub(super) fn bounds_around<S: Space>(grid: &Grid<S>, bounds: &[Bounds], number:
 
 impl<P, F> TileCollider<'_, '_, '_, P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Collides the simulators of the tile with each other and with those around it. Bits are
     /// identical on every processor: products and sums are never contracted.
@@ -76,7 +76,7 @@ where
 
     /// Collides all cells of the tile, with one SIMD implementation.
     #[inline(always)]
-    fn collide_all(&mut self, ranges: Ranges, lanes: impl Lanes) {
+    fn collide_all(&mut self, ranges: Ranges, lanes: impl SimdBackend) {
         let kernel = self.kernel;
         let sizes = (kernel.scene.sizes(), kernel.mean_radius);
         self.patch

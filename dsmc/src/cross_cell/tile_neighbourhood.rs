@@ -2,16 +2,16 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use stosszahl_model::{Collision, Physics, SpinOf, VectorOf};
+use stosszahl_model::{Collision, ParticleModel, SpinOf, VectorOf};
 
 use super::change::{Change, ChangeOf};
 use super::peers::TilePeers;
 use crate::grid::{Grid, OFFSETS, offset, offset_number};
-use crate::particle::{Follow, SimulatorOf};
+use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tile::Tile;
 
 /// Tile at the centre with its neighbours, locked.
-pub(super) struct TileNeighbourhood<'a, 'b, P: Physics, F: Follow<P::Space>> {
+pub(super) struct TileNeighbourhood<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> {
     grid: &'a Grid<P::Space>,
     /// Coordinates of the central tile.
     middle: [u32; 3],
@@ -34,7 +34,7 @@ pub(super) struct At {
     pub(super) index: u32,
 }
 
-impl<'a, 'b, P: Physics, F: Follow<P::Space>> TileNeighbourhood<'a, 'b, P, F> {
+impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourhood<'a, 'b, P, F> {
     pub(super) fn new(
         grid: &'a Grid<P::Space>,
         locks: &'a [Mutex<&'b mut Tile<P, F>>],

@@ -1,24 +1,24 @@
 //! Acceptance test of candidate pairs, one implementation per scheme.
 
 use rand::{Rng, RngExt};
-use stosszahl_model::{Physics, Sizes, Space, VectorOf};
+use stosszahl_model::{ParticleModel, Sizes, Space, VectorOf};
 
-use super::lanes::Lanes;
+use super::lanes::SimdBackend;
 use super::partners::Search;
 use super::rate::Rates;
 use super::search_target::Aim;
 use super::tile_collider::{Candidate, Cell, Line, TileCollider, pair_share};
-use crate::boundary::Surroundings;
-use crate::density::Crowding;
+use crate::boundary::BoundaryGeometry;
+use crate::density::FreeVolumeFactors;
 use crate::grid::Grid;
-use crate::particle::{Follow, covered};
+use crate::particle::{DisplacementTracking, covered};
 use crate::within_cell::CollisionContext;
 
 /// Acceptance rule of a scheme for candidate pairs.
 ///
 /// Not closures: the compiler might not inline them into the loop, and then they would lack its
 /// vector instructions.
-pub(super) trait CandidateRule<P: Physics, F: Follow<P::Space>> {
+pub(super) trait CandidateRule<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     /// Prepares a line of cells before its candidates are drawn.
     fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, columns: usize);
 
@@ -43,7 +43,7 @@ pub(super) trait CandidateRule<P: Physics, F: Follow<P::Space>> {
 
 /// Contact-point rule: partners are sought around the point of contact. The rate is Enskog's for
 /// the density around the simulator or around the point halfway.
-pub(super) struct AroundPoints<'a, P: Physics, L> {
+pub(super) struct AroundPoints<'a, P: ParticleModel, L> {
     rates: &'a Rates<P::Space>,
     search: Search<'a, P, L>,
     /// Largest offset in cells of the point halfway to contact, where the density is taken there;
@@ -66,7 +66,7 @@ struct OfSize {
     ceiling: f64,
 }
 
-impl<'a, P: Physics, L> AroundPoints<'a, P, L> {
+impl<'a, P: ParticleModel, L> AroundPoints<'a, P, L> {
     pub(super) fn new(
         kernel: &CollisionContext<'_, P>,
         rates: &'a Rates<P::Space>,
@@ -108,11 +108,13 @@ impl<'a, P: Physics, L> AroundPoints<'a, P, L> {
     /// Local rate n chi for a number of other units \[1/length^D\].
     #[inline(always)]
     fn n_chi(&self, others: f64) -> f64 {
-        self.rates.at(others, Crowding::NONE, 1.0)
+        self.rates.at(others, FreeVolumeFactors::NONE, 1.0)
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>, L: Lanes> CandidateRule<P, F> for AroundPoints<'_, P, L> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>, L: SimdBackend> CandidateRule<P, F>
+    for AroundPoints<'_, P, L>
+{
     #[inline(always)]
     fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, columns: usize) {
         if let Some(farthest) = self.farthest {
@@ -212,13 +214,15 @@ pub(super) struct InCells {
 }
 
 impl InCells {
-    pub(super) fn new<P: Physics>(
+    pub(super) fn new<P: ParticleModel>(
         kernel: &CollisionContext<'_, P>,
         chi: f64,
         point: usize,
     ) -> Self {
         // Cells that walls cut are denser than their number says.
-        let least = kernel.surroundings.map_or(1.0, Surroundings::least_room);
+        let least = kernel
+            .surroundings
+            .map_or(1.0, BoundaryGeometry::least_room);
         Self {
             chi,
             density: kernel.weight / (least * kernel.grid.cell_volume()),
@@ -229,7 +233,7 @@ impl InCells {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> CandidateRule<P, F> for InCells {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CandidateRule<P, F> for InCells {
     #[inline(always)]
     fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, _: usize) {
         self.first = worker.patch.own_cell([0, line.row, line.layer]);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Physics;
+use stosszahl_model::ParticleModel;
 
 use super::bytes::{read, write};
 use super::owners;
@@ -13,8 +13,8 @@ use crate::checkpoint::Checkpoint;
 use crate::cross_cell::margin;
 use crate::engine::{Constants, Engine};
 use crate::features::PROCESSES;
-use crate::particle::Follow;
-use crate::tile::{Outbox, Tile};
+use crate::particle::DisplacementTracking;
+use crate::tile::{SendBuffer, Tile};
 
 /// Load imbalance, largest cost over mean cost, above which tiles change owners.
 const UNEVEN: f64 = 1.1;
@@ -25,13 +25,13 @@ pub(super) const STEPS_BETWEEN: u64 = 50;
 /// process.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-struct Brief<P: Physics, F: Follow<P::Space>> {
+struct Brief<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     gas: Checkpoint<P, F>,
     simulators: usize,
     owners: Vec<u32>,
 }
 
-impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
     /// Declares that several processes hold the gas. Each has made the engine from the same
     /// arguments; the root process holds all tiles until [`Self::divide`].
     pub fn share(&mut self, ranks: Arc<dyn Ranks>) {
@@ -72,7 +72,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
             return;
         };
         let ranks = share.ranks.clone();
-        let brief = (share.me() == 0).then(|| {
+        let format_short = (share.me() == 0).then(|| {
             let costs: Vec<f64> = self.tiles.iter().map(Tile::cost).collect();
             Brief {
                 gas: self.without_simulators(),
@@ -80,11 +80,11 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
                 owners: owners::bisect(self.grid.tiles(), &costs, ranks.size()),
             }
         });
-        let bytes = brief.map_or_else(Vec::new, |brief| write(&brief));
-        let brief: Brief<P, F> = read(&broadcast(&*ranks, bytes));
-        self.take_over(brief.gas);
-        self.simulators = brief.simulators;
-        share.own(&self.grid, brief.owners, self.margin());
+        let bytes = format_short.map_or_else(Vec::new, |format_short| write(&format_short));
+        let format_short: Brief<P, F> = read(&broadcast(&*ranks, bytes));
+        self.take_over(format_short.gas);
+        self.simulators = format_short.simulators;
+        share.own(&self.grid, format_short.owners, self.margin());
         let others: Vec<usize> = (1..ranks.size()).collect();
         let came = if share.me() == 0 {
             let messages = others.iter().map(|&rank| {
@@ -119,7 +119,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
             tile.seconds = 0.0;
         }
         for outbox in self.departing.iter_mut().chain(&mut self.arriving) {
-            *outbox = Outbox::default();
+            *outbox = SendBuffer::default();
         }
         (share.is_united, share.since) = (false, 0);
     }

@@ -1,7 +1,7 @@
 //! Particle migration and global reductions between processes after each free-flight phase.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Collision, Physics};
+use stosszahl_model::{Collision, ParticleModel};
 
 use super::bytes::{read, write};
 use super::ranks::all_reduce;
@@ -9,14 +9,14 @@ use super::subdomain::Subdomain;
 use crate::engine::Engine;
 use crate::features::PROCESSES;
 use crate::grid::{OFFSETS, offset};
-use crate::particle::{Follow, SimulatorOf};
-use crate::tally::{Counts, Stock};
-use crate::tile::{Left, Traveller};
+use crate::particle::{DisplacementTracking, SimulatorOf};
+use crate::tally::{Counts, StepBounds};
+use crate::tile::{Left, Migrant};
 
 /// Message from one process to a neighbour after a free-flight phase.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-struct Sent<P: Physics, F: Follow<P::Space>> {
+struct Sent<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     leaving: Vec<Leaving<P, F>>,
     /// Collisions in tiles of the sender, for the observers in the root process.
     logs: Vec<(u32, Vec<Collision>)>,
@@ -25,7 +25,7 @@ struct Sent<P: Physics, F: Follow<P::Space>> {
 /// Migrating simulator: its tile, the offset of the adjacent tile it enters, and its source cell.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-struct Leaving<P: Physics, F: Follow<P::Space>> {
+struct Leaving<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     tile: u32,
     offset: u8,
     source: u32,
@@ -35,8 +35,8 @@ struct Leaving<P: Physics, F: Follow<P::Space>> {
 /// Global reduction of each step: statistics, counters, flags, and particles that flew far.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-struct News<P: Physics, F: Follow<P::Space>> {
-    stock: Stock<P::Space>,
+struct News<P: ParticleModel, F: DisplacementTracking<P::Space>> {
+    stock: StepBounds<P::Space>,
     simulators: usize,
     ends: bool,
     pauses: bool,
@@ -46,7 +46,7 @@ struct News<P: Physics, F: Follow<P::Space>> {
     counts: Counts,
 }
 
-impl<P: Physics, F: Follow<P::Space>> News<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> News<P, F> {
     fn add(&mut self, other: Self) {
         self.stock.add(&other.stock);
         self.simulators += other.simulators;
@@ -57,7 +57,7 @@ impl<P: Physics, F: Follow<P::Space>> News<P, F> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
     /// Exchanges migrating simulators with neighbours after a free flight, sends collision logs to
     /// the root process if `looks`, and reduces statistics and counters. `counts`: those of this
     /// process. Returns the sums over all processes.
@@ -141,7 +141,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
     /// Adds simulators that left tiles of another process, tile after tile.
     fn enter(&mut self, leaving: &[Leaving<P, F>]) {
         for of_tile in leaving.chunk_by(|one, next| one.tile == next.tile) {
-            let leavers: Vec<(u8, Traveller<P, F>)> = of_tile
+            let leavers: Vec<(u8, Migrant<P, F>)> = of_tile
                 .iter()
                 .map(|one| {
                     let left = Left {
@@ -163,7 +163,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
         simulators: usize,
         counts: Counts,
     ) -> Counts {
-        let mut stock = Stock::default();
+        let mut stock = StepBounds::default();
         self.tiles
             .iter()
             .filter(|tile| tile.is_here)

@@ -2,21 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use stosszahl_model::{Collision, Physics, Space};
+use stosszahl_model::{Collision, ParticleModel, Space};
 
 use super::bytes::{read, write};
 use super::ranks::{all_gather, gather};
 use super::subdomain::{Subdomain, TileData, around};
 use crate::cross_cell::{Bounds, ChangeOf, Distances, Report, TilePeers, colours};
 use crate::grid::Grid;
-use crate::particle::Follow;
-use crate::tally::Tally;
+use crate::particle::DisplacementTracking;
+use crate::tally::CollisionCounters;
 use crate::tile::Tile;
 
 impl<S: Space> Subdomain<S> {
     /// Receives per-cell values from tiles of other processes: those within `reach` cells of own
     /// tiles and, if `is_wide`, those adjacent to these. Returns them by tile number.
-    pub(crate) fn units_around<P: Physics<Space = S>, F: Follow<S>>(
+    pub(crate) fn units_around<P: ParticleModel<Space = S>, F: DisplacementTracking<S>>(
         &self,
         grid: &Grid<S>,
         tiles: &[Tile<P, F>],
@@ -59,7 +59,7 @@ impl<S: Space> Subdomain<S> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> TilePeers<P, F> for Subdomain<P::Space> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Subdomain<P::Space> {
     fn is_seen(&self, tile: usize) -> bool {
         !self.seers[tile].is_empty()
     }
@@ -132,7 +132,8 @@ impl<P: Physics, F: Follow<P::Space>> TilePeers<P, F> for Subdomain<P::Space> {
             all[tile as usize] = Some(report);
         }
         for bytes in all_gather(&*self.ranks, write(&counted)) {
-            for (tile, tally, distances) in read::<Vec<(u32, Tally, Distances)>>(&bytes) {
+            for (tile, tally, distances) in read::<Vec<(u32, CollisionCounters, Distances)>>(&bytes)
+            {
                 all[tile as usize].get_or_insert_with(|| Report {
                     tally,
                     distances,

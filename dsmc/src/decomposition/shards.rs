@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::{self, Checksum, Fingerprint, SnapshotError};
-use stosszahl_model::{Physics, VectorOf};
+use stosszahl_model::{ParticleModel, VectorOf};
 
 use super::bytes::{read, write};
 use super::owners;
@@ -16,12 +16,12 @@ use super::ranks::gather;
 use super::subdomain::TileData;
 use crate::engine::Engine;
 use crate::parameters::EngineError;
-use crate::particle::{Follow, SimulatorOf};
+use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tile::Tile;
 
 /// Location of checkpoint shards: folder and run fingerprint.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Beside {
+pub struct ShardLocation {
     /// Folder of the checkpoint.
     pub folder: PathBuf,
     /// Fingerprint of the run that the checkpoint belongs to.
@@ -56,9 +56,9 @@ impl Shard {
     }
 
     /// Reads the tiles of this shard.
-    fn read<P: Physics, F: Follow<P::Space>>(
+    fn read<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
-        beside: &Beside,
+        beside: &ShardLocation,
         all: usize,
     ) -> Result<Vec<TileData<P, F>>, EngineError> {
         let path = beside.folder.join(&self.file);
@@ -83,9 +83,9 @@ impl Shard {
 }
 
 /// Reads all simulators of a sharded checkpoint, in the order of their cells.
-pub(crate) fn read_all<P: Physics, F: Follow<P::Space>>(
+pub(crate) fn read_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     shards: &[Shard],
-    beside: &Beside,
+    beside: &ShardLocation,
 ) -> Result<Vec<SimulatorOf<P, F>>, EngineError> {
     let mut all = Vec::new();
     for shard in shards {
@@ -96,13 +96,13 @@ pub(crate) fn read_all<P: Physics, F: Follow<P::Space>>(
     Ok(all)
 }
 
-impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
     /// Writes the tiles of all processes into files whose names begin with `stem`. Collective call.
     /// Returns the shards in the root process, and nothing in the others.
     pub(crate) fn write_shards(
         &mut self,
         stem: &str,
-        beside: &Beside,
+        beside: &ShardLocation,
     ) -> Result<Vec<Shard>, EngineError> {
         self.divide();
         let Some(ranks) = self.share.as_ref().map(|share| share.ranks.clone()) else {
@@ -134,7 +134,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
     fn write_shard(
         &mut self,
         file: String,
-        beside: &Beside,
+        beside: &ShardLocation,
     ) -> Result<Option<Shard>, SnapshotError> {
         let own = self.tiles.iter_mut().enumerate();
         let own = own.filter(|(_, tile)| tile.is_here);
@@ -159,7 +159,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
     pub(crate) fn read_shards(
         &mut self,
         shards: &[Shard],
-        beside: &Beside,
+        beside: &ShardLocation,
     ) -> Result<(), EngineError> {
         let counts = self.counted_in(shards)?;
         let Some(mut share) = self.share.take() else {
@@ -218,7 +218,7 @@ impl<P: Physics, F: Follow<P::Space>> Engine<P, F> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
     /// Returns true if the simulators of a tile's data lie in its cells, given by `cell`.
     fn fits(&self, content: &TileData<P, F>, cell: impl Fn(VectorOf<P>) -> Option<usize>) -> bool {
         let total: usize = content.counts.iter().map(|&count| count as usize).sum();

@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Physics, Space};
+use stosszahl_model::{ParticleModel, Space};
 
 use super::bytes::{read, write};
 use super::ranks::Ranks;
 use crate::cross_cell::colours;
 use crate::grid::{Grid, OFFSETS, offset};
-use crate::particle::{Follow, SimulatorOf};
-use crate::tally::Stock;
+use crate::particle::{DisplacementTracking, SimulatorOf};
+use crate::tally::StepBounds;
 use crate::tile::Tile;
 
 /// Subdomain of the gas that this process holds.
@@ -33,7 +33,7 @@ pub(crate) struct Subdomain<S: Space> {
     /// True if any process was asked to pause, as all know since the last step.
     pub(crate) pauses: bool,
     /// Largest speeds and energy over all processes, since the last exchange.
-    pub(crate) stock: Stock<S>,
+    pub(crate) stock: StepBounds<S>,
     /// Number of steps since tiles changed owners.
     pub(super) since: u64,
     /// True if the root process holds all tiles for the time being.
@@ -56,7 +56,7 @@ impl GhostReader {
 /// Contents of a sorted tile: particle numbers by cell, and simulators.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-pub(crate) struct TileData<P: Physics, F: Follow<P::Space>> {
+pub(crate) struct TileData<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(super) tile: u32,
     pub(super) counts: Vec<u32>,
     pub(super) simulators: Vec<SimulatorOf<P, F>>,
@@ -73,7 +73,7 @@ impl<S: Space> Subdomain<S> {
             colours: Vec::new(),
             ends: false,
             pauses: false,
-            stock: Stock::default(),
+            stock: StepBounds::default(),
             since: 0,
             is_united: true,
         }
@@ -196,7 +196,7 @@ fn near_cells<S: Space>(
     near
 }
 
-impl<P: Physics, F: Follow<P::Space>> Tile<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
     pub(super) fn content(&mut self, number: usize) -> TileData<P, F> {
         TileData {
             tile: number as u32,

@@ -9,14 +9,14 @@ use nalgebra::{Vector2, vector};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, Outline, Vibration};
 use stosszahl_model::{
-    Collision, Constant, Face, Gravity, Moments, Monodisperse, Observer, Physics, Plane, Rebound,
-    Rough, Scene, Space as _, State, VectorOf, Volume, Wall, Walls,
+    Collision, Constant, Face, Gravity, Moments, Monodisperse, Observer, ParticleModel, Plane,
+    Rebound, Rough, Scene, Space as _, State, VectorOf, Volume, Wall, Walls,
 };
 
 use super::distribution::STEPS_BETWEEN;
 use super::ranks::gather;
 use super::*;
-use crate::particle::{Follow, Followed, Unfollowed};
+use crate::particle::{DisplacementTracking, Tracked, Untracked};
 use crate::tests::{equal, start};
 use crate::{
     Boundaries, Checkpoint, Copies, Displacement, Engine, EngineError, Grid, Inflow, Neighbourhood,
@@ -142,7 +142,7 @@ struct Legs {
 }
 
 /// State of a gas after several segments, between which the root process holds all of it.
-fn run<P: Physics, F: Follow<P::Space>>(
+fn run<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     make: &(dyn Fn() -> Engine<P, F> + Sync),
     legs: &Legs,
     ranks: Option<Arc<dyn Ranks>>,
@@ -179,7 +179,7 @@ fn run<P: Physics, F: Follow<P::Space>>(
     }
 }
 
-fn assert_same<P: Physics, F: Follow<P::Space>>(
+fn assert_same<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     name: &str,
     legs: &Legs,
     sizes: &[usize],
@@ -194,7 +194,7 @@ fn assert_same<P: Physics, F: Follow<P::Space>>(
     }
 }
 
-fn start_of<P: Physics>(_scene: &P, count: usize, sides: VectorOf<P>) -> State<P> {
+fn start_of<P: ParticleModel>(_scene: &P, count: usize, sides: VectorOf<P>) -> State<P> {
     start(count, sides, 4)
 }
 
@@ -228,7 +228,7 @@ fn a_gas_in_the_plane_is_the_same_for_any_number_of_processes() {
             tiles: Some(250),
             looks: true,
         };
-        assert_same::<_, Followed>(scheme.name(), &legs, &[1, 2, 3, 5, 8], || {
+        assert_same::<_, Tracked>(scheme.name(), &legs, &[1, 2, 3, 5, 8], || {
             let parameters = parameters(scheme, cell);
             Engine::start(&equal::<Plane>(0.7), parameters, &state, Streams::new(5, 0))
                 .expect("an engine")
@@ -246,7 +246,7 @@ fn a_gas_in_space_is_the_same_for_any_number_of_processes() {
             tiles: Some(150),
             looks: true,
         };
-        assert_same::<_, Unfollowed>(scheme.name(), &legs, &[2, 3, 8], || {
+        assert_same::<_, Untracked>(scheme.name(), &legs, &[2, 3, 8], || {
             let parameters = parameters(scheme, cell);
             Engine::start(
                 &equal::<Volume>(0.8),
@@ -313,7 +313,7 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
         tiles: Some(300),
         looks: false,
     };
-    assert_same::<_, Followed>("a flow", &legs, &[1, 2, 3, 8], || {
+    assert_same::<_, Tracked>("a flow", &legs, &[1, 2, 3, 8], || {
         let parameters = parameters(Scheme::Boltzmann, 0.3);
         let streams = Streams::new(9, 0);
         Engine::start_between(&scene, parameters, &state, &boundaries, streams).expect("an engine")
@@ -342,14 +342,14 @@ fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
     };
     let obstacles = outlines.map(|outline| Obstacle::new(outline, law).expect("an obstacle"));
     let mut state = start::<_>(6000, Vector2::new(150.0, 90.0), 4);
-    (state.bodies).retain(|body: &stosszahl_model::Body<Disks>| {
+    (state.bodies).retain(|body: &stosszahl_model::ParticleState<Disks>| {
         obstacles
             .iter()
             .all(|one| one.clearance(body.position) > 0.5)
     });
     let boundaries = Boundaries {
         obstacles: obstacles.to_vec(),
-        clearance: crate::Clearance::Radius,
+        clearance: crate::WallClearance::Radius,
         ..Boundaries::default()
     };
     let legs = Legs {
@@ -359,7 +359,7 @@ fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
         looks: true,
     };
     for neighbourhood in [0, 2] {
-        assert_same::<_, Followed>("thin bodies", &legs, &[2, 3, 8], || {
+        assert_same::<_, Tracked>("thin bodies", &legs, &[2, 3, 8], || {
             let scheme = Scheme::Enskog(Neighbourhood::Cells(neighbourhood));
             let parameters = parameters(scheme, 2.0);
             let (scene, streams) = (equal::<Plane>(0.7), Streams::new(5, 0));
@@ -387,7 +387,7 @@ fn tiles_that_change_hands_change_nothing() {
     let owners = Mutex::new(Vec::new());
     let make = || {
         let parameters = parameters(Scheme::Boltzmann, 1.0);
-        Engine::<_, Unfollowed>::start(&scene, parameters, &state, Streams::new(5, 0))
+        Engine::<_, Untracked>::start(&scene, parameters, &state, Streams::new(5, 0))
             .expect("an engine")
     };
     let found = among(3, |ranks| {
@@ -441,7 +441,7 @@ fn tiles_that_change_hands_change_nothing() {
 type Manifest<P, F> = (Checkpoint<P, F>, Vec<Shard>);
 
 /// Runs a channel for some steps and returns the bytes of its state.
-fn goes_on<F: Follow<Plane>>(mut engine: Engine<Disks, F>, first: bool) -> Vec<u8> {
+fn goes_on<F: DisplacementTracking<Plane>>(mut engine: Engine<Disks, F>, first: bool) -> Vec<u8> {
     engine.advance(f64::INFINITY, 6, &mut ());
     engine.unite();
     if first {
@@ -504,7 +504,7 @@ impl Channel {
         engine.fill(&simulators);
     }
 
-    fn begins(&self) -> Engine<Disks, Unfollowed> {
+    fn begins(&self) -> Engine<Disks, Untracked> {
         let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
         Engine::start_between(
             &self.scene,
@@ -531,7 +531,7 @@ impl Channel {
 
     /// Writes a checkpoint by several processes; returns its manifest and the later state of the
     /// gas.
-    fn written_by(&self, size: usize, beside: &Beside) -> (Vec<u8>, Vec<u8>) {
+    fn written_by(&self, size: usize, beside: &ShardLocation) -> (Vec<u8>, Vec<u8>) {
         among(size, |ranks| {
             let first = ranks.rank() == 0;
             let mut engine = self.begins();
@@ -545,18 +545,23 @@ impl Channel {
     }
 
     /// Reads the checkpoint in one process and continues.
-    fn read_by_one(&self, manifest: &[u8], beside: &Beside) -> Result<Vec<u8>, EngineError> {
-        let (mut gas, shards): Manifest<Disks, Unfollowed> = read(manifest);
-        gas.hold(read_all::<Disks, Unfollowed>(&shards, beside)?);
+    fn read_by_one(&self, manifest: &[u8], beside: &ShardLocation) -> Result<Vec<u8>, EngineError> {
+        let (mut gas, shards): Manifest<Disks, Untracked> = read(manifest);
+        gas.hold(read_all::<Disks, Untracked>(&shards, beside)?);
         let mut engine = self.resumes(gas);
         self.tile(&mut engine);
         Ok(goes_on(engine, true))
     }
 
     /// Reads the checkpoint in several processes and continues if all can; else returns the errors.
-    fn read_by(&self, size: usize, manifest: &[u8], beside: &Beside) -> Result<Vec<u8>, String> {
+    fn read_by(
+        &self,
+        size: usize,
+        manifest: &[u8],
+        beside: &ShardLocation,
+    ) -> Result<Vec<u8>, String> {
         among(size, |ranks| {
-            let (gas, shards): Manifest<Disks, Unfollowed> = read(manifest);
+            let (gas, shards): Manifest<Disks, Untracked> = read(manifest);
             let mut engine = self.resumes(gas);
             self.tile(&mut engine);
             engine.share(ranks.clone());
@@ -577,7 +582,7 @@ fn shards_are_read_by_any_number_of_processes() {
     let channel = Channel::new();
     for writers in [2, 5] {
         let folder = tempfile::tempdir().expect("a folder");
-        let beside = Beside {
+        let beside = ShardLocation {
             folder: folder.path().to_owned(),
             run: [7; 32],
         };
@@ -600,7 +605,7 @@ fn a_shard_that_cannot_be_used_is_named() {
     use std::fs;
     let channel = Channel::new();
     let folder = tempfile::tempdir().expect("a folder");
-    let beside = Beside {
+    let beside = ShardLocation {
         folder: folder.path().to_owned(),
         run: [7; 32],
     };
@@ -612,12 +617,12 @@ fn a_shard_that_cannot_be_used_is_named() {
         bytes[place] ^= 4;
         Some(bytes)
     };
-    let other = Beside {
+    let other = ShardLocation {
         run: [8; 32],
         ..beside.clone()
     };
     let elsewhere = tempfile::tempdir().expect("a folder");
-    let again = Beside {
+    let again = ShardLocation {
         folder: elsewhere.path().to_owned(),
         ..beside.clone()
     };
@@ -671,7 +676,7 @@ fn a_shard_that_cannot_be_used_is_named() {
 fn a_folder_that_is_not_there_is_an_error() {
     let channel = Channel::new();
     let folder = tempfile::tempdir().expect("a folder");
-    let beside = Beside {
+    let beside = ShardLocation {
         folder: folder.path().join("not-there"),
         run: [7; 32],
     };

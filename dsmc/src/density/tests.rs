@@ -21,7 +21,7 @@ fn gas(counts: [u32; 3], unit: f64) -> Gas {
 }
 
 /// Window sums computed line by line against a plain sum over all cells around.
-fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
+fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: DensityKernel) {
     let areas: Vec<f32> = (0..counts.iter().product())
         .map(|i| (i * i % 5) as f32)
         .collect();
@@ -37,8 +37,8 @@ fn check<S: Space>(counts: [u32; 3], scheme: Scheme, weighing: Weighing) {
         let [nx, ny, nz] = counts.map(|count| count as usize);
         let deep = if S::DIMENSION == 2 { 2..3 } else { 0..5 };
         let weight = |away: [usize; 3]| match weighing {
-            Weighing::Flat => 1,
-            Weighing::Triangle => (3 - away[0]) * (3 - away[1]),
+            DensityKernel::Flat => 1,
+            DensityKernel::Triangle => (3 - away[0]) * (3 - away[1]),
         };
         let away = |x: usize, y: usize, z: usize| [x, y, z].map(|at| at.abs_diff(2));
         let cubes = deep
@@ -117,9 +117,9 @@ fn others_are_all_but_one() {
 #[test]
 fn neighbourhood_packing_is_the_plain_sum() {
     let flat = Scheme::Enskog(Neighbourhood::Cells(2));
-    check::<Plane>([7, 5, 1], flat, Weighing::Flat);
-    check::<Volume>([5, 7, 6], flat, Weighing::Flat);
-    check::<Plane>([7, 5, 1], Scheme::CONTACT_POINT, Weighing::Triangle);
+    check::<Plane>([7, 5, 1], flat, DensityKernel::Flat);
+    check::<Volume>([5, 7, 6], flat, DensityKernel::Flat);
+    check::<Plane>([7, 5, 1], Scheme::CONTACT_POINT, DensityKernel::Triangle);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Domain-decomposed gas behind the common interface.
 //!
 //! The root process drives the gas ([`simulate_among`]); the others serve it ([`serve`]). While the
-//! gas advances each process holds its part. Reductions over particles ([`Simulation::add_up`]) and
+//! gas advances each process holds its part. Reductions over particles ([`Simulation::reduce_particles`]) and
 //! checkpoints involve all processes. Any other access to the particles, and kicks, gather all
 //! simulators in the root process.
 
@@ -13,17 +13,19 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::Fingerprint;
 use stosszahl_model::sum::{Make, Totals};
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, Particles, Physics,
-    Simulation, Sum, Vector as _, Work,
+    BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, ParticleModel,
+    Particles, Simulation, Sum, Vector as _, Work,
 };
 
 use super::begin::{Gas, Keep, Left, Shards, Source, begin};
 use super::cells::{Cells, Kept};
 use super::others::{Command, Others};
-use crate::decomposition::{Beside, Ranks, all_gather, all_reduce, broadcast, read, reduce, write};
+use crate::decomposition::{
+    Ranks, ShardLocation, all_gather, all_reduce, broadcast, read, reduce, write,
+};
 use crate::features::PROCESSES;
 use crate::parameters::EngineError;
-use crate::particle::Follow;
+use crate::particle::DisplacementTracking;
 
 /// Starts a gas as [`super::simulate`], decomposed over several processes. Called by the root
 /// process; the others call [`serve`].
@@ -72,8 +74,8 @@ fn lead(
     } else {
         begin(gas, source, &Lead(ranks.clone()))
     };
-    let brief = led.as_ref().ok().map(|led| &led.brief);
-    broadcast(&**ranks, write(&brief));
+    let format_short = led.as_ref().ok().map(|led| &led.format_short);
+    broadcast(&**ranks, write(&format_short));
     let led = led?;
     agree(&**ranks, Ok(()))?;
     (led.gas)()
@@ -115,15 +117,15 @@ pub fn serve(
     if !PROCESSES {
         return Err(EngineError::OneProcess);
     }
-    let Some(brief) = read::<Option<Brief>>(&broadcast(&**ranks, Vec::new())) else {
+    let Some(format_short) = read::<Option<Brief>>(&broadcast(&**ranks, Vec::new())) else {
         // The root process could not start the gas and reports why.
         return Ok(());
     };
     let source = Source::Checkpoint(Left {
         count,
         lengths,
-        checkpoint: &brief.kept,
-        beside: brief.beside.as_ref(),
+        checkpoint: &format_short.kept,
+        beside: format_short.beside.as_ref(),
     });
     match begin(gas, source, &Serve(ranks.clone(), interrupt.clone(), make)) {
         Ok(served) => {
@@ -140,20 +142,24 @@ struct Lead(Arc<dyn Ranks>);
 /// Gas of the root process, and the data that the others need.
 struct Led {
     gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, EngineError>>,
-    brief: Brief,
+    format_short: Brief,
 }
 
 /// Checkpoint of a gas without its simulators, and the location of its shards if there are any.
 #[derive(Serialize, Deserialize)]
 struct Brief {
     kept: Vec<u8>,
-    beside: Option<Beside>,
+    beside: Option<ShardLocation>,
 }
 
 impl Keep for Lead {
     type Kept = Led;
     const SHARES: bool = true;
-    fn keep<P: Physics, F: Follow<P::Space>>(&self, mut cells: Cells<P, F>, shards: Shards) -> Led {
+    fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+        &self,
+        mut cells: Cells<P, F>,
+        shards: Shards,
+    ) -> Led {
         let kept = write(&Kept {
             gas: cells.engine.without_simulators(),
             follows: cells.follows,
@@ -171,13 +177,13 @@ impl Keep for Lead {
         };
         Led {
             gas: Box::new(gas),
-            brief: Brief { kept, beside },
+            format_short: Brief { kept, beside },
         }
     }
 }
 
 /// Declares that several processes hold the gas; each reads its part of a sharded checkpoint.
-fn begin_among<P: Physics, F: Follow<P::Space>>(
+fn begin_among<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &mut Cells<P, F>,
     ranks: &Arc<dyn Ranks>,
     shards: Shards,
@@ -191,13 +197,16 @@ fn begin_among<P: Physics, F: Follow<P::Space>>(
 }
 
 /// Sum of squared displacements over all processes.
-fn all_ways<P: Physics, F: Follow<P::Space>>(ranks: &dyn Ranks, cells: &Cells<P, F>) -> Totals {
+fn all_ways<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+    ranks: &dyn Ranks,
+    cells: &Cells<P, F>,
+) -> Totals {
     all_reduce(ranks, cells.squared_ways(), |sum, more| sum.merge(&more))
 }
 
 /// Reduces a sum over the particles of all processes in the root process, with neighbours up to
 /// `reach` if given.
-fn add_all<P: Physics, F: Follow<P::Space>>(
+fn add_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &Cells<P, F>,
     reach: Option<f64>,
     sum: &mut dyn Sum,
@@ -205,14 +214,14 @@ fn add_all<P: Physics, F: Follow<P::Space>>(
 ) {
     match reach {
         Some(reach) => add_strip(cells, reach, sum, ranks),
-        None => cells.add_up(sum),
+        None => cells.reduce_particles(sum),
     }
     reduce(ranks, sum);
 }
 
 /// Redistributes positions by equal strips of the first axis, one per process, and adds those in
 /// and near the own strip to a sum.
-fn add_strip<P: Physics, F: Follow<P::Space>>(
+fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &Cells<P, F>,
     reach: f64,
     sum: &mut dyn Sum,
@@ -274,14 +283,14 @@ struct Serve(Arc<dyn Ranks>, Interrupt, Make);
 impl Keep for Serve {
     type Kept = Box<dyn FnOnce() -> Result<(), EngineError>>;
     const SHARES: bool = true;
-    fn keep<P: Physics, F: Follow<P::Space>>(
+    fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         mut cells: Cells<P, F>,
         shards: Shards,
     ) -> Self::Kept {
         let Self(ranks, interrupt, make) = self;
         let (ranks, make) = (ranks.clone(), *make);
-        cells.engine.stop_on(interrupt);
+        cells.engine.set_stop_flag(interrupt);
         Box::new(move || {
             begin_among(&mut cells, &ranks, shards)?;
             loop {
@@ -299,8 +308,8 @@ impl Keep for Serve {
                         let mut sum = sum.expect("a sum that this program makes");
                         add_all(&cells, reach, &mut *sum, &*ranks);
                     }
-                    Command::Follow => {
-                        cells.follow_displacements();
+                    Command::DisplacementTracking => {
+                        cells.track_displacements();
                     }
                     Command::Ways => {
                         all_ways(&*ranks, &cells);
@@ -324,13 +333,13 @@ impl Observer for Looks {
 }
 
 /// Decomposed gas in the root process.
-struct Among<P: Physics, F: Follow<P::Space>> {
+struct Among<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     /// Engine behind a lock, because read access may gather all tiles.
     cells: Mutex<Cells<P, F>>,
     ranks: Arc<dyn Ranks>,
 }
 
-impl<P: Physics, F: Follow<P::Space>> Among<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Among<P, F> {
     /// Locks the engine in its present state, for data that the root process always has.
     fn part(&self) -> MutexGuard<'_, Cells<P, F>> {
         self.cells.lock().unwrap_or_else(PoisonError::into_inner)
@@ -353,13 +362,13 @@ impl<P: Physics, F: Follow<P::Space>> Among<P, F> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Drop for Among<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Drop for Among<P, F> {
     fn drop(&mut self) {
         Command::End.give(&*self.ranks);
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P, F> {
     fn time(&self) -> f64 {
         self.part().time()
     }
@@ -385,12 +394,12 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
         self.part().advance(until, budget, observer)
     }
 
-    fn stop_on(&mut self, interrupt: &Interrupt) {
-        self.part().stop_on(interrupt);
+    fn set_stop_flag(&mut self, interrupt: &Interrupt) {
+        self.part().set_stop_flag(interrupt);
     }
 
-    fn pause_on(&mut self, pause: &Interrupt) {
-        self.part().pause_on(pause);
+    fn set_pause_flag(&mut self, pause: &Interrupt) {
+        self.part().set_pause_flag(pause);
     }
 
     fn is_interrupted(&self) -> bool {
@@ -401,11 +410,11 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
         self.whole().visit(look);
     }
 
-    fn add_up(&self, sum: &mut dyn Sum) {
+    fn reduce_particles(&self, sum: &mut dyn Sum) {
         self.add_by_all(None, sum);
     }
 
-    fn add_up_near(&self, reach: f64, sum: &mut dyn Sum) {
+    fn reduce_neighbourhoods(&self, reach: f64, sum: &mut dyn Sum) {
         self.add_by_all(Some(reach), sum);
     }
 
@@ -433,7 +442,7 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
         // Other processes may run in other folders.
         let stem = std::path::absolute(stem).map_err(Failure::new)?;
         let name = stem.file_name().unwrap_or_default().to_string_lossy();
-        let beside = Beside {
+        let beside = ShardLocation {
             folder: stem.parent().unwrap_or(&stem).to_owned(),
             run: *run,
         };
@@ -456,9 +465,9 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Among<P, F> {
         self.part().bytes()
     }
 
-    fn follow_displacements(&mut self) -> bool {
-        Command::Follow.give(&*self.ranks);
-        self.part().follow_displacements()
+    fn track_displacements(&mut self) -> bool {
+        Command::DisplacementTracking.give(&*self.ranks);
+        self.part().track_displacements()
     }
 
     fn displacements(&self) -> Option<Vec<Vector3<f64>>> {

@@ -3,17 +3,17 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, Domain, Field, GrainSizes, Grains, Invalid, Particle, Particles, Physics, Shear,
-    Simulation, Smooth, Space, State, Surface, Volume,
+    Domain, Field, Grains, Invalid, Particle, ParticleModel, ParticleState, Particles, Shear,
+    Simulation, SizeDistribution, Smooth, Space, State, Surface, Volume,
 };
 
 use super::cells::{Cells, Kept};
 use super::field::scene_of;
 use crate::boundary::Boundaries;
-use crate::decomposition::{Beside, Shard, read_all};
+use crate::decomposition::{Shard, ShardLocation, read_all};
 use crate::engine::Engine;
 use crate::parameters::{EngineError, Parameters};
-use crate::particle::{Follow, Followed, Unfollowed};
+use crate::particle::{DisplacementTracking, Tracked, Untracked};
 
 /// Gas in cells: particles, parameters and boundaries; everything but its start.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ pub struct Left<'a> {
     /// Bytes of [`Simulation::checkpoint`] or [`Simulation::checkpoint_in_shards`].
     pub checkpoint: &'a [u8],
     /// Location of the shards; `None` for a checkpoint without shards.
-    pub beside: Option<&'a Beside>,
+    pub beside: Option<&'a ShardLocation>,
 }
 
 /// Resumes a gas from a checkpoint.
@@ -68,7 +68,7 @@ pub(super) trait Keep {
     type Kept;
     /// True if shards stay unread, for the processes that own their tiles.
     const SHARES: bool;
-    fn keep<P: Physics, F: Follow<P::Space>>(
+    fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         cells: Cells<P, F>,
         shards: Shards,
@@ -76,7 +76,7 @@ pub(super) trait Keep {
 }
 
 /// Unread shards and their location.
-pub(super) type Shards = Option<(Vec<Shard>, Beside)>;
+pub(super) type Shards = Option<(Vec<Shard>, ShardLocation)>;
 
 /// Destination of an engine driven by this process alone.
 struct Alone;
@@ -84,7 +84,11 @@ struct Alone;
 impl Keep for Alone {
     type Kept = Box<dyn Simulation>;
     const SHARES: bool = false;
-    fn keep<P: Physics, F: Follow<P::Space>>(&self, cells: Cells<P, F>, _: Shards) -> Self::Kept {
+    fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+        &self,
+        cells: Cells<P, F>,
+        _: Shards,
+    ) -> Self::Kept {
         Box::new(cells)
     }
 }
@@ -114,8 +118,8 @@ pub(super) fn begin<K: Keep>(
     if dimension == 2 {
         let boundaries = gas.boundaries.in_plane();
         match &gas.grains.sizes {
-            GrainSizes::Equal(sizes) if gas.grains.is_plain() && !gas.displacements => {
-                begin.make::<_, Unfollowed>(&gas.grains.plain(*sizes), &boundaries)
+            SizeDistribution::Equal(sizes) if gas.grains.is_plain() && !gas.displacements => {
+                begin.make::<_, Untracked>(&gas.grains.plain(*sizes), &boundaries)
             }
             _ => begin.any(count, &boundaries),
         }
@@ -141,15 +145,15 @@ impl<K: Keep> Begin<'_, K> {
     ) -> Result<K::Kept, EngineError> {
         let grains = self.gas.grains;
         match grains.rough {
-            Some(rough) => self.make::<_, Followed>(&scene_of(grains, rough, count)?, boundaries),
+            Some(rough) => self.make::<_, Tracked>(&scene_of(grains, rough, count)?, boundaries),
             None if self.gas.displacements => {
-                self.make::<_, Followed>(&scene_of(grains, Smooth, count)?, boundaries)
+                self.make::<_, Tracked>(&scene_of(grains, Smooth, count)?, boundaries)
             }
-            None => self.make::<_, Unfollowed>(&scene_of(grains, Smooth, count)?, boundaries),
+            None => self.make::<_, Untracked>(&scene_of(grains, Smooth, count)?, boundaries),
         }
     }
 
-    fn make<P: Physics, F: Follow<P::Space>>(
+    fn make<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         scene: &P,
         boundaries: &Boundaries<P::Space>,
@@ -212,9 +216,9 @@ impl<K: Keep> Begin<'_, K> {
     }
 }
 
-fn body<P: Physics>(particle: &Particle) -> Body<P> {
+fn body<P: ParticleModel>(particle: &Particle) -> ParticleState<P> {
     let vector = |of: Vector3<f64>| P::Space::vector(|axis| of[axis]);
-    Body {
+    ParticleState {
         position: vector(particle.position),
         velocity: vector(particle.velocity),
         spin: <P::Surface as Surface<P::Space>>::spin_of(particle.spin),

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, Particles, Physics,
-    Simulation, Sizes, Space, Sum, Surface, Vector as _, VectorOf, Work,
+    BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, ParticleModel,
+    Particles, Simulation, Sizes, Space, Sum, Surface, Vector as _, VectorOf, Work,
 };
 
 use super::others::Others;
@@ -14,7 +14,7 @@ use crate::boundary::Transfer;
 use crate::checkpoint::Checkpoint;
 use crate::decomposition::Shard;
 use crate::engine::Engine;
-use crate::particle::{Follow, SimulatorOf};
+use crate::particle::{DisplacementTracking, SimulatorOf};
 
 /// Number of simulator steps in one segment.
 const LEG: u64 = 5_000_000;
@@ -27,7 +27,7 @@ pub const BALANCE: &str = "splitting and merging";
 /// Contents of a checkpoint.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-pub(super) struct Kept<P: Physics, F: Follow<P::Space>> {
+pub(super) struct Kept<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(super) gas: Checkpoint<P, F>,
     pub(super) follows: bool,
     /// Shards with the simulators; empty if these are in `gas`.
@@ -35,7 +35,7 @@ pub(super) struct Kept<P: Physics, F: Follow<P::Space>> {
 }
 
 /// Cell-based Monte Carlo engine behind [`Simulation`].
-pub(super) struct Cells<P: Physics, F: Follow<P::Space>> {
+pub(super) struct Cells<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(super) engine: Engine<P, F>,
     /// True if displacements can be tracked.
     pub(super) displacements: bool,
@@ -46,7 +46,7 @@ pub(super) struct Cells<P: Physics, F: Follow<P::Space>> {
     pub(super) others: Option<Others>,
 }
 
-impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Cells<P, F> {
     /// Calls [`Engine::advance`] in all processes.
     fn go(&mut self, until: f64, steps: u64, observer: &mut dyn Observer) -> bool {
         if let Some(others) = &self.others {
@@ -91,7 +91,7 @@ impl<P: Physics, F: Follow<P::Space>> Cells<P, F> {
     }
 }
 
-impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Cells<P, F> {
     fn time(&self) -> f64 {
         self.engine.time()
     }
@@ -135,12 +135,12 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
         })
     }
 
-    fn stop_on(&mut self, interrupt: &Interrupt) {
-        self.engine.stop_on(interrupt);
+    fn set_stop_flag(&mut self, interrupt: &Interrupt) {
+        self.engine.set_stop_flag(interrupt);
     }
 
-    fn pause_on(&mut self, pause: &Interrupt) {
-        self.engine.pause_on(pause);
+    fn set_pause_flag(&mut self, pause: &Interrupt) {
+        self.engine.set_pause_flag(pause);
     }
 
     fn is_interrupted(&self) -> bool {
@@ -152,7 +152,7 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
             .each(|simulator, weight| look(&self.particle(simulator, weight)));
     }
 
-    fn add_up(&self, sum: &mut dyn Sum) {
+    fn reduce_particles(&self, sum: &mut dyn Sum) {
         for tile in self.engine.tiles_here() {
             (self.engine).each_in(tile, |simulator, weight| {
                 sum.add(&self.particle(simulator, weight));
@@ -161,7 +161,7 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
         }
     }
 
-    fn add_up_near(&self, _reach: f64, sum: &mut dyn Sum) {
+    fn reduce_neighbourhoods(&self, _reach: f64, sum: &mut dyn Sum) {
         self.visit(&mut |particle| sum.add(particle));
         sum.close(0);
     }
@@ -241,7 +241,7 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
             ("cell_width", self.engine.cell()[0]),
             (
                 "particles_laid_to_rest_on_walls",
-                self.engine.ledgers().rests as f64,
+                self.engine.ledgers().settled_particles as f64,
             ),
         ];
         Work {
@@ -256,9 +256,9 @@ impl<P: Physics, F: Follow<P::Space>> Simulation for Cells<P, F> {
         self.engine.bytes()
     }
 
-    fn follow_displacements(&mut self) -> bool {
+    fn track_displacements(&mut self) -> bool {
         if self.displacements {
-            self.engine.follow_displacements();
+            self.engine.track_displacements();
             self.follows = true;
         }
         self.displacements

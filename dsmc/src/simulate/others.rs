@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::decomposition::{Beside, Ranks, broadcast, write};
+use crate::decomposition::{Ranks, ShardLocation, broadcast, write};
 
 /// Command of the root process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -17,11 +17,11 @@ pub(super) enum Command {
     /// one is given.
     AddUp(Option<f64>, String, Vec<u8>),
     /// Restarts the tracking of displacements.
-    Follow,
+    DisplacementTracking,
     /// Sums squared displacements.
     Ways,
     /// Writes own tiles into files whose names begin with this stem.
-    Write(String, Beside),
+    Write(String, ShardLocation),
     /// Ends the gas.
     End,
 }

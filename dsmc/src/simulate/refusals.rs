@@ -1,10 +1,12 @@
 //! Checks of a gas in cells before it has particles.
 
-use stosszahl_model::{GrainSizes, Grains, Monodisperse, Physics, Sizes as _, Smooth, Space};
+use stosszahl_model::{
+    Grains, Monodisperse, ParticleModel, SizeDistribution, Sizes as _, Smooth, Space,
+};
 
 use super::begin::Gas;
 use super::field::scene_of;
-use crate::boundary::{Boundaries, Surroundings};
+use crate::boundary::{Boundaries, BoundaryGeometry};
 use crate::grid::Grid;
 use crate::parameters::EngineError;
 use crate::start::{check_choices, require_room};
@@ -32,7 +34,7 @@ pub fn check(gas: &Gas<'_>, expected: &ExpectedGas) -> Result<(), EngineError> {
     let grains = &Grains {
         sizes: match &gas.grains.sizes {
             // Only the largest size matters, and a list of all may be long.
-            GrainSizes::Each(all) => GrainSizes::Equal(Monodisperse {
+            SizeDistribution::Each(all) => SizeDistribution::Equal(Monodisperse {
                 radius: all.largest_radius(),
                 mass: 1.0,
             }),
@@ -58,7 +60,7 @@ fn in_space<S: Space>(
     }
 }
 
-fn of<P: Physics>(
+fn of<P: ParticleModel>(
     gas: &Gas<'_>,
     scene: &P,
     boundaries: &Boundaries<P::Space>,
@@ -74,7 +76,7 @@ fn of<P: Physics>(
         return Ok(());
     }
     let grid = Grid::new(domain, counts, 1, MOST_CELLS, 0.0);
-    let surroundings = Surroundings::new(scene, boundaries, &grid, [radius, 1.0], 0.0)?;
+    let surroundings = BoundaryGeometry::new(scene, boundaries, &grid, [radius, 1.0], 0.0)?;
     let Some(surroundings) = surroundings else {
         return Ok(());
     };

@@ -1,14 +1,14 @@
 //! Access to simulators tile by tile, for distributed sums.
 
-use stosszahl_model::Physics;
+use stosszahl_model::ParticleModel;
 
 use crate::engine::Engine;
-use crate::particle::{Follow, SimulatorOf};
+use crate::particle::{DisplacementTracking, SimulatorOf};
 
 impl<P, F> Engine<P, F>
 where
-    P: Physics,
-    F: Follow<P::Space>,
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
 {
     /// Numbers of the tiles that this process holds.
     pub(super) fn tiles_here(&self) -> impl Iterator<Item = usize> + '_ {

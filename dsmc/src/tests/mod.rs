@@ -6,13 +6,11 @@ use nalgebra::Vector2;
 use rand::RngExt;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Collision, Constant, Domain, Free, Monodisperse, Observer, Physics, Plane, Polydisperse,
-    Scene, Sizes, Smooth, Space, State, VectorOf, Volume,
+    Collision, Constant, Domain, Free, Monodisperse, Observer, ParticleModel, ParticleState, Plane,
+    Polydisperse, Scene, Sizes, Smooth, Space, State, VectorOf, Volume,
 };
 
-use crate::{
-    Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme, Unfollowed,
-};
+use crate::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Tracked, Untracked};
 use plain::Plain;
 
 pub(crate) type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
@@ -45,7 +43,7 @@ fn mixture(count: usize) -> Mixture {
 }
 
 /// State with positions uniform in a box, and velocity components uniform from -1 to 1.
-pub(crate) fn start<P: Physics>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
+pub(crate) fn start<P: ParticleModel>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
     let mut stream = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
     let mut vector = |low: f64, high: VectorOf<P>| {
         let mut vector = VectorOf::<P>::default();
@@ -62,7 +60,7 @@ pub(crate) fn start<P: Physics>(count: usize, sides: VectorOf<P>, seed: u64) -> 
         time: 0.0,
         domain: Domain::periodic(sides).expect("a box"),
         bodies: (0..count)
-            .map(|_| Body::new(vector(0.0, sides), vector(-1.0, ones)))
+            .map(|_| ParticleState::new(vector(0.0, sides), vector(-1.0, ones)))
             .collect(),
     }
 }
@@ -93,7 +91,7 @@ const PARAMETERS: Parameters = Parameters {
 /// Compares the engine with the plain one after two runs, and again for other tiles.
 fn compare<P>(scene: &P, parameters: Parameters, sides: VectorOf<P>, count: usize, step: f64)
 where
-    P: Physics<Surface = Smooth, Field = Free>,
+    P: ParticleModel<Surface = Smooth, Field = Free>,
 {
     let state = start::<P>(count, sides, 1);
     let streams = Streams::new(3, 0);
@@ -111,7 +109,7 @@ where
             let mut bodies = found.bodies.clone();
             for (order, (position, velocity, index)) in plain.members.iter().enumerate() {
                 let index = P::Sizes::index(scene.sizes().tag(*index), order);
-                bodies[index] = Body::new(*position, *velocity);
+                bodies[index] = ParticleState::new(*position, *velocity);
             }
             assert_eq!(found.bodies, bodies, "tiles {:?}", engine.grid().tiles());
         }
@@ -199,7 +197,7 @@ fn threads_and_stops_change_nothing() {
         let run = |threads: usize, stop: bool| {
             in_pool(threads, || {
                 let mut seen = Seen::default();
-                let mut engine = Engine::<_, Followed>::start(&scene, parameters, &state, streams)
+                let mut engine = Engine::<_, Tracked>::start(&scene, parameters, &state, streams)
                     .expect("an engine");
                 engine.advance(f64::INFINITY, 6, &mut seen);
                 if stop {
@@ -289,7 +287,7 @@ fn free_flight_is_exact() {
         ..PARAMETERS
     };
     let mut engine =
-        Engine::<_, Followed>::start(&equal(1.0), parameters, &state, Streams::new(1, 0))
+        Engine::<_, Tracked>::start(&equal(1.0), parameters, &state, Streams::new(1, 0))
             .expect("an engine");
     engine.retile(1);
     engine.hold_step(0.013);
@@ -329,7 +327,7 @@ fn spheres_collide_at_the_rate_of_theory() {
             ..PARAMETERS
         };
         let mut engine =
-            Engine::<_, Unfollowed>::start(&scene, parameters, &state, Streams::new(seed, 0))
+            Engine::<_, Untracked>::start(&scene, parameters, &state, Streams::new(seed, 0))
                 .expect("an engine");
         engine.advance(4.0, u64::MAX, &mut ());
         let packing = state.packing_fraction(&scene);

@@ -5,14 +5,14 @@
 use rand::RngExt;
 use stosszahl_model::random::{Purpose, ShortStream, Streams};
 use stosszahl_model::{
-    CollidingPair, Domain, Free, Physics, Restitution, Sizes, Smooth, Space, State, Vector,
+    CollidingPair, Domain, Free, ParticleModel, Restitution, Sizes, Smooth, Space, State, Vector,
     VectorOf, collide, kinetic,
 };
 
 use crate::{Displacement, Neighbourhood, Parameters, Scheme};
 
 /// Plain engine with steps of fixed length.
-pub(super) struct Plain<P: Physics> {
+pub(super) struct Plain<P: ParticleModel> {
     scene: P,
     parameters: Parameters,
     domain: Domain<P::Space>,
@@ -22,7 +22,7 @@ pub(super) struct Plain<P: Physics> {
     streams: Streams,
 }
 
-impl<P: Physics<Surface = Smooth, Field = Free>> Plain<P> {
+impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
     pub(super) fn new(
         scene: &P,
         parameters: Parameters,

@@ -1,7 +1,7 @@
 //! Contact-point scheme in channels between walls: collision rate against exact disks.
 
 use nalgebra::vector;
-use stosszahl_dsmc::{Boundaries, Clearance, Engine, EngineError, Parameters, Scheme};
+use stosszahl_dsmc::{Boundaries, Engine, EngineError, Parameters, Scheme, WallClearance};
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Face, Plane, Smooth, Space, State, Wall, Walls};
 
@@ -49,7 +49,7 @@ fn channel(packing: f64, width: f64, count: usize) -> (Boundaries<Plane>, State<
     ];
     let boundaries = Boundaries {
         walls: Walls::new(&faces).expect("fit"),
-        clearance: Clearance::Radius,
+        clearance: WallClearance::Radius,
         ..Boundaries::default()
     };
     let length = count as f64 * Plane::ball(0.5) / packing / width;
@@ -103,9 +103,9 @@ fn disks_in_channels_collide_as_often_as_the_engine_says() {
 fn channels_of_few_diameters_are_refused() {
     let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
     for (width, clearance) in [
-        (1.5, Clearance::Radius),
-        (2.9, Clearance::Radius),
-        (1.9, Clearance::Centre),
+        (1.5, WallClearance::Radius),
+        (2.9, WallClearance::Radius),
+        (1.9, WallClearance::Centre),
     ] {
         let (boundaries, state) = channel(0.1, width, 100);
         let boundaries = Boundaries {

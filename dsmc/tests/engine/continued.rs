@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
-    Boundaries, Clearance, Engine, Inflow, Neighbourhood, Parameters, Scheme, Weights,
+    Boundaries, Engine, Inflow, Neighbourhood, Parameters, Scheme, WallClearance, Weights,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Body, Domain, Face, Free, Interrupt, Kind, Plane, Polydisperse, Restitution, Scene, Smooth,
-    State, Wall, Walls,
+    Domain, Face, Free, Interrupt, Kind, ParticleState, Plane, Polydisperse, Restitution, Scene,
+    Smooth, State, Wall, Walls,
 };
 
 use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity, of_kinds};
@@ -43,7 +43,7 @@ fn channel(density: f64, drift: f64) -> Boundaries<Plane> {
     };
     Boundaries {
         walls: Walls::new(&faces).expect("fit"),
-        clearance: Clearance::Radius,
+        clearance: WallClearance::Radius,
         inflows: vec![stream(0), stream(1)],
         ..Boundaries::default()
     }
@@ -180,7 +180,7 @@ fn a_long_step_can_be_broken_off() {
             .map(|i| {
                 let turn = i as f64;
                 let place = Vector2::new((37.0 * turn) % side, (61.7 * turn) % side);
-                Body::new(place, vector![turn.cos(), turn.sin()])
+                ParticleState::new(place, vector![turn.cos(), turn.sin()])
             })
             .collect(),
     };
@@ -201,14 +201,14 @@ fn a_long_step_can_be_broken_off() {
             .expect("an engine");
         let interrupt = Interrupt::default();
         interrupt.raise();
-        engine.stop_on(&interrupt);
+        engine.set_stop_flag(&interrupt);
         assert!(!engine.is_interrupted());
         assert!(!engine.advance(1e6, u64::MAX, &mut ()));
         assert!(engine.is_interrupted());
         let (steps, collisions) = (engine.tally().steps, engine.tally().collisions);
         assert!(steps <= 1 && collisions < 10_000, "{steps} {collisions}");
         // Half a step is not a state to continue from.
-        engine.stop_on(&Interrupt::default());
+        engine.set_stop_flag(&Interrupt::default());
         assert!(!engine.advance(1e6, u64::MAX, &mut ()));
         assert_eq!(engine.tally().steps, steps);
     }
@@ -243,7 +243,7 @@ fn no_partner_of_unequal_disks_is_sought_after_an_interrupt() {
     let state = gas(&scene, domain, 0.0, 400, 1.0, 3);
     let mut engine: Engine<Scene<_, _, _, _, _>> =
         Engine::new(&scene, ACROSS, &state, Streams::new(1, 0)).expect("an engine");
-    engine.stop_on(&law.0);
+    engine.set_stop_flag(&law.0);
     assert!(!engine.advance(1e6, u64::MAX, &mut ()));
     assert_eq!(law.1.load(Ordering::Relaxed), 10);
 }

@@ -2,13 +2,13 @@
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_dsmc::{
-    Boundaries, Engine, EngineError, Follow, Followed, Inflow, Parameters, Weights,
+    Boundaries, DisplacementTracking, Engine, EngineError, Inflow, Parameters, Tracked, Weights,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, Outline, Vibration};
 use stosszahl_model::{
-    Body, Constant, Face, Free, Gravity, Kind, Plane, Polydisperse, Rebound, Rough, Scene, Sizes,
-    Smooth, Space, State, Surface, Volume, Wall, Walls,
+    Constant, Face, Free, Gravity, Kind, ParticleState, Plane, Polydisperse, Rebound, Rough, Scene,
+    Sizes, Smooth, Space, State, Surface, Volume, Wall, Walls,
 };
 
 use crate::support::{
@@ -59,7 +59,7 @@ fn a_drifting_gas_stays_uniform() {
             domain: boundaries.walls.domain(lengths).expect("a box"),
             bodies: Vec::new(),
         };
-        let mut engine: Engine<Grains<Volume, Rough>, Followed> =
+        let mut engine: Engine<Grains<Volume, Rough>, Tracked> =
             Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         let transit = 8.0 / drift;
@@ -100,7 +100,7 @@ fn a_drifting_gas_stays_uniform() {
 
 /// Checks that the ledgers account for the content of the box: to the rounding of sums of some 1e5
 /// terms.
-fn check_ledgers<S: Space, C: Surface<S>, F: Follow<S>>(
+fn check_ledgers<S: Space, C: Surface<S>, F: DisplacementTracking<S>>(
     engine: &Engine<Grains<S, C>, F>,
     scene: &Grains<S, C>,
 ) {
@@ -308,7 +308,7 @@ fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
     let run = |threads: usize, per_tile: Option<usize>, stop: bool| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().expect("threads").install(|| {
-            let mut engine = Engine::<_, Followed>::start_between(
+            let mut engine = Engine::<_, Tracked>::start_between(
                 &scene,
                 PARAMETERS,
                 &state,
@@ -439,7 +439,10 @@ fn only_species_can_flow() {
     let state = State {
         time: 0.0,
         domain,
-        bodies: vec![Body::new(first, rest), Body::new(second, rest)],
+        bodies: vec![
+            ParticleState::new(first, rest),
+            ParticleState::new(second, rest),
+        ],
     };
     let refused = Engine::<_>::start_between(
         &individual,
@@ -459,7 +462,10 @@ fn only_species_can_flow() {
     let state = State {
         time: 0.0,
         domain,
-        bodies: vec![Body::new(first, rest), Body::new(second, rest)],
+        bodies: vec![
+            ParticleState::new(first, rest),
+            ParticleState::new(second, rest),
+        ],
     };
     let mut engine = Engine::<_>::start_between(
         &species,

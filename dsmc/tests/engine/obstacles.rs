@@ -1,11 +1,11 @@
 //! Gases around obstacles, and counts by cell.
 
 use nalgebra::{Vector2, Vector3, vector};
-use stosszahl_dsmc::{Boundaries, Clearance, Displacement, Engine, Parameters, Scheme};
+use stosszahl_dsmc::{Boundaries, Displacement, Engine, Parameters, Scheme, WallClearance};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, Outline};
 use stosszahl_model::{
-    Body, Domain, Face, Gravity, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
+    Domain, Face, Gravity, ParticleState, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
 };
 
 use crate::support::{Grains, PARAMETERS, gas, grains, no_gravity, sphere_for_unit_path};
@@ -36,7 +36,7 @@ fn block(low: [f64; 2], high: [f64; 2], law: Rebound) -> Obstacle {
     obstacle(Outline::Polygon { points }, law)
 }
 
-fn around<S: Space>(obstacles: Vec<Obstacle>, clearance: Clearance) -> Boundaries<S> {
+fn around<S: Space>(obstacles: Vec<Obstacle>, clearance: WallClearance) -> Boundaries<S> {
     Boundaries {
         clearance,
         obstacles,
@@ -46,7 +46,7 @@ fn around<S: Space>(obstacles: Vec<Obstacle>, clearance: Clearance) -> Boundarie
 
 /// Removes particles that overlap an obstacle from a state.
 fn outside(mut state: State<Disks>, obstacles: &[Obstacle], radius: f64) -> State<Disks> {
-    let is_free = |body: &Body<Disks>| {
+    let is_free = |body: &ParticleState<Disks>| {
         let mut near = obstacles.iter();
         let lengths = state.domain.lengths();
         !near.any(|obstacle| {
@@ -78,7 +78,7 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
             SPECULAR,
         ),
     ];
-    for (clearance, radius) in [(Clearance::Centre, 0.0), (Clearance::Radius, 0.1)] {
+    for (clearance, radius) in [(WallClearance::Centre, 0.0), (WallClearance::Radius, 0.1)] {
         let boundaries = around(obstacles.clone(), clearance);
         let scene = grains(0.2, 1.0, Smooth, no_gravity());
         let domain = Domain::periodic(vector![10.0, 10.0]).expect("a box");
@@ -119,7 +119,10 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
                 .all(|ledger| ledger.contacts > 100.0)
         );
         let given = ledgers.total().1 - (end.momentum(&scene) - state.momentum(&scene));
-        assert!(given.norm() < 1e-8 && ledgers.rests == 0, "{given}");
+        assert!(
+            given.norm() < 1e-8 && ledgers.settled_particles == 0,
+            "{given}"
+        );
         // Counts by cell add up to the total.
         let counts = engine.take_cell_counts();
         assert_eq!(counts.len(), engine.grid().cells());
@@ -140,9 +143,9 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
 #[test]
 fn nothing_flies_through_an_obstacle() {
     let obstacles = vec![block([4.0, 0.0], [6.0, 10.0], SPECULAR)];
-    let boundaries = around(obstacles, Clearance::Centre);
+    let boundaries = around(obstacles, WallClearance::Centre);
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
-    let body = Body::new(vector![1.0, 2.0], vector![-1.0, 0.5]);
+    let body = ParticleState::new(vector![1.0, 2.0], vector![-1.0, 0.5]);
     let state = State {
         time: 0.0,
         domain: Domain::periodic(vector![10.0, 10.0]).expect("a box"),
@@ -175,14 +178,17 @@ fn a_grain_comes_to_rest_on_a_block() {
     };
     let boundaries = Boundaries {
         walls: Walls::new(&[[Face::Periodic; 2], [Face::Wall(Wall::specular()); 2]]).expect("fit"),
-        ..around(vec![block([4.0, 1.0], [6.0, 2.0], law)], Clearance::Radius)
+        ..around(
+            vec![block([4.0, 1.0], [6.0, 2.0], law)],
+            WallClearance::Radius,
+        )
     };
     let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
     let scene = grains(1.0, 1.0, Smooth, down);
     let state = State {
         time: 0.0,
         domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
-        bodies: vec![Body::new(vector![5.0, 4.0], vector![0.0, 0.0])],
+        bodies: vec![ParticleState::new(vector![5.0, 4.0], vector![0.0, 0.0])],
     };
     let mut engine: Engine<Grains<Plane, Smooth>> =
         Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
@@ -209,7 +215,7 @@ fn a_grain_slides_down_a_slope() {
     let slope = obstacle(Outline::Polygon { points }, law);
     let boundaries = Boundaries {
         walls: Walls::new(&[[Face::Wall(Wall::specular()); 2]; 2]).expect("fit"),
-        ..around(vec![slope], Clearance::Radius)
+        ..around(vec![slope], WallClearance::Radius)
     };
     let down = Gravity::<Plane>::new(vector![0.0, -0.5]).expect("finite");
     let scene = grains(1.0, 1.0, Smooth, down);
@@ -218,7 +224,7 @@ fn a_grain_slides_down_a_slope() {
     let state = State {
         time: 0.0,
         domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
-        bodies: vec![Body::new(begin, vector![0.0, 0.0])],
+        bodies: vec![ParticleState::new(begin, vector![0.0, 0.0])],
     };
     let mut engine: Engine<Grains<Plane, Smooth>> =
         Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
@@ -263,7 +269,7 @@ fn grains_come_to_rest_in_wedges() {
         polygon([[5.5, 0.0], [10.0, 0.0], [10.0, 2.0]]),
         obstacle(disk, law),
     ];
-    for clearance in [Clearance::Centre, Clearance::Radius] {
+    for clearance in [WallClearance::Centre, WallClearance::Radius] {
         let boundaries = Boundaries {
             walls: Walls::new(&[[Face::Wall(Wall::still(law)); 2]; 2]).expect("fit"),
             ..around(obstacles.clone(), clearance)
@@ -283,7 +289,7 @@ fn grains_come_to_rest_in_wedges() {
         let mut engine: Engine<_> =
             Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
-        let radius = if clearance == Clearance::Radius {
+        let radius = if clearance == WallClearance::Radius {
             0.1
         } else {
             0.0
@@ -321,7 +327,7 @@ fn grains_come_to_rest_in_wedges() {
 /// outside, and fill the rest.
 #[test]
 fn spheres_flow_around_a_cylinder() {
-    let boundaries = around::<Volume>(vec![disk(3.0, 3.0, 1.5)], Clearance::Centre);
+    let boundaries = around::<Volume>(vec![disk(3.0, 3.0, 1.5)], WallClearance::Centre);
     let density = 100.0;
     let scene = grains(sphere_for_unit_path(density), 1.0, Smooth, no_gravity());
     let domain = Domain::periodic(vector![6.0, 6.0, 3.0]).expect("a box");
@@ -348,8 +354,8 @@ fn a_grain_inside_an_obstacle_is_named() {
         time: 0.0,
         domain,
         bodies: vec![
-            Body::new(vector![1.0, 1.0], vector![0.0, 0.0]),
-            Body::new(vector![7.05, 5.0], vector![0.0, 0.0]),
+            ParticleState::new(vector![1.0, 1.0], vector![0.0, 0.0]),
+            ParticleState::new(vector![7.05, 5.0], vector![0.0, 0.0]),
         ],
     };
     let start = |state: &State<Disks>, obstacles, clearance| {
@@ -359,20 +365,20 @@ fn a_grain_inside_an_obstacle_is_named() {
             .map_err(|error| error.to_string())
     };
     let two = || vec![disk(3.0, 3.0, 1.0), disk(5.0, 5.0, 2.0)];
-    assert_eq!(start(&state, two(), Clearance::Centre), Ok(()));
-    let said = start(&state, two(), Clearance::Radius).expect_err("overlaps");
+    assert_eq!(start(&state, two(), WallClearance::Centre), Ok(()));
+    let said = start(&state, two(), WallClearance::Radius).expect_err("overlaps");
     assert!(
         said.contains("simulator 1 at (7.05") && said.contains("obstacle 1"),
         "{said}"
     );
     state.bodies[0].position = vector![3.5, 3.0];
-    let said = start(&state, two(), Clearance::Centre).expect_err("inside");
+    let said = start(&state, two(), WallClearance::Centre).expect_err("inside");
     assert!(
         said.contains("simulator 0") && said.contains("obstacle 0"),
         "{said}"
     );
     let said =
-        start(&state, vec![disk(9.5, 5.0, 1.0)], Clearance::Centre).expect_err("reaches out");
+        start(&state, vec![disk(9.5, 5.0, 1.0)], WallClearance::Centre).expect_err("reaches out");
     assert!(said.contains("obstacle 0: reaches from (8.5"), "{said}");
 }
 
@@ -388,7 +394,7 @@ fn default_cells_follow_the_free_area() {
         cell_size: None,
         ..PARAMETERS
     };
-    for (clearance, width) in [(Clearance::Centre, 10.0), (Clearance::Radius, 9.9)] {
+    for (clearance, width) in [(WallClearance::Centre, 10.0), (WallClearance::Radius, 9.9)] {
         let boundaries = around(bodies.clone(), clearance);
         let engine: Engine<Disks> =
             Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))

@@ -8,8 +8,8 @@ use stosszahl_dsmc::{
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Budget, Collision, Constant, GrainSizes, Grains, Kind, Law, Observer, Particle, Particles,
-    PerPair, Polydisperse, Species,
+    Budget, Collision, Constant, Grains, Kind, Law, Observer, Particle, Particles, PerPair,
+    Polydisperse, SizeDistribution, Species,
 };
 
 /// Restitution by the species of both particles, and collision numbers of each pair of species.
@@ -48,11 +48,11 @@ fn copies_of_species_keep_their_laws() {
         .of_kinds((0..200).map(|index| index / 100).collect())
         .expect("species of each");
     for (dimension, sizes, gravity) in [
-        (2, GrainSizes::Species(species.clone()), None),
-        (3, GrainSizes::Species(species), None),
-        (2, GrainSizes::Each(each.clone()), None),
-        (2, GrainSizes::Each(each.clone()), Some(Vector3::x())),
-        (3, GrainSizes::Each(each), None),
+        (2, SizeDistribution::Species(species.clone()), None),
+        (3, SizeDistribution::Species(species), None),
+        (2, SizeDistribution::Each(each.clone()), None),
+        (2, SizeDistribution::Each(each.clone()), Some(Vector3::x())),
+        (3, SizeDistribution::Each(each), None),
     ] {
         let grains = Grains {
             sizes,

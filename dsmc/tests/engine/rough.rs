@@ -2,18 +2,18 @@
 
 use stosszahl_analysis::theory::{RoughGas, Temperatures};
 use stosszahl_dsmc::{
-    Boundaries, Copies, Displacement, Engine, Followed, Neighbourhood, Parameters, Scheme,
-    Simulator,
+    Boundaries, Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Simulator, Tracked,
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Domain, Physics, Plane, Rough, Space, State, Surface, Vector, VectorOf, Volume, initial,
+    Domain, ParticleModel, ParticleState, Plane, Rough, Space, State, Surface, Vector, VectorOf,
+    Volume, initial,
 };
 
 use crate::support::{Grains, grains, no_gravity};
 
 type Gas<S> = Grains<S, Rough>;
-type Spinning<S> = Engine<Gas<S>, Followed>;
+type Spinning<S> = Engine<Gas<S>, Tracked>;
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
@@ -50,7 +50,7 @@ fn start<S: Space>(gas: &Gas<S>, count: usize, temperatures: Temperatures) -> St
         time: 0.0,
         domain: Domain::periodic(S::vector(|_| side)).expect("a box"),
         bodies: (0..count)
-            .map(|_| Body::new(anywhere(), VectorOf::<Gas<S>>::default()))
+            .map(|_| ParticleState::new(anywhere(), VectorOf::<Gas<S>>::default()))
             .collect(),
     };
     let mut stream = streams.at(Purpose::Velocities, [0, 0]);
@@ -85,8 +85,9 @@ fn temperatures<S: Space>(gas: &Gas<S>, engine: &Spinning<S>) -> Temperatures {
 /// Cumulants: of velocities, of spins, and of the product of their squares.
 fn cumulants<S: Space>(state: &State<Gas<S>>) -> [f64; 3] {
     let count = state.bodies.len() as f64;
-    let mean =
-        |value: &dyn Fn(&Body<Gas<S>>) -> f64| state.bodies.iter().map(value).sum::<f64>() / count;
+    let mean = |value: &dyn Fn(&ParticleState<Gas<S>>) -> f64| {
+        state.bodies.iter().map(value).sum::<f64>() / count
+    };
     let square = mean(&|body| body.velocity.square());
     let turning = mean(&|body| body.spin.square());
     let excess = |fourth: f64, square: f64, degrees: f64| {

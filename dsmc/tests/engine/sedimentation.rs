@@ -2,10 +2,10 @@
 //! section 3.1 and appendices A and B).
 
 use nalgebra::vector;
-use stosszahl_dsmc::{Boundaries, Engine, Followed, Parameters};
+use stosszahl_dsmc::{Boundaries, Engine, Parameters, Tracked};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Face, Gravity, Kind, Physics, Rough, Sizes, State, Surface, Volume, Wall, Walls,
+    Face, Gravity, Kind, ParticleModel, Rough, Sizes, State, Surface, Volume, Wall, Walls,
 };
 
 use crate::support::{Grains, PARAMETERS, gas, of_kinds, sphere_for_unit_path};
@@ -118,7 +118,7 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
         steps_per_cell_crossing: 1.0,
         ..PARAMETERS
     };
-    let mut engine: Engine<Column, Followed> =
+    let mut engine: Engine<Column, Tracked> =
         Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     let total = |state: &State<Column>| {
@@ -153,7 +153,7 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
     }
     let end = total(&engine.state());
     assert!((end / energy - 1.0).abs() < 1e-11, "{end} {energy}");
-    assert_eq!(engine.ledgers().rests, 0);
+    assert_eq!(engine.ledgers().settled_particles, 0);
     found
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
-    Boundaries, Clearance, Engine, EngineError, Neighbourhood, Parameters, Scheme,
+    Boundaries, Engine, EngineError, Neighbourhood, Parameters, Scheme, WallClearance,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, Outline};
@@ -36,7 +36,7 @@ fn solid(points: &[[f64; 2]]) -> Obstacle {
 }
 
 /// Channel that is periodic along the first axis, with elastic walls along the second.
-fn channel(obstacles: Vec<Obstacle>, clearance: Clearance) -> Boundaries<Plane> {
+fn channel(obstacles: Vec<Obstacle>, clearance: WallClearance) -> Boundaries<Plane> {
     let wall = Face::Wall(Wall::specular());
     Boundaries {
         walls: Walls::new(&[[Face::Periodic; 2], [wall; 2]]).expect("fit"),
@@ -76,7 +76,7 @@ fn two_gases(
     seed: u64,
 ) -> State<Disks> {
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
-    let boundaries = channel(Vec::new(), Clearance::Centre);
+    let boundaries = channel(Vec::new(), WallClearance::Centre);
     let domain = boundaries.walls.domain(vector![12.0, 8.0]).expect("a box");
     let mut sides = [0, 1].map(|side| {
         // Ten times as many as needed: those on the other side are dropped.
@@ -119,11 +119,17 @@ fn by_side(state: &State<Disks>, partition: &dyn Fn(f64) -> f64) -> [[f64; 2]; 2
 }
 
 /// Schemes that support obstacles, with the clearance at which obstacles stop their particles.
-const SCHEMES: [(Scheme, Clearance); 4] = [
-    (Scheme::Boltzmann, Clearance::Centre),
-    (Scheme::FreeVolume, Clearance::Radius),
-    (Scheme::Enskog(Neighbourhood::Cells(2)), Clearance::Radius),
-    (Scheme::Enskog(Neighbourhood::Cells(0)), Clearance::Centre),
+const SCHEMES: [(Scheme, WallClearance); 4] = [
+    (Scheme::Boltzmann, WallClearance::Centre),
+    (Scheme::FreeVolume, WallClearance::Radius),
+    (
+        Scheme::Enskog(Neighbourhood::Cells(2)),
+        WallClearance::Radius,
+    ),
+    (
+        Scheme::Enskog(Neighbourhood::Cells(0)),
+        WallClearance::Centre,
+    ),
 ];
 
 /// No collision carries energy through an elastic partition between a hot and a cold gas, wherever
@@ -136,7 +142,7 @@ fn no_energy_goes_through_a_partition() {
             for (at, thickness) in [(4.0, 0.0), (3.8, 0.0), (4.47, 0.0), (3.3, 0.4), (4.9, 0.4)] {
                 let height = |x: f64| shape(x, at);
                 let boundaries = channel(vec![partition(shape, at, thickness)], clearance);
-                let margin = if clearance == Clearance::Radius {
+                let margin = if clearance == WallClearance::Radius {
                     0.1
                 } else {
                     1e-6
@@ -195,7 +201,7 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
             for (at, thickness) in [(3.8, 0.0), (4.47, 0.4)] {
                 let height = |x: f64| shape(x, at);
                 let boundaries = channel(vec![partition(shape, at, thickness)], clearance);
-                let margin = if clearance == Clearance::Radius {
+                let margin = if clearance == WallClearance::Radius {
                     0.1
                 } else {
                     0.0
@@ -339,7 +345,7 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
         centre: vector![8.0, 4.0],
         radius: 0.7,
     }));
-    let boundaries = channel(obstacles.clone(), Clearance::Centre);
+    let boundaries = channel(obstacles.clone(), WallClearance::Centre);
     let scene = grains(0.02, 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![12.0, 8.0]).expect("a box");
     let mut state = gas::<Disks>(&scene, domain, 0.0, 25_000, 1.0, 3);
@@ -384,19 +390,19 @@ fn no_energy_goes_through_a_plate_in_space() {
         ])
         .expect("fit"),
         obstacles: vec![plate(&[[0.0, 2.3], [6.0, 2.7]])],
-        clearance: Clearance::Radius,
+        clearance: WallClearance::Radius,
         ..Boundaries::default()
     };
     let scene = grains::<Volume, _>(0.4, 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![6.0, 5.0, 4.0]);
     let mut state = gas(&scene, domain.expect("a box"), 0.2, 1500, 1.0, 3);
     let height = |x: f64| 2.3 + 0.4 * x / 6.0;
-    state
-        .bodies
-        .retain(|body: &stosszahl_model::Body<Grains<Volume, Smooth>>| {
+    state.bodies.retain(
+        |body: &stosszahl_model::ParticleState<Grains<Volume, Smooth>>| {
             (body.position[1] - height(body.position[0])).abs() > 0.21
-        });
-    let above = |body: &stosszahl_model::Body<Grains<Volume, Smooth>>| {
+        },
+    );
+    let above = |body: &stosszahl_model::ParticleState<Grains<Volume, Smooth>>| {
         body.position[1] > height(body.position[0])
     };
     for body in state.bodies.iter_mut().filter(|body| above(body)) {
@@ -518,7 +524,7 @@ fn a_closed_ring_holds_its_gas_apart() {
         (centre + vector![angle.cos(), angle.sin()] * 1.5).into()
     };
     let ring: Vec<[f64; 2]> = (0..=12).map(corner).collect();
-    let boundaries = channel(vec![plate(&ring)], Clearance::Centre);
+    let boundaries = channel(vec![plate(&ring)], WallClearance::Centre);
     let filled = solid(&ring[..12]);
     let inside = |at: Vector2<f64>| filled.holds(at);
     let scene = grains(0.2, 1.0, Smooth, no_gravity());

@@ -6,8 +6,8 @@ use rand::RngExt;
 use stosszahl_dsmc::{Copies, Displacement, Parameters, Scheme};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Constant, Domain, Gravity, Kind, Law, Physics, Scene, Space, Species, State, Surface,
-    initial,
+    Constant, Domain, Gravity, Kind, Law, ParticleModel, ParticleState, Scene, Space, Species,
+    State, Surface, initial,
 };
 
 /// Particles as programs have them that read their properties at run time. All tests share a few
@@ -72,7 +72,7 @@ pub fn sphere_for_unit_path(density: f64) -> f64 {
 }
 
 /// Gas of random points in a box without its margins, with Maxwellian velocities and no drift.
-pub fn gas<P: Physics>(
+pub fn gas<P: ParticleModel>(
     scene: &P,
     domain: Domain<P::Space>,
     margin: f64,
@@ -90,7 +90,7 @@ pub fn gas<P: Physics>(
         time: 0.0,
         domain,
         bodies: (0..count)
-            .map(|_| Body::new(anywhere(), P::Space::vector(|_| 0.0)))
+            .map(|_| ParticleState::new(anywhere(), P::Space::vector(|_| 0.0)))
             .collect(),
     };
     let mut stream = streams.at(Purpose::Velocities, [0, 0]);

@@ -3,13 +3,13 @@
 use nalgebra::{Vector2, vector};
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_dsmc::{
-    Boundaries, Clearance, Displacement, Engine, EngineError, Followed, Neighbourhood, Parameters,
-    Scheme, Weights,
+    Boundaries, Displacement, Engine, EngineError, Neighbourhood, Parameters, Scheme, Tracked,
+    WallClearance, Weights,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::Vibration;
 use stosszahl_model::{
-    Body, Domain, Face, Gravity, Plane, Rebound, Rough, Smooth, Space, State, Wall, Walls,
+    Domain, Face, Gravity, ParticleState, Plane, Rebound, Rough, Smooth, Space, State, Wall, Walls,
 };
 
 use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity};
@@ -41,7 +41,7 @@ fn alone(
     let state = State {
         time: 0.0,
         domain: domain(boundaries, [10.0, 10.0]),
-        bodies: vec![Body::new(position, velocity)],
+        bodies: vec![ParticleState::new(position, velocity)],
     };
     let scene = grains(1.0, 1.0, Smooth, field);
     Engine::start_between(&scene, PARAMETERS, &state, boundaries, Streams::new(1, 0))
@@ -148,7 +148,7 @@ fn ledgers_close() {
     side.sliding = vector![0.0, 0.4];
     let top = Wall::still(Rebound::Diffuse { temperature: 1.5 });
     let boundaries = Boundaries {
-        clearance: Clearance::Radius,
+        clearance: WallClearance::Radius,
         ..between([[Face::Wall(side); 2], [Face::Wall(floor), Face::Wall(top)]])
     };
     let surface = Rough::new(1.0, Plane::INERTIA).expect("a surface");
@@ -157,7 +157,7 @@ fn ledgers_close() {
     let domain = domain(&boundaries, [10.0, 8.0]);
     let state = gas(&scene, domain, 0.5, count, 1.0, 3);
     let streams = Streams::new(1, 0);
-    let mut engine: Engine<_, Followed> =
+    let mut engine: Engine<_, Tracked> =
         Engine::start_between(&scene, PARAMETERS, &state, &boundaries, streams).expect("an engine");
     engine.advance(20.0, u64::MAX, &mut ());
     let end = engine.state();
@@ -170,8 +170,9 @@ fn ledgers_close() {
         "{change} {weight} {momentum}"
     );
     let total = |state: &State<_>| {
-        let fallen =
-            |body: &Body<Grains<Plane, Rough>>| 0.1 * body.position[0] - 0.5 * body.position[1];
+        let fallen = |body: &ParticleState<Grains<Plane, Rough>>| {
+            0.1 * body.position[0] - 0.5 * body.position[1]
+        };
         let potential = -state.bodies.iter().map(fallen).sum::<f64>();
         state.kinetic_energy(&scene) + state.spin_energy(&scene) + potential
     };
@@ -194,9 +195,9 @@ fn density_is_that_of_the_room() {
     let mut slow = Wall::<Plane>::specular();
     slow.vibration = Vibration::new(3.0, 1e9).ok();
     for (clearance, wall, insets) in [
-        (Clearance::Centre, Wall::specular(), [0.0, 0.0]),
-        (Clearance::Radius, Wall::specular(), [0.5, 0.5]),
-        (Clearance::Centre, slow, [1.5, 0.0]),
+        (WallClearance::Centre, Wall::specular(), [0.0, 0.0]),
+        (WallClearance::Radius, Wall::specular(), [0.5, 0.5]),
+        (WallClearance::Centre, slow, [1.5, 0.0]),
     ] {
         let still = Face::Wall(Wall::specular());
         let boundaries = Boundaries {
@@ -419,7 +420,7 @@ fn a_wall_faster_than_the_grains_leaves_none_behind() {
     let end = engine.state();
     // Thrown at twice the wall's speed of 20; their collisions dissipate most of it.
     assert!(end.temperature(&scene) > 1.0, "{}", end.temperature(&scene));
-    assert_eq!(engine.ledgers().rests, 0);
+    assert_eq!(engine.ledgers().settled_particles, 0);
 }
 
 /// A particle that falls onto a floor of restitution 0.5 comes to rest there after infinitely many
@@ -430,7 +431,7 @@ fn a_grain_comes_to_rest_on_the_floor() {
         restitution: 0.5,
         slip: 1.0,
     });
-    for clearance in [Clearance::Centre, Clearance::Radius] {
+    for clearance in [WallClearance::Centre, WallClearance::Radius] {
         let boundaries = Boundaries {
             clearance,
             ..boxed(floor)
@@ -440,7 +441,7 @@ fn a_grain_comes_to_rest_on_the_floor() {
             alone(&boundaries, down, vector![5.0, 1.5], vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
-        let height = if clearance == Clearance::Radius {
+        let height = if clearance == WallClearance::Radius {
             0.5
         } else {
             0.0
@@ -458,7 +459,7 @@ fn a_grain_comes_to_rest_on_the_floor() {
         let mut engine: Engine<Disks> = alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         assert_eq!(engine.state().bodies[0].position, at_rest);
-        assert_eq!(engine.ledgers().rests, 0);
+        assert_eq!(engine.ledgers().settled_particles, 0);
         // A corner into which the particle slides.
         let aslant = Gravity::<Plane>::new(vector![-1.0, -2.0]).expect("finite");
         let mut engine: Engine<Disks> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
@@ -538,7 +539,7 @@ fn what_does_not_fit_is_refused() {
     );
     outside.bodies[3].position[1] = 9.75;
     let radius = Boundaries {
-        clearance: Clearance::Radius,
+        clearance: WallClearance::Radius,
         ..boundaries.clone()
     };
     let said = start(PARAMETERS, &outside, &radius);
@@ -558,7 +559,7 @@ fn what_does_not_fit_is_refused() {
 /// at the density in the middle. Checks that energy is conserved.
 fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
     let boundaries = Boundaries {
-        clearance: Clearance::Radius,
+        clearance: WallClearance::Radius,
         ..boxed(Wall::specular())
     };
     let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());

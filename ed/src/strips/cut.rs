@@ -4,11 +4,11 @@
 //! them. So disks and their lists are copied unchanged.
 
 use rayon::prelude::*;
-use stosszahl_model::{Field, Physics, Plane, SpinOf, memory};
+use stosszahl_model::{Field, ParticleModel, Plane, SpinOf, memory};
 
-use crate::calendar::{Agenda, Calendar, Entry};
+use crate::calendar::{Calendar, Entry, EventTimes};
 use crate::cells::{NONE, line_of};
-use crate::checkpoint::Tally;
+use crate::checkpoint::EventCounters;
 use crate::collapse::CollapseDetector;
 use crate::contact::Candidates;
 use crate::disk::Disks;
@@ -110,16 +110,16 @@ fn in_rows<F: Field<Plane>>(disks: &Disks<F>, rows: impl Iterator<Item = u16>) -
 }
 
 /// Disks of some rows of cells, in the order of their lists, with all their data.
-pub(super) struct Parcel<P: Physics> {
+pub(super) struct Parcel<P: ParticleModel> {
     numbers: Vec<u32>,
     disks: Vec<Disk>,
     spins: Vec<SpinOf<P>>,
     last_contact: Vec<f64>,
     rebounds: Vec<u32>,
-    windings: Vec<ImageFlags>,
+    image_flags: Vec<ImageFlags>,
 }
 
-impl<P: Physics> Default for Parcel<P> {
+impl<P: ParticleModel> Default for Parcel<P> {
     fn default() -> Self {
         Self {
             numbers: Vec::new(),
@@ -127,12 +127,12 @@ impl<P: Physics> Default for Parcel<P> {
             spins: Vec::new(),
             last_contact: Vec::new(),
             rebounds: Vec::new(),
-            windings: Vec::new(),
+            image_flags: Vec::new(),
         }
     }
 }
 
-impl<P: Physics<Space = Plane>> Parcel<P> {
+impl<P: ParticleModel<Space = Plane>> Parcel<P> {
     /// Fills the parcel with some rows of a strip.
     fn take<Q: Calendar>(&mut self, from: &Engine<P, Q>, rows: impl Iterator<Item = u16>) {
         self.numbers.clear();
@@ -144,7 +144,7 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
         take(&self.numbers, &from.spins, &mut self.spins);
         take(&self.numbers, &from.last_contact, &mut self.last_contact);
         take(&self.numbers, &from.rebounds, &mut self.rebounds);
-        take(&self.numbers, &from.windings, &mut self.windings);
+        take(&self.numbers, &from.image_flags, &mut self.image_flags);
     }
 
     /// Adds the parcel to a strip that has no disk in these rows.
@@ -153,7 +153,7 @@ impl<P: Physics<Space = Plane>> Parcel<P> {
         give(&self.numbers, &self.spins, &mut strip.spins);
         give(&self.numbers, &self.last_contact, &mut strip.last_contact);
         give(&self.numbers, &self.rebounds, &mut strip.rebounds);
-        give(&self.numbers, &self.windings, &mut strip.windings);
+        give(&self.numbers, &self.image_flags, &mut strip.image_flags);
         // Reverse order, because the list adds at its front.
         for &disk in self.numbers.iter().rev() {
             let place = strip.disks.cells.place(strip.disks.home(disk), 1, 1);
@@ -190,7 +190,7 @@ fn forget<F: Field<Plane>>(disks: &mut Disks<F>, numbers: &[u32]) {
 }
 
 /// Cuts a strip out of a gas, at an own time.
-pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
+pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &Engine<P, Q>,
     place: &StripRows,
     now: f64,
@@ -223,7 +223,7 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         spins: whole.spins.clone(),
         last_contact: whole.last_contact.clone(),
         rebounds: whole.rebounds.clone(),
-        windings: whole.windings.clone(),
+        image_flags: whole.image_flags.clone(),
         surroundings: whole.surroundings.clone(),
         ledgers: Vec::new(),
         candidates: Candidates::new(),
@@ -231,7 +231,7 @@ pub(super) fn strip<P: Physics<Space = Plane>, Q: Calendar>(
         epoch: whole.epoch,
         now,
         time: whole.time,
-        tally: Tally::default(),
+        tally: EventCounters::default(),
         shear_work: whole.shear_work,
         stale: 0,
         refresh: u64::MAX,
@@ -249,7 +249,7 @@ pub(super) type HaloExchange<P> = Vec<Vec<Parcel<P>>>;
 
 /// Gives new rows to strips. A strip keeps the rows of its old core; the others come from the strip
 /// that had them in its core.
-pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
+pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
     strips: &mut [Engine<P, Q>],
     places: &[StripRows],
     parcels: &mut HaloExchange<P>,
@@ -293,7 +293,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
             let time = f64::INFINITY;
             strip.calendar.push(Entry { time, disk });
         }
-        (strip.tally, strip.stale) = (Tally::default(), 0);
+        (strip.tally, strip.stale) = (EventCounters::default(), 0);
         if let Some(window) = &mut strip.window {
             window.renew(place);
         }
@@ -301,7 +301,7 @@ pub(super) fn renew<P: Physics<Space = Plane>, Q: Calendar>(
 }
 
 /// Joins a gas from its strips, without its calendar.
-pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
+pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &mut Engine<P, Q>,
     strips: &[Engine<P, Q>],
 ) {
@@ -336,8 +336,8 @@ pub(super) fn join<P: Physics<Space = Plane>, Q: Calendar>(
     gather(&owners, strips, &mut whole.rebounds, |strip| {
         &strip.rebounds
     });
-    gather(&owners, strips, &mut whole.windings, |strip| {
-        &strip.windings
+    gather(&owners, strips, &mut whole.image_flags, |strip| {
+        &strip.image_flags
     });
     for strip in strips {
         if let Some(window) = &strip.window {

@@ -3,7 +3,7 @@
 use std::iter;
 
 use rayon::prelude::*;
-use stosszahl_model::{Collision, Physics, Plane, Recorder};
+use stosszahl_model::{Collision, ParticleModel, Plane, Recorder};
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
@@ -130,7 +130,7 @@ fn merged(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
 
 /// Adds the results of strips to the whole, except their disks. False, and nothing is changed, if
 /// an engine alone would have stopped.
-pub(super) fn merge<P: Physics<Space = Plane>, Q: Calendar>(
+pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &mut Engine<P, Q>,
     strips: &[Engine<P, Q>],
     observed: &[Vec<Collision>],

@@ -42,10 +42,10 @@ use std::time::Instant;
 use rayon::prelude::*;
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Collision, Field, Interrupt, Observer, Physics, Plane, Recorder};
+use stosszahl_model::{Collision, Field, Interrupt, Observer, ParticleModel, Plane, Recorder};
 
 use crate::calendar::{Buckets, Calendar, rate};
-use crate::checkpoint::{Checkpoint, Tally};
+use crate::checkpoint::{Checkpoint, EventCounters};
 use crate::collapse::CollapseDetector;
 use crate::engine::Engine;
 use crate::error::EngineError;
@@ -142,14 +142,14 @@ struct CommittedState {
     /// Windows since then: the strips of each, and its end.
     windows: Vec<(Vec<StripRows>, f64)>,
     now: f64,
-    tally: Tally,
+    tally: EventCounters,
     ledgers: Vec<Ledger<Plane>>,
     progress: CollapseDetector,
 }
 
 impl CommittedState {
     /// Creates the state of an engine without strips ahead of it.
-    fn new<P: Physics<Space = Plane>, Q: Calendar>(engine: &Engine<P, Q>) -> Self {
+    fn new<P: ParticleModel<Space = Plane>, Q: Calendar>(engine: &Engine<P, Q>) -> Self {
         Self {
             windows: Vec::new(),
             now: engine.now,
@@ -189,7 +189,7 @@ impl Observer for Keep {
 }
 
 /// Strips of a gas, each an engine with a thread of its own.
-struct Strips<P: Physics, Q: Calendar> {
+struct Strips<P: ParticleModel, Q: Calendar> {
     settings: StripSettings,
     /// Engines of the strips, kept from one advance to the next; empty once the gas has advanced
     /// alone.
@@ -197,14 +197,14 @@ struct Strips<P: Physics, Q: Calendar> {
 }
 
 /// Engine whose gas may be cut into strips, one for each thread, with the bytes of one engine.
-pub struct StripedEngine<P: Physics, Q: Calendar = Buckets> {
+pub struct StripedEngine<P: ParticleModel, Q: Calendar = Buckets> {
     engine: Engine<P, Q>,
     strips: Strips<P, Q>,
 }
 
 impl<P, Q> StripedEngine<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Spreads an engine over this many strips, one for each thread of the present pool, if its gas
@@ -266,9 +266,9 @@ where
         self.engine
     }
 
-    /// Sets the interrupt that ends an advance, as [`Engine::stop_on`].
-    pub fn stop_on(&mut self, interrupt: &Interrupt) {
-        self.engine.stop_on(interrupt);
+    /// Sets the interrupt that ends an advance, as [`Engine::set_stop_flag`].
+    pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
+        self.engine.set_stop_flag(interrupt);
     }
 
     /// Sets the interruption of an advance, with its state.
@@ -291,7 +291,7 @@ where
 
 impl<P, Q> Leap<P, Q> for Strips<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Advances towards a goal in strips, as far as that pays. True if its time was reached, with
@@ -392,7 +392,7 @@ where
 
 impl<P, Q> Strips<P, Q>
 where
-    P: Physics<Space = Plane>,
+    P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Finds the boundaries of strips for a leap towards a goal, and the own time at which it ends

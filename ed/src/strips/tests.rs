@@ -17,7 +17,7 @@ fn cooling(side: u32) -> Lattice {
     let mut elastic = lattice::<Buckets>(side);
     elastic.scene.restitution = Constant::new(0.8).expect("a coefficient");
     let mut start = elastic.checkpoint();
-    start.windings = vec![[0; 2]; elastic.names.len()];
+    start.image_flags = vec![[0; 2]; elastic.names.len()];
     let contact_time = Dissipation::ContactTime(0.1);
     Engine::new(elastic.scene, contact_time, start).expect("an engine")
 }

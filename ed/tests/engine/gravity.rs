@@ -4,14 +4,14 @@ use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::walls::{Outline, Wall};
-use stosszahl_model::{Field, Gravity, Physics, Plane, Smooth, State};
+use stosszahl_model::{Field, Gravity, ParticleModel, Plane, Smooth, State};
 
 use crate::support::{
     alone, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
 };
 
 /// Kinetic energy, including that of rotation, and potential energy in the field.
-fn energy<P: Physics<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
+fn energy<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
     let pull = scene.field().acceleration();
     let place: f64 = state
         .bodies
@@ -44,7 +44,7 @@ fn energy_is_conserved_and_no_disk_gets_out() {
     }
 }
 
-fn energy_drift<P: Physics<Space = Plane>>(scene: &P, boundaries: &Boundaries) -> f64 {
+fn energy_drift<P: ParticleModel<Space = Plane>>(scene: &P, boundaries: &Boundaries) -> f64 {
     let state = gas(scene, boundaries, [24.0, 18.0], 120, 1);
     let before = energy(scene, &state);
     let mut engine = Engine::<P>::between(scene.clone(), Dissipation::Scene, state, boundaries)

@@ -4,8 +4,8 @@ use nalgebra::{Vector3, vector};
 use stosszahl_ed::{Boundaries, Dissipation, resume, simulate};
 use stosszahl_model::walls::Wall;
 use stosszahl_model::{
-    Body, Budget, Constant, EachCollision, Grains, Interrupt, Particle, Particles, Rebound,
-    Simulation,
+    Budget, Constant, EachCollision, Grains, Interrupt, Particle, ParticleState, Particles,
+    Rebound, Simulation,
 };
 
 use crate::support::{self, disks, gas, walled};
@@ -20,7 +20,7 @@ struct Case {
 impl Case {
     fn new(count: usize, side: f64, boundaries: Boundaries) -> Self {
         let state = gas(&disks(0.9), &boundaries, [side; 2], count, 3);
-        let particle = |body: &Body<support::Disks>| Particle {
+        let particle = |body: &ParticleState<support::Disks>| Particle {
             position: body.position.push(0.0),
             velocity: body.velocity.push(0.0),
             ..Particle::of(0.5, 1.0)
@@ -115,7 +115,7 @@ fn a_checkpoint_at_a_stop_is_the_gas() {
         let never = Interrupt::default();
         let (mut whole, mut broken) = (case.begin(), case.begin());
         for gas in [&mut whole, &mut broken] {
-            assert!(gas.follow_displacements());
+            assert!(gas.track_displacements());
         }
         for (stop, &until) in stops(case).iter().enumerate() {
             advance(&mut *whole, until);
@@ -185,7 +185,7 @@ fn an_interrupted_leg_leaves_its_last_stop() {
     advance(&mut *gas, 1.0);
     let bytes = gas.checkpoint().expect("memory");
     let interrupt = Interrupt::default();
-    gas.stop_on(&interrupt);
+    gas.set_stop_flag(&interrupt);
     let mut raise = EachCollision(|_: &_| interrupt.raise());
     assert!(!gas.advance(1e9, Budget::Leg, &mut raise).expect("an end"));
     assert!(gas.is_interrupted());

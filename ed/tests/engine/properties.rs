@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine};
 use stosszahl_model::walls::{Obstacle, Outline, Wall};
-use stosszahl_model::{Field, Gravity, Physics, Plane, Rebound, Rough, State};
+use stosszahl_model::{Field, Gravity, ParticleModel, Plane, Rebound, Rough, State};
 
 use crate::support::{Grains, follow_plain, gas, grains, rough, vibrates, walled};
 
@@ -182,7 +182,7 @@ fn energy(scene: &Disks, gas: &Checkpoint<Disks>) -> f64 {
     let places = state
         .bodies
         .iter()
-        .zip(&gas.windings)
+        .zip(&gas.image_flags)
         .map(|(body, winding)| {
             let boxes = vector![f64::from(winding[0]), f64::from(winding[1])];
             -pull.dot(&(body.position + boxes.component_mul(&lengths)))
@@ -198,7 +198,7 @@ fn ledgers_tell_all_that_comes_in() {
     check(300, |recipe| {
         let (scene, boundaries) = (recipe.scene(true), recipe.boundaries());
         let mut start = Checkpoint::from(recipe.start(&scene, &boundaries));
-        start.windings = vec![[0; 2]; recipe.disks];
+        start.image_flags = vec![[0; 2]; recipe.disks];
         let (before, momentum) = (energy(&scene, &start), start.state.momentum(&scene));
         let mut engine = Engine::<Disks>::between(
             scene.clone(),

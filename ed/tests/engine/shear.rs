@@ -5,9 +5,9 @@ use rand::RngExt;
 use stosszahl_ed::{Boundaries, Dissipation, Engine, EngineError, plain, resume, simulate};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Budget, Constant, Domain, GrainSizes, Grains, Interrupt, Kind, Law, Monodisperse,
-    Particle, Particles, PerPair, Physics, Plane, Rough, Scene, Shear, Sheared, Sizes, Smooth,
-    Species, State, Surface, Viscoelastic,
+    Budget, Constant, Domain, Grains, Interrupt, Kind, Law, Monodisperse, Particle, ParticleModel,
+    ParticleState, Particles, PerPair, Plane, Rough, Scene, Shear, Sheared, SizeDistribution,
+    Sizes, Smooth, Species, State, Surface, Viscoelastic,
 };
 
 use crate::support::{Journal, maxwellian};
@@ -59,7 +59,7 @@ fn mixture<C: Surface<Plane>>(
 }
 
 /// Disks at random places of a box whose images are displaced, without total momentum.
-fn gas<P: Physics<Space = Plane>>(
+fn gas<P: ParticleModel<Space = Plane>>(
     scene: &P,
     rate: f64,
     lengths: Vector2<f64>,
@@ -81,7 +81,7 @@ fn gas<P: Physics<Space = Plane>>(
         .expect("a flow");
     let sizes = scene.sizes();
     let radius = |disk: usize| sizes.radius(sizes.tag(disk));
-    let mut bodies: Vec<Body<P>> = Vec::new();
+    let mut bodies: Vec<ParticleState<P>> = Vec::new();
     while bodies.len() < count {
         let at = vector![stream.random::<f64>(), stream.random::<f64>()].component_mul(&lengths);
         let new = radius(bodies.len());
@@ -90,7 +90,7 @@ fn gas<P: Physics<Space = Plane>>(
             .enumerate()
             .all(|(disk, body)| domain.distance(body.position, at) > 1.001 * (radius(disk) + new));
         if is_free {
-            let mut body = Body::new(at, Vector2::zeros());
+            let mut body = ParticleState::new(at, Vector2::zeros());
             let mass = sizes.mass(sizes.tag(bodies.len()));
             body.spin = scene.surface().thermal_spin(1.0, mass, new, &mut stream);
             bodies.push(body);
@@ -103,7 +103,7 @@ fn gas<P: Physics<Space = Plane>>(
 /// must the gas after them. Rounding differs, and each collision of a disk multiplies differences,
 /// by twice its free path over its diameter: some five for each leave 1e-8, fewer in a dilute gas.
 /// Images slide farther than the box, so that rows of cells step and disks cross its edges.
-fn follow_plain<P: Physics<Space = Plane>>(
+fn follow_plain<P: ParticleModel<Space = Plane>>(
     name: &str,
     scene: &P,
     start: &State<P>,
@@ -229,7 +229,7 @@ fn the_energy_balance_closes() {
 fn particles(count: usize) -> Particles {
     let scene = equal(constant(1.0), 1.0);
     let state = gas(&scene, 1.0, vector![40.0, 30.0], count, 0);
-    let particle = |body: &Body<ShearedScene<Smooth, Monodisperse>>| Particle {
+    let particle = |body: &ParticleState<ShearedScene<Smooth, Monodisperse>>| Particle {
         position: body.position.push(0.0),
         velocity: body.velocity.push(0.0),
         ..Particle::of(0.5, 1.0)
@@ -278,7 +278,7 @@ fn resumed_runs_have_the_same_bytes() {
     assert!(gas.work().numbers["shear_energy_imbalance"].abs() < 1e-10);
     assert!(gas.checkpoint().expect("bytes") == again.checkpoint().expect("bytes"));
     assert!(
-        !gas.follow_displacements(),
+        !gas.track_displacements(),
         "displacements are not told from the flow"
     );
 }
@@ -322,7 +322,7 @@ fn flows_that_cannot_be_are_refused() {
             .contains("gravity")
     );
     let mut each = grains(1.0);
-    each.sizes = GrainSizes::Equal(Monodisperse {
+    each.sizes = SizeDistribution::Equal(Monodisperse {
         radius: 0.5,
         mass: 1.0,
     });

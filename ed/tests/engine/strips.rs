@@ -8,15 +8,15 @@ use stosszahl_ed::{
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Outline, Wall};
 use stosszahl_model::{
-    Body, Budget, Collision, Constant, EachCollision, Grains, Interrupt, Particle, Particles,
-    Physics, Plane, Rebound, State,
+    Budget, Collision, Constant, EachCollision, Grains, Interrupt, Particle, ParticleModel,
+    ParticleState, Particles, Plane, Rebound, State,
 };
 
 use crate::support::{bounces, disks, down, grains, maxwellian, obstacle, rough, vibrates, walled};
 
 /// Creates a gas of this many unit disks, at least, on a jittered lattice, without those that
 /// overlap obstacles; as wide as it is high over `aspect`.
-fn lattice<P: Physics<Space = Plane>>(
+fn lattice<P: ParticleModel<Space = Plane>>(
     scene: &P,
     boundaries: &Boundaries,
     count: usize,
@@ -49,7 +49,7 @@ fn lattice<P: Physics<Space = Plane>>(
             });
             let free = (boundaries.obstacles.iter()).all(|one| !one.overlaps(at, 0.5, 0.0));
             if inside && free {
-                bodies.push(Body::new(at, Vector2::zeros()));
+                bodies.push(ParticleState::new(at, Vector2::zeros()));
             }
         }
     }
@@ -60,7 +60,7 @@ fn lattice<P: Physics<Space = Plane>>(
 type Left = (Vec<u8>, Vec<Collision>);
 
 /// Runs legs with an engine each, as a run that is killed and resumed after each does.
-fn run<P: Physics<Space = Plane>>(
+fn run<P: ParticleModel<Space = Plane>>(
     scene: &P,
     dissipation: Dissipation,
     boundaries: &Boundaries,
@@ -88,7 +88,7 @@ fn run<P: Physics<Space = Plane>>(
 }
 
 /// Advances one engine to times one after another, in which its strips stay.
-fn stay<P: Physics<Space = Plane>>(
+fn stay<P: ParticleModel<Space = Plane>>(
     scene: &P,
     dissipation: Dissipation,
     boundaries: &Boundaries,
@@ -109,7 +109,7 @@ fn stay<P: Physics<Space = Plane>>(
 }
 
 /// Compares strips with one engine, and checks that there were strips.
-fn compare<P: Physics<Space = Plane>>(
+fn compare<P: ParticleModel<Space = Plane>>(
     name: &str,
     scene: &P,
     dissipation: Dissipation,
@@ -178,7 +178,7 @@ fn a_simulation_on_two_threads() {
     let boundaries = Boundaries::periodic();
     let state = lattice(&scene, &boundaries, 40_000, 0.3, 1.0);
     let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
-    let particle = |body: &Body<crate::support::Disks>| Particle {
+    let particle = |body: &ParticleState<crate::support::Disks>| Particle {
         position: body.position.push(0.0),
         velocity: body.velocity.push(0.0),
         ..Particle::of(0.5, 1.0)
@@ -292,7 +292,7 @@ fn an_interrupt_ends_all_strips() {
     let engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
     let mut engine = StripedEngine::new(engine, 4);
     let interrupt = Interrupt::default();
-    engine.stop_on(&interrupt);
+    engine.set_stop_flag(&interrupt);
     let mut seen = 0_u64;
     let mut observer = EachCollision(|_: &Collision| {
         seen += 1;

@@ -7,8 +7,8 @@ use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Obstacle, Outline, Vibration, Wall, Walls};
 use stosszahl_model::{
-    Body, Collision, Constant, Domain, Free, Gravity, Kind, Law, Monodisperse, Observer, Physics,
-    Plane, Rebound, Rough, Scene, Sizes, Smooth, Species, State, Surface,
+    Collision, Constant, Domain, Free, Gravity, Kind, Law, Monodisperse, Observer, ParticleModel,
+    ParticleState, Plane, Rebound, Rough, Scene, Sizes, Smooth, Species, State, Surface,
 };
 
 /// Disks and particles with the types that programs use which read cases: an engine takes seconds
@@ -104,7 +104,7 @@ pub fn closed() -> Boundaries {
 }
 
 /// Creates a single disk of diameter one in a box, at a position with a velocity.
-pub fn alone<P: Physics<Space = Plane>>(
+pub fn alone<P: ParticleModel<Space = Plane>>(
     boundaries: &Boundaries,
     lengths: [f64; 2],
     at: [f64; 2],
@@ -113,12 +113,12 @@ pub fn alone<P: Physics<Space = Plane>>(
     State {
         time: 0.0,
         domain: boundaries.walls.domain(lengths.into()).expect("a box"),
-        bodies: vec![Body::new(at.into(), velocity.into())],
+        bodies: vec![ParticleState::new(at.into(), velocity.into())],
     }
 }
 
 /// Creates a Maxwellian gas at random positions without overlap.
-pub fn gas<P: Physics<Space = Plane>>(
+pub fn gas<P: ParticleModel<Space = Plane>>(
     scene: &P,
     boundaries: &Boundaries,
     lengths: [f64; 2],
@@ -129,7 +129,7 @@ pub fn gas<P: Physics<Space = Plane>>(
     let streams = Streams::new(seed, 0);
     let mut stream = streams.at(Purpose::Placement, [0, 0]);
     let sizes = scene.sizes();
-    let mut bodies: Vec<Body<P>> = Vec::new();
+    let mut bodies: Vec<ParticleState<P>> = Vec::new();
     for disk in 0..count {
         let radius = sizes.radius(sizes.tag(disk));
         let free = |at: &Vector2<f64>| {
@@ -169,7 +169,7 @@ pub fn gas<P: Physics<Space = Plane>>(
             .take(1_000_000)
             .find(free)
             .expect("a free place");
-        bodies.push(Body::new(at, Vector2::zeros()));
+        bodies.push(ParticleState::new(at, Vector2::zeros()));
     }
     let mut state = maxwellian(scene, domain, bodies, streams);
     for disk in 0..count {
@@ -183,10 +183,10 @@ pub fn gas<P: Physics<Space = Plane>>(
 }
 
 /// State of bodies with velocities at temperature 1.
-pub fn maxwellian<P: Physics<Space = Plane>>(
+pub fn maxwellian<P: ParticleModel<Space = Plane>>(
     scene: &P,
     domain: Domain<Plane>,
-    bodies: Vec<Body<P>>,
+    bodies: Vec<ParticleState<P>>,
     streams: Streams,
 ) -> State<P> {
     let mut state = State {
@@ -213,7 +213,7 @@ impl Observer for Journal {
 /// same order, and so must the gas after them. Rounding differs, and each contact of a disk
 /// multiplies differences: a handful of contacts per disk leave 1e-8. Returns the number of
 /// contacts with walls and obstacles.
-pub fn follow_plain<P: Physics<Space = Plane>>(
+pub fn follow_plain<P: ParticleModel<Space = Plane>>(
     scene: &P,
     boundaries: &Boundaries,
     start: &State<P>,

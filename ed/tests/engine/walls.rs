@@ -4,7 +4,7 @@ use nalgebra::vector;
 use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, EngineError, Touchable};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::walls::{Face, Ledger, Outline, Vibration, Wall, Walls};
-use stosszahl_model::{Body, Domain, Physics, Plane, Rebound, State};
+use stosszahl_model::{Domain, ParticleModel, ParticleState, Plane, Rebound, State};
 
 use crate::support::{
     Disks, alone, bounces, closed, disks, down, gas, grains, obstacle, rough, vibrates, walled,
@@ -79,8 +79,9 @@ fn pressure_on_walls_is_that_of_the_bulk() {
                 engine
                     .advance(engine.time() + span / 20.0, u64::MAX, &mut ())
                     .expect("collisions");
-                let middle =
-                    |body: &&Body<Disks>| (body.position[1] / height - 0.5).abs() < 1.0 / 6.0;
+                let middle = |body: &&ParticleState<Disks>| {
+                    (body.position[1] / height - 0.5).abs() < 1.0 / 6.0
+                };
                 inside += engine.state().bodies.iter().filter(middle).count();
             }
             let after: f64 = [2, 3]
@@ -169,7 +170,7 @@ fn starting_afresh_is_a_cut() {
     let (count, collisions) = (40, 130_000);
     let mut start = Checkpoint::from(gas(&scene, &boundaries, [12.0, 9.0], count, 4));
     start.state.time = 1e3;
-    start.windings = vec![[0; 2]; count];
+    start.image_flags = vec![[0; 2]; count];
     let new = |checkpoint| {
         Engine::<_>::between(
             scene.clone(),
@@ -210,7 +211,7 @@ fn starting_afresh_is_a_cut() {
     let second = second.checkpoint();
     assert_eq!(second.state.bodies, whole.state.bodies);
     assert_eq!(second.state.time, whole.state.time);
-    assert_eq!(second.windings, whole.windings);
+    assert_eq!(second.image_flags, whole.image_flags);
     assert_eq!(second.last_contact, whole.last_contact);
     assert_eq!(second.ledgers, whole.ledgers);
     assert_eq!(second.tally, whole.tally);
@@ -223,7 +224,7 @@ fn starting_afresh_is_a_cut() {
     );
 }
 
-fn refused<P: Physics<Space = Plane>>(
+fn refused<P: ParticleModel<Space = Plane>>(
     scene: P,
     state: State<P>,
     boundaries: &Boundaries,
@@ -486,7 +487,7 @@ fn collapse_against_a_wall_is_told() {
     let scene = disks(0.1);
     let bodies = (0..4)
         .map(|disk| {
-            Body::new(
+            ParticleState::new(
                 vector![1.0 + 1.5 * f64::from(disk), 2.0],
                 vector![-f64::from(disk), 0.0],
             )

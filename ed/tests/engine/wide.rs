@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, vector};
 use stosszahl_ed::{Dissipation, Engine};
-use stosszahl_model::{Body, Domain, Plane, State};
+use stosszahl_model::{Domain, ParticleState, Plane, State};
 
 use crate::support::disks;
 
@@ -11,7 +11,8 @@ use crate::support::disks;
 #[test]
 fn disks_that_do_not_meet_reach_the_time() {
     const SIDE: f64 = 1e7;
-    let at = |place: f64, velocity: Vector2<f64>| Body::new(vector![place, place], velocity);
+    let at =
+        |place: f64, velocity: Vector2<f64>| ParticleState::new(vector![place, place], velocity);
     let start = State {
         time: 0.0,
         domain: Domain::<Plane>::periodic(vector![SIDE, SIDE]).expect("a box"),

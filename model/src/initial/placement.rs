@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::brief;
+use crate::format_short;
 
 /// Positions of placed disks, and the lattice they came from, if any.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub enum PlacementError {
     #[error(
         "{count} disks of several sizes do not fit into a box of {} x {} when placed at random one by one, the large \
          ones first; a lower packing fraction or a larger box may do",
-        brief(lengths[0]), brief(lengths[1])
+        format_short(lengths[0]), format_short(lengths[1])
     )]
     Jammed {
         /// Number of disks.
@@ -34,7 +34,7 @@ pub enum PlacementError {
     #[error(
         "{count} disks of diameter {diameter} do not fit as a {lattice} lattice into a box of {} x {}: \
          the closest lattice sites are {spacing} apart; allowed at this number and box: packing fractions up to {allowed:.4}",
-        brief(lengths[0]), brief(lengths[1]), diameter = brief(*diameter), spacing = brief(*spacing))]
+        format_short(lengths[0]), format_short(lengths[1]), diameter = format_short(*diameter), spacing = format_short(*spacing))]
     TooDense {
         /// Name of the lattice: `square` or `hexagonal`.
         lattice: &'static str,

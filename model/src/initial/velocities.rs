@@ -5,7 +5,7 @@ use rand::Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 
 use crate::invalid::Invalid;
-use crate::physics::{Physics, VectorOf};
+use crate::physics::{ParticleModel, VectorOf};
 use crate::sizes::Sizes;
 use crate::space::Space;
 use crate::state::State;
@@ -49,7 +49,7 @@ impl VelocityDistribution {
             "from -0.4, all particles of one speed, to 10"
         };
         let fits = (Self::least_cumulant(dimension)..=Self::LARGEST_CUMULANT).contains(&a2);
-        Invalid::unless(fits, "fourth cumulant", a2, allowed)?;
+        Invalid::require(fits, "fourth cumulant", a2, allowed)?;
         if a2 == 0.0 {
             return Ok(Self::MAXWELLIAN);
         }
@@ -84,7 +84,7 @@ impl VelocityDistribution {
 
 /// Draws velocities from the Maxwellian: [`draw_velocities`] with
 /// [`VelocityDistribution::MAXWELLIAN`].
-pub fn maxwellian<P: Physics>(
+pub fn maxwellian<P: ParticleModel>(
     scene: &P,
     state: &mut State<P>,
     temperature: f64,
@@ -96,7 +96,7 @@ pub fn maxwellian<P: Physics>(
 
 /// Draws velocities, then removes the drift and scales to the temperature `temperature` \[energy\]
 /// exactly (to rounding). One particle alone stays at rest: zero momentum allows nothing else.
-pub fn draw_velocities<P: Physics>(
+pub fn draw_velocities<P: ParticleModel>(
     scene: &P,
     state: &mut State<P>,
     temperature: f64,
@@ -112,7 +112,7 @@ pub fn draw_velocities<P: Physics>(
 }
 
 /// Removes the drift of the centre of mass and scales the velocities to the temperature.
-pub fn rescale<P: Physics>(scene: &P, state: &mut State<P>, temperature: f64) {
+pub fn rescale<P: ParticleModel>(scene: &P, state: &mut State<P>, temperature: f64) {
     let sizes = scene.sizes();
     let mass: f64 = (0..state.bodies.len())
         .map(|index| sizes.mass(sizes.tag(index)))
@@ -140,7 +140,7 @@ pub fn rescale<P: Physics>(scene: &P, state: &mut State<P>, temperature: f64) {
 
 /// Draws spins from the Maxwellian, then scales them to a temperature I <w^2>/rotations \[energy\]
 /// exactly; smooth particles have none.
-pub fn thermal_spins<P: Physics>(
+pub fn thermal_spins<P: ParticleModel>(
     scene: &P,
     state: &mut State<P>,
     temperature: f64,
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
     use crate::random::{Purpose, Streams};
     use crate::space::Vector;
-    use crate::{Body, Constant, Domain, Free, Plane, Polydisperse, Rough, Scene, Smooth};
+    use crate::{Constant, Domain, Free, ParticleState, Plane, Polydisperse, Rough, Scene, Smooth};
     use nalgebra::vector;
 
     /// Fourth cumulants of 200 samples of 2000 velocities: their mean lies within 4.4 of its
@@ -228,7 +228,7 @@ mod tests {
         let mut state = State {
             time: 0.0,
             domain: Domain::periodic(vector![100.0, 100.0]).expect("positive"),
-            bodies: vec![Body::new(vector![0.0, 0.0], vector![0.0, 0.0]); count as usize],
+            bodies: vec![ParticleState::new(vector![0.0, 0.0], vector![0.0, 0.0]); count as usize],
         };
         maxwellian(
             &scene,
@@ -252,7 +252,7 @@ mod tests {
             sizes: scene.sizes.clone(),
             field: Free,
         };
-        let at_rest = Body::new(vector![0.0, 0.0], vector![0.0, 0.0]);
+        let at_rest = ParticleState::new(vector![0.0, 0.0], vector![0.0, 0.0]);
         let mut spinning = State {
             time: 0.0,
             domain: state.domain,

@@ -18,7 +18,7 @@ impl Constant {
     /// [`Invalid`] outside [0, 1].
     pub fn new(coefficient: f64) -> Result<Self, Invalid> {
         let allowed = (0.0..=1.0).contains(&coefficient);
-        Invalid::unless(allowed, "coefficient of restitution", coefficient, "0 to 1").map(Self)
+        Invalid::require(allowed, "coefficient of restitution", coefficient, "0 to 1").map(Self)
     }
 
     /// Coefficient of restitution, in \[0, 1\].

@@ -29,9 +29,9 @@ impl DeltaModel {
     /// [`Invalid`] unless r is in \[0, 1\] and Delta is finite and not negative.
     pub fn new(coefficient: f64, delta: f64) -> Result<Self, Invalid> {
         let allowed = (0.0..=1.0).contains(&coefficient);
-        Invalid::unless(allowed, "coefficient of restitution", coefficient, "0 to 1")?;
+        Invalid::require(allowed, "coefficient of restitution", coefficient, "0 to 1")?;
         let allowed = delta >= 0.0 && delta.is_finite();
-        Invalid::unless(
+        Invalid::require(
             allowed,
             "added speed Delta",
             delta,

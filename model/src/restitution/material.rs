@@ -32,11 +32,11 @@ impl Material {
         Invalid::unless_positive("Young's modulus", young_modulus)?;
         let is_ratio = poisson_ratio > -1.0 && poisson_ratio <= 0.5;
         let allowed = "numbers above -1 and at most 0.5";
-        Invalid::unless(is_ratio, "Poisson's ratio", poisson_ratio, allowed)?;
+        Invalid::require(is_ratio, "Poisson's ratio", poisson_ratio, allowed)?;
         for viscosity in viscosities {
             let is_viscosity = viscosity >= 0.0 && viscosity.is_finite();
             let allowed = "finite numbers, at least 0";
-            Invalid::unless(is_viscosity, "viscosity", viscosity, allowed)?;
+            Invalid::require(is_viscosity, "viscosity", viscosity, allowed)?;
         }
         let material = Self {
             young_modulus,

@@ -21,7 +21,7 @@ impl<R: Restitution> PerPair<R> {
     /// [`Invalid`] unless there are `count * count` laws, at least one.
     pub fn new(count: usize, laws: Vec<R>) -> Result<Self, Invalid> {
         let complete = count > 0 && count.checked_mul(count) == Some(laws.len());
-        Invalid::unless(
+        Invalid::require(
             complete,
             "number of laws of pairs",
             laws.len() as f64,

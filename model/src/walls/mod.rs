@@ -215,8 +215,8 @@ fn check<S: Space>(wall: &Wall<S>, axis: usize) -> Result<(), Invalid> {
     for component in 0..S::DIMENSION {
         let speed = wall.sliding[component];
         let is_along = component != axis || speed == 0.0;
-        Invalid::unless(is_along, "sliding", speed, "a velocity along the wall")?;
-        Invalid::unless(speed.is_finite(), "sliding", speed, "a finite velocity")?;
+        Invalid::require(is_along, "sliding", speed, "a velocity along the wall")?;
+        Invalid::require(speed.is_finite(), "sliding", speed, "a finite velocity")?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Obstacles inside the box, in the plane: disks, segments, polylines and polygons.
 
-use crate::{Invalid, brief};
+use crate::{Invalid, format_short};
 use nalgebra::Vector2;
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::{Pose, Vector};
@@ -105,7 +105,7 @@ pub enum ObstacleError {
         least: f64,
     },
     /// Edges that touch each other away from a common corner.
-    #[error("edges {} and {} touch near ({}, {}); allowed are edges that meet at their ends only, one after the other", edges[0], edges[1], brief(place[0]), brief(place[1]))]
+    #[error("edges {} and {} touch near ({}, {}); allowed are edges that meet at their ends only, one after the other", edges[0], edges[1], format_short(place[0]), format_short(place[1]))]
     SelfTouching {
         /// Numbers of the two edges, from 0.
         edges: [usize; 2],
@@ -113,7 +113,7 @@ pub enum ObstacleError {
         place: [f64; 2],
     },
     /// The obstacle is not inside the box.
-    #[error("reaches from ({}, {}) to ({}, {}); allowed is the box of {} x {}", brief(bounds[0][0]), brief(bounds[0][1]), brief(bounds[1][0]), brief(bounds[1][1]), brief(lengths[0]), brief(lengths[1]))]
+    #[error("reaches from ({}, {}) to ({}, {}); allowed is the box of {} x {}", format_short(bounds[0][0]), format_short(bounds[0][1]), format_short(bounds[1][0]), format_short(bounds[1][1]), format_short(lengths[0]), format_short(lengths[1]))]
     Outside {
         /// Lower left and upper right corner of the obstacle \[length\].
         bounds: [[f64; 2]; 2],
@@ -385,7 +385,7 @@ fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> 
         Outline::Circle { centre, radius } => {
             let is_allowed = *radius > 0.0 && *radius <= 1e100;
             let allowed = "a positive number up to 1e100";
-            Invalid::unless(is_allowed, "radius", *radius, allowed)?;
+            Invalid::require(is_allowed, "radius", *radius, allowed)?;
             vec![*centre]
         }
         Outline::Segment { ends } => ends.to_vec(),

@@ -5,7 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use crate::invalid::Invalid;
-use crate::physics::{Physics, SpinOf, VectorOf};
+use crate::physics::{ParticleModel, SpinOf, VectorOf};
 use crate::space::{Space, Vector};
 use crate::surface::Surface;
 
@@ -48,7 +48,7 @@ impl Rebound {
     pub(super) fn check(&self) -> Result<(), Invalid> {
         let within = |name, number: f64, least: f64, allowed| {
             let is_within = (least..=1.0).contains(&number);
-            Invalid::unless(is_within, name, number, allowed).map(|_| ())
+            Invalid::require(is_within, name, number, allowed).map(|_| ())
         };
         match *self {
             Self::Restitutive { restitution, slip } => {
@@ -58,7 +58,7 @@ impl Rebound {
             Self::Diffuse { temperature } => {
                 let is_energy = temperature >= 0.0 && temperature.is_finite();
                 let allowed = "an energy of at least 0";
-                Invalid::unless(is_energy, "temperature", temperature, allowed).map(|_| ())
+                Invalid::require(is_energy, "temperature", temperature, allowed).map(|_| ())
             }
         }
     }
@@ -66,7 +66,7 @@ impl Rebound {
     /// Changes the velocity and spin of a particle at a contact. `stream` is made only where
     /// numbers are drawn.
     #[inline]
-    pub fn apply<P: Physics, R: Rng>(
+    pub fn apply<P: ParticleModel, R: Rng>(
         &self,
         scene: &P,
         touch: &Touch<VectorOf<P>>,

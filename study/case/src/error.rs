@@ -241,7 +241,7 @@ impl Problem {
     /// Creates the problem of a value that is not allowed.
     pub(crate) fn bad(key: &[String], value: &toml::Value, allowed: impl Into<String>) -> Self {
         let fault = Fault::BadValue {
-            value: brief(value),
+            value: format_short(value),
             found: None,
             allowed: allowed.into(),
         };
@@ -268,18 +268,18 @@ pub(crate) fn brief_number(value: f64) -> String {
 }
 
 /// Formats a value as TOML on one line, cut if it is long.
-pub(crate) fn brief(value: &toml::Value) -> String {
+pub(crate) fn format_short(value: &toml::Value) -> String {
     const WIDTH: usize = 60;
     let text = match value {
         // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
         toml::Value::Float(number) if number.is_finite() => format!("{number:?}"),
         toml::Value::Array(all) => {
             // More than the width of a line is cut below.
-            let all: Vec<String> = all.iter().take(WIDTH).map(brief).collect();
+            let all: Vec<String> = all.iter().take(WIDTH).map(format_short).collect();
             format!("[{}]", all.join(", "))
         }
         toml::Value::Table(all) => {
-            let entry = |(key, value)| format!("{key} = {}", brief(value));
+            let entry = |(key, value)| format!("{key} = {}", format_short(value));
             let all: Vec<String> = all.iter().take(WIDTH).map(entry).collect();
             format!("{{ {} }}", all.join(", "))
         }

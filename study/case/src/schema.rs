@@ -397,7 +397,7 @@ fn list(schema: &Json) -> String {
 }
 
 /// Formats a limit in few digits.
-fn brief(limit: f64) -> String {
+fn format_short(limit: f64) -> String {
     if limit != 0.0 && limit.abs() < 1e-4 {
         format!("{limit:e}")
     } else {
@@ -410,7 +410,7 @@ fn range(schema: &Json) -> String {
     let limit = |key: &str| {
         let number = schema.get(key)?;
         let number = number.as_u64().map_or_else(
-            || number.as_f64().map(brief),
+            || number.as_f64().map(format_short),
             |whole| Some(whole.to_string()),
         )?;
         Some(number)

@@ -5,8 +5,8 @@ use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{
-    Body, Domain, Free, GrainSizes, Grains, Interrupt, Invalid, Kind, Law, Particle, Particles,
-    Plane, Rough, Scene, Sizes, Smooth, Space, Species, State, Volume,
+    Domain, Free, Grains, Interrupt, Invalid, Kind, Law, Particle, ParticleState, Particles, Plane,
+    Rough, Scene, SizeDistribution, Sizes, Smooth, Space, Species, State, Volume,
 };
 
 use crate::GasError;
@@ -51,7 +51,7 @@ impl Gas {
     /// of Granular Gases* (Oxford 2004).
     pub fn haff_time(&self) -> Option<f64> {
         let restitution = self.grains.restitution.constant()?;
-        let GrainSizes::Equal(one) = &self.grains.sizes else {
+        let SizeDistribution::Equal(one) = &self.grains.sizes else {
             return None;
         };
         let (dimension, count) = (self.particles.dimension, self.particles.all.len() as f64);
@@ -207,7 +207,7 @@ impl GasBuilder {
     }
 
     /// Sets an interrupt that ends [`Self::build`] early.
-    pub fn stop_on(mut self, interrupt: &Interrupt) -> Self {
+    pub fn set_stop_flag(mut self, interrupt: &Interrupt) -> Self {
         self.interrupt = interrupt.clone();
         self
     }
@@ -220,7 +220,7 @@ impl GasBuilder {
     pub fn build(self) -> Result<Gas, GasError> {
         let streams = Streams::new(self.seed, self.replica);
         Invalid::unless_positive("temperature", self.temperature)?;
-        Invalid::unless(
+        Invalid::require(
             self.contact_time >= 0.0 && self.contact_time.is_finite(),
             "contact time",
             self.contact_time,
@@ -249,11 +249,11 @@ impl GasBuilder {
         let rough = self.tangential.map(|beta| Rough::new(beta, Plane::INERTIA));
         let grains = Grains {
             sizes: match &self.species[..] {
-                [one] => GrainSizes::Equal(stosszahl_model::Monodisperse {
+                [one] => SizeDistribution::Equal(stosszahl_model::Monodisperse {
                     radius: one.radius,
                     mass: one.mass,
                 }),
-                _ => GrainSizes::Species(sizes.clone()),
+                _ => SizeDistribution::Species(sizes.clone()),
             },
             restitution: self.law.clone()?,
             rough: rough.transpose()?,
@@ -422,7 +422,8 @@ impl GasBuilder {
             field: Free,
         };
         let shift = Vector2::from(margin);
-        let body = |at: &Vector2<f64>| Body::new(domain.wrap(*at) + shift, Vector2::zeros());
+        let body =
+            |at: &Vector2<f64>| ParticleState::new(domain.wrap(*at) + shift, Vector2::zeros());
         let mut state = State {
             time: 0.0,
             domain,

@@ -3,7 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
-use stosszahl_dsmc::{Boundaries, Clearance, Displacement, Parameters, Scheme};
+use stosszahl_dsmc::{Boundaries, Displacement, Parameters, Scheme, WallClearance};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation};
@@ -67,7 +67,7 @@ impl EventDriven {
         let (time, temperature) = (particles.time, particles.temperature());
         let mut elastic = exact(&self.gas, &particles, Dissipation::Elastic)?;
         let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
-        elastic.stop_on(interrupt);
+        elastic.set_stop_flag(interrupt);
         elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
         // It stands at a collision. The state is taken one mean free time later, whatever collides
         // then.
@@ -184,8 +184,8 @@ impl MonteCarlo {
         let boundaries = Boundaries {
             walls: gas.walls.clone(),
             clearance: match parameters.scheme {
-                Scheme::Boltzmann | Scheme::Collisionless => Clearance::Centre,
-                _ => Clearance::Radius,
+                Scheme::Boltzmann | Scheme::Collisionless => WallClearance::Centre,
+                _ => WallClearance::Radius,
             },
             ..Boundaries::default()
         };

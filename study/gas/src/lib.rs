@@ -30,7 +30,7 @@ mod reach;
 pub use builder::{Gas, GasBuilder};
 pub use engines::{EventDriven, MonteCarlo};
 pub use stosszahl_dsmc::Scheme;
-use stosszahl_model::brief;
+use stosszahl_model::format_short;
 pub use stosszahl_model::walls::{Face, Rebound, Wall};
 pub use stosszahl_model::{Law, Rough, Simulation};
 
@@ -70,7 +70,7 @@ pub enum GasError {
         free: f64,
     },
     /// The gas cannot be advanced to this time.
-    #[error("advance to time {} from time {}; allowed: {allowed}", brief(*until), brief(*now))]
+    #[error("advance to time {} from time {}; allowed: {allowed}", format_short(*until), format_short(*now))]
     Time {
         /// Current time of the gas.
         now: f64,

@@ -1,7 +1,7 @@
 //! Times that a gas can be advanced to.
 
 use stosszahl_model::walls::{Face, Rebound, Vibration};
-use stosszahl_model::{Law, Simulation, brief};
+use stosszahl_model::{Law, Simulation, format_short};
 
 use crate::{Gas, GasError};
 
@@ -35,7 +35,7 @@ pub(crate) fn check_time(
         return refused("finite times".into());
     }
     if until < now {
-        return refused(format!("the present time {} or later", brief(now)));
+        return refused(format!("the present time {} or later", format_short(now)));
     }
     if until > LATEST {
         return refused(format!("times up to {LATEST:e}"));
@@ -49,7 +49,7 @@ pub(crate) fn check_time(
         let last = now + MOST_EVENTS / rate;
         return refused(format!(
             "times up to about {}, when this gas has had {MOST_EVENTS:e} collisions",
-            brief(last)
+            format_short(last)
         ));
     }
     Ok(())

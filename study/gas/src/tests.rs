@@ -20,7 +20,7 @@ fn with_pauses(engine: &mut dyn Simulation, until: f64, most: usize) -> Result<u
     loop {
         let pause = Interrupt::default();
         if pauses < most {
-            engine.pause_on(&pause);
+            engine.set_pause_flag(&pause);
         }
         let before = engine.time();
         if engine.advance(until, Budget::Unlimited, &mut Enough(&pause))? {
@@ -105,11 +105,11 @@ fn what_is_done_in_a_pause_counts() -> Result<(), GasError> {
     let gas = Gas::disks(300).packing_fraction(0.25).build()?;
     let mut chaos = MonteCarlo::from_state(&gas, Scheme::CONTACT_POINT)?;
     let pause = Interrupt::default();
-    chaos.pause_on(&pause);
+    chaos.set_pause_flag(&pause);
     chaos.advance(1e3, &mut Enough(&pause))?;
     let middle = chaos.time();
     chaos.scale_velocities(2.0)?;
-    chaos.pause_on(&Interrupt::default());
+    chaos.set_pause_flag(&Interrupt::default());
     chaos.advance(middle + 1.0, &mut ())?;
     assert_eq!(chaos.time(), middle + 1.0);
     // Rounding of some 1e4 collisions.

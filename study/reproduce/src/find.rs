@@ -8,7 +8,7 @@ use stosszahl_study::measures::over;
 use toml::Value;
 
 use crate::ReproduceError;
-use crate::plan::{Source, Spot, same_name};
+use crate::plan::{NumberLocation, Source, same_name};
 
 /// Name of the column that tells replicas apart.
 const REPLICA: &str = "replica";
@@ -32,7 +32,7 @@ impl Results {
     ///
     /// # Errors
     /// The reason why there is none.
-    pub(crate) fn find(&self, spot: &Spot<'_>) -> Result<Estimate, String> {
+    pub(crate) fn find(&self, spot: &NumberLocation<'_>) -> Result<Estimate, String> {
         let point = self.0.iter().find(|point| point.0.name == spot.point);
         let (_, stored) =
             point.ok_or_else(|| format!("the point {} is not finished", spot.point))?;
@@ -78,7 +78,7 @@ fn derived(stored: &Stored, name: &str) -> Option<Estimate> {
 }
 
 /// Returns the rows whose key columns fit.
-fn rows<'t>(table: &'t Table, spot: &Spot<'_>) -> Result<Vec<&'t [Cell]>, String> {
+fn rows<'t>(table: &'t Table, spot: &NumberLocation<'_>) -> Result<Vec<&'t [Cell]>, String> {
     let mut rows: Vec<&[Cell]> = table.rows.iter().map(Vec::as_slice).collect();
     for (&key, value) in &spot.keys {
         let column = table
@@ -139,7 +139,7 @@ fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estim
 }
 
 /// Returns the only number, or the mean of the rows in a range with errors as of independent rows.
-fn mean(found: &[Estimate], spot: &Spot<'_>) -> Result<Estimate, String> {
+fn mean(found: &[Estimate], spot: &NumberLocation<'_>) -> Result<Estimate, String> {
     let is_range = spot.keys.values().any(Value::is_array);
     match found {
         [one] => Ok(*one),

@@ -7,7 +7,7 @@ use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind};
 use stosszahl_study::judge::{self, Said, digits, short, with_error};
 
 use crate::find::{Results, quotient};
-use crate::plan::{Item, Reproduction, Source, Spot, drawn_number};
+use crate::plan::{Item, NumberLocation, Reproduction, Source, drawn_number};
 
 /// Claim with the number found.
 pub struct Outcome<'a> {
@@ -232,7 +232,7 @@ impl Item<'_> {
 
     /// Finds the number of the claim.
     fn find(&self, results: &BTreeMap<&str, Results>) -> Result<Estimate, String> {
-        let find = |spot: &Spot<'_>| {
+        let find = |spot: &NumberLocation<'_>| {
             let run = results.get(spot.run).ok_or("the run is not finished")?;
             run.find(spot)
         };
@@ -244,7 +244,7 @@ impl Item<'_> {
     }
 }
 
-impl Spot<'_> {
+impl NumberLocation<'_> {
     /// Describes the place in words: point, table and column, row.
     fn words(&self) -> String {
         let keys: Vec<String> = self

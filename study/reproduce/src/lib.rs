@@ -33,7 +33,7 @@ use stosszahl_results::ResultsError;
 use stosszahl_study::RunError;
 
 pub use judged::{Judged, Outcome};
-pub use plan::{Demand, FigureOutline, Reproduction};
+pub use plan::{FigureOutline, ReproduceOptions, Reproduction};
 
 /// Reason why a paper could not be reproduced.
 #[derive(Debug, thiserror::Error)]

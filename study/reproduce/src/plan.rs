@@ -8,7 +8,7 @@ use stosszahl_case::{CaseError, CaseFile, PaperFile, Point};
 use stosszahl_results::Table;
 use stosszahl_study::check;
 use stosszahl_study::judge::Said;
-use stosszahl_study::plan::Pace;
+use stosszahl_study::plan::RuntimeEstimate;
 use toml::Value;
 
 use crate::ReproduceError;
@@ -17,7 +17,7 @@ use crate::find::{COLLISIONS, SECONDS};
 
 /// Requested part of a paper.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Demand<'a> {
+pub struct ReproduceOptions<'a> {
     /// Name of one figure; `None` for all.
     pub figure: Option<&'a str>,
     /// True for smaller runs.
@@ -27,7 +27,7 @@ pub struct Demand<'a> {
 /// Paper with its cases read and the numbers of its claims located.
 pub struct Reproduction<'a> {
     pub(crate) file: &'a PaperFile,
-    pub(crate) demand: Demand<'a>,
+    pub(crate) demand: ReproduceOptions<'a>,
     /// Cases of the needed runs, by run.
     pub(crate) cases: BTreeMap<&'a str, CaseFile>,
     /// Contents of each point, by run and point.
@@ -45,7 +45,7 @@ struct Known {
     /// Names of quantities that follow from the case, and of its work.
     derived: Vec<String>,
     /// Guessed times of the parts of the point.
-    pace: Pace,
+    pace: RuntimeEstimate,
     /// Number of replicas.
     replicas: u64,
 }
@@ -57,9 +57,9 @@ pub(crate) struct Item<'a> {
     /// Claim of the paper.
     pub claim: &'a Claim,
     /// Place of the number.
-    pub number: Spot<'a>,
+    pub number: NumberLocation<'a>,
     /// Place of the number by which it is divided.
-    pub over: Option<Spot<'a>>,
+    pub over: Option<NumberLocation<'a>>,
     /// Claim of the paper on the number: a value or a bound.
     pub said: Said,
     /// True if the paper is corrected here.
@@ -68,7 +68,7 @@ pub(crate) struct Item<'a> {
 
 /// Place of a number in the results.
 #[derive(Clone, Debug)]
-pub(crate) struct Spot<'a> {
+pub(crate) struct NumberLocation<'a> {
     /// Name of the run.
     pub run: &'a str,
     /// Name of the point of its sweep; empty without one.
@@ -105,7 +105,7 @@ impl Item<'_> {
     /// Factor by which the key grows, for a claim on a power of it.
     pub(crate) fn growth(&self) -> Option<f64> {
         let power = self.claim.power_of.as_deref()?;
-        let at = |spot: &Spot<'_>| spot.keys.get(power).and_then(number);
+        let at = |spot: &NumberLocation<'_>| spot.keys.get(power).and_then(number);
         Some(at(&self.number)? / at(self.over.as_ref()?)?)
     }
 }
@@ -118,7 +118,7 @@ impl<'a> Reproduction<'a> {
     /// The paper or a case is refused, or there is no such figure.
     pub fn new(
         file: &'a PaperFile,
-        demand: Demand<'a>,
+        demand: ReproduceOptions<'a>,
         bundled: &dyn Fn(&str) -> Option<String>,
     ) -> Result<Self, ReproduceError> {
         let figures = &file.paper.figure;
@@ -280,7 +280,7 @@ impl<'a> Reproduction<'a> {
             // Reading guarantees one of the two forms.
             _ => return Ok(Vec::new()),
         };
-        let mut spot = Spot {
+        let mut spot = NumberLocation {
             run: claim.run.as_deref().unwrap_or(&of.run),
             point: String::new(),
             source,
@@ -383,7 +383,7 @@ impl<'a> Reproduction<'a> {
     }
 
     /// Checks that the table, column and keys of a number exist.
-    fn check_spot(&self, key: &str, spot: &Spot<'_>) -> Result<(), CaseError> {
+    fn check_spot(&self, key: &str, spot: &NumberLocation<'_>) -> Result<(), CaseError> {
         let refuse = |inside: &str, what: &str, names: Vec<String>| {
             let allowed = format!("{what} of run {}: {}", spot.run, names.join(", "));
             self.file.refuse(&format!("{key}.{inside}"), allowed)

@@ -22,7 +22,7 @@ use crate::follow::PartError;
 use crate::measure::Measure;
 use crate::plan::{EngineKind, EnginePlan, Plan, PlanError, in_cells};
 use crate::run::{Options, RunError};
-use crate::unsaved::{Unsaved, collision_rate, energies, measures, resized};
+use crate::unsaved::{InMemoryRun, collision_rate, energies, measures, resized};
 use crate::words::percent;
 
 /// Largest number of disks of the pilot.
@@ -101,7 +101,7 @@ pub fn settle<'a>(
 fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<String>), PartError> {
     let small = Plan::new(&pilot(plan), &plan.folder)?;
     let measures = measures(&["energy", "impact_parameters"]);
-    let run = |replica| Unsaved {
+    let run = |replica| InMemoryRun {
         plan: &small,
         measures: &measures,
         replica,
@@ -229,7 +229,7 @@ impl Search<'_> {
             ..engine.clone()
         };
         let value = |(index, start): (usize, &Particles)| {
-            let run = Unsaved {
+            let run = InMemoryRun {
                 plan,
                 measures: self.measures,
                 replica: FIRST + index as u64,

@@ -9,7 +9,7 @@ use stosszahl_results::{Cell, Role, Table, engine_title};
 
 use crate::accuracy;
 use crate::engines;
-use crate::measure::{BadOption, Finished, Measure, Runs, share_of_others};
+use crate::measure::{BadOption, CompletedRun, Measure, ReplicaRecords, share_of_others};
 use crate::measures;
 use crate::plan::{Cost, EnginePlan, Kept, Looks, Plan, PlanError, Quantity, available_memory};
 use crate::question;
@@ -171,9 +171,9 @@ impl<'a> Planned<'a> {
         plan.case.verdict.sonine_orders = Some(1);
         let unsolved = Invalid::new("replicas", 0.0, "at least 1");
         plan.theory = OnceLock::from(Err(unsolved.into()));
-        let none: Vec<Vec<Finished>> = plan.engines.iter().map(|_| Vec::new()).collect();
+        let none: Vec<Vec<CompletedRun>> = plan.engines.iter().map(|_| Vec::new()).collect();
         let each = self.measures.iter().enumerate().flat_map(|(measure, one)| {
-            let runs = Runs {
+            let runs = ReplicaRecords {
                 measure,
                 level: 1.0,
                 finished: &none,

@@ -8,17 +8,17 @@ use std::{fmt, fs, io};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl_dsmc::Beside;
+use stosszahl_dsmc::ShardLocation;
 use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 use stosszahl_results::{ResultsError, half_written};
 
-use crate::gauge::Gauge;
+use crate::gauge::ProgressEstimate;
 
 /// Receiver of progress messages; libraries print nothing.
 pub trait Progress: Sync {
     /// Reports that a point of a sweep, or the only one, begins: its name or title, and its work.
-    fn begin(&self, _point: usize, _name: &str, _work: Gauge) {}
+    fn begin(&self, _point: usize, _name: &str, _work: ProgressEstimate) {}
 
     /// Reports the fraction of a part's work that is done, and its collisions since the last
     /// report.
@@ -274,9 +274,9 @@ impl<'a, T: Content> Control<'a, T> {
     }
 
     /// Location of the shards of the last checkpoint.
-    pub fn beside(&self) -> Option<Beside> {
+    pub fn beside(&self) -> Option<ShardLocation> {
         let file = self.file.as_ref()?;
-        Some(Beside {
+        Some(ShardLocation {
             folder: std::path::absolute(&file.path).ok()?.parent()?.to_owned(),
             run: file.run,
         })

@@ -10,7 +10,9 @@ use stosszahl_case::format::{EnergyPart, FirstTest, Selection};
 use stosszahl_dsmc::homogeneous::{
     Contact, Homogeneous, Limit, Order, Part, Pick, Rule, Threshold,
 };
-use stosszahl_dsmc::{Beside, Boundaries, ExpectedGas, Gas, Left, Parameters, Ranks, Scheme};
+use stosszahl_dsmc::{
+    Boundaries, ExpectedGas, Gas, Left, Parameters, Ranks, Scheme, ShardLocation,
+};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
@@ -142,7 +144,7 @@ pub enum From<'a> {
     /// Start of the replica; `None` without positions.
     Start(Option<&'a Particles>),
     /// Bytes of [`Simulation::checkpoint`], and the location of its shards if there are any.
-    Checkpoint(&'a [u8], Option<&'a Beside>),
+    Checkpoint(&'a [u8], Option<&'a ShardLocation>),
 }
 
 /// Starts or resumes an engine of a replica with these streams. An interrupt ends a start early.
@@ -161,7 +163,7 @@ pub fn begin(
 ) -> Result<Box<dyn Simulation>, BeginError> {
     let made = made(plan, engine, streams, needs, from, interrupt, group);
     let mut gas = made.map_err(|error| error.in_units(plan))?;
-    gas.stop_on(interrupt);
+    gas.set_stop_flag(interrupt);
     gas.use_threads(threads_each(
         plan.engines.len() * plan.case.replicas as usize,
     ));
@@ -365,7 +367,7 @@ fn rule(plan: &Plan) -> Option<Rule> {
             None => Limit::Energy(energy.unwrap_or(f64::INFINITY)),
         },
         part: match part {
-            EnergyPart::Full => Part::Full,
+            EnergyPart::PlacementFailed => Part::PlacementFailed,
             EnergyPart::Normal => Part::Normal,
         },
     };

@@ -13,7 +13,7 @@ use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
 use crate::check;
 use crate::control::Control;
 use crate::follow::Part;
-use crate::measure::{Finished, Measure, Runs};
+use crate::measure::{CompletedRun, Measure, ReplicaRecords};
 use crate::plan::{Plan, PlanError};
 use crate::start::placed;
 
@@ -54,14 +54,14 @@ fn measured(plan: &Plan, name: &str) -> (Vec<Table>, Vec<Verdict>) {
         part.run(&control).expect("a run")
     };
     let engines = plan.engines.iter();
-    let finished: Vec<Vec<Finished>> = engines
+    let finished: Vec<Vec<CompletedRun>> = engines
         .map(|engine| {
             (0..plan.case.replicas)
                 .map(|replica| one(engine, replica))
                 .collect()
         })
         .collect();
-    let runs = Runs {
+    let runs = ReplicaRecords {
         measure: 0,
         level: 0.01,
         finished: &finished,

@@ -20,11 +20,11 @@ use crate::collision_rate::RateWindow;
 use crate::control::{Content, Control, Rollback, Set};
 use crate::decomposed::RankGroup;
 use crate::engines::{self, From as Source};
-use crate::kicks::Kicks;
-use crate::measure::{Finished, Measure, Moment, Needs, Probe, Stop};
+use crate::kicks::StochasticDrive;
+use crate::measure::{CompletedRun, Measure, Moment, Needs, Probe, Stop};
 use crate::measures::extended_xyz;
 use crate::plan::{EngineKind, EnginePlan, Plan};
-use crate::schedule::{Due, schedule};
+use crate::schedule::{ScheduledEvent, schedule};
 use crate::start::{Preparation, StartError, StartReport};
 
 pub use error::{Elsewhere, PartError};
@@ -141,7 +141,7 @@ impl Part<'_> {
     ///
     /// # Errors
     /// [`PartError::Record`] if the checkpoint is of another case.
-    pub(crate) fn restore(&self, saved: Saved) -> Result<Finished, PartError> {
+    pub(crate) fn restore(&self, saved: Saved) -> Result<CompletedRun, PartError> {
         let mut probes = self.probes();
         saved.load(&mut probes)?;
         Ok(saved.finished(probes))
@@ -151,7 +151,7 @@ impl Part<'_> {
     ///
     /// # Errors
     /// [`PartError`]; the checkpoint is kept.
-    pub fn run(&self, control: &Control<'_, Saved>) -> Result<Finished, PartError> {
+    pub fn run(&self, control: &Control<'_, Saved>) -> Result<CompletedRun, PartError> {
         self.run_in(control, None)
     }
 
@@ -163,7 +163,7 @@ impl Part<'_> {
         &self,
         control: &Control<'_, Saved>,
         group: Option<&RankGroup>,
-    ) -> Result<Finished, PartError> {
+    ) -> Result<CompletedRun, PartError> {
         let (plan, streams) = (self.plan, self.streams());
         let schedule = schedule(plan, self.measures);
         let interrupt = control.interrupt();
@@ -190,7 +190,7 @@ impl Part<'_> {
         } else {
             Course::begin(self, interrupt, group)?
         };
-        let drive = Kicks::new(plan, streams)?;
+        let drive = StochasticDrive::new(plan, streams)?;
         let mut rollback = Rollback::default();
         while let Some(due) = schedule.get(course.next) {
             let before = course.gas.work().collisions;
@@ -216,7 +216,7 @@ impl Part<'_> {
         }
         course.lap();
         control.tell(1.0, 0);
-        let finished = Finished {
+        let finished = CompletedRun {
             work: course.gas.work(),
             probes: course.probes,
             bytes: course.bytes,
@@ -274,7 +274,11 @@ impl<'a> Course<'a> {
     }
 
     /// Advances by one segment towards the next scheduled time, and samples there.
-    pub(crate) fn leg(&mut self, due: &Due, drive: Option<&Kicks>) -> Result<(), PartError> {
+    pub(crate) fn leg(
+        &mut self,
+        due: &ScheduledEvent,
+        drive: Option<&StochasticDrive>,
+    ) -> Result<(), PartError> {
         let plan = self.part.plan;
         if let EngineKind::EventDriven {
             collision_limit: Some(limit),
@@ -348,7 +352,7 @@ impl<'a> Course<'a> {
     }
 
     /// Rescales velocities if that is due, and takes the samples that are due.
-    fn look(&mut self, due: &Due) -> Result<(), PartError> {
+    fn look(&mut self, due: &ScheduledEvent) -> Result<(), PartError> {
         let plan = self.part.plan;
         if due.heating {
             if plan.case.domain.is_some() {
@@ -436,7 +440,7 @@ fn records(probes: &[Box<dyn Probe>]) -> Result<Vec<ByteBuf>, postcard::Error> {
     saved.map(|record| Ok(ByteBuf::from(record?))).collect()
 }
 
-impl Finished {
+impl CompletedRun {
     /// Content of a checkpoint of the finished part.
     ///
     /// # Errors
@@ -468,8 +472,8 @@ impl Saved {
         both.try_for_each(|(probe, record)| probe.load(record))
     }
 
-    fn finished(self, probes: Vec<Box<dyn Probe>>) -> Finished {
-        Finished {
+    fn finished(self, probes: Vec<Box<dyn Probe>>) -> CompletedRun {
+        CompletedRun {
             probes,
             work: Work {
                 collisions: self.collisions,

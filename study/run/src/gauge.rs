@@ -11,7 +11,7 @@ use crate::plan::Plan;
 
 /// Progress of one point of a sweep, or of the only one.
 #[derive(Clone, Debug)]
-pub struct Gauge {
+pub struct ProgressEstimate {
     /// Estimated times of the parts of one replica \[s\].
     expected: Vec<f64>,
     parts: Vec<Part>,
@@ -30,7 +30,7 @@ struct Part {
     took: Duration,
 }
 
-impl Gauge {
+impl ProgressEstimate {
     /// Creates the estimate of replicas whose parts have these expected times \[s\].
     pub fn new(replicas: usize, expected: &[f64]) -> Self {
         // An estimate of zero still counts as some work.
@@ -118,7 +118,7 @@ mod tests {
         let began = Instant::now();
         let at = |seconds: u64| began + Duration::from_secs(seconds);
         // Two replicas with a fast and a slow part, estimated to be equal.
-        let mut gauge = Gauge::new(2, &[1.0, 1.0]);
+        let mut gauge = ProgressEstimate::new(2, &[1.0, 1.0]);
         close(gauge.share(), 0.0);
         gauge.tell(0, 0.0, at(0));
         gauge.tell(0, 1.0, at(10));
@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn what_was_done_before_is_not_counted_as_quick() {
         let began = Instant::now();
-        let mut gauge = Gauge::new(1, &[2.0, 6.0]);
+        let mut gauge = ProgressEstimate::new(1, &[2.0, 6.0]);
         // The first resumes from a checkpoint at 90 %; the rest of it takes a second.
         gauge.tell(0, 0.9, began);
         gauge.tell(0, 1.0, began + Duration::from_secs(1));

@@ -11,7 +11,7 @@
 //!
 //! Errors come from few replicas, so all intervals are Student's, and sentences name the degrees of freedom. The chance of any false
 //! difference in all verdicts of a point is `verdict.family_wise_error_rate`; each verdict has an equal share of it, by Bonferroni
-//! ([`Runs::level`](crate::measure::Runs::level)). Over the points of a sweep the rate of false discoveries is controlled, when all are
+//! ([`ReplicaRecords::level`](crate::measure::ReplicaRecords::level)). Over the points of a sweep the rate of false discoveries is controlled, when all are
 //! there (`stosszahl_report`). Within one verdict:
 //!
 //! - *series over paired replicas* ([`Pair`]) and *impact parameters* ([`impact_parameters`]): half of the level for the last time or

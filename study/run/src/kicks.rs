@@ -3,13 +3,14 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Drive, Free, GrainSizes, Invalid, Law, Monodisperse, Polydisperse, Scene, Sizes, Smooth, Space,
+    Drive, Free, Invalid, Law, Monodisperse, Polydisperse, Scene, SizeDistribution, Sizes, Smooth,
+    Space,
 };
 
 use crate::plan::{Plan, PlanError, in_space};
 
 /// Drive of one replica; all its engines draw the same kicks.
-pub(crate) struct Kicks {
+pub(crate) struct StochasticDrive {
     drive: Drive,
     sizes: Which,
     dimension: usize,
@@ -21,13 +22,13 @@ enum Which {
     Each(Polydisperse),
 }
 
-impl Kicks {
+impl StochasticDrive {
     /// Creates the drive of a case; `None` without one.
     pub(crate) fn new(plan: &Plan, streams: Streams) -> Result<Option<Self>, PlanError> {
         let Some(drive) = plan.drive()? else {
             return Ok(None);
         };
-        let sizes = if let GrainSizes::Equal(one) = &plan.grains.sizes {
+        let sizes = if let SizeDistribution::Equal(one) = &plan.grains.sizes {
             Which::Equal(*one)
         } else {
             let failed = |error: Invalid| PlanError::new("drive", error.found, error.allowed);

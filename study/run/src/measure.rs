@@ -116,17 +116,17 @@ pub trait Measure: Sync {
     }
 
     /// Tables over all engines and replicas.
-    fn tables(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, _plan: &Plan, _runs: &ReplicaRecords<'_>) -> Vec<Table> {
         Vec::new()
     }
 
     /// Files of all particles at some times, each with its description in the manifest.
-    fn snapshots(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
+    fn snapshots(&self, _plan: &Plan, _runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
         Vec::new()
     }
 
     /// Frames for the player of the report.
-    fn frames(&self, _plan: &Plan, _runs: &Runs<'_>) -> Vec<FrameFile> {
+    fn frames(&self, _plan: &Plan, _runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
         Vec::new()
     }
 
@@ -141,7 +141,12 @@ pub trait Measure: Sync {
     }
 
     /// Verdicts, the most important first. `tables` are those of this measure.
-    fn verdicts(&self, _plan: &Plan, _runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        _plan: &Plan,
+        _runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<Verdict> {
         Vec::new()
     }
 }
@@ -206,7 +211,7 @@ pub trait Probe: Send {
     /// If the bytes cannot be read: the checkpoint is damaged.
     fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error>;
 
-    /// Returns the record, for [`Runs::find`].
+    /// Returns the record, for [`ReplicaRecords::find`].
     fn record(&self) -> &dyn Any;
 }
 
@@ -418,7 +423,7 @@ impl<'a> Moment<'a> {
 }
 
 /// Results of one engine of one replica.
-pub struct Finished {
+pub struct CompletedRun {
     /// Probes of the measures of the case, in their order.
     pub probes: Vec<Box<dyn Probe>>,
     /// Counters of the work done.
@@ -429,7 +434,7 @@ pub struct Finished {
     pub seconds: f64,
 }
 
-impl Finished {
+impl CompletedRun {
     /// Record of this type that some measure keeps; `None` if that measure is not made.
     pub fn record<R: 'static>(&self) -> Option<&R> {
         let mut records = self.probes.iter().map(|probe| probe.record());
@@ -451,17 +456,17 @@ fn rule(plan: &Plan, level: f64, margin: f64) -> Rule {
 }
 
 /// Results of all engines and replicas, as one measure sees them.
-pub struct Runs<'a> {
+pub struct ReplicaRecords<'a> {
     /// Position of the measure among those of the case.
     pub measure: usize,
     /// False-alarm probability of each verdict: an equal share of `verdict.family_wise_error_rate`,
     /// by Bonferroni over all verdicts of the point.
     pub level: f64,
     /// Results by engine, then by replica.
-    pub finished: &'a [Vec<Finished>],
+    pub finished: &'a [Vec<CompletedRun>],
 }
 
-impl<'a> Runs<'a> {
+impl<'a> ReplicaRecords<'a> {
     /// Decision rule for relative differences.
     pub fn rule(&self, plan: &Plan) -> Rule {
         rule(plan, self.level, plan.case.verdict.tolerance)
@@ -477,7 +482,7 @@ impl<'a> Runs<'a> {
     /// # Panics
     /// If the probe keeps another type of record, which is an error of the program.
     pub fn records<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
-        let record = |one: &'a Finished| one.probes[self.measure].record().downcast_ref();
+        let record = |one: &'a CompletedRun| one.probes[self.measure].record().downcast_ref();
         let all = self.finished[engine].iter().map(record);
         all.map(|record| record.expect("the record of this probe"))
             .collect()
@@ -495,6 +500,6 @@ impl<'a> Runs<'a> {
     /// Records of this type over all replicas of an engine; empty if no measure keeps them.
     pub fn find<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
         let finished = self.finished.get(engine).into_iter().flatten();
-        finished.filter_map(Finished::record).collect()
+        finished.filter_map(CompletedRun::record).collect()
     }
 }

@@ -17,12 +17,12 @@ use stosszahl_model::{Budget, Interrupt, Particles};
 
 use crate::check::Planned;
 use crate::follow::{Course, Part, PartError};
-use crate::kicks::Kicks;
+use crate::kicks::StochasticDrive;
 use crate::measure::{Moment, share_of_others};
 use crate::measures::series;
-use crate::plan::{Pace, Plan};
+use crate::plan::{Plan, RuntimeEstimate};
 use crate::run::RunError;
-use crate::schedule::{Due, schedule};
+use crate::schedule::{ScheduledEvent, schedule};
 use crate::start::{Preparation, is_prepared, pairs};
 use crate::theory::homogeneous;
 
@@ -38,7 +38,11 @@ const MEASURED: usize = 6;
 ///
 /// # Errors
 /// [`RunError`] if a start or an engine cannot be made.
-pub fn paces(planned: &[Planned<'_>], threads: usize, seconds: f64) -> Result<Vec<Pace>, RunError> {
+pub fn paces(
+    planned: &[Planned<'_>],
+    threads: usize,
+    seconds: f64,
+) -> Result<Vec<RuntimeEstimate>, RunError> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()?;
@@ -50,7 +54,7 @@ pub fn paces(planned: &[Planned<'_>], threads: usize, seconds: f64) -> Result<Ve
     let points = points.clamp(1, planned.len().max(1));
     let each = (seconds / (points * most) as f64).min(1.0);
     let each = Duration::from_secs_f64(each);
-    let mut found: Vec<(usize, Pace)> = Vec::new();
+    let mut found: Vec<(usize, RuntimeEstimate)> = Vec::new();
     for number in 0..points {
         let place = number * (planned.len() - 1) / (points - 1).max(1);
         let guess = planned[place].plan.pace();
@@ -66,7 +70,11 @@ pub fn paces(planned: &[Planned<'_>], threads: usize, seconds: f64) -> Result<Ve
 }
 
 /// Measures one point: its start, then all engines side by side, as many as there are threads.
-fn measured(planned: &Planned<'_>, threads: usize, each: Duration) -> Result<Pace, RunError> {
+fn measured(
+    planned: &Planned<'_>,
+    threads: usize,
+    each: Duration,
+) -> Result<RuntimeEstimate, RunError> {
     let plan = &planned.plan;
     let failed = |part: &str, source: PartError| RunError::Replica {
         replica: 0,
@@ -106,7 +114,7 @@ fn measured(planned: &Planned<'_>, threads: usize, each: Duration) -> Result<Pac
             .collect();
         [0, 1].map(|which| own.iter().map(|one| one[which]).sum::<f64>() / own.len() as f64)
     };
-    Ok(Pace {
+    Ok(RuntimeEstimate {
         start,
         engines: (0..engines).map(mean).collect(),
         ending: theory(plan),
@@ -142,7 +150,7 @@ fn prepared(plan: &Plan, streams: Streams, each: Duration) -> Result<(f64, Parti
     let began = Instant::now();
     let mut left = 1.0;
     if asked > 0 {
-        gas.pause_on(&pause);
+        gas.set_pause_flag(&pause);
         let watch = watch(each, &pause, &never);
         gas.advance(f64::INFINITY, Budget::Collisions(asked), &mut ())?;
         drop(watch);
@@ -181,16 +189,16 @@ fn flying(
     let plan = part.plan;
     // Samples are timed separately: one at the start would take the time in which the gas should
     // move.
-    let without_looks = |due| Due {
+    let without_looks = |due| ScheduledEvent {
         measures: Vec::new(),
         ..due
     };
-    let schedule: Vec<Due> = (schedule(plan, part.measures).into_iter())
+    let schedule: Vec<ScheduledEvent> = (schedule(plan, part.measures).into_iter())
         .map(without_looks)
         .collect();
-    let drive = Kicks::new(plan, part.streams())?;
+    let drive = StochasticDrive::new(plan, part.streams())?;
     let pause = Interrupt::default();
-    course.gas.pause_on(&pause);
+    course.gas.set_pause_flag(&pause);
     let _watch = watch(each, &pause, stop);
     let began = Instant::now();
     let mut broken = false;

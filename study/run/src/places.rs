@@ -12,7 +12,7 @@ use crate::start::StartError;
     "particle {particle} of {count} finds no place in {trials} trials; fewer or smaller particles, or a larger box, are needed \
      (random addition jams near a packing fraction of 0.5 in the plane and 0.35 in space)"
 )]
-pub struct Full {
+pub struct PlacementFailed {
     /// Index of the particle.
     pub particle: usize,
     /// Number of particles to place.
@@ -23,7 +23,7 @@ pub struct Full {
 
 /// Exclusion rule of initial positions, between particles and at walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Room {
+pub enum ExclusionRule {
     /// Point particles: anywhere in the box outside obstacles.
     Points,
     /// Particles that overlap neither walls nor obstacles.
@@ -41,7 +41,7 @@ pub(crate) struct Places<'a, S: Space> {
     confinement: &'a Confinement<S>,
     region: Option<Region>,
     size: S::Vector,
-    room: Room,
+    room: ExclusionRule,
     counts: [usize; 3],
     cells: Vec<Vec<(S::Vector, f64)>>,
     trials: u64,
@@ -53,7 +53,7 @@ impl<'a, S: Space> Places<'a, S> {
         radii: &'a [f64],
         confinement: &'a Confinement<S>,
         region: Option<Region>,
-        room: Room,
+        room: ExclusionRule,
     ) -> Self {
         let size = confinement.domain.lengths();
         let largest = radii.iter().copied().fold(0.0, f64::max);
@@ -63,7 +63,7 @@ impl<'a, S: Space> Places<'a, S> {
             .ceil() as usize
             + 1;
         let counts = [0, 1, 2].map(|axis| {
-            if axis < S::DIMENSION && room == Room::Grains && largest > 0.0 {
+            if axis < S::DIMENSION && room == ExclusionRule::Grains && largest > 0.0 {
                 ((size[axis] / (2.0 * largest)).floor() as usize).clamp(1, most)
             } else {
                 1
@@ -129,7 +129,7 @@ impl<'a, S: Space> Places<'a, S> {
                 trial[axis] = low + (high - low) * stream.random::<f64>();
             }
             if self.is_free(trial, radius) {
-                if self.room == Room::Grains {
+                if self.room == ExclusionRule::Grains {
                     let cell = self.number(self.cell(trial));
                     self.cells[cell].push((trial, radius));
                 }
@@ -137,7 +137,7 @@ impl<'a, S: Space> Places<'a, S> {
             }
         }
         let count = self.radii.len();
-        Err(StartError::Full(Full {
+        Err(StartError::PlacementFailed(PlacementFailed {
             particle,
             count,
             trials: MOST_TRIALS,
@@ -151,7 +151,7 @@ impl<'a, S: Space> Places<'a, S> {
         let Some(region) = self.region else {
             return [low, high];
         };
-        let margin = if self.room == Room::Points {
+        let margin = if self.room == ExclusionRule::Points {
             0.0
         } else {
             radius
@@ -164,7 +164,7 @@ impl<'a, S: Space> Places<'a, S> {
     fn clearance(&self, axis: usize, side: usize, radius: f64) -> f64 {
         let wall = self.confinement.walls.wall(axis, side);
         match (wall, self.room) {
-            (Some(_), Room::Points) => self.confinement.wall(axis, side),
+            (Some(_), ExclusionRule::Points) => self.confinement.wall(axis, side),
             // Slightly more, so that rounding makes no particle touch a wall.
             (Some(_), _) => self.confinement.wall(axis, side) + radius * (1.0 + 1e-9),
             (None, _) => 0.0,
@@ -172,14 +172,14 @@ impl<'a, S: Space> Places<'a, S> {
     }
 
     fn is_free(&self, trial: S::Vector, radius: f64) -> bool {
-        let reach = if self.room == Room::Points {
+        let reach = if self.room == ExclusionRule::Points {
             0.0
         } else {
             radius * (1.0 + 1e-9)
         };
         let body = self.confinement.body_at(trial, reach);
         let blocked = body.is_some_and(|(_, depth)| depth > 0.0);
-        if blocked || self.room != Room::Grains {
+        if blocked || self.room != ExclusionRule::Grains {
             return !blocked;
         }
         let home = self.cell(trial);

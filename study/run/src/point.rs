@@ -18,10 +18,10 @@ use crate::check::Planned;
 use crate::control::WriteGuard;
 use crate::decomposed::RankGroup;
 use crate::follow::PartError;
-use crate::gauge::Gauge;
+use crate::gauge::ProgressEstimate;
 use crate::journal::{self, Journal, JournalOwner};
 use crate::judge;
-use crate::measure::{Finished, Runs};
+use crate::measure::{CompletedRun, ReplicaRecords};
 use crate::plan::Plan;
 use crate::question;
 use crate::replica_task::{self, Replica, ReplicaTask, TaskContext};
@@ -54,7 +54,7 @@ pub(crate) type Left = BTreeMap<u64, Result<Replica, RunError>>;
 /// Results of the replicas of a point without a failed engine.
 struct Done {
     /// Finished engine runs, by engine, then by replica.
-    finished: Vec<Vec<Finished>>,
+    finished: Vec<Vec<CompletedRun>>,
     starts: Vec<Start>,
     failed: Vec<RunError>,
 }
@@ -142,7 +142,7 @@ impl Job<'_> {
         };
         self.options
             .progress
-            .begin(self.number, name, Gauge::of(plan));
+            .begin(self.number, name, ProgressEstimate::of(plan));
     }
 
     /// Runs the point on the threads of the current pool, with its gases in cells held by the
@@ -398,7 +398,7 @@ impl Job<'_> {
         let mut asked = Question::default();
         let mut later: Vec<Verdict> = Vec::new();
         for (measure, known) in planned.measures.iter().enumerate() {
-            let runs = Runs {
+            let runs = ReplicaRecords {
                 measure,
                 level,
                 finished: &all.finished,
@@ -539,8 +539,8 @@ fn unequilibrated(starts: &[Start]) -> Vec<(u64, String)> {
 }
 
 /// Work of each engine, summed over replicas.
-fn work(plan: &Plan, finished: &[Vec<Finished>]) -> Vec<EngineWork> {
-    let one = |(engine, runs): (&crate::plan::EnginePlan, &Vec<Finished>)| {
+fn work(plan: &Plan, finished: &[Vec<CompletedRun>]) -> Vec<EngineWork> {
+    let one = |(engine, runs): (&crate::plan::EnginePlan, &Vec<CompletedRun>)| {
         let mut work: BTreeMap<String, f64> = BTreeMap::new();
         for run in runs {
             for (name, number) in &run.work.numbers {

@@ -22,7 +22,7 @@ use crate::control::{
 };
 use crate::decomposed::RankGroup;
 use crate::follow::{Elsewhere, Part, PartError, Saved, prepare};
-use crate::measure::Finished;
+use crate::measure::CompletedRun;
 use crate::plan::{EngineKind, EnginePlan, Plan};
 use crate::run::RunError;
 use crate::start::{Preparation, StartReport, is_prepared};
@@ -40,7 +40,7 @@ pub struct ReplicaTask {
 }
 
 /// Result of a finished replica: the report on its start, and its engines in the order of the plan.
-pub(crate) type Replica = (Option<StartReport>, Vec<Finished>);
+pub(crate) type Replica = (Option<StartReport>, Vec<CompletedRun>);
 
 /// Environment in which the tasks of a point run.
 #[derive(Clone, Copy)]
@@ -171,7 +171,7 @@ pub(crate) fn seconds(plan: &Plan) -> f64 {
 pub(crate) fn record(left: &Result<Replica, RunError>) -> Result<Vec<u8>, postcard::Error> {
     let record = match left {
         Ok((report, engines)) => {
-            let engines = engines.iter().map(Finished::save);
+            let engines = engines.iter().map(CompletedRun::save);
             Record::Done(report.clone(), engines.collect::<Result<_, _>>()?)
         }
         Err(RunError::Replica { part, source, .. }) => {
@@ -214,7 +214,7 @@ impl TaskContext<'_> {
             let run = self.engine(task, index, first + 1 + index, start.as_ref());
             Ok((index, run.map_err(|error| failed(engine.name, error))?))
         };
-        let mut runs: Vec<(usize, Finished)> = if self.group.is_some() {
+        let mut runs: Vec<(usize, CompletedRun)> = if self.group.is_some() {
             order
                 .into_iter()
                 .map(one)
@@ -275,7 +275,7 @@ impl TaskContext<'_> {
         index: usize,
         number: usize,
         start: Option<&Particles>,
-    ) -> Result<Finished, PartError> {
+    ) -> Result<CompletedRun, PartError> {
         if self.stop.is_raised() {
             return Err(PartError::Interrupted);
         }

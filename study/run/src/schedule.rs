@@ -5,7 +5,7 @@ use crate::plan::Plan;
 
 /// Scheduled time of a run with everything that is due then.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Due {
+pub struct ScheduledEvent {
     /// Time, in the unit of time of the case.
     pub time: f64,
     /// True if velocities are rescaled, before anything is sampled.
@@ -15,7 +15,7 @@ pub struct Due {
 }
 
 /// All scheduled times in order. The last is the end of the run, with or without samples.
-pub fn schedule(plan: &Plan, measures: &[&dyn Measure]) -> Vec<Due> {
+pub fn schedule(plan: &Plan, measures: &[&dyn Measure]) -> Vec<ScheduledEvent> {
     let until = plan.case.run.until;
     let times = measures.iter().map(|measure| measure.times(plan)).collect();
     let heating = plan.case.thermostat.map_or_else(Vec::new, |thermostat| {
@@ -28,7 +28,7 @@ pub fn schedule(plan: &Plan, measures: &[&dyn Measure]) -> Vec<Due> {
 }
 
 /// Merges lists of times within the run.
-fn merged(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<Due> {
+fn merged(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<ScheduledEvent> {
     let looks = measures.into_iter().enumerate();
     let mut all: Vec<(f64, Option<usize>)> = looks
         .flat_map(|(measure, times)| times.into_iter().map(move |time| (time, Some(measure))))
@@ -36,8 +36,8 @@ fn merged(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<Due> {
         .filter(|(time, _)| (0.0..=until).contains(time))
         .collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut list: Vec<Due> = Vec::new();
-    let empty = |time| Due {
+    let mut list: Vec<ScheduledEvent> = Vec::new();
+    let empty = |time| ScheduledEvent {
         time,
         heating: false,
         measures: Vec::new(),
@@ -76,7 +76,7 @@ mod tests {
         assert_eq!(times, [0.0, 1.0, 2.0, 2.5, 3.0]);
         assert_eq!(
             list[1],
-            Due {
+            ScheduledEvent {
                 time: 1.0,
                 heating: true,
                 measures: vec![1]
@@ -85,7 +85,7 @@ mod tests {
         assert_eq!(list[2].measures, [0, 1]);
         assert_eq!(
             list[4],
-            Due {
+            ScheduledEvent {
                 time: 3.0,
                 heating: false,
                 measures: vec![]

@@ -12,14 +12,14 @@ use stosszahl_ed::Dissipation;
 use stosszahl_model::initial::{self, Arrangement, PlacementError};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Body, Budget, Collision, Domain, Failure, Free, GrainSizes, Grains, Interrupt, Law, Observer,
-    Particle, Particles, Plane, Polydisperse, Rough, Scene, Simulation, Sizes as _, Smooth, Space,
-    State, Surface, Vector as _, Volume,
+    Budget, Collision, Domain, Failure, Free, Grains, Interrupt, Law, Observer, Particle,
+    ParticleState, Particles, Plane, Polydisperse, Rough, Scene, Simulation, SizeDistribution,
+    Sizes as _, Smooth, Space, State, Surface, Vector as _, Volume,
 };
 
 use crate::control::Content;
 use crate::engines::threads_each;
-use crate::places::{Full, Places, Room};
+use crate::places::{ExclusionRule, PlacementFailed, Places};
 use crate::plan::{Confinement, Plan, PlanError};
 
 /// Number of bins in the test for uniform impact parameters.
@@ -55,7 +55,7 @@ pub struct StartReport {
 pub enum StartError {
     /// Particle that finds no free position.
     #[error(transparent)]
-    Full(#[from] Full),
+    PlacementFailed(#[from] PlacementFailed),
     /// Interruption.
     #[error("stopped")]
     Interrupted,
@@ -97,7 +97,9 @@ impl StartError {
     /// Returns true if the case is at fault.
     pub(crate) fn is_refusal(&self) -> bool {
         match self {
-            Self::Full(_) | Self::Placement(_) | Self::Plan(_) | Self::Invalid(_) => true,
+            Self::PlacementFailed(_) | Self::Placement(_) | Self::Plan(_) | Self::Invalid(_) => {
+                true
+            }
             Self::Dynamics(error) => !matches!(error, stosszahl_ed::EngineError::Checkpoint(_)),
             Self::Interrupted | Self::Overlap { .. } | Self::Failure(_) => false,
         }
@@ -113,7 +115,7 @@ impl StartError {
                 pair,
                 depth: depth * plan.scale.length,
             },
-            Self::Full(_) | Self::Interrupted | Self::Plan(_) | Self::Invalid(_) => self,
+            Self::PlacementFailed(_) | Self::Interrupted | Self::Plan(_) | Self::Invalid(_) => self,
         }
     }
 }
@@ -211,9 +213,9 @@ fn by_surface<S: Space, C: Surface<S>>(
         (places.map(|at| domain.wrap(at)).collect(), reciprocal, name)
     } else {
         let room = match (plan.keeps_apart(), plan.keeps_clear()) {
-            (true, _) => Room::Grains,
-            (false, true) => Room::Surfaces,
-            (false, false) => Room::Points,
+            (true, _) => ExclusionRule::Grains,
+            (false, true) => ExclusionRule::Surfaces,
+            (false, false) => ExclusionRule::Points,
         };
         let radii: Vec<f64> = (0..count).map(radius).collect();
         let places = Places::new(&radii, &confinement, plan.region(), room);
@@ -227,7 +229,7 @@ fn by_surface<S: Space, C: Surface<S>>(
             },
         )
     };
-    let body = |at| Body::new(at, <S::Vector as Default>::default());
+    let body = |at| ParticleState::new(at, <S::Vector as Default>::default());
     let mut state: State<Each<S, C>> = State {
         time: 0.0,
         domain,
@@ -311,7 +313,7 @@ fn redrawn<C: Surface<Plane>>(
     streams: Streams,
 ) -> Result<Particles, StartError> {
     let scene = scene::<Plane, C>(plan, surface)?;
-    let body = |one: &Particle| Body::new(one.position.xy(), Vector2::zeros());
+    let body = |one: &Particle| ParticleState::new(one.position.xy(), Vector2::zeros());
     let mut state: State<Each<Plane, C>> = State {
         time: 0.0,
         domain: Confinement::<Plane>::of(plan)?.domain,
@@ -332,7 +334,7 @@ fn in_plane(
 ) -> Result<Placed, StartError> {
     let domain = Domain::<Plane>::periodic([plan.lengths[0], plan.lengths[1]].into())?;
     let (placement, name) = match plan.arrangement() {
-        Some(_) if matches!(plan.grains.sizes, GrainSizes::Each(_)) => {
+        Some(_) if matches!(plan.grains.sizes, SizeDistribution::Each(_)) => {
             let radii: Vec<f64> = (0..plan.count()).map(&radius).collect();
             let placement = initial::place_unequal(&radii, &domain, &streams, interrupt)?;
             (placement, "disordered, large particles first".to_owned())
@@ -379,7 +381,7 @@ fn particles<S: Space, C: Surface<S>>(
     scene: &Each<S, C>,
     state: &State<Each<S, C>>,
 ) -> Particles {
-    let particle = |(index, body): (usize, &Body<Each<S, C>>)| {
+    let particle = |(index, body): (usize, &ParticleState<Each<S, C>>)| {
         let (radius, mass) = scene.sizes.pairs()[index];
         Particle {
             position: body.position.spatial(),
@@ -411,7 +413,7 @@ fn at_rest(plan: &Plan) -> Grains {
 /// Rescales smooth disks to the initial temperature, without drift.
 fn rescale(plan: &Plan, all: &mut Particles) -> Result<(), StartError> {
     let scene = scene::<Plane, Smooth>(plan, Smooth)?;
-    let body = |one: &Particle| Body::new(one.position.xy(), one.velocity.xy());
+    let body = |one: &Particle| ParticleState::new(one.position.xy(), one.velocity.xy());
     let mut state: State<Each<Plane, Smooth>> = State {
         time: 0.0,
         domain: Domain::periodic([plan.lengths[0], plan.lengths[1]].into())?,
@@ -494,7 +496,7 @@ impl Preparation {
         };
         let target = if asked == 0 { 0 } else { target.min(most) };
         let mut gas = self.gas(plan, streams)?;
-        gas.stop_on(interrupt);
+        gas.set_stop_flag(interrupt);
         gas.use_threads(threads_each(plan.case.replicas as usize));
         let leg = (LEG * plan.count() as u64).max(LEAST_LEG);
         if self.end.is_none() && done < target {
@@ -625,7 +627,7 @@ impl Preparation {
         tests.extend((!peaks.is_empty()).then(forgotten));
         let diameter = 2.0 * plan.species[0].radius;
         let waves = || equilibrium::long_waves_fluctuate(&places, lengths, diameter, packing);
-        tests.extend(matches!(plan.grains.sizes, GrainSizes::Equal(_)).then(waves));
+        tests.extend(matches!(plan.grains.sizes, SizeDistribution::Equal(_)).then(waves));
         tests
     }
 }

@@ -14,7 +14,7 @@ use crate::engines::{self, From};
 use crate::follow::{Part, PartError};
 use crate::judge;
 use crate::measure::{
-    Finished, Measure, Moment, Needs, NoOptions, Probe, Recorder, Stop, described, keeps_record,
+    CompletedRun, Measure, Moment, Needs, NoOptions, Probe, Recorder, Stop, described, keeps_record,
 };
 use crate::measures::ALL;
 use crate::plan::{EnginePlan, Plan};
@@ -44,7 +44,7 @@ impl Probe for All {
         Some(&mut self.record)
     }
     fn begin(&mut self, moment: &mut Moment<'_>) {
-        moment.simulation.follow_displacements();
+        moment.simulation.track_displacements();
     }
     fn stop(&mut self, stop: &Stop) {
         self.record.stops.extend([stop.time, stop.temperature]);
@@ -92,7 +92,7 @@ fn plan(text: &str) -> Plan {
     Plan::new(&file.points[0].case, Path::new("")).expect("a plan")
 }
 
-fn seen(finished: &Finished) -> Seen {
+fn seen(finished: &CompletedRun) -> Seen {
     let record = finished.probes[0].record().downcast_ref::<Seen>();
     record.cloned().expect("a record")
 }
@@ -608,7 +608,7 @@ impl Measure for Eager {
 fn a_gas_that_will_rest_is_named() {
     let text = "format = 2\ntitle = \"a test\"\nreplicas = 2\n[gas]\nnumber = 100\nrestitution = RESTITUTION\n[box]\nsize = [20, 40]\n\
                 [walls]\nbottom = FLOOR\ntop = \"specular\"\n[gravity]\nacceleration = [0, GRAVITY]\n[run]\nuntil = 1\n[engine.ed]\n";
-    for (restitution, floor, gravity, rests) in [
+    for (restitution, floor, gravity, settled_particles) in [
         ("0.9", "\"specular\"", "-1", true),
         ("1", "{ restitution = 0.5 }", "-1", true),
         ("0.9", "{ temperature = 1 }", "-1", false),
@@ -626,7 +626,7 @@ fn a_gas_that_will_rest_is_named() {
         let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
         let plan = Plan::new(&file.points[0].case, Path::new(".")).expect("a plan");
         let said = plan.warnings.iter().any(|one| one.starts_with("gravity: "));
-        assert_eq!(said, rests, "{text}{:?}", plan.warnings);
+        assert_eq!(said, settled_particles, "{text}{:?}", plan.warnings);
     }
 }
 

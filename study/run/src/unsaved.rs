@@ -7,13 +7,13 @@ use stosszahl_model::{Interrupt, Particles, kinetic};
 
 use crate::control::Control;
 use crate::follow::{Part, PartError, prepare};
-use crate::measure::{Finished, Measure};
+use crate::measure::{CompletedRun, Measure};
 use crate::measures;
 use crate::plan::{EnginePlan, Plan};
 
 /// One replica of a plan, to be run without files.
 #[derive(Clone, Copy)]
-pub(crate) struct Unsaved<'a> {
+pub(crate) struct InMemoryRun<'a> {
     /// Plan of the case.
     pub plan: &'a Plan,
     /// Measures to take.
@@ -24,7 +24,7 @@ pub(crate) struct Unsaved<'a> {
     pub stop: &'a Interrupt,
 }
 
-impl Unsaved<'_> {
+impl InMemoryRun<'_> {
     /// Makes the start that all engines share.
     pub(crate) fn start(&self) -> Result<Particles, PartError> {
         let control = Control::new(None, 1e9, self.stop, &|_, _| {});
@@ -36,7 +36,7 @@ impl Unsaved<'_> {
         &self,
         engine: &EnginePlan,
         start: &Particles,
-    ) -> Result<Finished, PartError> {
+    ) -> Result<CompletedRun, PartError> {
         let part = Part {
             plan: self.plan,
             engine,
@@ -78,7 +78,7 @@ pub(crate) fn resized(case: &Case, count: usize, packing_fraction: f64) -> Case 
 }
 
 /// Kinetic energy over that of the start, K/K(0), at all samples but the first.
-pub(crate) fn energies(run: &Finished) -> Vec<f64> {
+pub(crate) fn energies(run: &CompletedRun) -> Vec<f64> {
     let record = run.record::<Vec<(f64, EnergySample)>>();
     let energies = record.into_iter().flatten().map(|one| one.1.temperature);
     let energies: Vec<f64> = energies.collect();
@@ -87,12 +87,12 @@ pub(crate) fn energies(run: &Finished) -> Vec<f64> {
 }
 
 /// First time window of the run.
-pub(crate) fn window(run: &Finished) -> Option<&Window> {
+pub(crate) fn window(run: &CompletedRun) -> Option<&Window> {
     run.record::<Windows>()?.windows.first()
 }
 
 /// Collision rate in the first window over Enskog's at the measured temperature.
-pub(crate) fn collision_rate(plan: &Plan, run: &Finished) -> f64 {
+pub(crate) fn collision_rate(plan: &Plan, run: &CompletedRun) -> f64 {
     let enskog = kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0);
     let found = window(run).and_then(|window| window.dissipation(enskog, plan.count()));
     found.map_or(f64::NAN, |found| found.rate)

@@ -3,10 +3,12 @@
 use clap::{Args, ValueEnum};
 use stosszahl_ed::{Checkpoint, Dissipation, Engine, StripedEngine};
 use stosszahl_model::initial::Arrangement;
-use stosszahl_model::{Body, Invalid, Physics, Plane, Scene, Shear, Sheared, State, kinetic};
+use stosszahl_model::{
+    Invalid, ParticleModel, ParticleState, Plane, Scene, Shear, Sheared, State, kinetic,
+};
 
 use super::{Speed, Work, timed};
-use crate::Trouble;
+use crate::TrialError;
 use crate::gas::{Disks, disks, fluid, relaxed};
 
 /// `stosszahl-trials bench ed`.
@@ -56,16 +58,16 @@ pub enum BenchStart {
 
 impl BenchEd {
     /// Returns the equilibrated gas.
-    fn start(&self) -> Result<State<Disks>, Trouble> {
+    fn start(&self) -> Result<State<Disks>, TrialError> {
         let (packing, each) = (self.packing_fraction, self.equilibrate);
         let good = packing > 0.0 && packing <= kinetic::CLOSE_PACKING;
-        Invalid::unless(
+        Invalid::require(
             good,
             "--packing-fraction",
             packing,
             "above 0 and at most 0.9069",
         )?;
-        Invalid::unless(
+        Invalid::require(
             (0.0..1e9).contains(&each),
             "--equilibrate",
             each,
@@ -90,12 +92,12 @@ impl BenchEd {
 impl Work for BenchEd {
     /// Times the next collisions, or the collisions until a time in units of `t_0`; includes the
     /// time to make the engine.
-    fn measure(&self) -> Result<Speed, Trouble> {
+    fn measure(&self) -> Result<Speed, TrialError> {
         let (scene, start) = (disks(self.restitution)?, self.start()?);
         let Some(rate) = self.shear_rate else {
             return self.time(scene, start);
         };
-        let body = |body: &Body<Disks>| Body::new(body.position, body.velocity);
+        let body = |body: &ParticleState<Disks>| ParticleState::new(body.position, body.velocity);
         let sheared = State {
             time: start.time,
             domain: start.domain.sheared(Some(Shear::new(rate)?))?,
@@ -114,7 +116,11 @@ impl Work for BenchEd {
 
 impl BenchEd {
     /// Times an engine of this scene from a start.
-    fn time<P: Physics<Space = Plane>>(&self, scene: P, start: State<P>) -> Result<Speed, Trouble> {
+    fn time<P: ParticleModel<Space = Plane>>(
+        &self,
+        scene: P,
+        start: State<P>,
+    ) -> Result<Speed, TrialError> {
         let (restitution, packing) = (self.restitution, self.packing_fraction);
         let start = Checkpoint::from(start);
         let threads = usize::from(self.threads);
@@ -134,7 +140,7 @@ impl BenchEd {
             1.0 / kinetic::collision_rate(packing, chi, 0.0)
         };
         let until = self.until.map_or(f64::INFINITY, |time| time * unit);
-        let (engine, seconds, cpu) = timed(|| -> Result<_, Trouble> {
+        let (engine, seconds, cpu) = timed(|| -> Result<_, TrialError> {
             let engine = Engine::<P>::new(scene, Dissipation::Scene, start)?;
             let mut engine = StripedEngine::new(engine, threads);
             pool.install(|| engine.advance(until, collisions, &mut ()))?;

@@ -2,10 +2,10 @@
 //! Table I of Bodrova & Osinsky (2024).
 
 use clap::{Args, ValueEnum};
-use stosszahl_dsmc::homogeneous::{Bird, Contact, Engine, LowRank, Selection, Slots};
+use stosszahl_dsmc::homogeneous::{AliasTableSelection, Bird, Contact, Engine, LowRank, Selection};
 
 use super::{Speed, Work, timed};
-use crate::Trouble;
+use crate::TrialError;
 use crate::gas::{Spheres, spheres, without_positions};
 
 /// `stosszahl-trials bench mixture`.
@@ -59,9 +59,9 @@ pub enum Counts {
 }
 
 impl Work for BenchMixture {
-    fn measure(&self) -> Result<Speed, Trouble> {
+    fn measure(&self) -> Result<Speed, TrialError> {
         match self.selection {
-            Pick::AliasTables => self.measure_by::<Slots>(),
+            Pick::AliasTables => self.measure_by::<AliasTableSelection>(),
             Pick::LowRank => self.measure_by::<LowRank>(),
             Pick::SingleMajorant => self.measure_by::<Bird>(),
         }
@@ -69,7 +69,7 @@ impl Work for BenchMixture {
 }
 
 impl BenchMixture {
-    fn measure_by<S: Selection<Spheres>>(&self) -> Result<Speed, Trouble> {
+    fn measure_by<S: Selection<Spheres>>(&self) -> Result<Speed, TrialError> {
         let monomers = f64::from(self.monomers);
         let kinds: Vec<(f64, f64, usize)> = (1_u32..=2000)
             .map(|k| {

@@ -9,7 +9,7 @@ use std::time::Instant;
 use cpu_time::ProcessTime;
 use serde_json::Value;
 
-use crate::Trouble;
+use crate::TrialError;
 
 pub use event_driven::BenchEd;
 pub use mixture::{BenchMixture, Counts, Pick};
@@ -52,7 +52,7 @@ impl Speed {
 /// A piece of work for an engine, as asked for on the command line.
 pub(crate) trait Work {
     /// Makes the start and times the work; refuses numbers out of range.
-    fn measure(&self) -> Result<Speed, Trouble>;
+    fn measure(&self) -> Result<Speed, TrialError>;
 }
 
 /// Runs some work; returns its result, and its wall and CPU seconds.

@@ -8,7 +8,7 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Constant, Domain, Invalid, Plane, Space, State, Volume};
 
 use super::{Speed, Work, timed};
-use crate::Trouble;
+use crate::TrialError;
 use crate::gas::{PLAIN, Particles, UNIT, particles, random, warm};
 
 /// `stosszahl-trials bench dsmc`.
@@ -41,12 +41,12 @@ pub struct BenchDsmc {
 }
 
 impl Work for BenchDsmc {
-    fn measure(&self) -> Result<Speed, Trouble> {
+    fn measure(&self) -> Result<Speed, TrialError> {
         for (name, value) in [
             ("--per-cell", self.per_cell),
             ("--collisions-per-step", self.collisions_per_step),
         ] {
-            Invalid::unless(
+            Invalid::require(
                 (1e-6..=1e6).contains(&value),
                 name,
                 value,
@@ -64,7 +64,7 @@ impl Work for BenchDsmc {
 }
 
 impl BenchDsmc {
-    fn measure_in<S: Space>(&self) -> Result<Speed, Trouble> {
+    fn measure_in<S: Space>(&self) -> Result<Speed, TrialError> {
         /// Steps before timing, in which tiles allocate their memory.
         const WARM_UP: u64 = 5;
         // Volume of a cell over that of a particle: with the mean free path l/phi, a cell holds phi
@@ -124,7 +124,7 @@ impl BenchDsmc {
 fn start<S: Space>(
     count: usize,
     side: f64,
-) -> Result<(Particles<S>, State<Particles<S>>), Trouble> {
+) -> Result<(Particles<S>, State<Particles<S>>), TrialError> {
     let scene: Particles<S> = particles(Constant::ELASTIC, UNIT);
     let domain = Domain::periodic(S::vector(|_| side))?;
     let mut stream = random(1);

@@ -19,7 +19,7 @@ use stosszahl_study::judge::{self, Comparison, ImpactTest, Pair, Places, Rule, U
 use stosszahl_study::{Options, run_case};
 
 use super::CHANCE;
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Stated chance of a wrong verdict, for each comparison alone.
 const LEVEL: f64 = 0.05;
@@ -65,8 +65,8 @@ struct Pool {
     replicas: Vec<Replica>,
 }
 
-fn failed(error: impl Display) -> Trouble {
-    Trouble::failed(error.to_string())
+fn failed(error: impl Display) -> TrialError {
+    TrialError::failed(error.to_string())
 }
 
 /// Returns the number in a column of a row; NaN without one.
@@ -115,7 +115,12 @@ fn put(window: &mut Window, bin: usize, count: u64) {
 }
 
 /// Runs single replicas of a case, and collects energies and impact parameters of each engine.
-fn pools(log: &mut Findings, text: &str, name: &str, count: usize) -> Result<Vec<Pool>, Trouble> {
+fn pools(
+    log: &mut TrialLog,
+    text: &str,
+    name: &str,
+    count: usize,
+) -> Result<Vec<Pool>, TrialError> {
     let folder = tempfile::tempdir().map_err(failed)?;
     let mut pools: Vec<Pool> = Vec::new();
     for seed in 0..count {
@@ -134,7 +139,7 @@ fn pools(log: &mut Findings, text: &str, name: &str, count: usize) -> Result<Vec
         };
         let summary = run_case(&file, &options).map_err(failed)?;
         let stored = Stored::read(&summary.folder).map_err(failed)?;
-        let stored = stored.ok_or_else(|| Trouble::failed("no results"))?;
+        let stored = stored.ok_or_else(|| TrialError::failed("no results"))?;
         let table = |name: &str| stored.tables.iter().find(|table| table.name == name);
         for engine in &stored.manifest.engines {
             let title = format!("{name}, {}", engine.engine);
@@ -212,7 +217,7 @@ fn bound(sentence: &str) -> Option<f64> {
 /// Draws verdicts for each true difference and each number of replicas, and checks the rates of
 /// wrong ones against the stated level.
 fn measure(
-    log: &mut Findings,
+    log: &mut TrialLog,
     what: &str,
     margin: f64,
     counts: &[usize],
@@ -270,7 +275,7 @@ fn rule(margin: f64) -> Rule {
 
 /// Compares energies of cooling gases: two draws from the pool of one engine, the first raised by
 /// the planted difference at all times.
-pub(super) fn cooling(log: &mut Findings) -> Done {
+pub(super) fn cooling(log: &mut TrialLog) -> Done {
     let count = if log.effort.quick { 24 } else { 400 };
     let chaos = "[engine.dsmc-contact-point]\nsimulators_per_particle = 1\n[measure.energy]";
     let pools = pools(log, &case_text(0.8, chaos), "cooling", count)?;
@@ -320,7 +325,7 @@ pub(super) fn cooling(log: &mut Findings) -> Done {
 }
 
 /// Compares impact parameters of elastic exact disks with uniform ones.
-pub(super) fn elastic(log: &mut Findings) -> Done {
+pub(super) fn elastic(log: &mut TrialLog) -> Done {
     let count = if log.effort.quick { 24 } else { 400 };
     let pools = pools(log, &case_text(1.0, ""), "elastic", count)?;
     let counts = if log.effort.quick {
@@ -333,7 +338,7 @@ pub(super) fn elastic(log: &mut Findings) -> Done {
 
 /// Compares impact parameters of drawn replicas with uniform ones; each replica is mirrored at
 /// random, which removes any slope, and then tilted by the planted one.
-fn impact(log: &mut Findings, pool: &Pool, counts: &[usize]) -> Done {
+fn impact(log: &mut TrialLog, pool: &Pool, counts: &[usize]) -> Done {
     // Margin of twice the root mean square slope of one replica: eight replicas find a slope of two
     // margins in most cases.
     let last = |one: &Replica| one.windows.last().and_then(Window::slope);
@@ -389,7 +394,7 @@ fn tilted(window: &Window, over: bool, slope: f64) -> Window {
 }
 
 /// Compares profiles at twenty places, means over forty blocks of time, of two engines.
-pub(super) fn profiles(log: &mut Findings) -> Done {
+pub(super) fn profiles(log: &mut TrialLog) -> Done {
     const BLOCKS: usize = 40;
     const PLACES: usize = 20;
     const SPREAD: f64 = 0.06;

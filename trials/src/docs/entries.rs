@@ -8,7 +8,7 @@ use stosszahl_results::{Figure, Line, Table};
 
 use super::results::{Key, Measured, Results};
 use super::{gases, map, papers};
-use crate::Trouble;
+use crate::TrialError;
 
 /// Block of the documentation, with or without files.
 pub struct Entry {
@@ -79,7 +79,7 @@ const HOMOGENEOUS: Engine = (
 /// All engines.
 pub(super) const VERSIONS: [Engine; 4] = [ED, DSMC, HALFWAY, HOMOGENEOUS];
 
-type Make = fn(&Results) -> Result<Made, Trouble>;
+type Make = fn(&Results) -> Result<Made, TrialError>;
 
 /// Creates a block that runs the bundled case of its name, and that a check does not make again.
 const fn entry(
@@ -197,8 +197,8 @@ pub(super) fn against(
     results: &Results,
     times: &[f64],
     others: &[(&str, &str)],
-) -> Result<Made, Trouble> {
-    let row = |&time: &f64| -> Result<Vec<String>, Trouble> {
+) -> Result<Made, TrialError> {
+    let row = |&time: &f64| -> Result<Vec<String>, TrialError> {
         let keys = [("engine", Key::Is("ed")), ("time", Key::At(time))];
         let exact = results.row("", "energy", &keys)?;
         let ratio = exact.measured("energy_ratio")?;
@@ -225,7 +225,7 @@ pub(super) fn against(
     Ok(table(&header, &rows).into())
 }
 
-fn quick(results: &Results) -> Result<Made, Trouble> {
+fn quick(results: &Results) -> Result<Made, TrialError> {
     let others = [
         ("dsmc-free-volume", "free volume"),
         ("dsmc-contact-point", "contact point"),
@@ -233,13 +233,13 @@ fn quick(results: &Results) -> Result<Made, Trouble> {
     against(results, &[0.1, 1.0, 10.0, 100.0], &others)
 }
 
-fn energies(results: &Results) -> Result<Made, Trouble> {
+fn energies(results: &Results) -> Result<Made, TrialError> {
     let times = [0.1, 1.0, 2.154, 10.0, 21.54, 100.0, 400.0];
     // The others after exact dynamics.
     against(results, &times, &ENGINES[1..])
 }
 
-fn fig3b(results: &Results) -> Result<Made, Trouble> {
+fn fig3b(results: &Results) -> Result<Made, TrialError> {
     let mut rows = Vec::new();
     for point in results.points() {
         let row = results.row(
@@ -276,7 +276,7 @@ pub(super) fn of_window(engine: &str, [start, end]: [f64; 2]) -> [(&'static str,
     ]
 }
 
-fn slopes(results: &Results) -> Result<Made, Trouble> {
+fn slopes(results: &Results) -> Result<Made, TrialError> {
     let mut rows = Vec::new();
     for (engine, words) in ENGINES {
         let mut cells = vec![words.to_owned()];
@@ -297,20 +297,20 @@ fn slopes(results: &Results) -> Result<Made, Trouble> {
     Ok(table(&header, &rows).into())
 }
 
-fn dissipation(results: &Results) -> Result<Made, Trouble> {
+fn dissipation(results: &Results) -> Result<Made, TrialError> {
     Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES, false)?.into())
 }
 
 /// Creates the figure of a table that shows a column, with the label of its horizontal axis.
-fn figure_of(table: &Table, column: &str, x: &'static str) -> Result<Figure, Trouble> {
+fn figure_of(table: &Table, column: &str, x: &'static str) -> Result<Figure, TrialError> {
     let found = table.figures.iter().find(|one| one.y.column == column);
-    let missing = || Trouble::failed(format!("{}: no figure of {column}", table.name));
+    let missing = || TrialError::failed(format!("{}: no figure of {column}", table.name));
     let mut figure = found.cloned().ok_or_else(missing)?;
     figure.x.label = x.into();
     Ok(figure)
 }
 
-fn evidence(results: &Results) -> Result<Made, Trouble> {
+fn evidence(results: &Results) -> Result<Made, TrialError> {
     let energies = results.part("", "energy", &[])?;
     let quotients = results.part("", "comparison", &[("engine_a", Key::Is("ed"))])?;
     let impacts = results.part("", "impact_parameter", &[("engine", Key::Is("ed"))])?;
@@ -334,8 +334,8 @@ fn evidence(results: &Results) -> Result<Made, Trouble> {
             ("Impact parameters of exact disks", &impacts, &windows),
         ],
     );
-    let picture = picture.ok_or_else(|| Trouble::failed("nothing to draw"))?;
-    let last = |engine: &str| -> Result<Measured, Trouble> {
+    let picture = picture.ok_or_else(|| TrialError::failed("nothing to draw"))?;
+    let last = |engine: &str| -> Result<Measured, TrialError> {
         let keys = [
             ("engine_a", Key::Is("ed")),
             ("engine_b", Key::Is(engine)),

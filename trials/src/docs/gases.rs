@@ -3,14 +3,14 @@
 
 use super::entries::{Made, against, of_window, table};
 use super::results::{Key, Results};
-use crate::Trouble;
+use crate::TrialError;
 
 /// Scheme that has Enskog's rate and pressure, with words for it.
 const CONTACT_POINT: [(&str, &str); 1] = [("dsmc-contact-point", "contact point")];
 const EXACT_AND_CONTACT_POINT: [(&str, &str); 2] = [("ed", "ED"), CONTACT_POINT[0]];
 
 /// Makes the block of transport coefficients over Enskog's, by packing.
-pub(super) fn transport(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn transport(results: &Results) -> Result<Made, TrialError> {
     let coefficients = [
         "self_diffusion",
         "shear_viscosity",
@@ -39,7 +39,7 @@ pub(super) fn transport(results: &Results) -> Result<Made, Trouble> {
 
 /// Makes the block of slopes of P(b/d): of pairs near contact as they are and shuffled, and of slow
 /// and fast pairs at contact.
-pub(super) fn pairs(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn pairs(results: &Results) -> Result<Made, TrialError> {
     let windows = [[0.0, 1.0], [1.0, 10.0], [10.0, 40.0], [40.0, 100.0]];
     let quantities = [
         ("slope_near", "slope, pairs as they are"),
@@ -63,7 +63,7 @@ pub(super) fn pairs(results: &Results) -> Result<Made, Trouble> {
 
 /// Makes the block of the energies of 10 000 exact disks and of 64 simulators for each, with the
 /// factors of their cooling rates.
-pub(super) fn broken_chaos(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn broken_chaos(results: &Results) -> Result<Made, TrialError> {
     let times = [0.2, 0.4309, 0.9283, 2.0, 4.309, 9.283, 20.0];
     let energies = against(results, &times, &CONTACT_POINT)?;
     let windows = [[0.0, 1.0], [1.0, 5.0], [5.0, 20.0]];
@@ -73,7 +73,7 @@ pub(super) fn broken_chaos(results: &Results) -> Result<Made, Trouble> {
 
 /// Makes the block of the energies of the case of 1998 and of four simulators for each disk, with
 /// the factors of their cooling rates.
-pub(super) fn unbiased(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn unbiased(results: &Results) -> Result<Made, TrialError> {
     let times = [0.1, 1.0, 2.154, 10.0, 21.54, 46.42, 100.0, 215.4, 400.0];
     let energies = against(results, &times, &CONTACT_POINT)?;
     let windows = [[0.0, 1.0], [100.0, 400.0]];
@@ -88,7 +88,7 @@ pub(super) fn factors(
     windows: &[[f64; 2]],
     engines: &[(&str, &str)],
     slopes: bool,
-) -> Result<String, Trouble> {
+) -> Result<String, TrialError> {
     let mut rows = Vec::new();
     for window in windows {
         for &(engine, words) in engines {
@@ -122,7 +122,7 @@ pub(super) fn factors(
 
 /// Makes the block of energies of exact disks over those of the contact-point scheme from dilute to
 /// dense, and the rate of the scheme.
-pub(super) fn ladder(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn ladder(results: &Results) -> Result<Made, TrialError> {
     let simulators = "engine.dsmc-contact-point.simulators_per_particle";
     let times = [1.077, 10.77, 23.21, 50.0];
     let mut rows = Vec::new();
@@ -161,7 +161,7 @@ pub(super) fn ladder(results: &Results) -> Result<Made, Trouble> {
 
 /// Makes the block of the verdicts of a run, or of each point of a sweep, in the words of the
 /// program.
-pub(super) fn verdicts(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn verdicts(results: &Results) -> Result<Made, TrialError> {
     let mut rows = Vec::new();
     for point in results.points() {
         for verdict in results.verdicts(point)? {

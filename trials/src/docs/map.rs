@@ -14,7 +14,7 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::entries::{Made, table as markdown};
 use super::results::{Key, Measured, Results, Row};
-use crate::Trouble;
+use crate::TrialError;
 use crate::three_disks;
 
 /// Path of the page from the root.
@@ -29,7 +29,7 @@ struct Gas<'a> {
 }
 
 impl<'a> Gas<'a> {
-    fn of(results: &'a Results, point: &str) -> Result<Self, Trouble> {
+    fn of(results: &'a Results, point: &str) -> Result<Self, TrialError> {
         let engine = [("engine", Key::Is("ed"))];
         let keys = ["box.packing_fraction", "gas.restitution"];
         let [packing, restitution] = keys.map(|key| results.setting(point, key));
@@ -40,24 +40,24 @@ impl<'a> Gas<'a> {
             rates: results.rows(point, "dissipation", &engine)?,
         };
         if found.impacts.is_empty() || found.impacts.len() != found.rates.len() {
-            return Err(Trouble::failed(format!("{point}: no windows")));
+            return Err(TrialError::failed(format!("{point}: no windows")));
         }
         Ok(found)
     }
 
-    fn slope(&self, window: usize) -> Result<Measured, Trouble> {
+    fn slope(&self, window: usize) -> Result<Measured, TrialError> {
         self.impacts[window].measured("slope")
     }
 
     /// Cooling rate over chaos at the squared speed of pairs in the last window, over that of the
     /// same number of elastic disks.
-    fn cooling(&self) -> Result<Measured, Trouble> {
+    fn cooling(&self) -> Result<Measured, TrialError> {
         let unit = of_few(self.disks, self.at[0]);
         Ok(self.late("at_pair_speed")?.over(unit))
     }
 
     /// Returns a column of the last window.
-    fn late(&self, column: &str) -> Result<Measured, Trouble> {
+    fn late(&self, column: &str) -> Result<Measured, TrialError> {
         self.rates[self.rates.len() - 1].measured(column)
     }
 }
@@ -103,7 +103,7 @@ fn estimate(one: Measured) -> Estimate {
 type Place = [f64; 2];
 
 /// Returns all boxes.
-fn gases(results: &Results) -> Result<Vec<Gas<'_>>, Trouble> {
+fn gases(results: &Results) -> Result<Vec<Gas<'_>>, TrialError> {
     let points = results.points();
     points.map(|point| Gas::of(results, point)).collect()
 }
@@ -146,19 +146,19 @@ fn figure(title: &'static str, column: &'static str, label: &'static str, chaos:
 }
 
 /// Combines a text with a table as files: CSV and its two figures.
-fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, Trouble> {
+fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, TrialError> {
     let csv = String::from_utf8_lossy(&table.to_csv()?).into_owned();
     let mut files = vec![(names[0], csv)];
     for (figure, name) in table.figures.iter().zip(&names[1..]) {
         let drawn = stosszahl_report::drawing(table, figure);
-        let drawn = drawn.ok_or_else(|| Trouble::failed(format!("{name}: nothing to draw")))?;
+        let drawn = drawn.ok_or_else(|| TrialError::failed(format!("{name}: nothing to draw")))?;
         files.push((*name, drawn));
     }
     Ok(Made { text, files })
 }
 
 /// Makes the block of boxes narrower than the critical length.
-pub(super) fn uniform(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn uniform(results: &Results) -> Result<Made, TrialError> {
     let mut table = table! {
         "map", "Exact disks that cool in boxes narrower than the critical length, against molecular chaos.";
         key "packing_fraction", "1", "Packing fraction";
@@ -231,7 +231,7 @@ pub(super) fn uniform(results: &Results) -> Result<Made, Trouble> {
 }
 
 /// Makes the block of boxes of 4000 disks.
-pub(super) fn waves(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn waves(results: &Results) -> Result<Made, TrialError> {
     let mut table = table! {
         "map-waves", "Exact disks that cool in boxes of 4000, against molecular chaos, from 5 to 30 t0.";
         key "packing_fraction", "1", "Packing fraction";
@@ -275,7 +275,7 @@ const THREE_DISKS: [f64; 2] = [0.1, 0.2];
 const SAMPLES: u64 = 20_000_000;
 
 /// Makes the block of the first two collisions of a disk, next to the result of three disks alone.
-pub(super) fn onset(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn onset(results: &Results) -> Result<Made, TrialError> {
     let mut slopes = Vec::new();
     for gas in gases(results)? {
         slopes.push((gas.at, gas.slope(0)?));

@@ -25,7 +25,7 @@ use stosszahl_model::snapshot::write_whole;
 
 use crate::arguments::Docs;
 use crate::commands::say;
-use crate::{Done, Trouble};
+use crate::{Done, TrialError};
 
 pub use block::{Block, Head, find, is_open, names as block_names, outside, replace};
 pub use compare::differences;
@@ -73,7 +73,7 @@ pub(crate) fn command(asked: &Docs) -> Done {
     }
     match faults {
         0 => Ok(()),
-        some => Err(Trouble::failed(format!(
+        some => Err(TrialError::failed(format!(
             "{some} faults; `stosszahl-trials docs NAME` makes a block again, and CHANGELOG says why its numbers moved"
         ))),
     }
@@ -95,7 +95,7 @@ fn tell(place: &str, found: &[String]) -> usize {
 ///
 /// # Errors
 /// The folder cannot be read.
-pub fn pages(root: &Path) -> Result<Vec<String>, Trouble> {
+pub fn pages(root: &Path) -> Result<Vec<String>, TrialError> {
     let mut all = vec!["README.md".to_owned()];
     for entry in fs::read_dir(root.join("docs"))? {
         let name = entry?.file_name().to_string_lossy().into_owned();
@@ -161,12 +161,12 @@ fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
         write_whole(&root.join(file), content.as_bytes())?;
     }
     let text = replace(&text, &head, &made.text)
-        .ok_or_else(|| Trouble::failed(format!("{}: no block {}", entry.file, entry.name)))?;
+        .ok_or_else(|| TrialError::failed(format!("{}: no block {}", entry.file, entry.name)))?;
     Ok(write_whole(&path, text.as_bytes())?)
 }
 
 /// Lists the faults of the block of an entry; empty if there are none.
-fn check(root: &Path, entry: &Entry) -> Result<Vec<String>, Trouble> {
+fn check(root: &Path, entry: &Entry) -> Result<Vec<String>, TrialError> {
     let text = fs::read_to_string(root.join(entry.file))?;
     let stale = stale(&text, entry);
     if !stale.is_empty() || !entry.is_cheap {
@@ -196,13 +196,13 @@ pub fn stale(page: &str, entry: &Entry) -> Vec<String> {
 ///
 /// # Errors
 /// The results lack a number that the block shows.
-pub fn faults(page: &str, entry: &Entry, results: &Results) -> Result<Vec<String>, Trouble> {
+pub fn faults(page: &str, entry: &Entry, results: &Results) -> Result<Vec<String>, TrialError> {
     let there = find(page, entry.name).map_or(String::new(), |block| block.text);
     Ok(differences(&there, &(entry.make)(results)?.text))
 }
 
 /// Runs the case of an entry into `results/docs`; returns its results, and their commit.
-fn run(root: &Path, entry: &Entry, resume: bool) -> Result<(Results, String), Trouble> {
+fn run(root: &Path, entry: &Entry, resume: bool) -> Result<(Results, String), TrialError> {
     let out = root.join("results/docs").join(entry.source.folder());
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
     match entry.source {

@@ -2,10 +2,10 @@
 
 use super::entries::{Made, table};
 use super::results::{Measured, Results, Row};
-use crate::Trouble;
+use crate::TrialError;
 
 /// Makes the block of all papers: number of claims by verdict, and the claims that differ.
-pub(super) fn all(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn all(results: &Results) -> Result<Made, TrialError> {
     let (mut counts, mut differences) = (Vec::new(), Vec::new());
     for paper in results.points() {
         let claims = results.rows(paper, "claims", &[])?;
@@ -33,7 +33,7 @@ pub(super) fn all(results: &Results) -> Result<Made, Trouble> {
 }
 
 /// Makes the table of all claims of one paper.
-fn claims(results: &Results, paper: &str) -> Result<Made, Trouble> {
+fn claims(results: &Results, paper: &str) -> Result<Made, TrialError> {
     let mut rows = Vec::new();
     for claim in results.rows(paper, "claims", &[])? {
         let mut cells = row(&claim)?;
@@ -45,17 +45,17 @@ fn claims(results: &Results, paper: &str) -> Result<Made, Trouble> {
 }
 
 /// Makes the block of the claims of Kawasaki (1985).
-pub(super) fn kawasaki(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn kawasaki(results: &Results) -> Result<Made, TrialError> {
     claims(results, "kawasaki-1985")
 }
 
 /// Makes the block of the claims of Bodrova & Osinsky (2024).
-pub(super) fn bodrova(results: &Results) -> Result<Made, Trouble> {
+pub(super) fn bodrova(results: &Results) -> Result<Made, TrialError> {
     claims(results, "bodrova-2024")
 }
 
 /// Counts claims by verdict, as cells of a table.
-fn counted(name: &str, claims: &[Row<'_>]) -> Result<Vec<String>, Trouble> {
+fn counted(name: &str, claims: &[Row<'_>]) -> Result<Vec<String>, TrialError> {
     let mut cells = vec![name.to_owned(), claims.len().to_string()];
     for verdict in ["agree", "differ", "undecided", "void"] {
         let mut count = 0;
@@ -68,7 +68,7 @@ fn counted(name: &str, claims: &[Row<'_>]) -> Result<Vec<String>, Trouble> {
 }
 
 /// Formats a claim as a row: figure, claim, place, value of the paper and value found.
-fn row(claim: &Row<'_>) -> Result<Vec<String>, Trouble> {
+fn row(claim: &Row<'_>) -> Result<Vec<String>, TrialError> {
     let number = |column: &str| {
         let value = claim.maybe(column)?;
         let error = claim

@@ -6,12 +6,12 @@ use std::path::Path;
 
 use stosszahl_case::PaperFile;
 use stosszahl_model::Interrupt;
-use stosszahl_reproduce::{Demand, Reproduction};
+use stosszahl_reproduce::{ReproduceOptions, Reproduction};
 use stosszahl_results::{Cell, Existing, Manifest, Stored, SweepPoint, Table, Verdict};
 use stosszahl_study::{Options, format, run_case};
 
 use super::ROOT;
-use crate::Trouble;
+use crate::TrialError;
 
 /// A finished run, or the points of a sweep.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ impl Results {
         out: &Path,
         resume: bool,
         commit: &str,
-    ) -> Result<(Self, String), Trouble> {
+    ) -> Result<(Self, String), TrialError> {
         let path = Path::new(ROOT).join("cases").join(format!("{case}.toml"));
         let file = format().read(&path, set)?;
         let stop = Interrupt::default();
@@ -84,12 +84,12 @@ impl Results {
         run_case(&file, &options)?;
         let points = Stored::points(out)?;
         if points.len() < file.points.len() {
-            return Err(Trouble::failed(format!("{}: no results", out.display())));
+            return Err(TrialError::failed(format!("{}: no results", out.display())));
         }
         let last = points.last().map(|(_, stored)| &stored.manifest.program);
         let of = last.map_or(commit, |program| &program.commit).to_owned();
         if fs::exists(out.join("checkpoints"))? {
-            return Err(Trouble::failed(format!(
+            return Err(TrialError::failed(format!(
                 "{}: the run is not finished",
                 out.display()
             )));
@@ -102,7 +102,7 @@ impl Results {
     ///
     /// # Errors
     /// A paper is refused, or a run fails.
-    pub fn of_papers(out: &Path, resume: bool, commit: &str) -> Result<(Self, String), Trouble> {
+    pub fn of_papers(out: &Path, resume: bool, commit: &str) -> Result<(Self, String), TrialError> {
         let folder = Path::new(ROOT).join("cases/papers");
         let mut files = Vec::new();
         for entry in fs::read_dir(folder)? {
@@ -127,7 +127,7 @@ impl Results {
         for path in files {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             let file = PaperFile::read(&path)?;
-            let demand = Demand {
+            let demand = ReproduceOptions {
                 figure: None,
                 quick: true,
             };
@@ -164,25 +164,25 @@ impl Results {
     }
 
     /// Returns the number that a point of the sweep sets a key to.
-    pub(crate) fn setting(&self, point: &str, key: &str) -> Result<f64, Trouble> {
+    pub(crate) fn setting(&self, point: &str, key: &str) -> Result<f64, TrialError> {
         let value = self.point(point)?.0.values.get(key);
-        let missing = || Trouble::failed(format!("{point}: no number in {key}"));
+        let missing = || TrialError::failed(format!("{point}: no number in {key}"));
         value
             .and_then(serde_json::Value::as_f64)
             .ok_or_else(missing)
     }
 
-    fn point(&self, name: &str) -> Result<&(SweepPoint, Stored), Trouble> {
+    fn point(&self, name: &str) -> Result<&(SweepPoint, Stored), TrialError> {
         let mut points = self.points.iter();
-        let missing = || Trouble::failed(format!("no point {name:?} in the results"));
+        let missing = || TrialError::failed(format!("no point {name:?} in the results"));
         points.find(|one| one.0.name == name).ok_or_else(missing)
     }
 
     /// Returns a table of a point.
-    fn table(&self, point: &str, name: &str) -> Result<&Table, Trouble> {
+    fn table(&self, point: &str, name: &str) -> Result<&Table, TrialError> {
         let mut tables = self.point(point)?.1.tables.iter();
         let table = tables.find(|one| one.name == name);
-        table.ok_or_else(|| Trouble::failed(format!("no {name} of {point:?} in the results")))
+        table.ok_or_else(|| TrialError::failed(format!("no {name} of {point:?} in the results")))
     }
 
     /// Returns a table of a point with the rows whose cells agree with all of these keys.
@@ -191,7 +191,7 @@ impl Results {
         point: &str,
         table: &str,
         keys: &[(&str, Key<'_>)],
-    ) -> Result<Table, Trouble> {
+    ) -> Result<Table, TrialError> {
         let rows = self.rows(point, table, keys)?;
         let rows = rows.iter().map(|row| row.cells.to_vec()).collect();
         let table = self.table(point, table)?.clone();
@@ -199,15 +199,15 @@ impl Results {
     }
 
     /// Returns a number that follows from the case of a point.
-    pub(crate) fn derived(&self, point: &str, name: &str) -> Result<f64, Trouble> {
+    pub(crate) fn derived(&self, point: &str, name: &str) -> Result<f64, TrialError> {
         let mut derived = self.point(point)?.1.manifest.derived.iter();
         let found = derived.find(|one| one.name == name);
-        let missing = || Trouble::failed(format!("no {name} of {point:?} in the manifest"));
+        let missing = || TrialError::failed(format!("no {name} of {point:?} in the manifest"));
         found.map(|one| one.value).ok_or_else(missing)
     }
 
     /// Returns the verdicts of a point.
-    pub(crate) fn verdicts(&self, point: &str) -> Result<&[Verdict], Trouble> {
+    pub(crate) fn verdicts(&self, point: &str) -> Result<&[Verdict], TrialError> {
         Ok(&self.point(point)?.1.manifest.verdicts)
     }
 
@@ -217,7 +217,7 @@ impl Results {
         point: &str,
         table: &str,
         keys: &[(&str, Key<'_>)],
-    ) -> Result<Vec<Row<'a>>, Trouble> {
+    ) -> Result<Vec<Row<'a>>, TrialError> {
         let table = self.table(point, table)?;
         let fits = |row: &&Vec<Cell>| {
             keys.iter().all(|(name, key)| {
@@ -235,11 +235,11 @@ impl Results {
         point: &str,
         table: &str,
         keys: &[(&str, Key<'_>)],
-    ) -> Result<Row<'a>, Trouble> {
+    ) -> Result<Row<'a>, TrialError> {
         let mut rows = self.rows(point, table, keys)?;
         match (rows.pop(), rows.len()) {
             (Some(row), 0) => Ok(row),
-            (_, more) => Err(Trouble::failed(format!(
+            (_, more) => Err(TrialError::failed(format!(
                 "{table}: not one row of {keys:?} but {}",
                 more + 1
             ))),
@@ -285,19 +285,19 @@ pub(crate) struct Row<'a> {
 
 impl Row<'_> {
     /// Returns the number in a column.
-    pub(crate) fn number(&self, column: &str) -> Result<f64, Trouble> {
+    pub(crate) fn number(&self, column: &str) -> Result<f64, TrialError> {
         let cell = self.table.find(column).map(|place| &self.cells[place]);
-        let missing = || Trouble::failed(format!("{}: no number in {column}", self.table.name));
+        let missing = || TrialError::failed(format!("{}: no number in {column}", self.table.name));
         cell.and_then(number).ok_or_else(missing)
     }
 
     /// Returns the words in a column; empty for an empty cell.
-    pub(crate) fn words(&self, column: &str) -> Result<&str, Trouble> {
+    pub(crate) fn words(&self, column: &str) -> Result<&str, TrialError> {
         let cell = self.table.find(column).map(|place| &self.cells[place]);
         match cell {
             Some(Cell::Text(text)) => Ok(text),
             Some(Cell::Empty) => Ok(""),
-            _ => Err(Trouble::failed(format!(
+            _ => Err(TrialError::failed(format!(
                 "{}: no words in {column}",
                 self.table.name
             ))),
@@ -310,7 +310,7 @@ impl Row<'_> {
     }
 
     /// Returns the number in a column with the error next to it.
-    pub(crate) fn measured(&self, column: &str) -> Result<Measured, Trouble> {
+    pub(crate) fn measured(&self, column: &str) -> Result<Measured, TrialError> {
         Ok(Measured {
             value: self.number(column)?,
             error: self.number(&format!("{column}_se"))?,

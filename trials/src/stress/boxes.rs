@@ -3,11 +3,11 @@
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
-use stosszahl_model::{Body, Domain, Plane, Sizes};
+use stosszahl_model::{Domain, ParticleState, Plane, Sizes};
 
 use super::gas::{Gas, disordered, few};
 use crate::gas::{Disks, Particles, disks, domain, mixture, place_by_trial, random, state, warm};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "small-boxes" => small,
@@ -38,7 +38,7 @@ trials! {
 /// 60^4 at most, mostly far less.
 const AS_ALL_PAIRS: f64 = 1e-8;
 
-fn small(log: &mut Findings) -> Done {
+fn small(log: &mut TrialLog) -> Done {
     const SIDES: [f64; 9] = [1.01, 1.2, 1.5, 1.7, 1.99, 2.0, 2.2, 2.6, 3.1];
     let mut stream = random(2);
     let (mut gases, mut compared) = (0, 0);
@@ -76,7 +76,7 @@ fn small(log: &mut Findings) -> Done {
 }
 
 /// Tests one disk that flies through its own images.
-fn alone(log: &mut Findings, gas: &Gas<Disks>) -> Done {
+fn alone(log: &mut TrialLog, gas: &Gas<Disks>) -> Done {
     const TIME: f64 = 100.0;
     let course = gas.run(TIME, 10)?;
     must!(log, course.reached && course.collisions() == 0; "{}", course.ended());
@@ -89,7 +89,7 @@ fn alone(log: &mut Findings, gas: &Gas<Disks>) -> Done {
     Ok(())
 }
 
-fn wedge(log: &mut Findings) -> Done {
+fn wedge(log: &mut TrialLog) -> Done {
     let mut contacts = 0;
     for width in [1.5, 1.75, 1.9, 1.99] {
         for restitution in [1.0, 0.5] {
@@ -122,14 +122,14 @@ fn placed<Z: Sizes>(
     domain: Domain<Plane>,
     count: usize,
     seed: u64,
-) -> Result<Gas<Particles<Plane, Z>>, Trouble> {
+) -> Result<Gas<Particles<Plane, Z>>, TrialError> {
     let places = place_by_trial(&scene.sizes, count, &domain, 100_000, &mut random(seed));
-    let places = places.ok_or_else(|| Trouble::refused("disks do not fit"))?;
+    let places = places.ok_or_else(|| TrialError::refused("disks do not fit"))?;
     let start = warm(&scene, domain, places, seed);
     Ok(Gas::new(scene, start))
 }
 
-fn long(log: &mut Findings) -> Done {
+fn long(log: &mut TrialLog) -> Done {
     for (count, aspect) in [(40_usize, 1000.0), (40, 1e-3), (400, 1000.0), (400, 1e-3)] {
         // Narrow enough that 40 disks are a row and 400 a channel.
         let across: f64 = if count == 40 { 1.2 } else { 3.3 };
@@ -152,7 +152,7 @@ fn long(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn borders(log: &mut Findings) -> Done {
+fn borders(log: &mut TrialLog) -> Done {
     // Edges of the engine's cells, whatever their number: multiples of L/2 ... L/12.
     let side = 12.0;
     let mut compared = 0;
@@ -191,7 +191,7 @@ fn borders(log: &mut Findings) -> Done {
     let (domain, origin) = (gas.start.domain, vector![0.0, 0.0]);
     let bodies = &mut gas.start.bodies;
     bodies.retain(|body| domain.distance(body.position, origin) > 1.0);
-    bodies.insert(0, Body::new(origin, vector![0.6, -0.9]));
+    bodies.insert(0, ParticleState::new(origin, vector![0.6, -0.9]));
     let end = |at: Vector2<f64>| {
         let mut other = gas.clone();
         other.start.bodies[0].position = at;
@@ -207,7 +207,7 @@ fn borders(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn ratios(log: &mut Findings) -> Done {
+fn ratios(log: &mut TrialLog) -> Done {
     for mass in [1e6, 1e-6] {
         // Against all pairs, with few disks.
         for (large, small, side) in [(1, 12, 130.0), (3, 300, 280.0)] {
@@ -228,7 +228,7 @@ fn ratios(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn one_huge(log: &mut Findings) -> Done {
+fn one_huge(log: &mut TrialLog) -> Done {
     let (small, collisions) = if log.effort.long {
         (100_000, 1_000_000)
     } else {
@@ -255,7 +255,7 @@ fn one_huge(log: &mut Findings) -> Done {
     let free = lattice.filter(|&at| domain.distance(at, middle) > huge + 0.6);
     let places: Vec<_> = std::iter::once(middle).chain(free.take(small)).collect();
     if places.len() != small + 1 {
-        return Err(Trouble::refused("small disks do not fit"));
+        return Err(TrialError::refused("small disks do not fit"));
     }
     let mut sizes = vec![(0.5, 1.0); small + 1];
     sizes[0] = (huge, 1e4);

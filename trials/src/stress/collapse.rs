@@ -9,7 +9,7 @@ use stosszahl_model::kinetic::CLOSE_PACKING;
 use super::gas::{ENERGY, Gas, OVERLAP, Planar, disordered, few};
 use crate::gas::{Disks, disks, domain, warm};
 use crate::table::mean;
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "line-below" => below,
@@ -36,7 +36,7 @@ const GAPS: [f64; 2] = [0.5, 0.6];
 const SPEED: f64 = 1.0;
 
 /// Creates three disks on a line along x in a box so large that images do not matter.
-fn line(restitution: f64) -> Result<Gas<Disks>, Trouble> {
+fn line(restitution: f64) -> Result<Gas<Disks>, TrialError> {
     let middle = 20.0;
     let bodies = [
         ([middle - 1.0 - GAPS[0], middle], [SPEED, 0.0]),
@@ -81,7 +81,7 @@ fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
     (None, time)
 }
 
-fn below(log: &mut Findings) -> Done {
+fn below(log: &mut TrialLog) -> Done {
     for restitution in [0.0715, 0.05, 0.0] {
         about!(log; "r = {restitution}");
         let (number, time) = one_dimensional(restitution);
@@ -105,7 +105,7 @@ fn below(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn above(log: &mut Findings) -> Done {
+fn above(log: &mut TrialLog) -> Done {
     for restitution in [0.0725, 0.075, 0.08, 0.1, 0.2, 0.5, 0.9, 1.0] {
         about!(log; "r = {restitution}");
         let (number, _) = one_dimensional(restitution);
@@ -120,7 +120,7 @@ fn above(log: &mut Findings) -> Done {
     line(0.0725)?.survives_kills(log, 40, 1)
 }
 
-fn dense(log: &mut Findings) -> Done {
+fn dense(log: &mut TrialLog) -> Done {
     let gas = disordered(1000, 0.5, 0.1, 4)?;
     let course = gas.run_in_legs(1e6, 20_000_000, 5_000_000, |_, _| ())?;
     log.about("collapse");
@@ -137,7 +137,7 @@ fn dense(log: &mut Findings) -> Done {
 
 /// Checks that the error names a pair that touches, its position, and the time.
 fn says_where<P: Planar>(
-    log: &mut Findings,
+    log: &mut TrialLog,
     gas: &Gas<P>,
     end: &State<P>,
     error: &EngineError,
@@ -183,7 +183,7 @@ fn says_where<P: Planar>(
 }
 
 /// Creates a Maxwellian crystal of 400 disks whose rows and columns fit the box exactly.
-pub(super) fn hexagonal(packing_fraction: f64, restitution: f64) -> Result<Gas<Disks>, Trouble> {
+pub(super) fn hexagonal(packing_fraction: f64, restitution: f64) -> Result<Gas<Disks>, TrialError> {
     /// Number of disks along either side.
     const SIDE: usize = 20;
     let spacing = (CLOSE_PACKING / packing_fraction).sqrt();
@@ -202,7 +202,7 @@ pub(super) fn hexagonal(packing_fraction: f64, restitution: f64) -> Result<Gas<D
     Ok(Gas::new(scene, start))
 }
 
-fn crystal(log: &mut Findings, packing: f64) -> Done {
+fn crystal(log: &mut TrialLog, packing: f64) -> Done {
     const BLOCKS: usize = 10;
     let collisions = if log.effort.long { 10_000_000 } else { 200_000 };
     let collisions = log.effort.collisions.unwrap_or(collisions);

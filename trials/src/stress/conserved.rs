@@ -5,7 +5,7 @@ use stosszahl_model::State;
 
 use super::schemes::{each, engine, rounding, setups, uniform, warm};
 use crate::gas::{Disks, domain, random, scattered};
-use crate::{Done, Findings};
+use crate::{Done, TrialLog};
 
 trials! {
     "conservation" => conservation,
@@ -16,7 +16,7 @@ trials! {
         "conserved to rounding by stochastic disks, which collide along the line between them; by no other scheme";
 }
 
-fn conservation(log: &mut Findings) -> Done {
+fn conservation(log: &mut TrialLog) -> Done {
     let steps = if log.effort.long { 1_000_000 } else { 10_000 };
     let mut start = uniform(32, 0.3, 12)?;
     for body in &mut start.bodies {
@@ -42,7 +42,7 @@ fn angular_momentum(state: &State<Disks>, about: Vector2<f64>) -> [f64; 2] {
     sums
 }
 
-fn angular(log: &mut Findings) -> Done {
+fn angular(log: &mut TrialLog) -> Done {
     let side = 200.0;
     let places = scattered(100, [90.0; 2], [20.0; 2], &mut random(13));
     let start = warm(domain(side, side)?, places, 13)?;

@@ -7,7 +7,7 @@ use rand::RngExt;
 
 use super::gas::{Gas, OVERLAP, Planar, disordered, few};
 use crate::gas::{domain, mixture, random, state};
-use crate::{Done, Findings};
+use crate::{Done, TrialLog};
 
 trials! {
     "grazing" => grazing,
@@ -27,7 +27,7 @@ trials! {
         "the collisions of the gas at rest, as far as rounding at that speed lets them be the same; no overlap";
 }
 
-fn grazing(log: &mut Findings) -> Done {
+fn grazing(log: &mut TrialLog) -> Done {
     const SIDE: f64 = 9.0;
     const AHEAD: f64 = 3.0;
     let mut stream = random(1);
@@ -88,7 +88,7 @@ fn grazing(log: &mut Findings) -> Done {
     few(1.0, [SIDE; 2], bodies)?.survives_kills(log, 2, 1)
 }
 
-fn touching(log: &mut Findings) -> Done {
+fn touching(log: &mut TrialLog) -> Done {
     let motions = [
         ("at rest", 0.0, 0.0, 0),
         ("approaching", 1.0, 0.0, 1),
@@ -126,7 +126,7 @@ fn touching(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn overlapping(log: &mut Findings) -> Done {
+fn overlapping(log: &mut TrialLog) -> Done {
     // Disks 0 and 3 of four.
     let four = |depth: f64| {
         let bodies = [
@@ -174,7 +174,7 @@ fn overlapping(log: &mut Findings) -> Done {
 }
 
 /// Checks that a gas runs without an error, and never overlaps deeper than at the start.
-fn heals<P: Planar>(log: &mut Findings, gas: &Gas<P>, depth: f64) {
+fn heals<P: Planar>(log: &mut TrialLog, gas: &Gas<P>, depth: f64) {
     log.guard(|log| {
         let course = gas.run(20.0, 1000)?;
         must!(log, course.reached; "{}", course.ended());
@@ -183,7 +183,7 @@ fn heals<P: Planar>(log: &mut Findings, gas: &Gas<P>, depth: f64) {
     });
 }
 
-fn resting(log: &mut Findings) -> Done {
+fn resting(log: &mut TrialLog) -> Done {
     /// Largest overlap in long runs, over the diameter.
     const LONG_OVERLAP: f64 = 1e-10;
     let mut stream = random(3);
@@ -224,7 +224,7 @@ fn resting(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn drifting(log: &mut Findings) -> Done {
+fn drifting(log: &mut TrialLog) -> Done {
     for restitution in [1.0, 0.5] {
         let gas = disordered(40, 0.3, restitution, 8)?;
         let rest = gas.pairs(40)?;

@@ -5,7 +5,7 @@ use stosszahl_dsmc::{Neighbourhood, Scheme};
 
 use super::schemes::{Run, each, setups, uniform, warm};
 use crate::gas::{domain, random, scattered, state};
-use crate::{Done, Findings};
+use crate::{Done, TrialLog};
 
 trials! {
     "crowded" => crowded,
@@ -28,12 +28,12 @@ trials! {
 const ALL: [f64; 2] = [1.0, 0.8];
 
 /// Runs a number of steps, and checks that there are collisions.
-fn collides(log: &mut Findings, run: &mut Run, steps: u64) {
+fn collides(log: &mut TrialLog, run: &mut Run, steps: u64) {
     run.steps(steps);
     must!(log, run.tally().collisions > 0; "no collision");
 }
 
-fn crowded(log: &mut Findings) -> Done {
+fn crowded(log: &mut TrialLog) -> Done {
     let side = 32.0;
     let mut stream = random(1);
     let mut places = scattered(300, [8.5, 8.5], [2.0, 2.0], &mut stream);
@@ -54,7 +54,7 @@ fn crowded(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn packed(log: &mut Findings) -> Done {
+fn packed(log: &mut TrialLog) -> Done {
     let (mut worst, mut most) = (0.0_f64, 0.0_f64);
     for packing in [0.85, 0.95] {
         let start = uniform(500, packing, 2)?;
@@ -88,7 +88,7 @@ fn packed(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn one_point(log: &mut Findings) -> Done {
+fn one_point(log: &mut TrialLog) -> Done {
     let side = 20.0_f64;
     let mut worst = 0.0_f64;
     for at in [0.5 * side, 0.0, side.next_down()] {
@@ -103,7 +103,7 @@ fn one_point(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn contrast(log: &mut Findings) -> Done {
+fn contrast(log: &mut TrialLog) -> Done {
     let side = 300.0;
     let mut stream = random(4);
     let mut places = scattered(1000, [75.0; 2], [0.1 * side; 2], &mut stream);
@@ -118,7 +118,7 @@ fn contrast(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn few(log: &mut Findings) -> Done {
+fn few(log: &mut TrialLog) -> Done {
     const TIME: f64 = 20.0;
     let (mut runs, mut met) = (0, 0);
     let boxes = [

@@ -5,7 +5,7 @@ use stosszahl_model::Vector;
 
 use super::gas::{Course, Gas, OVERLAP, disordered, few};
 use crate::gas::Disks;
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "speeds" => speeds,
@@ -25,11 +25,11 @@ trials! {
 /// Runs a gas and checks that positions stay finite and disks apart; `None` if the engine refuses a
 /// number.
 fn finite(
-    log: &mut Findings,
+    log: &mut TrialLog,
     gas: &Gas<Disks>,
     until: f64,
     collisions: u64,
-) -> Result<Option<Course<Disks>>, Trouble> {
+) -> Result<Option<Course<Disks>>, TrialError> {
     let course = match gas.run(until, collisions) {
         Err(EngineError::BadNumber { .. }) => return Ok(None),
         ended => ended?,
@@ -41,7 +41,7 @@ fn finite(
     Ok(Some(course))
 }
 
-fn speeds(log: &mut Findings) -> Done {
+fn speeds(log: &mut TrialLog) -> Done {
     const COLLISIONS: u64 = 2000;
     let gas = disordered(60, 0.4, 0.9, 5)?;
     let known = gas.run(f64::INFINITY, COLLISIONS)?.end.state.bodies;
@@ -76,7 +76,7 @@ fn speeds(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn subnormal(log: &mut Findings) -> Done {
+fn subnormal(log: &mut TrialLog) -> Done {
     let mut refused = 0;
     for tiny in [5e-324, 1e-310, 1e-300] {
         for (what, one, other) in [
@@ -127,7 +127,7 @@ fn subnormal(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn no_numbers(log: &mut Findings) -> Done {
+fn no_numbers(log: &mut TrialLog) -> Done {
     let gas = disordered(20, 0.3, 1.0, 1)?;
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200, f64::MAX] {
         for axis in 0..2 {
@@ -161,7 +161,7 @@ fn no_numbers(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn lonely(log: &mut Findings) -> Done {
+fn lonely(log: &mut TrialLog) -> Done {
     let gas = few(1.0, [5.0; 2], [([1.0, 1.0], [1.0, 0.3])])?;
     // Moderate end time, which no engine may refuse.
     let course = gas.run(1e5, 10)?;

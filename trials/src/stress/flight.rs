@@ -8,7 +8,7 @@ use stosszahl_model::random::Streams;
 
 use super::schemes::{Setup, engine, setups, uniform, warm};
 use crate::gas::{Disks, disks, domain, mixture, random, scattered, state};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "free-flight" => free_flight,
@@ -34,7 +34,7 @@ fn off(from: f64, velocity: f64, time: f64, length: f64, place: f64) -> f64 {
     ((way - ring) + (from - place) + (way_rest - ring_rest)).abs()
 }
 
-fn free_flight(log: &mut Findings) -> Done {
+fn free_flight(log: &mut TrialLog) -> Done {
     let steps = if log.effort.long { 10_000_000 } else { 100_000 };
     let mut worst = 0.0_f64;
     let boxes = [
@@ -86,7 +86,7 @@ fn free_flight(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn gas_of(setup: Setup, simulators: usize) -> Result<State<Disks>, Trouble> {
+fn gas_of(setup: Setup, simulators: usize) -> Result<State<Disks>, TrialError> {
     uniform(
         simulators / setup.parameters.simulators_per_particle as usize,
         0.2,
@@ -95,11 +95,11 @@ fn gas_of(setup: Setup, simulators: usize) -> Result<State<Disks>, Trouble> {
 }
 
 /// Returns the bytes of a checkpoint.
-fn bytes(engine: &Engine<Disks>) -> Result<Vec<u8>, Trouble> {
+fn bytes(engine: &Engine<Disks>) -> Result<Vec<u8>, TrialError> {
     Ok(postcard::to_allocvec(&engine.checkpoint())?)
 }
 
-fn threads(log: &mut Findings) -> Done {
+fn threads(log: &mut TrialLog) -> Done {
     let mut other = Vec::new();
     for setup in setups() {
         let start = gas_of(setup, 20_160)?;
@@ -130,7 +130,7 @@ fn threads(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn kills(log: &mut Findings) -> Done {
+fn kills(log: &mut TrialLog) -> Done {
     for simulators in [304, 20_160] {
         for setup in setups() {
             about!(log; "{} of {simulators}", setup.name);

@@ -3,15 +3,20 @@
 use nalgebra::Vector2;
 use rand::RngExt;
 use stosszahl_ed::{Checkpoint, Dissipation, Engine, EngineError, plain, time_to_contact};
-use stosszahl_model::{Collision, Free, Observer, Physics, Plane, Sizes, Smooth, State, initial};
+use stosszahl_model::{
+    Collision, Free, Observer, ParticleModel, Plane, Sizes, Smooth, State, initial,
+};
 
 use crate::gas::{Disks, disks, disordered as fluid, domain, random, state};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Physics of all cases: smooth disks in free flight.
-pub(super) trait Planar: Physics<Space = Plane, Surface = Smooth, Field = Free> {}
+pub(super) trait Planar:
+    ParticleModel<Space = Plane, Surface = Smooth, Field = Free>
+{
+}
 
-impl<P: Physics<Space = Plane, Surface = Smooth, Field = Free>> Planar for P {}
+impl<P: ParticleModel<Space = Plane, Surface = Smooth, Field = Free>> Planar for P {}
 
 /// Largest relative error of the energy: 1e5 roundings of 1e-16, all to one side. Drifts that are
 /// random walks stay far below.
@@ -104,7 +109,7 @@ pub(super) fn few(
     restitution: f64,
     [width, height]: [f64; 2],
     bodies: impl IntoIterator<Item = ([f64; 2], [f64; 2])>,
-) -> Result<Gas<Disks>, Trouble> {
+) -> Result<Gas<Disks>, TrialError> {
     let bodies = bodies
         .into_iter()
         .map(|(at, velocity)| (at.into(), velocity.into()));
@@ -120,7 +125,7 @@ pub(super) fn disordered(
     packing: f64,
     restitution: f64,
     seed: u64,
-) -> Result<Gas<Disks>, Trouble> {
+) -> Result<Gas<Disks>, TrialError> {
     Ok(Gas::new(disks(restitution)?, fluid(count, packing, seed)?))
 }
 
@@ -186,7 +191,7 @@ impl<P: Planar> Gas<P> {
     }
 
     /// Checks a run: finite numbers, collisions in order of time, exclusion, energy and momentum.
-    pub fn audit(&self, log: &mut Findings, course: &Course<P>) {
+    pub fn audit(&self, log: &mut TrialLog, course: &Course<P>) {
         let end = &course.end.state;
         let bodies = end.bodies.iter();
         let mut numbers = bodies.flat_map(|b| b.position.iter().chain(b.velocity.iter()));
@@ -250,7 +255,7 @@ impl<P: Planar> Gas<P> {
     }
 
     /// Runs and checks the gas and records the result; then again under kills.
-    pub fn holds(&self, log: &mut Findings, collisions: u64) -> Result<Course<P>, Trouble> {
+    pub fn holds(&self, log: &mut TrialLog, collisions: u64) -> Result<Course<P>, TrialError> {
         let leg = collisions.div_ceil(4).max(1);
         let course = self.run_in_legs(f64::INFINITY, collisions, leg, |_, _| ())?;
         if let Some(error) = &course.stopped {
@@ -268,7 +273,7 @@ impl<P: Planar> Gas<P> {
     /// One gas continues in memory. The other is killed within each segment, so that its work there
     /// is lost, and continues from the bytes of its last checkpoint. Both must end in the same
     /// bytes, or in the same error.
-    pub fn survives_kills(&self, log: &mut Findings, collisions: u64, seed: u64) -> Done {
+    pub fn survives_kills(&self, log: &mut TrialLog, collisions: u64, seed: u64) -> Done {
         const LEGS: u64 = 4;
         let mut stream = random(seed);
         let mut in_memory = Checkpoint::from(self.start.clone());
@@ -307,10 +312,10 @@ impl<P: Planar> Gas<P> {
     /// within a tolerance of the last time.
     pub fn follows_all_pairs(
         &self,
-        log: &mut Findings,
+        log: &mut TrialLog,
         collisions: usize,
         tolerance: f64,
-    ) -> Result<usize, Trouble> {
+    ) -> Result<usize, TrialError> {
         let mut slow_state = self.start.clone();
         let slow = plain::run(&self.scene, &mut slow_state, collisions);
         let fast = self.pairs(slow.len())?;
@@ -333,10 +338,10 @@ impl<P: Planar> Gas<P> {
     /// not grow.
     pub fn collides_as_all_pairs(
         &self,
-        log: &mut Findings,
+        log: &mut TrialLog,
         collisions: usize,
         tolerance: f64,
-    ) -> Result<usize, Trouble> {
+    ) -> Result<usize, TrialError> {
         let mut engine = self.engine(self.start.clone().into())?;
         for number in 0..collisions {
             let before = engine.state();

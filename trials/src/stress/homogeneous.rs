@@ -1,14 +1,14 @@
 //! Gases without positions.
 
 use stosszahl_dsmc::homogeneous::{
-    Bird, Contact, Engine, Gas, Limit, LowRank, Order, Part, Rule, Selection, Slots, Sticking,
-    Stop, Threshold, moments, size_distribution,
+    AliasTableSelection, Bird, Contact, Engine, Gas, Limit, LowRank, Order, Part, Rule, Selection,
+    Sticking, Stop, Threshold, moments, size_distribution,
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{Clusters, Plane, Vector};
 
 use crate::gas::{Particles, Spheres, law, particles, spheres, without_positions};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "size-ratio" => size_ratio,
@@ -37,7 +37,7 @@ fn engine<S: Selection<Spheres>>(
     restitution: f64,
     volume: f64,
     temperature: impl Fn(u32) -> f64,
-) -> Result<Engine<Spheres, S>, Trouble> {
+) -> Result<Engine<Spheres, S>, TrialError> {
     let extent = (volume, kinds.iter().map(|kind| kind.2).sum());
     without_positions(
         spheres(kinds, restitution)?,
@@ -51,11 +51,11 @@ fn engine<S: Selection<Spheres>>(
 /// Runs for a number of collisions and checks the ledger. Returns the candidate pairs per
 /// collision.
 fn booked<S: Selection<Spheres>>(
-    log: &mut Findings,
+    log: &mut TrialLog,
     name: &str,
     engine: &mut Engine<Spheres, S>,
     collisions: u64,
-) -> Result<f64, Trouble> {
+) -> Result<f64, TrialError> {
     let start = engine.gas().kinetic_energy();
     engine.advance(f64::INFINITY, collisions, &mut ())?;
     let tally = *engine.tally();
@@ -71,13 +71,13 @@ fn booked<S: Selection<Spheres>>(
 /// Runs gases at temperature one by all three selections and checks their ledgers. Returns the
 /// candidate pairs per collision of alias tables.
 fn booked_by_all(
-    log: &mut Findings,
+    log: &mut TrialLog,
     kinds: &[(f64, f64, usize)],
     restitution: f64,
     volume: f64,
     [tables, trees, single]: [u64; 3],
-) -> Result<f64, Trouble> {
-    let mut gas = engine::<Slots>(kinds, restitution, volume, |_| 1.0)?;
+) -> Result<f64, TrialError> {
+    let mut gas = engine::<AliasTableSelection>(kinds, restitution, volume, |_| 1.0)?;
     let each = booked(log, "alias-tables", &mut gas, tables)?;
     let mut gas = engine::<LowRank>(kinds, restitution, volume, |_| 1.0)?;
     booked(log, "low-rank", &mut gas, trees)?;
@@ -86,7 +86,7 @@ fn booked_by_all(
     Ok(each)
 }
 
-fn size_ratio(log: &mut Findings) -> Done {
+fn size_ratio(log: &mut TrialLog) -> Done {
     let kind = |k: i32| {
         let diameter = 10.0_f64.powi(-k);
         (diameter, diameter.powi(3), 300 << k)
@@ -97,13 +97,16 @@ fn size_ratio(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn giant(log: &mut Findings) -> Done {
+fn giant(log: &mut TrialLog) -> Done {
     let dust = if log.effort.long { 10_000_000 } else { 100_000 };
     let volume = dust as f64;
     // Dust meets dust at 4 sqrt(pi) d^2 n N/2, and the giant at n pi ((D + d)/2)^2 sqrt(8/pi), T =
     // m = n = 1.
     let (small, large) = (1e-4_f64, 20.0);
-    let mut gas = engine::<Slots>(&[(small, 1.0, dust), (large, 1e9, 1)], 1.0, volume, |_| 1.0)?;
+    let mut gas =
+        engine::<AliasTableSelection>(&[(small, 1.0, dust), (large, 1e9, 1)], 1.0, volume, |_| {
+            1.0
+        })?;
     let own = 2.0 * std::f64::consts::PI.sqrt() * small * small * dust as f64;
     let distance = 0.5 * (small + large);
     let hits = std::f64::consts::PI * distance * distance * (8.0 / std::f64::consts::PI).sqrt();
@@ -119,7 +122,7 @@ fn giant(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn rare_species(log: &mut Findings) -> Done {
+fn rare_species(log: &mut TrialLog) -> Done {
     let kinds = [
         (1.0, 1.0, 1000),
         (2.0, 8.0, 0),
@@ -132,9 +135,10 @@ fn rare_species(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn temperatures(log: &mut Findings) -> Done {
+fn temperatures(log: &mut TrialLog) -> Done {
     let kinds = [(1.0, 1.0, 4000), (1.0, 2.0, 4000), (1.0, 4.0, 4000)];
-    let mut gas = engine::<Slots>(&kinds, 1.0, 1e5, |kind| 1e-6_f64.powi(kind as i32))?;
+    let mut gas =
+        engine::<AliasTableSelection>(&kinds, 1.0, 1e5, |kind| 1e-6_f64.powi(kind as i32))?;
     booked(log, "alias-tables", &mut gas, 600_000)?;
     let mean = 2.0 * gas.gas().kinetic_energy() / (3.0 * 12_000.0);
     for found in moments(gas.gas(), None, None) {
@@ -144,8 +148,8 @@ fn temperatures(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn cold(log: &mut Findings) -> Done {
-    let mut gas = engine::<Slots>(&[(1.0, 1.0, 100)], 0.9, 1e3, |_| 1.0)?;
+fn cold(log: &mut TrialLog) -> Done {
+    let mut gas = engine::<AliasTableSelection>(&[(1.0, 1.0, 100)], 0.9, 1e3, |_| 1.0)?;
     let stop = gas.advance(f64::INFINITY, 100_000_000, &mut ())?;
     let tally = gas.tally();
     found!(log; "{} collisions to energy {:.1e} at time {:.1e}", tally.collisions, gas.gas().kinetic_energy(), gas.time());
@@ -154,14 +158,14 @@ fn cold(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn one_cluster(log: &mut Findings) -> Done {
+fn one_cluster(log: &mut TrialLog) -> Done {
     let count = if log.effort.long { 1_000_000 } else { 20_000 };
     let always = |part| Threshold {
         limit: Limit::Energy(f64::INFINITY),
         part,
     };
     let rule = Rule {
-        stick: always(Part::Full),
+        stick: always(Part::PlacementFailed),
         shatter: always(Part::Normal),
         order: Order::StickFirst,
         retained: 0.0,
@@ -175,7 +179,8 @@ fn one_cluster(log: &mut Findings) -> Done {
     let gas = Gas::maxwellian(scene, Contact::Dilute, volume, count, |_| 1.0, &mut start)?;
     let contacts = Sticking::new(rule)?;
     let before = gas.kinetic_energy();
-    let mut engine: Engine<_, Slots, (), _> = Engine::new(gas, (), contacts, streams)?;
+    let mut engine: Engine<_, AliasTableSelection, (), _> =
+        Engine::new(gas, (), contacts, streams)?;
     let stop = engine.advance(f64::INFINITY, u64::MAX, &mut ())?;
     let sizes = size_distribution(engine.gas());
     found!(log; "{stop:?} at time {:.3e}: {sizes:?}", engine.time());

@@ -4,7 +4,7 @@ use stosszahl_ed::Checkpoint;
 
 use super::collapse::hexagonal;
 use super::gas::{ENERGY, Gas, Ledger, MOMENTUM, OVERLAP, disordered};
-use crate::{Done, Findings};
+use crate::{Done, TrialLog};
 
 trials! {
     "elastic-run" => elastic,
@@ -18,7 +18,7 @@ trials! {
         "the bytes of the run that was never killed; the other cases are cut as well";
 }
 
-fn elastic(log: &mut Findings) -> Done {
+fn elastic(log: &mut TrialLog) -> Done {
     const LEG: u64 = 100_000;
     let collisions = if log.effort.long {
         1_000_000_000
@@ -61,7 +61,7 @@ fn elastic(log: &mut Findings) -> Done {
     gas.survives_kills(log, 40_000, 1)
 }
 
-fn cooling(log: &mut Findings) -> Done {
+fn cooling(log: &mut TrialLog) -> Done {
     const DECADES: f64 = 1e-12;
     const MOST: u64 = 5_000_000;
     let gas = disordered(500, 0.4, 0.9, 6)?.with_contact_time(1e-6);
@@ -105,7 +105,7 @@ fn cooling(log: &mut Findings) -> Done {
     gas.survives_kills(log, 40_000, 1)
 }
 
-fn kills(log: &mut Findings) -> Done {
+fn kills(log: &mut TrialLog) -> Done {
     let sets = if log.effort.long { 200 } else { 8 };
     let mut gases = vec![hexagonal(0.88, 1.0)?, hexagonal(0.9, 0.99)?];
     for (packing, restitution) in [(0.01, 1.0), (0.25, 0.8), (0.5, 0.6), (0.69, 1.0)] {

@@ -31,10 +31,10 @@ mod walls;
 use crate::arguments::StressCases;
 use crate::commands::say;
 use crate::trial::chosen;
-use crate::{Done, Effort, Trial, Trouble};
+use crate::{Candidate, Done, Effort, TrialError};
 
 /// Returns all trials of the event-driven engine, in the order in which they are run.
-pub fn event_driven() -> Vec<Trial> {
+pub fn event_driven() -> Vec<Candidate> {
     [
         collapse::TRIALS,
         ties::TRIALS,
@@ -49,7 +49,7 @@ pub fn event_driven() -> Vec<Trial> {
 }
 
 /// Returns all trials of Monte Carlo in cells.
-pub fn monte_carlo() -> Vec<Trial> {
+pub fn monte_carlo() -> Vec<Candidate> {
     [
         crowds::TRIALS,
         steps::TRIALS,
@@ -60,18 +60,18 @@ pub fn monte_carlo() -> Vec<Trial> {
 }
 
 /// Returns all trials of gases without positions.
-pub fn mixtures() -> Vec<Trial> {
+pub fn mixtures() -> Vec<Candidate> {
     homogeneous::TRIALS.to_vec()
 }
 
 /// Returns all trials of walls, obstacles, gravity and openings, for both engines.
-pub fn walls() -> Vec<Trial> {
+pub fn walls() -> Vec<Candidate> {
     walls::TRIALS.to_vec()
 }
 
 /// Runs the requested trials, one after the other, and prints the findings. `collisions` is the
 /// number of collisions of the runs whose length can be set.
-pub(crate) fn command(all: &[Trial], asked: &StressCases, collisions: Option<u64>) -> Done {
+pub(crate) fn command(all: &[Candidate], asked: &StressCases, collisions: Option<u64>) -> Done {
     let chosen = chosen(all, |trial| trial.name, "case", &asked.case)?;
     if asked.list {
         for trial in chosen {
@@ -86,7 +86,7 @@ pub(crate) fn command(all: &[Trial], asked: &StressCases, collisions: Option<u64
         tell: asked.long || collisions.is_some(),
         ..Effort::default()
     };
-    let run = |trial: &Trial| {
+    let run = |trial: &Candidate| {
         let report = trial.run(&effort);
         if !asked.json {
             say(&report.to_string());
@@ -110,7 +110,7 @@ pub(crate) fn command(all: &[Trial], asked: &StressCases, collisions: Option<u64
         return Ok(());
     }
     let names = failed.join(", ");
-    Err(Trouble::failed(format!(
+    Err(TrialError::failed(format!(
         "{bad} of {of} hard cases failed: {names}"
     )))
 }

@@ -1,12 +1,12 @@
 //! Monte Carlo schemes, starts, and the checks of every run.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{Displacement, Engine, Neighbourhood, Parameters, Scheme, Tally};
+use stosszahl_dsmc::{CollisionCounters, Displacement, Engine, Neighbourhood, Parameters, Scheme};
 use stosszahl_model::State;
 use stosszahl_model::random::Streams;
 
 use crate::gas::{Disks, PLAIN, disks, random, scattered, square, warm as warm_at};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Relative rounding error of a sum per collision: some ten operations of 1.1e-16, each with a
 /// pair's share of the sum. Those of one collision are not all to one side, so that twice their sum
@@ -70,12 +70,12 @@ pub(super) fn warm(
     domain: stosszahl_model::Domain<stosszahl_model::Plane>,
     places: Vec<Vector2<f64>>,
     seed: u64,
-) -> Result<State<Disks>, Trouble> {
+) -> Result<State<Disks>, TrialError> {
     Ok(warm_at(&disks(1.0)?, domain, places, seed))
 }
 
 /// Creates a gas without order in a square box.
-pub(super) fn uniform(count: usize, packing: f64, seed: u64) -> Result<State<Disks>, Trouble> {
+pub(super) fn uniform(count: usize, packing: f64, seed: u64) -> Result<State<Disks>, TrialError> {
     let domain = square(count, packing)?;
     let places = scattered(count, [0.0; 2], domain.lengths().into(), &mut random(seed));
     warm(domain, places, seed)
@@ -86,7 +86,7 @@ pub(super) fn engine(
     setup: Setup,
     restitution: f64,
     start: &State<Disks>,
-) -> Result<Engine<Disks>, Trouble> {
+) -> Result<Engine<Disks>, TrialError> {
     let scene = disks(restitution)?;
     Ok(Engine::new(
         &scene,
@@ -111,7 +111,7 @@ impl Run {
         setup: Setup,
         restitution: f64,
         start: &State<Disks>,
-    ) -> Result<Self, Trouble> {
+    ) -> Result<Self, TrialError> {
         let engine = engine(setup, restitution, start)?;
         let before = Sums::of(&engine.state());
         Ok(Self {
@@ -128,18 +128,18 @@ impl Run {
         self.engine.advance(f64::INFINITY, steps, &mut ());
     }
 
-    pub(super) fn tally(&self) -> Tally {
+    pub(super) fn tally(&self) -> CollisionCounters {
         self.engine.tally()
     }
 
     /// Checks a run: finite numbers within the box, counts that fit each other, momentum, and
     /// energy, which is conserved if collisions are elastic and never grows.
-    pub(super) fn audit(&mut self, log: &mut Findings) {
+    pub(super) fn audit(&mut self, log: &mut TrialLog) {
         self.audit_shared(log, 8.0 / self.engine.simulators().max(8) as f64);
     }
 
     /// Checks a run as [`Self::audit`], where a pair may have the share `share` of the energy.
-    pub(super) fn audit_shared(&mut self, log: &mut Findings, share: f64) {
+    pub(super) fn audit_shared(&mut self, log: &mut TrialLog, share: f64) {
         let state = self.engine.state();
         let lengths = state.domain.lengths();
         let inside = |x: f64, axis: usize| (0.0..lengths[axis]).contains(&x);
@@ -175,11 +175,11 @@ impl Run {
 
 /// Runs all schemes, each with some restitutions, and audits them; returns the largest errors.
 pub(super) fn each(
-    log: &mut Findings,
+    log: &mut TrialLog,
     restitutions: &[f64],
     start: &State<Disks>,
-    mut job: impl FnMut(&mut Findings, &mut Run) -> Done,
-) -> Result<[f64; 2], Trouble> {
+    mut job: impl FnMut(&mut TrialLog, &mut Run) -> Done,
+) -> Result<[f64; 2], TrialError> {
     let mut worst = [0.0_f64; 2];
     for setup in setups() {
         for &restitution in restitutions {

@@ -9,7 +9,7 @@ use stosszahl_model::transport::critical_length;
 use super::schemes::{Run, Sums, each, engine, setups, uniform, warm};
 use crate::gas::{domain, random, scattered};
 use crate::table::mean;
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "violations" => violations,
@@ -31,7 +31,7 @@ trials! {
         "as many collisions for each decade in the last six as in the first, to 6 standard errors; steps follow the gas; momentum";
 }
 
-fn violations(log: &mut Findings) -> Done {
+fn violations(log: &mut TrialLog) -> Done {
     let mut start = uniform(400, 0.3, 5)?;
     for (index, body) in start.bodies.iter_mut().enumerate() {
         body.velocity = vector![if index % 2 == 0 { 1.0 } else { -1.0 }, 0.0];
@@ -53,7 +53,7 @@ fn violations(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn long_step(log: &mut Findings) -> Done {
+fn long_step(log: &mut TrialLog) -> Done {
     let side = 80.0;
     let mut stream = random(6);
     let mut places = scattered(200, [30.0; 2], [14.0; 2], &mut stream);
@@ -83,7 +83,7 @@ fn long_step(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn hot_one(log: &mut Findings) -> Done {
+fn hot_one(log: &mut TrialLog) -> Done {
     const HOT: f64 = 1e6;
     let mut start = uniform(200, 0.2, 7)?;
     start.bodies[0].velocity = vector![0.6 * HOT, 0.8 * HOT];
@@ -105,7 +105,7 @@ fn hot_one(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn plastic(log: &mut Findings) -> Done {
+fn plastic(log: &mut TrialLog) -> Done {
     let start = uniform(200, 0.3, 8)?;
     let (mut refused, mut collisions) = (0, 0);
     for restitution in [0.0, 1e-300, 5e-324] {
@@ -113,7 +113,7 @@ fn plastic(log: &mut Findings) -> Done {
             about!(log; "{}, r = {restitution:e}", setup.name);
             if setup.parameters.displacement == Displacement::Inelastic {
                 let error = engine(setup, restitution, &start).err();
-                let typed = match error.as_ref().and_then(Trouble::downcast_ref) {
+                let typed = match error.as_ref().and_then(TrialError::downcast_ref) {
                     Some(EngineError::NoDisplacement) => restitution == 0.0,
                     Some(EngineError::FarDisplacement { .. }) => restitution > 0.0,
                     _ => false,
@@ -146,7 +146,7 @@ fn plastic(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn deep(log: &mut Findings) -> Done {
+fn deep(log: &mut TrialLog) -> Done {
     const RESTITUTION: f64 = 0.8;
     const PACKING: f64 = 0.1;
     let start = uniform(100, PACKING, 9)?;

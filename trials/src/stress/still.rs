@@ -4,7 +4,7 @@ use stosszahl_model::Viscoelastic;
 
 use super::gas::{Gas, disordered};
 use crate::gas::{Disks, UNIT, particles, state};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "plastic" => plastic,
@@ -26,11 +26,11 @@ trials! {
 
 /// Runs until a time, and returns the number of collisions; a collapse may be a result, too.
 fn ends(
-    log: &mut Findings,
+    log: &mut TrialLog,
     gas: &Gas<Disks>,
     until: f64,
     may_collapse: bool,
-) -> Result<u64, Trouble> {
+) -> Result<u64, TrialError> {
     let course = gas.run_in_legs(until, 2_000_000, 100_000, |_, _| ())?;
     let collapsed = may_collapse && course.collapsed();
     must!(log, course.reached || collapsed; "no end: {}", course.ended());
@@ -40,7 +40,7 @@ fn ends(
     Ok(course.collisions())
 }
 
-fn plastic(log: &mut Findings) -> Done {
+fn plastic(log: &mut TrialLog) -> Done {
     for packing in [0.05, 0.3, 0.6] {
         let gas = disordered(200, packing, 0.0, 3)?;
         about!(log; "packing {packing}");
@@ -52,7 +52,7 @@ fn plastic(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn viscoelastic(log: &mut Findings) -> Done {
+fn viscoelastic(log: &mut TrialLog) -> Done {
     for strength in [0.04, 1.0, 4.0] {
         let law = Viscoelastic::new(strength)?;
         let equal = disordered(400, 0.5, 1.0, 10)?.start;
@@ -63,7 +63,7 @@ fn viscoelastic(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn contact_times(log: &mut Findings) -> Done {
+fn contact_times(log: &mut TrialLog) -> Done {
     const COLLISIONS: u64 = 5000;
     let gas = disordered(300, 0.4, 0.5, 11)?;
     let run = |gas: &Gas<_>| gas.run_in_legs(f64::INFINITY, COLLISIONS, 1000, |_, _| ());
@@ -84,7 +84,7 @@ fn contact_times(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn one_moves(log: &mut Findings) -> Done {
+fn one_moves(log: &mut TrialLog) -> Done {
     for packing in [0.1, 0.6] {
         for restitution in [1.0, 0.5, 0.0] {
             let mut gas = disordered(100, packing, restitution, 12)?;
@@ -99,7 +99,7 @@ fn one_moves(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn rest(log: &mut Findings) -> Done {
+fn rest(log: &mut TrialLog) -> Done {
     for packing in [0.05, 0.6] {
         let mut gas = disordered(50, packing, 0.5, 2)?;
         for body in &mut gas.start.bodies {

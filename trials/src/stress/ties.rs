@@ -6,7 +6,7 @@ use stosszahl_model::State;
 
 use super::gas::{Gas, few};
 use crate::gas::{Disks, random};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "lattice-ties" => lattices,
@@ -33,10 +33,10 @@ impl Sum {
     /// end, and collisions equally many.
     fn add(
         &mut self,
-        log: &mut Findings,
+        log: &mut TrialLog,
         gas: &Gas<Disks>,
         until: f64,
-    ) -> Result<State<Disks>, Trouble> {
+    ) -> Result<State<Disks>, TrialError> {
         const MOST: u64 = 10_000;
         let course = gas.run(until, MOST)?;
         if let Some(error) = &course.stopped {
@@ -86,7 +86,7 @@ impl Sum {
         Ok(end)
     }
 
-    fn say(&self, log: &mut Findings) {
+    fn say(&self, log: &mut TrialLog) {
         let Self { gases, collisions } = self;
         found!(log; "{gases} gases in 7 numberings each, {collisions} collisions");
     }
@@ -97,7 +97,7 @@ fn bits(vector: Vector2<f64>) -> [u64; 2] {
     [vector[0] + 0.0, vector[1] + 0.0].map(f64::to_bits)
 }
 
-fn lattices(log: &mut Findings) -> Done {
+fn lattices(log: &mut TrialLog) -> Done {
     const SIDE: usize = 8;
     /// Velocity of the disk in a column and row.
     type Pattern = fn(usize, usize) -> [f64; 2];
@@ -134,7 +134,7 @@ fn alternating(number: usize) -> f64 {
     if number.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
-fn cradles(log: &mut Findings) -> Done {
+fn cradles(log: &mut TrialLog) -> Done {
     let mut sum = Sum::default();
     // Along x, and along a direction in which the row is not exact.
     let directions = [[1.0, 0.0], [0.6, 0.8]];
@@ -178,7 +178,7 @@ fn cradles(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn triples(log: &mut Findings) -> Done {
+fn triples(log: &mut TrialLog) -> Done {
     let mut sum = Sum::default();
     for around in [2_usize, 4, 6] {
         for restitution in [1.0, 0.8, 0.3] {

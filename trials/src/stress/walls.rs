@@ -1,19 +1,19 @@
 //! Walls, obstacles, gravity and openings, for both engines.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{Boundaries, Clearance, Gas, Inflow, Parameters, Scheme};
+use stosszahl_dsmc::{Boundaries, Gas, Inflow, Parameters, Scheme, WallClearance};
 use stosszahl_ed::{Dissipation, EngineError};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{FACES, Obstacle, Outline, Vibration};
 use stosszahl_model::{
     Budget::{Collisions, Unlimited},
-    Face, Failure, GrainSizes, Grains, Particle, Particles, Rebound, Simulation, Species, Volume,
-    Wall, Walls,
+    Face, Failure, Grains, Particle, Particles, Rebound, Simulation, SizeDistribution, Species,
+    Volume, Wall, Walls,
     species::Kind,
 };
 
 use crate::gas::{PLAIN, law};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 trials! {
     "sharp-corner" => sharp_corner,
@@ -66,7 +66,7 @@ impl Setting {
         [width, height]: [f64; 2],
         [restitution, weight]: [f64; 2],
         bodies: &[(Vector2<f64>, Vector2<f64>)],
-    ) -> Result<Self, Trouble> {
+    ) -> Result<Self, TrialError> {
         let sizes = Species::new(vec![Kind {
             radius: 0.5,
             mass: 1.0,
@@ -79,7 +79,7 @@ impl Setting {
         };
         Ok(Self {
             grains: Grains {
-                sizes: GrainSizes::Species(sizes?),
+                sizes: SizeDistribution::Species(sizes?),
                 restitution: law(restitution)?,
                 rough: None,
                 gravity: Some(vector![0.0, -weight, 0.0]),
@@ -95,7 +95,7 @@ impl Setting {
             },
             boundaries: Boundaries {
                 walls,
-                clearance: Clearance::Radius,
+                clearance: WallClearance::Radius,
                 ..Boundaries::default()
             },
         })
@@ -130,7 +130,7 @@ impl Setting {
     }
 
     /// Returns exact dynamics, and point particles in cells.
-    fn both(&self) -> Result<[Box<dyn Simulation>; 2], Trouble> {
+    fn both(&self) -> Result<[Box<dyn Simulation>; 2], TrialError> {
         Ok([self.exact(Dissipation::Scene)?, self.points(POINTS)?])
     }
 
@@ -159,12 +159,12 @@ fn touches(gas: &dyn Simulation, name: &str) -> f64 {
 }
 
 /// Creates the faces of a box, by axis and side.
-fn faces(faces: &[[Face<Volume>; 2]; 2]) -> Result<Walls<Volume>, Trouble> {
+fn faces(faces: &[[Face<Volume>; 2]; 2]) -> Result<Walls<Volume>, TrialError> {
     Ok(Walls::new(faces)?)
 }
 
 /// Creates a box of walls.
-fn walled(wall: Wall<Volume>) -> Result<Walls<Volume>, Trouble> {
+fn walled(wall: Wall<Volume>) -> Result<Walls<Volume>, TrialError> {
     faces(&[[Face::Wall(wall); 2]; 2])
 }
 
@@ -177,7 +177,7 @@ const fn bounce(restitution: f64) -> Rebound {
 }
 
 /// Creates two plates with a common tip, each at an angle to an axis.
-fn plates(points: [Vector2<f64>; 3], restitution: f64) -> Result<Obstacle, Trouble> {
+fn plates(points: [Vector2<f64>; 3], restitution: f64) -> Result<Obstacle, TrialError> {
     let points = points.to_vec();
     Ok(Obstacle::new(
         Outline::Polyline { points },
@@ -185,13 +185,13 @@ fn plates(points: [Vector2<f64>; 3], restitution: f64) -> Result<Obstacle, Troub
     )?)
 }
 
-fn sharp_corner(log: &mut Findings) -> Done {
+fn sharp_corner(log: &mut TrialLog) -> Done {
     let size = [200.0, 20.0];
     let tip = vector![20.0, 10.0];
     let half = 0.5_f64.to_radians();
     let arm = |sign: f64| tip + vector![half.cos(), sign * half.sin()] * 150.0;
     let plates = plates([arm(1.0), tip, arm(-1.0)], 1.0)?;
-    let setting = |bodies: &[_]| -> Result<Setting, Trouble> {
+    let setting = |bodies: &[_]| -> Result<Setting, TrialError> {
         let setting = Setting::new(walled(Wall::specular())?, size, [1.0, 0.0], bodies)?;
         Ok(setting.around(&plates))
     };
@@ -215,7 +215,7 @@ fn sharp_corner(log: &mut Findings) -> Done {
         (tip + vector![far, 0.0], vector![-angle.cos(), angle.sin()])
     };
     let mut many = setting(&(0..points).map(inside).collect::<Vec<_>>())?;
-    many.boundaries.clearance = Clearance::Centre;
+    many.boundaries.clearance = WallClearance::Centre;
     let mut gas = many.points(POINTS)?;
     let before = gas.temperature();
     for step in 1..=20 {
@@ -233,7 +233,7 @@ fn sharp_corner(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn wedge(log: &mut Findings) -> Done {
+fn wedge(log: &mut TrialLog) -> Done {
     let slope = 60.0_f64.to_radians();
     let tip = vector![10.0, 2.0];
     let arm = |sign: f64| tip + vector![sign * slope.cos(), slope.sin()] * 12.0;
@@ -266,7 +266,7 @@ fn wedge(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn floor(log: &mut Findings) -> Done {
+fn floor(log: &mut TrialLog) -> Done {
     let walls = walled(Wall::still(bounce(0.5)))?;
     for (what, height) in [("at rest", 0.5), ("dropped", 3.0)] {
         log.about(what);
@@ -289,7 +289,7 @@ fn floor(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn grazing(log: &mut Findings) -> Done {
+fn grazing(log: &mut TrialLog) -> Done {
     let walls = walled(Wall::specular())?;
     let mut worst = 0.0_f64;
     for exponent in [-6, -9, -12, -15] {
@@ -312,7 +312,7 @@ fn grazing(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn fast_wall(log: &mut Findings) -> Done {
+fn fast_wall(log: &mut TrialLog) -> Done {
     let mut floor = Wall::still(bounce(0.9));
     // Amplitude 1 in half a period of 1e-3: speed 1000.
     floor.vibration = Some(Vibration::new(1.0, 2e-3)?);
@@ -342,7 +342,7 @@ fn fast_wall(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn inside(log: &mut Findings) -> Done {
+fn inside(log: &mut TrialLog) -> Done {
     let (centre, radius) = (vector![10.0, 10.0], 2.0);
     let disk = Obstacle::new(Outline::Circle { centre, radius }, bounce(1.0))?;
     for (third, named) in [
@@ -371,10 +371,10 @@ fn channel(
     [length, width]: [f64; 2],
     stream: Option<[f64; 2]>,
     parameters: Parameters,
-) -> Result<Box<dyn Simulation>, Trouble> {
+) -> Result<Box<dyn Simulation>, TrialError> {
     let walls = faces(&[[Face::Open; 2], [Face::Wall(Wall::specular()); 2]])?;
     let mut setting = Setting::new(walls, [length, width], [1.0, 0.0], &[])?;
-    setting.boundaries.clearance = Clearance::default();
+    setting.boundaries.clearance = WallClearance::default();
     let inflow = |[density, speed]: [f64; 2]| Inflow {
         axis: 0,
         side: 0,
@@ -388,7 +388,7 @@ fn channel(
     Ok(setting.points(parameters)?)
 }
 
-fn empty_channel(log: &mut Findings) -> Done {
+fn empty_channel(log: &mut TrialLog) -> Done {
     for stream in [None, Some([0.0, 1.0])] {
         let mut gas = channel([20.0, 5.0], stream, POINTS)?;
         let reached = gas.advance(1000.0, Unlimited, &mut ())?;
@@ -407,7 +407,7 @@ fn empty_channel(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn supersonic(log: &mut Findings) -> Done {
+fn supersonic(log: &mut TrialLog) -> Done {
     let [length, width] = [20.0, 5.0];
     // Mach number u sqrt(1/(gamma T)) with gamma = 2 in the plane.
     let (density, speed) = (100.0, 20.0 * 2.0_f64.sqrt());

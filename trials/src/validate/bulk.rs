@@ -8,7 +8,7 @@ use super::gas::{exact, start};
 use super::over_seeds;
 use crate::table::{Place, mean};
 use crate::three_disks::bulk_viscosity;
-use crate::{Done, Findings};
+use crate::{Done, TrialLog};
 
 /// Number of disks.
 const DISKS: usize = 256;
@@ -32,7 +32,7 @@ impl Observer for Moments {
     }
 }
 
-pub(super) fn run(log: &mut Findings) -> Done {
+pub(super) fn run(log: &mut TrialLog) -> Done {
     // A sum of many small steps over a lag t has its square known from a time T to 2 sqrt(t/(3 T)).
     let (replicas, duration, tolerance, samples) = if log.effort.quick {
         (8, 800.0, 0.07, 1_000_000)

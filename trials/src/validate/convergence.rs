@@ -18,7 +18,7 @@ use super::gas::{advance, energy, monte_carlo, start};
 use super::over_seeds;
 use super::schemes::{Method, Quantity, Setting};
 use crate::table::{Place, estimate, mean};
-use crate::{Done, Effort, Findings, Trouble};
+use crate::{Done, Effort, TrialError, TrialLog};
 
 /// Simulators for each disk while cells and steps are swept.
 const MANY: u32 = 64;
@@ -62,7 +62,7 @@ const QUANTITIES: [&str; 3] = ["collision rate/Enskog", "K/Haff at t0", "a2 at 3
 const TOLERANCES: [f64; 3] = [0.005, 0.01, 0.002];
 
 /// Returns rate and energy of one gas over theory, and its a2.
-fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], Trouble> {
+fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], TrialError> {
     let start = start(DISKS, PACKING, seed, EQUILIBRATE)?;
     let chi = kinetic::contact_value(PACKING);
     let enskog = kinetic::collision_rate(PACKING, chi, 0.0);
@@ -92,7 +92,7 @@ fn replicas(effort: &Effort, parameters: &Parameters) -> u64 {
 }
 
 /// Runs all sweeps of the schemes.
-pub(super) fn run(log: &mut Findings) -> Done {
+pub(super) fn run(log: &mut TrialLog) -> Done {
     for method in log.effort.methods.clone() {
         for sweep in sweeps(&method) {
             swept(log, &method, sweep)?;
@@ -101,7 +101,7 @@ pub(super) fn run(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn swept(log: &mut Findings, method: &Method, (name, tends_to, values): Sweep) -> Done {
+fn swept(log: &mut TrialLog, method: &Method, (name, tends_to, values): Sweep) -> Done {
     // Limits of the quantities by theory.
     let limits = [1.0, 1.0, cumulant()?];
     let mut points: [Vec<Point>; 3] = Default::default();

@@ -15,7 +15,7 @@ use super::over_seeds;
 use super::schemes::{Quantity, Setting};
 use super::subject::{Course, Exact, Gas, Simulated, Subject};
 use crate::table::{Place, against, mean, over};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Packing fraction of the gas.
 pub(super) const PACKING: f64 = 0.25;
@@ -52,7 +52,7 @@ pub(super) fn haff_time() -> f64 {
 }
 
 /// Returns the courses of replicas of a subject, and their seconds.
-fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), Trouble> {
+fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), TrialError> {
     let gas = Gas {
         disks: DISKS,
         packing: PACKING,
@@ -64,12 +64,12 @@ fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), T
 }
 
 /// Mean temperature at one of the times.
-fn temperature(courses: &[Course], time: usize) -> Result<Estimate, Trouble> {
+fn temperature(courses: &[Course], time: usize) -> Result<Estimate, TrialError> {
     mean(courses.iter().map(|course| course.temperatures[time]))
 }
 
 /// Returns the mean a2 of courses. At `t_0` a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
-fn mean_cumulant(courses: &[Course]) -> Result<Estimate, Trouble> {
+fn mean_cumulant(courses: &[Course]) -> Result<Estimate, TrialError> {
     let cumulants = courses.iter().map(|course| &course.cumulants);
     mean(cumulants.map(|all| all.iter().sum::<f64>() / all.len() as f64))
 }
@@ -79,7 +79,7 @@ fn law(time: f64) -> f64 {
 }
 
 /// Runs all settings of the schemes, and exact dynamics.
-pub(super) fn run(log: &mut Findings) -> Done {
+pub(super) fn run(log: &mut TrialLog) -> Done {
     let few = if log.effort.quick { 400 } else { 10_000 };
     let many = if log.effort.quick { 16 } else { 400 };
     let (exact, seconds) = courses(&Exact, few)?;

@@ -12,7 +12,7 @@ use stosszahl_analysis::fit::{self, Point};
 use stosszahl_analysis::modes::{Modes, shear_waves};
 use stosszahl_analysis::relaxation::{decay_rate, diffusion};
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_dsmc::{Engine, Followed};
+use stosszahl_dsmc::{Engine, Tracked};
 use stosszahl_model::{Particles, kinetic, transport};
 
 use super::gas::{amplitudes, cells, columns, energy, modes, start, waves};
@@ -23,7 +23,7 @@ use super::schemes::Quantity::{
 use super::schemes::{Method, Setting};
 use crate::gas::{Disks, particles_of, square};
 use crate::table::{Place, Row, mean as over_gases, over};
-use crate::{Done, Effort, Findings, Trouble};
+use crate::{Done, Effort, TrialError, TrialLog};
 
 /// Packing fractions. In dilute gases only cells that a scheme chooses itself are meaningful.
 pub const PACKINGS: [f64; 6] = [0.0025, 0.01, 0.05, 0.1, 0.25, 0.5];
@@ -94,7 +94,7 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(packing: f64, cell: f64, start: &Particles) -> Result<Self, Trouble> {
+    fn new(packing: f64, cell: f64, start: &Particles) -> Result<Self, TrialError> {
         let chi = kinetic::contact_value(packing);
         let free = 1.0 / kinetic::collision_rate(packing, chi, 0.0);
         let viscosity = transport::kinematic_viscosity(packing, chi);
@@ -126,10 +126,10 @@ impl Plan {
         })
     }
 
-    fn measure(&self, gas: &mut Engine<Disks, Followed>) -> Result<Found, Trouble> {
+    fn measure(&self, gas: &mut Engine<Disks, Tracked>) -> Result<Found, TrialError> {
         gas.advance(self.relaxation, u64::MAX, &mut ());
         let (origin, before) = (gas.time(), gas.tally());
-        gas.follow_displacements();
+        gas.track_displacements();
         let mut squares = [0.0; 2];
         let bands = self.bands.iter();
         let mut bands: Vec<_> = bands
@@ -180,7 +180,7 @@ impl Plan {
 
     fn sample(
         &self,
-        engine: &Engine<Disks, Followed>,
+        engine: &Engine<Disks, Tracked>,
         bands: &mut [Vec<[f64; 2]>],
         densities: &mut [f64],
     ) -> Done {
@@ -200,7 +200,7 @@ impl Plan {
     }
 
     /// Starts two shear waves and follows them.
-    fn shear(&self, gas: &mut Engine<Disks, Followed>) -> Result<(Vec<Vec<f64>>, f64), Trouble> {
+    fn shear(&self, gas: &mut Engine<Disks, Tracked>) -> Result<(Vec<Vec<f64>>, f64), TrialError> {
         let start = particles_of(&gas.state());
         let modes = modes(&start, vec![[self.wave_index, 0], [0, self.wave_index]])?;
         gas.kick(&shear_waves(&modes, &columns(&start).0, WAVE)?);
@@ -247,7 +247,7 @@ fn settings(packing: f64) -> Vec<Setting> {
 
 /// Runs all settings of the schemes at all packings. Gases are added until every claim is decided,
 /// or their number is the largest.
-pub(super) fn run(log: &mut Findings) -> Done {
+pub(super) fn run(log: &mut TrialLog) -> Done {
     for packing in PACKINGS {
         for setting in settings(packing) {
             let methods = log.effort.methods.iter();
@@ -298,7 +298,7 @@ fn table(
     setting: Setting,
     found: &[Found],
     seconds: f64,
-) -> Result<Vec<Row>, Trouble> {
+) -> Result<Vec<Row>, TrialError> {
     let place = Place::new(
         "elastic",
         method.name,
@@ -311,7 +311,7 @@ fn table(
     let (packing, chi) = (plan.packing, plan.chi);
     let times = [0.25, 1.0].map(|share| share * f64::from(SAMPLES) * BETWEEN * plan.free);
     let squares: Vec<_> = found.iter().map(|gas| gas.squares).collect();
-    let diffusion = diffusion(&squares, times).ok_or_else(|| Trouble::failed("no diffusion"))?;
+    let diffusion = diffusion(&squares, times).ok_or_else(|| TrialError::failed("no diffusion"))?;
     let series: Vec<_> = found.iter().map(|gas| gas.waves.clone()).collect();
     let decay = decay_rate(&series, plan.spacing)?;
     let theory = transport::kinematic_viscosity(packing, chi) * plan.wave * plan.wave;

@@ -13,7 +13,7 @@ use super::gas::{columns, exact, start};
 use super::{bulk, over_seeds};
 use crate::gas::{Disks, disks as unit_disks, disordered, particles_of, relaxed};
 use crate::table::{Place, mean};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Compressibility factor Z of hard disks by packing fraction, from the ten-term virial series of
 /// Kolafa & Rottner, Mol. Phys. 104, 3435 (2006).
@@ -32,13 +32,13 @@ pub struct EquationOfState {
 /// Measures the equation of state of elastic disks.
 ///
 /// # Errors
-/// [`Trouble`] if the gas cannot be made or followed.
+/// [`TrialError`] if the gas cannot be made or followed.
 pub fn equation_of_state(
     disks: usize,
     packing: f64,
     blocks: usize,
     collisions: u64,
-) -> Result<EquationOfState, Trouble> {
+) -> Result<EquationOfState, TrialError> {
     let mut now = start(disks, packing, 2, 20.0)?;
     let (mut factors, mut quotients) = (Vec::new(), Vec::new());
     for _ in 0..blocks {
@@ -64,7 +64,7 @@ fn place(setting: &str, packing: f64, began: Instant) -> Place {
 
 /// Largest distance of disks from their start, after a number of collisions forward and the same
 /// time back \[length\].
-fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, Trouble> {
+fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, TrialError> {
     let start = disordered(disks, packing, 3)?;
     let before = particles_of(&start);
     let mut gas = exact(&before, 1.0)?;
@@ -82,14 +82,14 @@ fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, Trouble>
 }
 
 /// Tests conservation, reversal, equation of state against the literature, and structure.
-pub(super) fn run(log: &mut Findings) -> Done {
+pub(super) fn run(log: &mut TrialLog) -> Done {
     mechanics(log)?;
     state(log)?;
     structure(log)?;
     bulk::run(log)
 }
 
-fn mechanics(log: &mut Findings) -> Done {
+fn mechanics(log: &mut TrialLog) -> Done {
     let began = Instant::now();
     let collisions = if log.effort.quick {
         1_000_000
@@ -119,7 +119,7 @@ fn mechanics(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn state(log: &mut Findings) -> Done {
+fn state(log: &mut TrialLog) -> Done {
     // Error of Z, which falls with the root of the number of collisions, at most half of the
     // tolerance.
     let (collisions, tolerance) = if log.effort.quick {
@@ -141,7 +141,7 @@ fn state(log: &mut Findings) -> Done {
 
 /// Tests density fluctuations of long waves against the compressibility of the fluid; up to k d =
 /// 0.6, where structure changes S(k) by less than a tenth.
-fn structure(log: &mut Findings) -> Done {
+fn structure(log: &mut TrialLog) -> Done {
     let began = Instant::now();
     let seeds = if log.effort.quick { 32 } else { 200 };
     let (found, _) = over_seeds(0..seeds, |seed| {

@@ -3,13 +3,13 @@
 use nalgebra::{Vector2, Vector3};
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::modes::{Amplitude, Modes, shear_waves};
-use stosszahl_dsmc::{Boundaries, Engine, Followed, Gas, Parameters};
+use stosszahl_dsmc::{Boundaries, Engine, Gas, Parameters, Tracked};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{Budget, Grains, Observer, Particles, Simulation, State, initial};
 
 use crate::gas::{Disks, UNIT, disks, disordered, domain, law, particles_of, relaxed, state};
-use crate::{Done, Trouble};
+use crate::{Done, TrialError};
 
 /// Creates a disordered start of unit disks at T = 1, after some elastic collisions of each disk
 /// under exact dynamics, time zero.
@@ -18,17 +18,20 @@ pub(super) fn start(
     packing: f64,
     seed: u64,
     collisions: f64,
-) -> Result<Particles, Trouble> {
+) -> Result<Particles, TrialError> {
     let start = relaxed(disordered(count, packing, seed)?, collisions)?;
     Ok(particles_of(&start))
 }
 
-fn grains(restitution: f64) -> Result<Grains, Trouble> {
+fn grains(restitution: f64) -> Result<Grains, TrialError> {
     Ok(Grains::equal(UNIT.radius, UNIT.mass, law(restitution)?))
 }
 
 /// Creates exact dynamics from a start.
-pub(super) fn exact(start: &Particles, restitution: f64) -> Result<Box<dyn Simulation>, Trouble> {
+pub(super) fn exact(
+    start: &Particles,
+    restitution: f64,
+) -> Result<Box<dyn Simulation>, TrialError> {
     let (boundaries, grains) = (stosszahl_ed::Boundaries::periodic(), grains(restitution)?);
     Ok(stosszahl_ed::simulate(
         &grains,
@@ -46,7 +49,7 @@ pub(super) fn monte_carlo(
     restitution: f64,
     parameters: Parameters,
     seed: u64,
-) -> Result<Box<dyn Simulation>, Trouble> {
+) -> Result<Box<dyn Simulation>, TrialError> {
     let streams = Streams::new(seed, 1);
     let gas = Gas {
         grains: &grains(restitution)?,
@@ -68,7 +71,7 @@ pub(super) fn cells(
     start: &Particles,
     parameters: Parameters,
     seed: u64,
-) -> Result<Engine<Disks, Followed>, Trouble> {
+) -> Result<Engine<Disks, Tracked>, TrialError> {
     let (streams, domain) = (
         Streams::new(seed, 1),
         domain(start.lengths[0], start.lengths[1])?,
@@ -81,7 +84,7 @@ pub(super) fn cells(
 }
 
 /// Returns the changes of velocity that make a gas Maxwellian.
-fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>, Trouble> {
+fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>, TrialError> {
     let (places, velocities) = columns(gas);
     let places = places.into_iter().map(|at| (at, Vector2::zeros()));
     let mut other: State<Disks> = state(domain(gas.lengths[0], gas.lengths[1])?, places);
@@ -111,12 +114,12 @@ pub(super) fn columns(gas: &Particles) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>)
 }
 
 /// Creates the modes of these indices in the box of a gas.
-pub(super) fn modes(gas: &Particles, indices: Vec<[i32; 2]>) -> Result<Modes, Trouble> {
+pub(super) fn modes(gas: &Particles, indices: Vec<[i32; 2]>) -> Result<Modes, TrialError> {
     Ok(Modes::new([gas.lengths[0], gas.lengths[1]], indices)?)
 }
 
 /// Returns the amplitudes of modes.
-pub(super) fn amplitudes(gas: &Particles, modes: &Modes) -> Result<Vec<Amplitude>, Trouble> {
+pub(super) fn amplitudes(gas: &Particles, modes: &Modes) -> Result<Vec<Amplitude>, TrialError> {
     let (positions, velocities) = columns(gas);
     Ok(modes.measure(&positions, &velocities)?)
 }
@@ -130,7 +133,7 @@ pub(super) fn energy(gas: &Particles) -> EnergySample {
 /// temperature without them.
 ///
 /// A wave of amplitude a has the energy a²/4 a disk, and T is the energy of a disk.
-pub(super) fn waves(gas: &Particles, modes: &Modes) -> Result<(Vec<[f64; 2]>, f64), Trouble> {
+pub(super) fn waves(gas: &Particles, modes: &Modes) -> Result<(Vec<[f64; 2]>, f64), TrialError> {
     let scale = 2.0 / gas.all.len().max(1) as f64;
     let waves: Vec<_> = amplitudes(gas, modes)?
         .iter()

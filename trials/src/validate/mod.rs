@@ -38,7 +38,7 @@ use crate::commands::say;
 use crate::docs;
 use crate::table::{Row, Verdict, csv, markdown};
 use crate::trial::{ENDLESS, chosen};
-use crate::{Done, Effort, Trial, Trouble};
+use crate::{Candidate, Done, Effort, TrialError};
 use schemes::METHODS;
 
 pub use whole::TRIALS;
@@ -70,8 +70,8 @@ pub mod parts {
 /// that all took.
 fn over_seeds<T: Send>(
     seeds: Range<u64>,
-    job: impl Fn(u64) -> Result<T, Trouble> + Sync + Send,
-) -> Result<(Vec<T>, f64), Trouble> {
+    job: impl Fn(u64) -> Result<T, TrialError> + Sync + Send,
+) -> Result<(Vec<T>, f64), TrialError> {
     let timed = |seed| {
         let began = Instant::now();
         job(seed).map(|done| (done, began.elapsed().as_secs_f64()))
@@ -93,11 +93,11 @@ impl Outcome {
     /// Runs parts one after the other, and none after the budget is spent. Writes the page before
     /// the work and after each part, so that a stop keeps what is done.
     fn of(
-        parts: &[Trial],
+        parts: &[Candidate],
         effort: &Effort,
         budget: Option<Duration>,
         write: impl Fn(&Self) -> Done,
-    ) -> Result<Self, Trouble> {
+    ) -> Result<Self, TrialError> {
         let began = Instant::now();
         let mut whole = Self::default();
         write(&whole)?;
@@ -205,7 +205,7 @@ pub(crate) fn command(asked: &ValidateAll) -> Done {
     if holds {
         Ok(())
     } else {
-        Err(Trouble::failed("not all that is claimed holds"))
+        Err(TrialError::failed("not all that is claimed holds"))
     }
 }
 
@@ -223,7 +223,7 @@ pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
             return Ok(());
         };
         fs::create_dir_all(folder)
-            .map_err(|error| Trouble::failed(format!("{}: {error}", folder.display())))?;
+            .map_err(|error| TrialError::failed(format!("{}: {error}", folder.display())))?;
         write_whole(&folder.join("validation.csv"), &csv(&all.rows)?)?;
         Ok(write_whole(
             &folder.join("validation.md"),
@@ -243,11 +243,11 @@ pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
     // A quick run is not meant to resolve anything.
     let [passed, failed, open] = all.standing(|_| asked.quick);
     if !all.missing.is_empty() {
-        return Err(Trouble::failed(all.missing.join("; ")));
+        return Err(TrialError::failed(all.missing.join("; ")));
     }
     match (failed, passed + failed + open) {
         (0, _) => Ok(()),
-        (_, claims) => Err(Trouble::failed(format!(
+        (_, claims) => Err(TrialError::failed(format!(
             "{failed} of {claims} claims of the default scheme do not hold"
         ))),
     }

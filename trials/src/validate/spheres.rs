@@ -3,14 +3,14 @@
 use std::time::Instant;
 
 use stosszahl_analysis::theory::{Component, Contact as TheoryContact, CoolingState, Mixture};
-use stosszahl_dsmc::homogeneous::{Contact, Engine, Slots, moments};
+use stosszahl_dsmc::homogeneous::{AliasTableSelection, Contact, Engine, moments};
 use stosszahl_model::{Plane, Space, Volume};
 
 use super::over_seeds;
 use crate::bench::{BenchMixture, Counts, Pick, Work as _};
 use crate::gas::{Particles, UNIT, law, particles, without_positions};
 use crate::table::{Place, mean};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Coefficient of restitution of the cooling gas.
 const RESTITUTION: f64 = 0.8;
@@ -25,11 +25,11 @@ const ORDERS: usize = 6;
 
 /// Returns energy and collisions over those of theory, and a2 less that of theory, at each time, of
 /// one gas.
-fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, Trouble> {
+fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, TrialError> {
     let law = law(RESTITUTION)?;
     let scene: Particles<S> = particles(law.clone(), UNIT);
     let extent = (PARTICLES as f64 / DENSITY, PARTICLES);
-    let mut engine: Engine<_, Slots> =
+    let mut engine: Engine<_, AliasTableSelection> =
         without_positions(scene, Contact::Enskog, extent, |_| 1.0, seed)?;
     let one = Component {
         mass: 1.0,
@@ -55,7 +55,7 @@ fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, Trouble> {
 
 /// Tests cooling in the plane or in space against the kinetic equations, from a Maxwellian start: K
 /// and collisions to 0.5 %, and a2 to 0.003.
-fn cooling<S: Space>(log: &mut Findings) -> Done {
+fn cooling<S: Space>(log: &mut TrialLog) -> Done {
     let began = Instant::now();
     let seeds = if log.effort.quick { 24 } else { 100 };
     let (courses, _) = over_seeds(0..seeds, course::<S>)?;
@@ -83,7 +83,7 @@ fn cooling<S: Space>(log: &mut Findings) -> Done {
 /// Cooling of equal disks and equal spheres; Table I of Bodrova & Osinsky (2024): 1.2·10⁶ spheres
 /// of 125 sizes, restitution 0.5, to t = 100. Published are 12.0727 and 12.0678 million collisions
 /// and energies of 1.233e4 and 1.235e4 (with their exponent corrected).
-pub(super) fn run(log: &mut Findings) -> Done {
+pub(super) fn run(log: &mut TrialLog) -> Done {
     cooling::<Plane>(log)?;
     cooling::<Volume>(log)?;
     let began = Instant::now();

@@ -14,7 +14,7 @@ use super::gas::{advance, amplitudes, exact, monte_carlo, start};
 use super::over_seeds;
 use super::schemes::Method;
 use crate::table::{Place, mean};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 const DISKS: usize = 2000;
 const PACKING: f64 = 0.25;
@@ -38,7 +38,7 @@ const SAMPLES: u32 = 10;
 const BETWEEN: f64 = 8.0;
 
 /// Returns the mean of S(k) around each wave number, over samples and modes of one gas.
-fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], Trouble> {
+fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], TrialError> {
     let free = 1.0 / kinetic::collision_rate(PACKING, kinetic::contact_value(PACKING), 0.0);
     let origin = gas.time();
     let particles = gas.particles();
@@ -75,7 +75,7 @@ fn quotient(one: Estimate, other: Estimate) -> Estimate {
 
 /// Runs exact disks, and schemes with more and more simulators for each. Contact point claims to
 /// have their structure with many.
-pub(super) fn run(log: &mut Findings) -> Done {
+pub(super) fn run(log: &mut TrialLog) -> Done {
     let (exact_gases, gases) = if log.effort.quick { (4, 2) } else { (64, 24) };
     let make = |seed| start(DISKS, PACKING, seed, 40.0);
     let starts: Vec<Particles> = over_seeds(0..exact_gases, make)?.0;
@@ -98,7 +98,7 @@ pub(super) fn run(log: &mut Findings) -> Done {
 }
 
 fn of_scheme<'a>(
-    log: &mut Findings,
+    log: &mut TrialLog,
     method: &Method,
     simulators: u32,
     gases: u64,

@@ -16,7 +16,7 @@ use super::gas::{advance, energy, exact, monte_carlo, start};
 use super::schemes::CONTACT_POINT;
 use super::{cooling, over_seeds};
 use crate::table::{Place, mean};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Elastic collisions of each disk before a gas is followed.
 const EQUILIBRATE: f64 = 20.0;
@@ -57,12 +57,12 @@ pub trait Subject: Sync {
     /// Follows a gas from an equilibrium start, which the seed decides.
     ///
     /// # Errors
-    /// [`Trouble`] if it cannot be made or followed.
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble>;
+    /// [`TrialError`] if it cannot be made or followed.
+    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError>;
 }
 
 /// Follows a gas and observes it.
-fn observed(gas: &Gas, mut engine: Box<dyn Simulation>) -> Result<Course, Trouble> {
+fn observed(gas: &Gas, mut engine: Box<dyn Simulation>) -> Result<Course, TrialError> {
     let end = gas.times.last().copied().unwrap_or(0.0);
     let mut windows = Windows::new(&[[0.0, end]], BINS, gas.disks, 0.0, 1.0);
     let (mut temperatures, mut cumulants) = (Vec::new(), Vec::new());
@@ -82,7 +82,7 @@ fn observed(gas: &Gas, mut engine: Box<dyn Simulation>) -> Result<Course, Troubl
 }
 
 impl Gas {
-    fn start(&self, seed: u64) -> Result<Particles, Trouble> {
+    fn start(&self, seed: u64) -> Result<Particles, TrialError> {
         start(self.disks, self.packing, seed, self.equilibrate)
     }
 }
@@ -96,7 +96,7 @@ impl Subject for Exact {
         "event-driven".into()
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
+    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
         observed(gas, exact(&gas.start(seed)?, gas.restitution)?)
     }
 }
@@ -110,7 +110,7 @@ impl Subject for Simulated {
         self.0.scheme.name().into()
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
+    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
         let start = gas.start(seed)?;
         observed(gas, monte_carlo(&start, gas.restitution, self.0, seed)?)
     }
@@ -125,7 +125,7 @@ impl Subject for ContactPoint {
         CONTACT_POINT.name.into()
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
+    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
         let Parameters { scheme, .. } = CONTACT_POINT.parameters;
         let parameters = Parameters {
             simulators_per_particle: Parameters::enough_for_chaos::<Plane>(
@@ -161,7 +161,7 @@ const ELASTIC_TIME: f64 = 20.0;
 const COOLING_TIMES: [f64; 2] = [1.0, 3.0];
 
 /// Mean over courses; courses without a value are left out.
-fn over(courses: &[Course], of: impl Fn(&Course) -> Option<f64>) -> Result<Estimate, Trouble> {
+fn over(courses: &[Course], of: impl Fn(&Course) -> Option<f64>) -> Result<Estimate, TrialError> {
     mean(courses.iter().filter_map(of))
 }
 
@@ -172,7 +172,7 @@ fn courses(
     (disks, seeds): (usize, u64),
     (packing, restitution): (f64, f64),
     times: Vec<f64>,
-) -> Result<(Vec<Course>, Place), Trouble> {
+) -> Result<(Vec<Course>, Place), TrialError> {
     let began = Instant::now();
     let gas = Gas {
         disks,
@@ -192,7 +192,7 @@ fn courses(
 /// Tests elastic disks at packing 0.25: the rate of Enskog's theory within 1 %, colliding pairs
 /// with `<g²>` = 6 T/m and uniform impact parameters as in molecular chaos, constant energy, a
 /// Maxwellian.
-fn elastic(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
+fn elastic(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
     let enskog = kinetic::collision_rate(DENSE, kinetic::contact_value(DENSE), 0.0);
     let times = vec![ELASTIC_TIME / enskog];
     let (courses, here) = courses(subject, "elastic", work.elastic, (DENSE, 1.0), times)?;
@@ -222,7 +222,7 @@ fn elastic(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
 
 /// Tests homogeneous cooling of dilute disks with r = 0.8: K by Haff's law with the relaxation of
 /// a2 within 1 %, a2 of the Boltzmann equation.
-fn cooling(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
+fn cooling(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
     let haff = kinetic::haff_time(DILUTE, RESTITUTION, kinetic::contact_value(DILUTE));
     let times = COOLING_TIMES.map(|time| time * haff).to_vec();
     let gas = (DILUTE, RESTITUTION);
@@ -243,8 +243,8 @@ fn cooling(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
 /// Tests all claims on a subject.
 ///
 /// # Errors
-/// [`Trouble`] if a gas cannot be made or followed.
-pub fn claims(subject: &dyn Subject, work: Work, log: &mut Findings) -> Done {
+/// [`TrialError`] if a gas cannot be made or followed.
+pub fn claims(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
     elastic(subject, work, log)?;
     cooling(subject, work, log)
 }

@@ -17,7 +17,7 @@ use super::gas::{advance, amplitudes, exact, kick, modes, monte_carlo, start, wa
 use super::over_seeds;
 use super::schemes::{Quantity, Setting};
 use crate::table::{Place, against, mean};
-use crate::{Done, Findings, Trouble};
+use crate::{Done, TrialError, TrialLog};
 
 /// Numbers of waves in the box of the modes that are started.
 const KICKED: [i32; 4] = [2, 4, 6, 8];
@@ -44,7 +44,7 @@ fn axes(numbers: &[i32]) -> Vec<[i32; 2]> {
 }
 
 /// Starts waves in a gas and follows it.
-fn follow(mut gas: Box<dyn Simulation>) -> Result<Found, Trouble> {
+fn follow(mut gas: Box<dyn Simulation>) -> Result<Found, TrialError> {
     let start = gas.particles();
     let (kicked, left) = (modes(&start, axes(&KICKED))?, modes(&start, axes(&LEFT))?);
     kick(&mut *gas, &kicked, WAVE)?;
@@ -78,8 +78,8 @@ struct Growth {
 }
 
 impl Growth {
-    fn new((found, seconds): (Vec<Found>, f64)) -> Result<Self, Trouble> {
-        let exponent = |mode: usize| -> Result<Estimate, Trouble> {
+    fn new((found, seconds): (Vec<Found>, f64)) -> Result<Self, TrialError> {
+        let exponent = |mode: usize| -> Result<Estimate, TrialError> {
             let series: Vec<_> = found.iter().map(|gas| gas.series[mode].clone()).collect();
             let rate = decay_rate(&series, SPACING)?;
             Ok(Estimate {
@@ -97,7 +97,7 @@ impl Growth {
 
     fn rows(
         &self,
-        log: &mut Findings,
+        log: &mut TrialLog,
         place: &Place,
         first: f64,
         exact: Option<&Self>,
@@ -137,11 +137,11 @@ impl Growth {
 }
 
 /// Runs all settings of the schemes but the refined one, and exact dynamics.
-pub(super) fn run(log: &mut Findings) -> Done {
+pub(super) fn run(log: &mut TrialLog) -> Done {
     let replicas = if log.effort.quick { 4 } else { 32 };
     let (starts, _) = over_seeds(0..replicas, |seed| start(10_000, PACKING, seed, 20.0))?;
     let first = std::f64::consts::TAU / starts[0].lengths[0];
-    let of = |seeds, gas: &(dyn Fn(u64) -> Result<Box<dyn Simulation>, Trouble> + Sync)| {
+    let of = |seeds, gas: &(dyn Fn(u64) -> Result<Box<dyn Simulation>, TrialError> + Sync)| {
         Growth::new(over_seeds(0..seeds, |seed| follow(gas(seed)?))?)
     };
     let reference = of(replicas, &|seed| exact(&starts[seed as usize], RESTITUTION))?;

@@ -9,7 +9,7 @@ use super::subject::{ContactPoint, Exact, Work, claims};
 use super::{cooling, elastic, exact, spheres, unstable};
 use crate::table::Place;
 use crate::trial::ENDLESS;
-use crate::{Done, Effort, Findings, stress};
+use crate::{Done, Effort, TrialLog, stress};
 
 trials! {
     "literature" => literature,
@@ -30,7 +30,7 @@ trials! {
 
 /// Compares printed numbers with those of the program, to the rounding of each.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
-fn literature(log: &mut Findings) -> Done {
+fn literature(log: &mut TrialLog) -> Done {
     let began = Instant::now();
     let chi = kinetic::contact_value(0.25);
     // d = 1 mm, packing 0.25, r = 0.8 and a root mean squared speed of 0.2047 m/s, in 1/s. The
@@ -69,7 +69,7 @@ fn literature(log: &mut Findings) -> Done {
     Ok(())
 }
 
-fn engines(log: &mut Findings) -> Done {
+fn engines(log: &mut TrialLog) -> Done {
     let more = if log.effort.quick { 1 } else { 4 };
     // Enough seeds for errors below half of the tolerances.
     let exact = Work {
@@ -84,7 +84,7 @@ fn engines(log: &mut Findings) -> Done {
     claims(&ContactPoint, simulated, log)
 }
 
-fn monte_carlo(log: &mut Findings) -> Done {
+fn monte_carlo(log: &mut TrialLog) -> Done {
     log.effort.methods = METHODS.iter().filter(|m| m.default).copied().collect();
     cooling::run(log)?;
     if !log.effort.quick {
@@ -96,7 +96,7 @@ fn monte_carlo(log: &mut Findings) -> Done {
 
 /// Records one claim for each hard case: no faults.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
-fn suites(log: &mut Findings) -> Done {
+fn suites(log: &mut TrialLog) -> Done {
     for (name, trials) in [
         ("stress ed", stress::event_driven()),
         ("stress dsmc", stress::monte_carlo()),

@@ -13,7 +13,7 @@ use stosszahl_trials::table::{Row, Verdict};
 use stosszahl_trials::validate::subject::{
     ContactPoint, Course, Exact, Gas, Subject, Work, claims,
 };
-use stosszahl_trials::{Effort, Findings, Trouble};
+use stosszahl_trials::{Effort, TrialError, TrialLog};
 
 /// Work with enough seeds for errors below half of every tolerance, as in the quick validation.
 const QUICK: Work = Work {
@@ -29,7 +29,7 @@ impl<S: Subject> Subject for Hasty<S> {
         format!("hasty {}", self.0.name())
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
+    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
         let times = gas.times.iter().map(|time| 1.02 * time).collect();
         let gas = Gas {
             times,
@@ -95,7 +95,7 @@ impl Subject for Pairs {
         self.name.into()
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, Trouble> {
+    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
         let streams = Streams::new(seed, 7);
         let stream = &mut streams.at(Purpose::Pairs, [0, 0]);
         let count = gas.disks;
@@ -165,7 +165,7 @@ impl Subject for Pairs {
 
 /// Runs all claims on a subject.
 fn rows(subject: &dyn Subject, work: Work) -> Vec<Row> {
-    let mut findings = Findings::new("claims", Effort::default());
+    let mut findings = TrialLog::new("claims", Effort::default());
     claims(subject, work, &mut findings).expect("rows");
     findings.rows().to_vec()
 }

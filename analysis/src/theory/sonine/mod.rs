@@ -219,7 +219,7 @@ impl<R: Restitution> Mixture<R> {
         for &lag in lags {
             let allowed = "above 0, below the whole time and not below the one before";
             let is_allowed = lag >= least && lag < total && total.is_finite();
-            Invalid::unless(is_allowed, "lag", lag, allowed)?;
+            Invalid::require(is_allowed, "lag", lag, allowed)?;
             least = lag;
         }
         let system = self.system(orders, temperatures)?;

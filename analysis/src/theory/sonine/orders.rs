@@ -20,7 +20,7 @@ pub(super) fn check_orders(
 ) -> Result<(), TheoryError> {
     let name = "order of the Sonine expansion";
     let is_offered = (1..=most).contains(&orders);
-    Invalid::unless(is_offered, name, orders as f64, allowed)?;
+    Invalid::require(is_offered, name, orders as f64, allowed)?;
     Ok(())
 }
 

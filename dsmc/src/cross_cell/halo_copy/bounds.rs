@@ -1,21 +1,21 @@
 //! Velocity bounds of the possible partners, by cell and by line of cells.
 
-use stosszahl_model::{Physics, Space, VectorOf};
+use stosszahl_model::{ParticleModel, Space, VectorOf};
 
 use super::HaloCopy;
-use crate::cross_cell::extents::Extent;
+use crate::cross_cell::extents::VelocityBox;
 use crate::cross_cell::search_ranges::Ranges;
 use crate::extrema::larger;
 
-impl<P: Physics> HaloCopy<P> {
+impl<P: ParticleModel> HaloCopy<P> {
     /// Computes the velocity box of each cell, and marks cells with hardly any particles around.
     #[inline(always)]
     pub(super) fn bound(&mut self) {
         let all = self.starts.len() - 1;
-        self.extents.resize(all, Extent::nobody());
+        self.extents.resize(all, VelocityBox::nobody());
         // Particles of a cell are consecutive, so its box grows in registers; reading it back from
         // memory just after it was written would stall.
-        let (mut extent, mut before) = (Extent::nobody(), u32::MAX);
+        let (mut extent, mut before) = (VelocityBox::nobody(), u32::MAX);
         for (&cell, &velocity) in self.cells.iter().zip(&self.velocities) {
             extent.keep_if(cell == before);
             extent.note(velocity);
@@ -78,7 +78,7 @@ impl<P: Physics> HaloCopy<P> {
         let begin = self.margin[0] - reach;
         let length = columns - 2 * begin;
         self.work.clear();
-        self.work.resize(length, Extent::nobody());
+        self.work.resize(length, VelocityBox::nobody());
         let layer = if is_deep { &self.slab } else { &self.extents };
         for row in y - reach..=y + reach {
             let first = begin + columns * row;
@@ -103,7 +103,7 @@ impl<P: Physics> HaloCopy<P> {
         let reach = self.ranges.reach();
         let cells = self.sides[0] * self.sides[1];
         self.slab.clear();
-        self.slab.resize(cells, Extent::nobody());
+        self.slab.resize(cells, VelocityBox::nobody());
         for layer in z - reach..=z + reach {
             let layer = &self.extents[cells * layer..cells * (layer + 1)];
             for (one, other) in self.slab.iter_mut().zip(layer) {
@@ -149,7 +149,7 @@ impl<P: Physics> HaloCopy<P> {
         let begin = self.margin[0] - far;
         self.work.clear();
         self.work
-            .resize(self.bounds.len() + 2 * far, Extent::nobody());
+            .resize(self.bounds.len() + 2 * far, VelocityBox::nobody());
         let mut known = 0;
         for x in 0..self.bounds.len() {
             if !self.places[x..=x + 2 * point].contains(&true) {

@@ -23,7 +23,7 @@ use super::quantity::{MEASURES, observe};
 use super::setting::{Setting, engine};
 use crate::measure::Measure;
 use crate::plan::{EngineKind, Plan, PlanError};
-use crate::unsaved::{Unsaved, measures, resized};
+use crate::unsaved::{InMemoryRun, measures, resized};
 
 /// Shortest and longest time between two checks for a run that is free, where several processes
 /// share the folder.
@@ -483,7 +483,7 @@ impl<'a> Runner<'a> {
 
     fn sample(&self, order: &Order, spent: &mut f64) -> Found {
         let (plan, shared) = self.of_group(order).map_err(|error| error.to_string())?;
-        let run = Unsaved {
+        let run = InMemoryRun {
             plan: &plan,
             measures: &self.measures,
             replica: order.replica,

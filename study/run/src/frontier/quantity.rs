@@ -11,7 +11,7 @@ use stosszahl_case::Case;
 use stosszahl_model::transport;
 use toml::{Table, Value};
 
-use crate::measure::Finished;
+use crate::measure::CompletedRun;
 use crate::plan::{EnginePlan, Plan};
 use crate::unsaved::{collision_rate, energies, window};
 
@@ -146,7 +146,12 @@ pub(crate) fn quantities(plan: &Plan) -> Vec<Quantity> {
 ///
 /// The wave numbers of S(k) are multiples of that of the box, so S(k) is that of the case only in a
 /// box of its size, `whole`.
-pub(crate) fn observe(plan: &Plan, engine: &EnginePlan, run: &Finished, whole: bool) -> Vec<f64> {
+pub(crate) fn observe(
+    plan: &Plan,
+    engine: &EnginePlan,
+    run: &CompletedRun,
+    whole: bool,
+) -> Vec<f64> {
     let last = run
         .record::<Vec<(f64, EnergySample)>>()
         .and_then(|all| all.last());

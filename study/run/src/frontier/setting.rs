@@ -3,7 +3,9 @@
 //! Replicas are not varied: n of them lower the noise by √n and leave the bias, so their error
 //! follows from that of one (see [`stosszahl_analysis::accuracy`]).
 
-use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters, Scheme, Weights};
+use stosszahl_dsmc::{
+    Copies, Displacement, Neighbourhood, Parameters, Scheme, WallClearance, Weights,
+};
 use stosszahl_model::kinetic;
 use stosszahl_results::engine_title;
 
@@ -48,7 +50,7 @@ pub(super) fn engine(kind: EngineKind) -> EnginePlan {
     EnginePlan {
         name,
         kind,
-        clearance: Clearance::Radius,
+        clearance: WallClearance::Radius,
         weights: Weights::uniform(),
     }
 }

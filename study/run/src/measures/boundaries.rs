@@ -13,7 +13,9 @@ use stosszahl_results::{Estimate, Table, Verdict, table};
 use super::course::{self, Course, Looking, Sample, Window};
 use super::{PARTS, fewest_parts, over};
 use crate::judge::{self, Rule, Unit, interval_of, kind_of, title, with_interval};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Recorder, Runs, described};
+use crate::measure::{
+    self, BadOption, Measure, Moment, Probe, Recorder, ReplicaRecords, described,
+};
 use crate::plan::{EnginePlan, Plan, SpeciesPlan};
 
 /// What comes from outside.
@@ -83,7 +85,7 @@ impl Measure for Boundaries {
         Box::new(Recorder::from_start(Record::default(), look))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "boundaries", "What a boundary gives to the gas, per time, in the last window";
             key "engine", "", "Engine";
@@ -113,7 +115,7 @@ impl Measure for Boundaries {
         plan.engines.len()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let all = One::all(plan, runs).into_iter();
         all.flat_map(|one| one.drag().into_iter().chain(one.balance(&runs.rule(plan))))
             .collect()
@@ -130,7 +132,7 @@ struct One<'a> {
 
 impl<'a> One<'a> {
     /// All engines, in one window.
-    fn all(plan: &'a Plan, runs: &Runs<'a>) -> Vec<Self> {
+    fn all(plan: &'a Plan, runs: &ReplicaRecords<'a>) -> Vec<Self> {
         let steady = course::steady::<Record>(plan, runs, |record| &record.course);
         let window = Window::last(plan, blocks(plan), &steady);
         let one = |(engine, records)| Self {

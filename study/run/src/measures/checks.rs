@@ -12,7 +12,7 @@ use super::{over, species};
 use crate::judge::{
     Point, Rule, Unit, bound, interval_of, kind_of, short, verdict, warning, with_error, worst,
 };
-use crate::measure::{BadOption, Measure, NoOptions, Runs, described};
+use crate::measure::{BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::Plan;
 use crate::theory::homogeneous;
 
@@ -37,7 +37,7 @@ impl Measure for Checks {
         self.read(plan)
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         vec![table(&Found::of(plan, runs).rows())]
     }
 
@@ -45,7 +45,7 @@ impl Measure for Checks {
         QUANTITIES.len()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         if let Err(error) = homogeneous::curves(plan) {
             let sentence = format!("There is no theory to compare with: {error}.");
             return vec![warning("theory", sentence)];
@@ -148,7 +148,7 @@ struct Found<'a> {
 }
 
 impl<'a> Found<'a> {
-    fn of(plan: &'a Plan, runs: &Runs<'a>) -> Self {
+    fn of(plan: &'a Plan, runs: &ReplicaRecords<'a>) -> Self {
         let records: Vec<&Record> = runs.find(0);
         let lasts = plan.case.aggregation.is_none();
         let species = lasts.then(|| species::rows(plan, &records));

@@ -12,7 +12,9 @@ use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 
 use super::gas::{self, measured};
 use crate::judge::warning;
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
+use crate::measure::{
+    self, BadOption, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+};
 use crate::plan::{EnginePlan, Plan};
 
 /// Clusters: number, sizes, energy, and where that energy went.
@@ -136,7 +138,7 @@ impl Measure for Clusters {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let records: Vec<&Record> = runs.records(0);
         vec![table(plan, &records), size_table(plan, &records)]
     }
@@ -145,7 +147,7 @@ impl Measure for Clusters {
         usize::from(Schedule::of(plan).steady.is_some())
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let records: Vec<&Record> = runs.records(0);
         let mut list = steady::steady_state(plan, &records, &runs.rule(plan));
         let last = records.iter().filter_map(|record| record.samples.last());

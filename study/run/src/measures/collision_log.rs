@@ -5,7 +5,9 @@ use stosszahl_model::{Collision, Observer};
 use stosszahl_results::{Cell, Table, table};
 
 use super::selection::{Replicas, check_engines, is_named};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
+use crate::measure::{
+    self, BadOption, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+};
 use crate::plan::{EnginePlan, Plan};
 
 /// A log of collisions.
@@ -168,7 +170,7 @@ impl Measure for CollisionLog {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "collision_log", "Collisions one by one, in the order in which the engine made them.";
             key "engine", "", "Engine";

@@ -14,7 +14,7 @@ use super::impact_parameters::{Spans, spans};
 use super::over;
 use crate::judge::{self, title};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, Runs, Stop, described, keeps_record,
+    self, BadOption, Measure, Moment, Probe, ReplicaRecords, Stop, described, keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
 
@@ -114,7 +114,7 @@ impl Measure for AtContact {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut tables = [chaos_table(), meetings_table(), velocities_table()];
         let [chaos, meetings, velocities] = &mut tables;
         for (engine, records) in runs.each::<Record>(plan) {
@@ -160,7 +160,7 @@ impl Measure for AtContact {
     }
 
     /// Whether partners near contact know each other in the last window, or only share a flow.
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let all = self.spans(plan);
         let Some(number) = all.len().checked_sub(1) else {
             return Vec::new();

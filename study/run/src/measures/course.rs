@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use stosszahl_analysis::fields::{self, Freedom, Sighting};
 use stosszahl_analysis::steady;
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Adds, Grouping, Particle};
+use stosszahl_model::{Grouping, Particle, ParticleReduction};
 
-use crate::measure::{self, BadOption, Moment, Runs};
+use crate::measure::{self, BadOption, Moment, ReplicaRecords};
 use crate::plan::Plan;
 
 /// Samples, where the case says nothing.
@@ -78,7 +78,7 @@ impl Sample {
             totals: Totals::new(SUMS * looking.grouping.groups() + 1),
             fields,
         };
-        gas.add_up(&mut look);
+        gas.reduce_particles(&mut look);
         let values = look.totals.values();
         let (species, potential) = values.split_at(values.len() - 1);
         let share = |sums: &[f64]| Share {
@@ -149,7 +149,7 @@ pub struct Look {
     fields: Option<fields::Sample>,
 }
 
-impl Adds for Look {
+impl ParticleReduction for Look {
     const NAME: &'static str = "course";
 
     fn add(&mut self, particle: &Particle) {
@@ -291,7 +291,7 @@ fn steady_from(plan: &Plan, runs: &[&Course]) -> Option<f64> {
 /// The same of all engines, where `course` is what records have of it.
 pub fn steady<R: 'static>(
     plan: &Plan,
-    runs: &Runs<'_>,
+    runs: &ReplicaRecords<'_>,
     course: fn(&R) -> &Course,
 ) -> Vec<Option<f64>> {
     let one = |records: Vec<&R>| {

@@ -7,7 +7,7 @@ use stosszahl_model::kinetic;
 use stosszahl_results::{Axis, Figure, Table, table};
 
 use super::{grid, over};
-use crate::measure::{self, BadOption, Measure, Needs, Probe, Recorder, Runs, described};
+use crate::measure::{self, BadOption, Measure, Needs, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The mean squared displacement.
@@ -140,7 +140,7 @@ impl Measure for Displacement {
         let from = self.from(plan);
         Box::new(Recorder::new(Record::new(), move |record, moment| {
             if moment.time == from {
-                moment.simulation.follow_displacements();
+                moment.simulation.track_displacements();
                 return;
             }
             let mean = moment.simulation.mean_squared_displacement();
@@ -148,7 +148,7 @@ impl Measure for Displacement {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "mean_squared_displacement", "Mean squared displacement in time.";
             key "engine", "", "Engine";

@@ -7,7 +7,7 @@ use stosszahl_results::{Axis, Figure, Table, Verdict, VerdictKind, table};
 
 use super::over;
 use crate::judge::{self, Comparison, Pair, Places, Unit, title};
-use crate::measure::{Measure, NoOptions, Probe, Recorder, Runs, described};
+use crate::measure::{Measure, NoOptions, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
 
@@ -48,7 +48,7 @@ impl Measure for Energy {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let several = (plan.engines.len() > 1).then(|| comparison(plan, runs));
         let tables = [
             Some(energy(plan, runs)),
@@ -108,7 +108,7 @@ impl Measure for Energy {
         all.map(spread).collect()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         // Elastic engines in a closed box keep their energy, each by itself; a thermostat gives all the same.
         if keeps_energy(plan) || plan.case.thermostat.is_some() {
             return Vec::new();
@@ -191,7 +191,7 @@ pub(super) fn pairs_of(plan: &Plan) -> impl Iterator<Item = (usize, usize)> + us
 }
 
 /// Energies of two engines at each sample, replica by replica.
-fn paired(runs: &Runs<'_>, engines: [usize; 2], samples: usize) -> Vec<Vec<(f64, f64)>> {
+fn paired(runs: &ReplicaRecords<'_>, engines: [usize; 2], samples: usize) -> Vec<Vec<(f64, f64)>> {
     let [first, second] = engines.map(|engine| runs.records::<Record>(engine));
     let at = |sample| {
         let both = first.iter().zip(&second);
@@ -201,7 +201,7 @@ fn paired(runs: &Runs<'_>, engines: [usize; 2], samples: usize) -> Vec<Vec<(f64,
     (0..samples).map(at).collect()
 }
 
-fn energy(plan: &Plan, runs: &Runs<'_>) -> Table {
+fn energy(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
     let axis = || Axis::logarithmic("time", "time");
     let mut table = table! {
         "energy", "Energy and velocity distribution in time, means over the replicas.";
@@ -245,7 +245,7 @@ fn energy(plan: &Plan, runs: &Runs<'_>) -> Table {
     table
 }
 
-fn comparison(plan: &Plan, runs: &Runs<'_>) -> Table {
+fn comparison(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
     let (x, y) = (
         Axis::logarithmic("time", "time"),
         Axis::linear("quotient", "quotient of the energies"),
@@ -291,7 +291,7 @@ fn comparison(plan: &Plan, runs: &Runs<'_>) -> Table {
     table
 }
 
-fn replicas(plan: &Plan, runs: &Runs<'_>) -> Table {
+fn replicas(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
     let mut table = table! {
         "replicas", "Samples of single replicas.";
         key "replica", "1", "Number of the replica, from zero";

@@ -24,7 +24,9 @@ use stosszahl_dsmc::{Displacement, Parameters, Scheme};
 use stosszahl_results::{Table, table};
 
 use super::over;
-use crate::measure::{Finished, Measure, NoOptions, Probe, Recorder, Runs, described};
+use crate::measure::{
+    CompletedRun, Measure, NoOptions, Probe, Recorder, ReplicaRecords, described,
+};
 use crate::plan::{EngineKind, EnginePlan, Plan, RATE_ERROR_IN_A_CELL, in_space};
 
 /// The error budget.
@@ -98,7 +100,7 @@ impl Measure for ErrorBudget {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "error_budget", "Sources of error of each engine.";
             key "engine", "", "Engine";
@@ -164,7 +166,7 @@ impl Source {
 /// One engine of a run.
 struct Budget<'a> {
     plan: &'a Plan,
-    runs: &'a [Finished],
+    runs: &'a [CompletedRun],
     records: Vec<&'a Record>,
 }
 

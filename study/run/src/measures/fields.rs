@@ -16,7 +16,9 @@ use stosszahl_results::{Table, Verdict};
 use view::View;
 
 use super::course::{self, Course, Looking, Sample, Window};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
+use crate::measure::{
+    self, BadOption, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+};
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
 /// Fields on a grid over the first two axes.
@@ -143,7 +145,7 @@ impl Measure for Fields {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let options = Options::of(plan);
         let windows = windows(plan, &options, runs);
         let (mut cells, mut profiles) = (tables::cells(&options), tables::profiles(&options));
@@ -174,7 +176,7 @@ impl Measure for Fields {
         4 * plan.engines.len() - 1
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, tables: &[Table]) -> Vec<Verdict> {
         let options = Options::of(plan);
         let steady = steady(plan, runs);
         let window = Window::last(plan, course::blocks(plan, options.blocks), &steady);
@@ -199,12 +201,12 @@ impl Measure for Fields {
 }
 
 /// From when on each engine is steady.
-fn steady(plan: &Plan, runs: &Runs<'_>) -> Vec<Option<f64>> {
+fn steady(plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Option<f64>> {
     course::steady::<Record>(plan, runs, |record| &record.course)
 }
 
 /// The windows of the case and, last, the one for verdicts.
-fn windows(plan: &Plan, options: &Options, runs: &Runs<'_>) -> Vec<Window> {
+fn windows(plan: &Plan, options: &Options, runs: &ReplicaRecords<'_>) -> Vec<Window> {
     let blocks = course::blocks(plan, options.blocks);
     let chosen = options.windows.iter();
     chosen

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_case::Kind;
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Adds, Collision, Observer, Particle, Simulation};
+use stosszahl_model::{Collision, Observer, Particle, ParticleReduction, Simulation};
 use stosszahl_results::frames::{Crowd, Dot, FRAMES, Frame, Met, keeps};
 
 use crate::measure::{
-    self, BadOption, FrameFile, Measure, Moment, Probe, Runs, described, keeps_record,
+    self, BadOption, FrameFile, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
 };
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
@@ -135,11 +135,11 @@ struct Camera {
 /// What a frame shows of a gas whose particles need not be told apart: they are numbered by groups, and those that are kept are all
 /// that is gathered.
 fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
-    let mut looks = Crowding {
+    let mut looks = FreeVolumeFactors {
         crowd: Crowd::default(),
         totals: Totals::new(2),
     };
-    gas.add_up(&mut looks);
+    gas.reduce_particles(&mut looks);
     let sums = looks.totals.values();
     let crowd = Crowd {
         particles: sums[0],
@@ -152,19 +152,19 @@ fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
         seen: 0,
         kept: Vec::new(),
     };
-    gas.add_up(&mut sample);
+    gas.reduce_particles(&mut sample);
     (crowd, sample.kept)
 }
 
 /// What frames need to know of all particles.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Crowding {
+pub(super) struct FreeVolumeFactors {
     crowd: Crowd,
     /// Sums of weights, and of weights times squared speeds.
     totals: Totals,
 }
 
-impl Adds for Crowding {
+impl ParticleReduction for FreeVolumeFactors {
     const NAME: &'static str = "crowd";
 
     fn add(&mut self, particle: &Particle) {
@@ -196,7 +196,7 @@ pub(super) struct Chosen {
     seen: u64,
 }
 
-impl Adds for Chosen {
+impl ParticleReduction for Chosen {
     const NAME: &'static str = "frame";
 
     fn add(&mut self, particle: &Particle) {
@@ -316,7 +316,7 @@ impl Measure for Frames {
         })
     }
 
-    fn frames(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<FrameFile> {
+    fn frames(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
         let engines = runs.each::<Record>(plan);
         let files = engines.filter_map(|(engine, records)| {
             let record = records.first().filter(|one| !one.frames.is_empty())?;

@@ -9,7 +9,8 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::over;
 use crate::measure::{
-    self, BadOption, Measure, Moment, Needs, NoOptions, Probe, Runs, described, keeps_record,
+    self, BadOption, Measure, Moment, Needs, NoOptions, Probe, ReplicaRecords, described,
+    keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
 use crate::theory::homogeneous::{self, Curve, Predicted};
@@ -66,7 +67,7 @@ impl Measure for Gas {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let records: Vec<&Record> = runs.records(0);
         vec![table(&rows(plan, &records)), replicas(&records)]
     }
@@ -118,7 +119,7 @@ struct GasProbe {
 impl Probe for GasProbe {
     fn begin(&mut self, moment: &mut Moment<'_>) {
         if self.displacement {
-            moment.simulation.follow_displacements();
+            moment.simulation.track_displacements();
         }
         if self.correlation {
             let start = &mut self.record.start;

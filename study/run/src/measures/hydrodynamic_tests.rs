@@ -7,7 +7,7 @@ use stosszahl_model::transport;
 use stosszahl_results::{Table, VerdictKind};
 
 use super::tests::{case, measure, near, number, run};
-use crate::measure::{Finished, Recorder, Runs};
+use crate::measure::{CompletedRun, Recorder, ReplicaRecords};
 use crate::plan::Plan;
 
 /// Disks in a square box, exact; options are those of the measure.
@@ -71,7 +71,7 @@ fn tables_of<R: Clone + serde::Serialize + serde::de::DeserializeOwned + Send + 
     name: &str,
     records: &[R],
 ) -> Vec<Table> {
-    let finished = records.iter().map(|record| Finished {
+    let finished = records.iter().map(|record| CompletedRun {
         probes: vec![Box::new(Recorder::new(
             record.clone(),
             |_: &mut R, _: &mut _| {},
@@ -81,7 +81,7 @@ fn tables_of<R: Clone + serde::Serialize + serde::de::DeserializeOwned + Send + 
         seconds: 0.0,
     });
     let finished = [finished.collect::<Vec<_>>()];
-    let runs = Runs {
+    let runs = ReplicaRecords {
         level: 0.01,
         measure: 0,
         finished: &finished,

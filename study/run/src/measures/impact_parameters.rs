@@ -16,7 +16,7 @@ use super::energy::pairs_of;
 use super::over;
 use crate::judge::{self, ImpactTest, title};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, Runs, Stop, described, keeps_record,
+    self, BadOption, Measure, Moment, Probe, ReplicaRecords, Stop, described, keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
@@ -178,7 +178,7 @@ impl Measure for ImpactParameters {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let (spans, _) = self.options(plan);
         let mut tables = histograms(plan, runs, &spans);
         if plan.has_theory() {
@@ -213,7 +213,7 @@ impl Measure for ImpactParameters {
         plan.engines.iter().map(spread).collect()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let (spans, _) = self.options(plan);
         let mut list = Vec::new();
         for (engine, records) in runs.each::<Record>(plan) {
@@ -268,7 +268,7 @@ fn edges(bin: usize, bins: usize) -> [f64; 2] {
 }
 
 /// The table of the bins and that of their summary.
-fn histograms(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
+fn histograms(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
     let figure = Figure::curves(
         "Impact parameters",
         Axis::linear("bin_low", "b/d"),
@@ -387,7 +387,7 @@ fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 6] {
     FACTORS.map(|of| pooled(&windows, |window| Some(of(&known_factors(plan, window)?))))
 }
 
-fn dissipation(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
+fn dissipation(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
     let mut table = table! {
         "dissipation", "The cooling rate over that of molecular chaos at the total kinetic energy, flow included, as the product of four ratios.";
         key "engine", "", "Engine";
@@ -425,7 +425,12 @@ fn dissipation(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
 
 /// What a difference in cooling, or in collisions, is made of in the last window. Both engines start alike, so replicas are left out of
 /// both together.
-fn split(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]], engines: [usize; 2]) -> Option<Verdict> {
+fn split(
+    plan: &Plan,
+    runs: &ReplicaRecords<'_>,
+    spans: &[[f64; 2]],
+    engines: [usize; 2],
+) -> Option<Verdict> {
     let number = spans.len().checked_sub(1)?;
     let records = engines.map(|engine| runs.records::<Record>(engine));
     let windows = [window(&records[0], number), window(&records[1], number)];
@@ -464,7 +469,7 @@ fn split(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]], engines: [usize; 2]) 
     Some(judge::note(format!("cooling rate, {a} over {b}"), sentence))
 }
 
-fn pairs(plan: &Plan, runs: &Runs<'_>, spans: &[[f64; 2]]) -> Table {
+fn pairs(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
     let mut table = table! {
         "impact_parameter_pairs", "Distribution of the impact parameter by kinds of pairs.";
         key "engine", "", "Engine";

@@ -3,14 +3,14 @@
 //! Time runs from a chosen moment of the run. It is a property of the density, so particles need not be known by their index.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::modes::{Amplitudes, Weighing};
+use stosszahl_analysis::modes::{Amplitudes, DensityKernel};
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::Shells;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::spectra::{LARGEST, require_number, require_waves, shells};
 use super::{grid, over};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The intermediate scattering function.
@@ -96,8 +96,8 @@ impl Measure for IntermediateScattering {
         let (shells, from) = (options.shells(plan), options.from);
         Box::new(Recorder::new(Record::default(), move |record, moment| {
             let Ok(shells) = &shells else { return };
-            let mut amplitudes = Amplitudes::new(shells.modes().clone(), Weighing::Density);
-            moment.simulation.add_up(&mut amplitudes);
+            let mut amplitudes = Amplitudes::new(shells.modes().clone(), DensityKernel::Density);
+            moment.simulation.reduce_particles(&mut amplitudes);
             let (points, sums) = amplitudes.sums().unwrap_or_default();
             let now: Vec<[f64; 2]> = sums.iter().map(|sum| [sum.re, sum.im]).collect();
             if moment.time == from {
@@ -116,7 +116,7 @@ impl Measure for IntermediateScattering {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let Ok(shells) = measure::chosen::<Options>(plan, self.name()).shells(plan) else {
             return Vec::new();
         };

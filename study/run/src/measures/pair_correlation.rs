@@ -6,7 +6,7 @@ use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Figure, Table, table};
 
 use super::structure_factor::{ByTime, by_time, mean_diameter, require_periodic, structure_times};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The pair correlation.
@@ -70,14 +70,14 @@ impl Measure for PairCorrelations {
                 .fold(range, |range, side| range.min(0.499_999 * side));
             let bins = ((range / (BIN * d)).round() as usize).max(1);
             let found = Pairs::new(&sides, range, bins, &moment.interrupt).and_then(|mut pairs| {
-                moment.simulation.add_up_near(range, &mut pairs);
+                moment.simulation.reduce_neighbourhoods(range, &mut pairs);
                 pairs.correlation(d)
             });
             record.push((moment.time, found.ok()));
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Pair correlation",
             Axis::linear("r_over_d", "r/d"),

@@ -12,7 +12,7 @@ use super::gas::moments;
 use crate::control::Control;
 use crate::engines::{self, From};
 use crate::follow::Part;
-use crate::measure::{Finished, Measure, Needs, Runs};
+use crate::measure::{CompletedRun, Measure, Needs, ReplicaRecords};
 use crate::plan::Plan;
 
 /// A plan from the text of a case below its first lines.
@@ -33,7 +33,7 @@ fn measures(plan: &Plan) -> Vec<&'static dyn Measure> {
 }
 
 /// One replica from its start to its end.
-fn follow(plan: &Plan, measures: &[&'static dyn Measure], replica: u64) -> Finished {
+fn follow(plan: &Plan, measures: &[&'static dyn Measure], replica: u64) -> CompletedRun {
     let part = Part {
         plan,
         engine: &plan.engines[0],
@@ -53,7 +53,7 @@ pub(super) fn results(plan: &Plan) -> (Vec<Table>, Vec<Verdict>) {
     let finished = [(0..plan.case.replicas).map(run).collect::<Vec<_>>()];
     let (mut tables, mut verdicts) = (Vec::new(), Vec::new());
     for (measure, one) in measures.iter().enumerate() {
-        let runs = Runs {
+        let runs = ReplicaRecords {
             level: 0.01,
             measure,
             finished: &finished,

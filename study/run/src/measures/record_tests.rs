@@ -9,11 +9,11 @@ use stosszahl_results::{Cell, Snapshot, Table};
 use super::{collision_log::CollisionLog, snapshots::Snapshots};
 use crate::control::Control;
 use crate::follow::Part;
-use crate::measure::{Finished, Measure, Runs, share_of_others};
+use crate::measure::{CompletedRun, Measure, ReplicaRecords, share_of_others};
 use crate::plan::Plan;
 
 /// Both measures of one engine of a case without a prepared start, replica by replica.
-fn run(text: &str) -> (Plan, Vec<Finished>) {
+fn run(text: &str) -> (Plan, Vec<CompletedRun>) {
     let text = format!("format = 2\ntitle = \"a test\"\n{text}");
     let case: Case = toml::from_str(&text).expect("a case");
     let plan = Plan::new(&case, Path::new(".")).expect("a plan");
@@ -37,19 +37,19 @@ fn run(text: &str) -> (Plan, Vec<Finished>) {
     (plan, finished)
 }
 
-fn runs(measure: usize, finished: &[Vec<Finished>]) -> Runs<'_> {
-    Runs {
+fn runs(measure: usize, finished: &[Vec<CompletedRun>]) -> ReplicaRecords<'_> {
+    ReplicaRecords {
         measure,
         level: 0.01,
         finished,
     }
 }
 
-fn files(plan: &Plan, finished: &[Vec<Finished>]) -> Vec<(Snapshot, String)> {
+fn files(plan: &Plan, finished: &[Vec<CompletedRun>]) -> Vec<(Snapshot, String)> {
     Snapshots.snapshots(plan, &runs(0, finished))
 }
 
-fn log(plan: &Plan, finished: &[Vec<Finished>]) -> Table {
+fn log(plan: &Plan, finished: &[Vec<CompletedRun>]) -> Table {
     CollisionLog.tables(plan, &runs(1, finished)).remove(0)
 }
 

@@ -10,7 +10,7 @@ use super::over;
 use crate::judge::{
     self, Comparison, Pair, Places, Point, Rule, Unit, against_theory, holds_zero, in_units, title,
 };
-use crate::measure::{BadOption, Measure, NoOptions, Probe, Recorder, Runs, described};
+use crate::measure::{BadOption, Measure, NoOptions, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 use crate::theory::flow;
 
@@ -58,7 +58,7 @@ impl Measure for Series {
         ))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let (mut series, mut species) = (series_table(plan), species_table());
         for (engine, courses) in runs.each::<Course>(plan) {
             fill_series(&mut series, plan, engine, &courses);
@@ -81,7 +81,7 @@ impl Measure for Series {
         }
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let steady = course::steady::<Course>(plan, runs, |course| course);
         let window = Window::last(plan, course::blocks(plan, None), &steady);
         let all: Vec<(&EnginePlan, Vec<&Course>)> = runs.each(plan).collect();

@@ -3,7 +3,7 @@
 use stosszahl_results::{Table, Verdict, VerdictKind, engine_title, table};
 
 use crate::judge;
-use crate::measure::{self, BadOption, Measure, NoOptions, Runs, described};
+use crate::measure::{self, BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::Plan;
 
 /// Energy balance of a sheared gas.
@@ -35,7 +35,7 @@ impl Measure for ShearBalance {
         self.read(plan)
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "shear_balance", "Energy balance -a P_xy V = dissipation + change of energy in uniform shear flow, by replica.";
             key "engine", "", "Engine";
@@ -52,9 +52,12 @@ impl Measure for ShearBalance {
         vec![table]
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
-        let verdict = |(engine, finished): (&crate::plan::EnginePlan, &Vec<measure::Finished>)| {
-            let imbalance = |one: &measure::Finished| one.work.numbers.get(NUMBER).copied();
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+        let verdict = |(engine, finished): (
+            &crate::plan::EnginePlan,
+            &Vec<measure::CompletedRun>,
+        )| {
+            let imbalance = |one: &measure::CompletedRun| one.work.numbers.get(NUMBER).copied();
             let all: Option<Vec<f64>> = finished.iter().map(imbalance).collect();
             let worst = all?.into_iter().map(f64::abs).reduce(f64::max)?;
             let closes = worst <= ROUNDING;

@@ -9,7 +9,7 @@ use stosszahl_model::{Particle, Particles};
 use stosszahl_results::{SNAPSHOTS, Snapshot};
 
 use super::selection::{Replicas, check_engines, is_named};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan, Scale};
 
 /// Length of a line, about: four numbers of all their digits in the plane.
@@ -304,7 +304,7 @@ impl Measure for Snapshots {
         }))
     }
 
-    fn snapshots(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<(Snapshot, String)> {
+    fn snapshots(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
         let times = self.times(plan);
         let ending = match plan.kind {
             Kind::Homogeneous => "csv",

@@ -6,7 +6,7 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::gas::{self, Record, Sample, against, measured};
 use super::tau;
-use crate::measure::{self, BadOption, Measure, NoOptions, Runs, described};
+use crate::measure::{self, BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::Plan;
 use crate::theory::homogeneous::{self, Curve, GroupCurve, Predicted};
 
@@ -34,7 +34,7 @@ impl Measure for Species {
         self.read(plan)
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         vec![table(plan, &rows(plan, &runs.find(0)))]
     }
 }

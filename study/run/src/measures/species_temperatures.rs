@@ -9,7 +9,9 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 use super::energy::void_for;
 use super::over;
 use crate::judge::{Point, against_theory, title};
-use crate::measure::{self, BadOption, Measure, NoOptions, Probe, Recorder, Runs, described};
+use crate::measure::{
+    self, BadOption, Measure, NoOptions, Probe, Recorder, ReplicaRecords, described,
+};
 use crate::plan::{EnginePlan, Plan};
 
 /// Temperatures of the species.
@@ -25,7 +27,7 @@ type Record = Vec<(f64, Vec<f64>)>;
 fn temperatures(gas: &dyn Simulation, grouping: Grouping) -> Vec<f64> {
     let still = vec![Flow::NONE; grouping.groups()];
     let degrees = gas.dimension() as f64;
-    let all = thermal(grouping, &still, &mut |sum| gas.add_up(sum));
+    let all = thermal(grouping, &still, &mut |sum| gas.reduce_particles(sum));
     let mean = |one: Thermal| {
         if one.number > 0.0 {
             one.twice_energy / (degrees * one.number)
@@ -70,7 +72,7 @@ impl Measure for SpeciesTemperatures {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Temperatures of the species",
             Axis::logarithmic("time", "time"),
@@ -113,7 +115,7 @@ impl Measure for SpeciesTemperatures {
 
     /// Ratios of the temperatures to that of the first in the early state of a cooling gas: of their means, each temperature over
     /// that of the gas by theory, so that early times do not outweigh the rest.
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let times = plan.sample_times();
         let within = |index: &usize| {
             let time = plan.time_over_haff(times[*index]).unwrap_or(times[*index]);

@@ -9,7 +9,7 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::structure_factor::{require_periodic, structure_times};
 use super::{over, require_kept};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// Spectra of the hydrodynamic fields.
@@ -212,8 +212,11 @@ impl Measure for HydrodynamicSpectra {
             let gas = &*moment.simulation;
             let weight = gas.weight();
             let found = shells.as_ref().ok();
-            let mut found =
-                found.and_then(|shells| shells.measure_gas(&mut |sum| gas.add_up(sum)).ok());
+            let mut found = found.and_then(|shells| {
+                shells
+                    .measure_gas(&mut |sum| gas.reduce_particles(sum))
+                    .ok()
+            });
             for shell in found.iter_mut().flat_map(|found| &mut found.shells) {
                 shell.density *= weight;
             }
@@ -221,7 +224,7 @@ impl Measure for HydrodynamicSpectra {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let Ok(shells) = measure::chosen::<Options>(plan, self.name()).shells(plan) else {
             return Vec::new();
         };

@@ -7,7 +7,8 @@ use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 use super::over;
 use crate::judge::{Comparison, Pair, Places, Unit, still_moving, title};
 use crate::measure::{
-    self, BadOption, Measure, Moment, NoOptions, Probe, Runs, Stop, described, keeps_record,
+    self, BadOption, Measure, Moment, NoOptions, Probe, ReplicaRecords, Stop, described,
+    keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
 
@@ -121,7 +122,7 @@ impl Measure for SteadyState {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "steady_state", "Temperature of a heated gas, averaged over quarters of the run.";
             key "engine", "", "Engine";
@@ -156,7 +157,7 @@ impl Measure for SteadyState {
         2 * plan.engines.len()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let mut list = Vec::new();
         for (engine, records) in runs.each::<Record>(plan) {
             let name = title(engine.name);

@@ -13,7 +13,7 @@ use stosszahl_results::{Estimate, Table, table};
 
 use super::over;
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, Runs, Stop, described, keeps_record, require,
+    self, BadOption, Measure, Moment, Probe, ReplicaRecords, Stop, described, keeps_record, require,
 };
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
@@ -73,7 +73,7 @@ impl Probe for StressProbe {
     }
 
     fn begin(&mut self, moment: &mut Moment<'_>) {
-        let kinetic = kinetic_stress(&mut |sum| moment.simulation.add_up(sum));
+        let kinetic = kinetic_stress(&mut |sum| moment.simulation.reduce_particles(sum));
         let now = moment.simulation.time();
         let recorder = StressRecorder::new(self.span, self.blocks, now, kinetic);
         self.record = Some(recorder.in_flow(self.flow.0, self.flow.1));
@@ -86,7 +86,7 @@ impl Probe for StressProbe {
     }
 
     fn sample(&mut self, moment: &mut Moment<'_>) {
-        let kinetic = kinetic_stress(&mut |sum| moment.simulation.add_up(sum));
+        let kinetic = kinetic_stress(&mut |sum| moment.simulation.reduce_particles(sum));
         if let Some(record) = &mut self.record {
             record.look(moment.simulation.time(), kinetic);
         }
@@ -192,7 +192,7 @@ fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2])
 }
 
 /// Means over the same span of time in a uniform shear flow.
-fn sheared_state(plan: &Plan, runs: &Runs<'_>, rate: f64) -> Table {
+fn sheared_state(plan: &Plan, runs: &ReplicaRecords<'_>, rate: f64) -> Table {
     let mut table = table! {
         "sheared_state", "Temperature, viscosity and dissipation of uniform shear flow, over the span of the stress; errors over replicas and blocks of time.";
         key "engine", "", "Engine";
@@ -286,7 +286,7 @@ impl Measure for Stress {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "stress", "Pressure tensor over n T, with n T from the same looks; errors over replicas and blocks of time.";
             key "engine", "", "Engine";

@@ -8,7 +8,7 @@ use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Cells, Figure, Table, table};
 
 use super::over;
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The structure factor.
@@ -96,7 +96,7 @@ pub(super) type ByTime<T> = Vec<(f64, Option<T>)>;
 pub(super) fn by_time<T: 'static, C: Cells>(
     mut table: Table,
     plan: &Plan,
-    runs: &Runs<'_>,
+    runs: &ReplicaRecords<'_>,
     places: impl Fn(&T) -> Vec<(f64, f64, C)>,
 ) -> Table {
     for (engine, records) in runs.each::<ByTime<T>>(plan) {
@@ -172,7 +172,7 @@ impl Measure for StructureFactors {
             let found = grid
                 .and_then(|mut grid| {
                     let mut lattice = grid.lattice_of(count);
-                    moment.simulation.add_up(&mut lattice);
+                    moment.simulation.reduce_particles(&mut lattice);
                     grid.measure_on(lattice, weight)
                 })
                 .ok();
@@ -180,7 +180,7 @@ impl Measure for StructureFactors {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Structure factor",
             Axis::logarithmic("k", "k = L/wavelength"),

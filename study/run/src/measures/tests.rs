@@ -11,7 +11,7 @@ use stosszahl_model::{Budget, Collision, Observer, Particle, Particles, Simulati
 use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
 
 use super::ALL;
-use crate::measure::{Finished, Measure, Moment, Probe, Runs};
+use crate::measure::{CompletedRun, Measure, Moment, Probe, ReplicaRecords};
 use crate::plan::{EngineKind, EnginePlan, Plan, Scale};
 use crate::theory::flow;
 
@@ -129,7 +129,7 @@ pub(super) fn run_from(
 ) -> (Vec<Table>, Vec<Verdict>, Log) {
     measure.check(plan).expect("the options are good");
     let mut log = Log::default();
-    let finished: Vec<Vec<Finished>> = plan
+    let finished: Vec<Vec<CompletedRun>> = plan
         .engines
         .iter()
         .map(|engine| {
@@ -138,7 +138,7 @@ pub(super) fn run_from(
                     let mut gas = simulation(plan, engine, seed + replica);
                     let mut probe = measure.probe(plan, engine);
                     log = follow(plan, measure, engine, &mut *gas, &mut probe);
-                    Finished {
+                    CompletedRun {
                         probes: vec![probe],
                         work: gas.work(),
                         bytes: 0,
@@ -148,7 +148,7 @@ pub(super) fn run_from(
                 .collect()
         })
         .collect();
-    let runs = Runs {
+    let runs = ReplicaRecords {
         level: 0.01,
         measure: 0,
         finished: &finished,

@@ -9,7 +9,7 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 use super::gas::{self, against, measured, pairs};
 use super::{over, species};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Needs, Probe, Runs, described, keeps_record,
+    self, BadOption, Measure, Moment, Needs, Probe, ReplicaRecords, described, keeps_record,
 };
 use crate::plan::{EnginePlan, Plan, logarithmic};
 use crate::theory::homogeneous::{self, Theory};
@@ -71,7 +71,7 @@ impl Measure for TimeAveragedDisplacement {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut rows = rows(plan, &runs.records(0));
         compare_with_ensemble(plan, &mut rows, &runs.records(0), &runs.find(0));
         vec![table(plan, &rows)]
@@ -136,7 +136,7 @@ impl PathProbe {
 
 impl Probe for PathProbe {
     fn begin(&mut self, moment: &mut Moment<'_>) {
-        moment.simulation.follow_displacements();
+        moment.simulation.track_displacements();
     }
 
     fn sample(&mut self, moment: &mut Moment<'_>) {

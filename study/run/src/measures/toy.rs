@@ -12,7 +12,7 @@ use stosszahl_model::{
 };
 use stosszahl_results::{Cell, Table};
 
-use crate::measure::{Finished, Measure, Moment, Runs, Stop};
+use crate::measure::{CompletedRun, Measure, Moment, ReplicaRecords, Stop};
 use crate::plan::Plan;
 
 /// Velocity of a particle at a time, from that of the start.
@@ -20,7 +20,7 @@ type Law = Arc<dyn Fn(Vector3<f64>, f64) -> Vector3<f64> + Send + Sync>;
 
 /// Particles that stand still while their velocities follow a law; displacements are those of the velocities of the start.
 #[derive(Clone)]
-struct Toy {
+struct ScriptedSimulation {
     start: Particles,
     law: Law,
     time: f64,
@@ -28,7 +28,7 @@ struct Toy {
     followed: Option<f64>,
 }
 
-impl Simulation for Toy {
+impl Simulation for ScriptedSimulation {
     fn time(&self) -> f64 {
         self.time
     }
@@ -53,8 +53,8 @@ impl Simulation for Toy {
         self.time = until;
         Ok(true)
     }
-    fn stop_on(&mut self, _interrupt: &Interrupt) {}
-    fn pause_on(&mut self, _pause: &Interrupt) {}
+    fn set_stop_flag(&mut self, _interrupt: &Interrupt) {}
+    fn set_pause_flag(&mut self, _pause: &Interrupt) {}
 
     fn is_interrupted(&self) -> bool {
         false
@@ -89,7 +89,7 @@ impl Simulation for Toy {
     fn bytes(&self) -> usize {
         0
     }
-    fn follow_displacements(&mut self) -> bool {
+    fn track_displacements(&mut self) -> bool {
         self.followed = Some(self.time);
         true
     }
@@ -121,7 +121,7 @@ fn disks(measure: &str) -> Plan {
 }
 
 /// A gas at random places, with speeds of order one.
-fn gas(plan: &Plan, seed: u64, law: Law) -> Toy {
+fn gas(plan: &Plan, seed: u64, law: Law) -> ScriptedSimulation {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut all = Vec::new();
     for (species, one) in plan.species.iter().enumerate() {
@@ -147,7 +147,7 @@ fn gas(plan: &Plan, seed: u64, law: Law) -> Toy {
         periodic: [true; 3],
         all,
     };
-    Toy {
+    ScriptedSimulation {
         start,
         law,
         time: 0.0,
@@ -157,12 +157,16 @@ fn gas(plan: &Plan, seed: u64, law: Law) -> Toy {
 }
 
 /// Takes a measure through the runs of all engines, by replica; halfway each probe is saved and loaded into a new one.
-fn tables(plan: &Plan, measure: &dyn Measure, toys: &[Toy]) -> (Vec<Table>, Vec<Vec<Finished>>) {
+fn tables(
+    plan: &Plan,
+    measure: &dyn Measure,
+    toys: &[ScriptedSimulation],
+) -> (Vec<Table>, Vec<Vec<CompletedRun>>) {
     measure.check(plan).expect("a measure");
     let mut times = measure.times(plan);
     times.sort_by(f64::total_cmp);
     times.dedup();
-    let run = |engine, toy: &Toy| {
+    let run = |engine, toy: &ScriptedSimulation| {
         let mut toy = toy.clone();
         let mut probe = measure.probe(plan, engine);
         probe.begin(&mut Moment::new(0.0, &mut toy));
@@ -186,19 +190,19 @@ fn tables(plan: &Plan, measure: &dyn Measure, toys: &[Toy]) -> (Vec<Table>, Vec<
             assert_eq!(next.save().expect("a record"), bytes);
             probe = next;
         }
-        Finished {
+        CompletedRun {
             probes: vec![probe],
             work: toy.work(),
             bytes: 0,
             seconds: 0.0,
         }
     };
-    let finished: Vec<Vec<Finished>> = plan
+    let finished: Vec<Vec<CompletedRun>> = plan
         .engines
         .iter()
         .map(|engine| toys.iter().map(|toy| run(engine, toy)).collect())
         .collect();
-    let runs = Runs {
+    let runs = ReplicaRecords {
         level: 0.01,
         measure: 0,
         finished: &finished,
@@ -424,7 +428,7 @@ fn species_and_snapshots() {
         .insert("snapshots".into(), toml::Table::new());
     let measure = super::snapshots::Snapshots;
     let (_, finished) = tables(&plan, &measure, &toys);
-    let runs = Runs {
+    let runs = ReplicaRecords {
         level: 0.01,
         measure: 0,
         finished: &finished,
@@ -460,7 +464,7 @@ fn frames_are_at_times_of_samples() {
     assert!(times.len() == 5 && times[0] == 0.0 && times[4] == 4.0);
     assert!(times.iter().all(|time| all.contains(time)));
     let (_, finished) = tables(&plan, &measure, &toys);
-    let runs = Runs {
+    let runs = ReplicaRecords {
         level: 0.01,
         measure: 0,
         finished: &finished,

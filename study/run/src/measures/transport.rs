@@ -3,12 +3,14 @@
 use serde::Deserialize;
 use stosszahl_analysis::helfand::{Correlations, Helfand, Moments};
 use stosszahl_analysis::theory::ElasticDisks;
-use stosszahl_model::{Collision, Observer, brief};
+use stosszahl_model::{Collision, Observer, format_short};
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
 use super::over;
 use crate::judge::{Comparison, Finding, Rule, Unit, interval_of, title};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, Runs, described, keeps_record};
+use crate::measure::{
+    self, BadOption, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+};
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
 /// Transport coefficients.
@@ -218,7 +220,10 @@ impl Measure for Transport {
         measure::require(exact, "", "the event-driven engine, [engine.ed]")?;
         let most = 0.5 * plan.case.run.until;
         let lag = options.lag(plan);
-        let allowed = format!("a time above 0, at most half of the run = {}", brief(most));
+        let allowed = format!(
+            "a time above 0, at most half of the run = {}",
+            format_short(most)
+        );
         measure::require(lag > 0.0 && lag <= most, "lag", allowed)?;
         let points = options.points;
         let allowed = "an even number from 2 to 1000";
@@ -250,7 +255,7 @@ impl Measure for Transport {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let options = measure::chosen::<Options>(plan, self.name());
         let (points, enskog) = (options.points as usize, enskog(plan));
         let mut lags = lag_table();
@@ -306,7 +311,7 @@ impl Measure for Transport {
             * whole().count()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &Runs<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         let points = measure::chosen::<Options>(plan, self.name()).points as usize;
         let enskog = enskog(plan);
         let mut list = Vec::new();

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_results::{Axis, Figure, Table, table};
 
 use super::{grid, over, require_kept};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The velocity autocorrelation.
@@ -83,7 +83,7 @@ impl Measure for VelocityAutocorrelation {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Velocity autocorrelation",
             Axis::logarithmic("elapsed", "time"),

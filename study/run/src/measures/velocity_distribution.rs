@@ -8,7 +8,7 @@ use stosszahl_results::{Axis, Figure, Mark, Table, table};
 
 use super::over;
 use super::structure_factor::structure_times;
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, Runs, described};
+use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// The distribution of velocities.
@@ -125,12 +125,12 @@ impl Measure for VelocityDistribution {
         let bins = measure::chosen::<Options>(plan, self.name()).bins(plan);
         let grouping = plan.grouping();
         Box::new(Recorder::new(Record::new(), move |record, moment| {
-            let found = bins.measure(grouping, &mut |sum| moment.simulation.add_up(sum));
+            let found = bins.measure(grouping, &mut |sum| moment.simulation.reduce_particles(sum));
             record.push((moment.time, found));
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &Runs<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let options = measure::chosen::<Options>(plan, self.name());
         let bins = options.bins(plan);
         let (mut densities, mut cumulants) = (density_table(&options), cumulant_table());

@@ -2,10 +2,10 @@
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_case::format::{
-    Along, FACES, Face as Written, FaceWord, Obstacle as Body, Weights as Regions,
+    Along, FACES, Face as Written, FaceWord, Obstacle as ParticleState, Weights as Regions,
 };
 use stosszahl_case::{Case, Kind};
-use stosszahl_dsmc::{Boundaries, Clearance, Inflow, Weights};
+use stosszahl_dsmc::{Boundaries, Inflow, WallClearance, Weights};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, ObstacleError, Outline, Vibration};
 use stosszahl_model::{Face, Rebound, Space, Wall, Walls};
@@ -116,7 +116,7 @@ impl Plan {
             let densities = inflow.number_density.as_deref();
             let each = densities.is_none_or(|list| list.len() == self.species.len());
             let allowed = "one density for each species";
-            PlanError::unless(each, key("number_density"), "another number", allowed)?;
+            PlanError::require(each, key("number_density"), "another number", allowed)?;
             let temperature = inflow.temperature.unwrap_or(self.temperature);
             for (species, one) in self.species.iter().enumerate() {
                 let uniform = one.count as f64 / self.volume;
@@ -154,7 +154,7 @@ impl Plan {
     /// Returns true if a particle that starts anywhere in the box might overlap a wall or an
     /// obstacle of an engine.
     pub fn keeps_clear(&self) -> bool {
-        let clear = |engine: &EnginePlan| engine.clearance == Clearance::Radius;
+        let clear = |engine: &EnginePlan| engine.clearance == WallClearance::Radius;
         self.is_bounded() && self.engines.iter().any(clear)
     }
 }
@@ -164,7 +164,7 @@ impl Plan {
 /// # Errors
 /// [`PlanError`] names the obstacle.
 pub(super) fn obstacles(case: &Case) -> Result<Vec<Obstacle>, PlanError> {
-    let one = |(index, written): (usize, &Body)| {
+    let one = |(index, written): (usize, &ParticleState)| {
         let outline = outline(written).ok_or_else(|| {
             let key = format!("obstacle.{}", index + 1);
             let allowed = "one of circle, polyline and polygon";
@@ -196,7 +196,7 @@ pub(super) fn check(plan: &Plan) -> Result<(), PlanError> {
             let half = 0.5 * plan.lengths[axis];
             let flat = wall.vibration.is_none_or(|one| one.amplitude < half);
             let key = format!("walls.{name}.vibration.amplitude");
-            PlanError::unless(flat, key, "half the box or more", "less than half the box")?;
+            PlanError::require(flat, key, "half the box or more", "less than half the box")?;
         }
     }
     in_space!(plan.dimension, S => plan.inflows::<S>().map(drop))?;
@@ -231,7 +231,7 @@ fn rebound(restitution: Option<f64>, slip: Option<f64>, temperature: Option<f64>
 }
 
 /// Returns the one shape that is given.
-fn outline(written: &Body) -> Option<Outline> {
+fn outline(written: &ParticleState) -> Option<Outline> {
     let points = |list: &[[f64; 2]]| -> Vec<Vector2<f64>> {
         list.iter().map(|&point| point.into()).collect()
     };

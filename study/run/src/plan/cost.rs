@@ -10,7 +10,7 @@ use std::thread;
 
 use stosszahl_case::Kind;
 use stosszahl_case::format::Selection;
-use stosszahl_model::GrainSizes;
+use stosszahl_model::SizeDistribution;
 pub use stosszahl_model::memory::available as available_memory;
 
 use super::data::{Class, EngineKind, EnginePlan, Plan};
@@ -63,7 +63,7 @@ pub struct Cost {
     pub bytes: f64,
     /// Computing time of the parts of a replica: guessed by the plan, unless it was measured
     /// ([`crate::pace`]).
-    pub pace: Pace,
+    pub pace: RuntimeEstimate,
     /// Number of replicas.
     pub replicas: u64,
     /// Cost of each engine of one replica.
@@ -89,7 +89,7 @@ pub type Kept = [f64; 2];
 
 /// Computing times of the parts of a replica on one core \[s\].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Pace {
+pub struct RuntimeEstimate {
     /// Time of the start that engines share \[s\].
     pub start: f64,
     /// Time of each engine \[s\]: of the first replica, which some measures sample alone, and of
@@ -99,7 +99,7 @@ pub struct Pace {
     pub ending: f64,
 }
 
-impl Pace {
+impl RuntimeEstimate {
     /// Time of the whole run of `replicas` replicas on `threads` threads \[s\]: all the work shared
     /// among the threads, or one replica after the other where there are more threads than that
     /// needs.
@@ -210,9 +210,9 @@ impl Plan {
     }
 
     /// Returns the times of the parts of a replica, by nominal speeds.
-    pub fn pace(&self) -> Pace {
+    pub fn pace(&self) -> RuntimeEstimate {
         let engines = self.engines.iter().map(|engine| [self.seconds(engine); 2]);
-        Pace {
+        RuntimeEstimate {
             start: self.start_seconds(),
             engines: engines.collect(),
             ending: 0.0,
@@ -239,7 +239,7 @@ impl Plan {
             (true, 2) => 8.0,
             (true, _) => 24.0,
         };
-        let unequal = !matches!(self.grains.sizes, GrainSizes::Equal(_));
+        let unequal = !matches!(self.grains.sizes, SizeDistribution::Equal(_));
         let tag = if unequal { 8.0 } else { 0.0 };
         // Position and velocity.
         let moving = 2.0 * vector + spin;
@@ -369,13 +369,13 @@ impl Plan {
         // Diameter, square of the speed, and share of each class; the largest of all particles may
         // exceed its class.
         let largest = match &self.grains.sizes {
-            GrainSizes::Equal(_) => return Some(trials),
-            GrainSizes::Each(all) => all
+            SizeDistribution::Equal(_) => return Some(trials),
+            SizeDistribution::Each(all) => all
                 .pairs()
                 .iter()
                 .map(|one| 2.0 * one.0)
                 .fold(0.0, f64::max),
-            GrainSizes::Species(_) => 0.0,
+            SizeDistribution::Species(_) => 0.0,
         };
         let kind = |one: &Class| [one.diameter, one.temperature / one.mass, one.count as f64];
         let most = |index: usize| {
@@ -469,8 +469,8 @@ pub fn available_threads() -> usize {
 mod tests {
     use super::*;
 
-    fn pace(start: f64, engines: &[[f64; 2]]) -> Pace {
-        Pace {
+    fn pace(start: f64, engines: &[[f64; 2]]) -> RuntimeEstimate {
+        RuntimeEstimate {
             start,
             engines: engines.to_vec(),
             ending: 0.0,
@@ -486,7 +486,7 @@ mod tests {
         // Nothing is faster than the longest engine after its start.
         assert_eq!(pace.seconds(3, 100), 11.0);
         assert_eq!(pace.seconds(1, 1), 15.0);
-        let ended = Pace {
+        let ended = RuntimeEstimate {
             ending: 2.0,
             ..pace
         };

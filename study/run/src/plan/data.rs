@@ -11,9 +11,9 @@ use stosszahl_analysis::theory::{Moment, Temperatures, TheoryError};
 use stosszahl_case::format::{Face, Selection, TimeUnit};
 use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::homogeneous::GasError;
-use stosszahl_dsmc::{Clearance, Weights};
+use stosszahl_dsmc::{WallClearance, Weights};
 use stosszahl_model::initial::{StartFile, VelocityDistribution};
-use stosszahl_model::{Failure, GrainSizes, Grains, Grouping, Law, MessageUnits};
+use stosszahl_model::{Failure, Grains, Grouping, Law, MessageUnits, SizeDistribution};
 
 use crate::theory::homogeneous::Curves;
 
@@ -160,7 +160,7 @@ pub struct EnginePlan {
     /// Kind of the engine, with its parameters.
     pub kind: EngineKind,
     /// Part of a particle that touches walls and obstacles: its centre or its surface.
-    pub clearance: Clearance,
+    pub clearance: WallClearance,
     /// Weights of simulators by region.
     pub weights: Weights,
 }
@@ -304,9 +304,9 @@ impl Plan {
     /// Returns radius and mass of each particle.
     pub fn radii_and_masses(&self) -> Vec<(f64, f64)> {
         match &self.grains.sizes {
-            GrainSizes::Equal(one) => vec![(one.radius, one.mass); self.count()],
-            GrainSizes::Each(all) => all.pairs().to_vec(),
-            GrainSizes::Species(species) => (species.kinds().iter())
+            SizeDistribution::Equal(one) => vec![(one.radius, one.mass); self.count()],
+            SizeDistribution::Each(all) => all.pairs().to_vec(),
+            SizeDistribution::Species(species) => (species.kinds().iter())
                 .flat_map(|kind| std::iter::repeat_n((kind.radius, kind.mass), kind.count))
                 .collect(),
         }
@@ -381,7 +381,7 @@ impl PlanError {
     /// Creates the error.
     pub fn new(key: impl Into<String>, found: impl Display, allowed: impl Into<String>) -> Self {
         let found = found.to_string();
-        let found = found.parse().map_or(found, stosszahl_model::brief);
+        let found = found.parse().map_or(found, stosszahl_model::format_short);
         Self {
             key: key.into(),
             found,
@@ -401,7 +401,7 @@ impl PlanError {
     ///
     /// # Errors
     /// [`PlanError`] if it does not.
-    pub fn unless(
+    pub fn require(
         good: bool,
         key: impl Into<String>,
         found: impl Display,

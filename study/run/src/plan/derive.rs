@@ -11,8 +11,8 @@ use stosszahl_model::initial::{
     self, Arrangement, PlacementError, SEQUENTIAL_LIMIT, StartFile, VelocityDistribution,
 };
 use stosszahl_model::{
-    Domain, GrainSizes, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
-    Space as _, Species, Volume, kinetic, transport,
+    Domain, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
+    SizeDistribution, Space as _, Species, Volume, kinetic, transport,
 };
 
 use super::boundaries;
@@ -216,7 +216,7 @@ impl Plan {
         let sticks = self.case.aggregation.is_some() && self.time_unit == TimeUnit::Haff;
         let good = self.time > 0.0 && self.time.is_finite() && !sticks;
         let allowed = "a unit above 0: \"haff\" for a gas that cools and does not stick, \"mean-free-time\" for one that collides, \"case\"";
-        PlanError::unless(good, "run.time_unit", self.time, allowed)
+        PlanError::require(good, "run.time_unit", self.time, allowed)
     }
 
     /// Refuses starts that cannot be equilibrated.
@@ -224,7 +224,7 @@ impl Plan {
         let (asked, key) = (self.equilibration(), "start.equilibration");
         let good = (0.0..=1e9).contains(&asked) && self.longest_equilibration() >= asked;
         let allowed = "from 0 to 1e9, and at most start.longest_equilibration";
-        PlanError::unless(good, key, asked, allowed)?;
+        PlanError::require(good, key, asked, allowed)?;
         let open = Face::Word(FaceWord::Open);
         let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
         let closed = sides
@@ -233,7 +233,7 @@ impl Plan {
         let disks = self.kind != Kind::Homogeneous && self.dimension == 2;
         let possible = disks && closed && !self.case.start.empty;
         let allowed = "0, but for disks in a closed box";
-        PlanError::unless(asked <= 0.0 || possible, key, asked, allowed)
+        PlanError::require(asked <= 0.0 || possible, key, asked, allowed)
     }
 
     /// Largest packing fraction of the particles: that of equal ones, or 1 where sizes differ.
@@ -261,7 +261,7 @@ impl Plan {
         let found = format!("particles cover {covered} of {part}");
         let allowed = format!("at most {closest:.4}, close packing");
         let fine = self.kind == Kind::Homogeneous || !hard;
-        PlanError::unless(fine || fits, "box", found, &allowed)?;
+        PlanError::require(fine || fits, "box", found, &allowed)?;
         for (index, inflow) in self.case.inflow.iter().enumerate() {
             let kinds = inflow.number_density.iter().flatten().zip(&self.species);
             let covered = |(density, one): (&f64, &SpeciesPlan)| {
@@ -270,7 +270,7 @@ impl Plan {
             let share: f64 = kinds.map(covered).sum();
             let found = format!("particles cover {} of the stream", short(share));
             let key = format!("inflow.{}.number_density", index + 1);
-            PlanError::unless(fine || share <= closest, key, found, &allowed)?;
+            PlanError::require(fine || share <= closest, key, found, &allowed)?;
         }
         Ok(())
     }
@@ -280,7 +280,7 @@ impl Plan {
 pub(super) struct Gas {
     pub(super) species: Vec<SpeciesPlan>,
     pub(super) classes: Vec<Class>,
-    pub(super) sizes: GrainSizes,
+    pub(super) sizes: SizeDistribution,
     /// Number of the species of each particle, if species are not in blocks.
     pub(super) numbers: Option<Arc<[u32]>>,
     pub(super) mean_mass: f64,
@@ -337,7 +337,7 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let found = format!("{} ({} disks)", short(lengths), short(number));
     let allowed = "a box of 2 to 2147483647 disks";
     let fits = (2.0..=2_147_483_647.0).contains(&number);
-    PlanError::unless(fits, "box.width_over_critical_length", found, allowed)?;
+    PlanError::require(fits, "box.width_over_critical_length", found, allowed)?;
     let mut case = case.clone();
     case.gas.number = Some(number as u64);
     if let Some(domain) = &mut case.domain {
@@ -357,7 +357,7 @@ fn temperature(case: &Case) -> Result<f64, PlanError> {
     let mass = case.gas.mass.unwrap_or(1.0);
     let temperature = 1.0 / case.gas.dimension as f64 * mass * speed * speed;
     let allowed = "a speed whose temperature is a number";
-    PlanError::unless(temperature.is_normal(), "gas.rms_speed", speed, allowed)?;
+    PlanError::require(temperature.is_normal(), "gas.rms_speed", speed, allowed)?;
     Ok(temperature)
 }
 
@@ -397,11 +397,11 @@ fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
         mean_mass: particles.mean(|kind| kind.mass),
         sizes: match &particles.kinds[..] {
             // Monomers.
-            [one] if case.aggregation.is_some() => GrainSizes::Equal(Monodisperse {
+            [one] if case.aggregation.is_some() => SizeDistribution::Equal(Monodisperse {
                 radius: one.radius,
                 mass: one.mass,
             }),
-            _ => GrainSizes::Species(listed(particles)?),
+            _ => SizeDistribution::Species(listed(particles)?),
         },
         lengths: [0.0; 3],
         volume,
@@ -472,12 +472,12 @@ fn boxed(
     check_placement(case, kind, &particles, &lengths, packing, scale.length)?;
     let mean_mass = particles.mean(|kind| kind.mass);
     let sizes = match kind {
-        Kind::Comparison if equal => GrainSizes::Equal(Monodisperse {
+        Kind::Comparison if equal => SizeDistribution::Equal(Monodisperse {
             radius: particles.kinds[0].radius,
             mass: particles.kinds[0].mass,
         }),
-        Kind::Comparison => GrainSizes::Each(each(&particles, free)?),
-        _ => GrainSizes::Species(listed(particles)?),
+        Kind::Comparison => SizeDistribution::Each(each(&particles, free)?),
+        _ => SizeDistribution::Species(listed(particles)?),
     };
     Ok(Gas {
         species,
@@ -509,7 +509,7 @@ fn check_placement(
     let random = case.start.placement == Placement::Disordered;
     let disordered = || {
         let allowed = "\"disordered\" in space and in flows";
-        PlanError::unless(random, "start.placement", "a lattice", allowed)
+        PlanError::require(random, "start.placement", "a lattice", allowed)
     };
     if kind != Kind::Comparison {
         return disordered();
@@ -522,7 +522,7 @@ fn check_placement(
     let sides = &lengths[..dimension];
     let fits = sides.iter().all(|&side| side > widest * (1.0 + 1e-9));
     let found = format!("sides of {sides:?} diameters");
-    PlanError::unless(fits, "box", found, "sides longer than one particle is wide")?;
+    PlanError::require(fits, "box", found, "sides longer than one particle is wide")?;
     let dense = packing > SEQUENTIAL_LIMIT;
     match (dimension, particles.kinds.len()) {
         (3, _) => disordered(),
@@ -562,7 +562,11 @@ const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
 /// Lists radius, mass and species of each particle, if the list fits into the free memory.
 fn each(particles: &Particles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::Invalid| {
-        let found = format!("{} {}", error.quantity, stosszahl_model::brief(error.found));
+        let found = format!(
+            "{} {}",
+            error.quantity,
+            stosszahl_model::format_short(error.found)
+        );
         PlanError::new("species", found, "ratios of sizes and masses up to 1e300")
     };
     let count = particles.count();

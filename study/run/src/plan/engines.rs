@@ -5,7 +5,9 @@ use stosszahl_case::format::{
     Neighbourhood as WrittenNeighbourhood, WallsActOn,
 };
 use stosszahl_case::{Case, Kind};
-use stosszahl_dsmc::{Clearance, Copies, Displacement, Neighbourhood, Parameters, Scheme, Weights};
+use stosszahl_dsmc::{
+    Copies, Displacement, Neighbourhood, Parameters, Scheme, WallClearance, Weights,
+};
 use stosszahl_model::{Space, transport};
 
 use super::boundaries;
@@ -31,7 +33,7 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
                     }
                 },
             },
-            clearance: Clearance::Radius,
+            clearance: WallClearance::Radius,
             weights: Weights::uniform(),
         });
     }
@@ -48,7 +50,7 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
         list.push(EnginePlan {
             name: "dsmc-homogeneous",
             kind: EngineKind::Homogeneous(written.homogeneous.unwrap_or_default().selection),
-            clearance: Clearance::Centre,
+            clearance: WallClearance::Centre,
             weights: Weights::uniform(),
         });
     }
@@ -132,7 +134,7 @@ fn monte_carlo<S: Space>(
     let key = format!("engine.{name}.displacement");
     let found = "a displacement, the default of this scheme";
     let allowed = "false beside walls, openings, obstacles or weights, for partners would be displaced through walls";
-    PlanError::unless(free, key, found, allowed)?;
+    PlanError::require(free, key, found, allowed)?;
     let steps = (written.steps_per_cell_crossing).or(written.steps_per_mean_free_time);
     parameters.steps_per_cell_crossing = steps.unwrap_or(parameters.steps_per_cell_crossing);
     parameters.max_contact_value =
@@ -174,30 +176,30 @@ fn monte_carlo<S: Space>(
 }
 
 /// Where walls and obstacles act on the particles of an engine in cells.
-fn clearance(written: &MonteCarlo, scheme: Scheme) -> Clearance {
+fn clearance(written: &MonteCarlo, scheme: Scheme) -> WallClearance {
     let centre = match written.wall_contact {
         Some(place) => place == WallsActOn::Centre,
         None => scheme == Scheme::Boltzmann,
     };
     if centre {
-        Clearance::Centre
+        WallClearance::Centre
     } else {
-        Clearance::Radius
+        WallClearance::Radius
     }
 }
 
 /// A radius if an engine of the case keeps surfaces of particles from walls and obstacles, none if all keep centres.
-pub(super) fn widest_clearance(case: &Case) -> Clearance {
+pub(super) fn widest_clearance(case: &Case) -> WallClearance {
     let mut case = case.clone();
     let by_radius = |name: &&str| {
         let written = in_cells(&mut case, name).cloned();
         let engine = written.zip(scheme_of(name));
-        engine.is_some_and(|(written, scheme)| clearance(&written, scheme) == Clearance::Radius)
+        engine.is_some_and(|(written, scheme)| clearance(&written, scheme) == WallClearance::Radius)
     };
     if IN_CELLS.iter().any(by_radius) || case.engine.ed.is_some() {
-        Clearance::Radius
+        WallClearance::Radius
     } else {
-        Clearance::Centre
+        WallClearance::Centre
     }
 }
 

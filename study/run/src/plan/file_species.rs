@@ -6,7 +6,9 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::StartFile;
-use stosszahl_model::{GrainSizes, Kind as Like, Monodisperse, Polydisperse, Space as _, Species};
+use stosszahl_model::{
+    Kind as Like, Monodisperse, Polydisperse, SizeDistribution, Space as _, Species,
+};
 
 use super::data::{Class, PlanError, Scale, SpeciesPlan, in_space};
 
@@ -48,7 +50,7 @@ impl FileSpecies {
         let (types, type_names) = numbered(file.types.as_deref(), count);
         let found = format!("{} types of particles", type_names.len());
         let few = type_names.len() <= MOST_TYPES;
-        PlanError::unless(
+        PlanError::require(
             few,
             "start.file",
             found,
@@ -88,7 +90,7 @@ impl FileSpecies {
         let unlike: BTreeSet<&String> = names.iter().collect();
         let allowed = "types whose names with -1, -2 after them, for their sizes, differ";
         let found = format!("species {}", names.join(", "));
-        PlanError::unless(unlike.len() == names.len(), "start.file", found, allowed)?;
+        PlanError::require(unlike.len() == names.len(), "start.file", found, allowed)?;
         let number = |index: usize| {
             places[&(
                 types[index],
@@ -155,9 +157,9 @@ impl FileSpecies {
     ///
     /// # Errors
     /// [`PlanError`] if numbers are beyond what engines can work with.
-    pub(super) fn sizes(&self, kind: Kind) -> Result<GrainSizes, PlanError> {
+    pub(super) fn sizes(&self, kind: Kind) -> Result<SizeDistribution, PlanError> {
         if self.are_equal() && kind == Kind::Comparison {
-            return Ok(GrainSizes::Equal(Monodisperse {
+            return Ok(SizeDistribution::Equal(Monodisperse {
                 radius: self.radii[0],
                 mass: self.masses[0],
             }));
@@ -170,7 +172,7 @@ impl FileSpecies {
         if kind == Kind::Comparison {
             return Polydisperse::new(pairs.collect())
                 .and_then(|sizes| sizes.of_kinds(self.numbers.clone()))
-                .map(GrainSizes::Each)
+                .map(SizeDistribution::Each)
                 .map_err(failed);
         }
         // Like particles that follow each other are one entry.
@@ -195,7 +197,7 @@ impl FileSpecies {
         }
         Species::new(runs)
             .and_then(|species| species.of_kinds(numbers))
-            .map(GrainSizes::Species)
+            .map(SizeDistribution::Species)
             .map_err(failed)
     }
 

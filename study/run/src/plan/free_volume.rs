@@ -2,7 +2,7 @@
 
 use stosszahl_case::Case;
 use stosszahl_case::format::Face;
-use stosszahl_dsmc::Clearance;
+use stosszahl_dsmc::WallClearance;
 use stosszahl_model::walls::FreeArea;
 
 use super::boundaries;
@@ -24,8 +24,8 @@ pub(super) fn free_volume(
     mean_radius: f64,
 ) -> Result<f64, PlanError> {
     let clearance = match engines::widest_clearance(case) {
-        Clearance::Centre => 0.0,
-        Clearance::Radius => mean_radius,
+        WallClearance::Centre => 0.0,
+        WallClearance::Radius => mean_radius,
     };
     uncovered_volume(case, lengths, clearance)
 }
@@ -50,7 +50,7 @@ pub(super) fn uncovered_volume(
     let area = FreeArea::new(&obstacles, [x, y], periodic(case), clearance);
     let free = area.between([0.0; 2], [x, y]);
     let allowed = "obstacles that leave room for the gas";
-    PlanError::unless(free > 1e-9 * all, "obstacle", "no free area", allowed)?;
+    PlanError::require(free > 1e-9 * all, "obstacle", "no free area", allowed)?;
     Ok(free)
 }
 
@@ -125,8 +125,8 @@ impl Plan {
             return Vec::new();
         }
         let clearance = match engine.clearance {
-            Clearance::Centre => 0.0,
-            Clearance::Radius => self.mean_radius(),
+            WallClearance::Centre => 0.0,
+            WallClearance::Radius => self.mean_radius(),
         };
         let sides = [self.lengths[0], self.lengths[1]];
         let area = FreeArea::new(&obstacles, sides, self.periodic(), clearance);

@@ -44,7 +44,9 @@ mod theory;
 mod times;
 
 pub(crate) use confinement::Confinement;
-pub use cost::{Cost, EngineCost, Kept, Looks, Pace, available_memory, available_threads};
+pub use cost::{
+    Cost, EngineCost, Kept, Looks, RuntimeEstimate, available_memory, available_threads,
+};
 pub(crate) use data::in_space;
 pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
 pub(crate) use engines::{IN_CELLS, in_cells};

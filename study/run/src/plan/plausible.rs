@@ -305,11 +305,11 @@ impl Plan {
         let mut range = (f64::INFINITY, 0.0_f64);
         let mut add = |radius: f64| range = (range.0.min(2.0 * radius), range.1.max(2.0 * radius));
         match &self.grains.sizes {
-            stosszahl_model::GrainSizes::Equal(one) => add(one.radius),
-            stosszahl_model::GrainSizes::Each(all) => {
+            stosszahl_model::SizeDistribution::Equal(one) => add(one.radius),
+            stosszahl_model::SizeDistribution::Each(all) => {
                 all.pairs().iter().for_each(|one| add(one.0));
             }
-            stosszahl_model::GrainSizes::Species(species) => {
+            stosszahl_model::SizeDistribution::Species(species) => {
                 species.kinds().iter().for_each(|one| add(one.radius));
             }
         }

@@ -79,7 +79,7 @@ impl Plan {
             .map(|side| short(side * unit))
             .collect();
         let allowed = format!("a region inside the box of {}", sides.join(" x "));
-        PlanError::unless(axes.clone().all(inside), KEY, "", allowed)?;
+        PlanError::require(axes.clone().all(inside), KEY, "", allowed)?;
         if !(self.keeps_apart() || self.keeps_clear()) {
             return Ok(());
         }
@@ -92,7 +92,7 @@ impl Plan {
             "sides longer than the widest particle, {}, as whole particles lie in the region",
             short(widest * unit)
         );
-        PlanError::unless(narrowest > widest * (1.0 + 1e-9), KEY, found, allowed)?;
+        PlanError::require(narrowest > widest * (1.0 + 1e-9), KEY, found, allowed)?;
         let bodies = "a region with room outside the bodies of [[obstacle]]";
         let Some(packing) = self.packing_of_region()?.filter(|one| one.is_finite()) else {
             return Err(PlanError::new(KEY, "bodies cover all of it", bodies));
@@ -114,7 +114,7 @@ impl Plan {
         let allowed = format!(
             "at most {most:.3}, where random addition jams: a larger region, or fewer or smaller particles"
         );
-        PlanError::unless(packing <= most, KEY, found, allowed)
+        PlanError::require(packing <= most, KEY, found, allowed)
     }
 
     /// Tells that theory is of the gas in the whole box.

@@ -297,12 +297,12 @@ pub(super) fn law(case: &Case, gas: &Gas, thermal: f64) -> Result<Law, PlanError
     let few = species <= MOST_IN_PAIRS;
     let key = if material { "gas.restitution" } else { "pair" };
     let allowed = format!("at most {MOST_IN_PAIRS} species, as each pair has its own law");
-    PlanError::unless(few, key, format!("{species} species"), allowed)?;
+    PlanError::require(few, key, format!("{species} species"), allowed)?;
     for (index, pair) in case.pair.iter().enumerate() {
         let known = pair.species.iter().all(|&one| one as usize <= species);
         let key = format!("pair.{}.species", index + 1);
         let allowed = format!("two of the {species} species, counted from 1");
-        PlanError::unless(known, key, "", allowed)?;
+        PlanError::require(known, key, "", allowed)?;
     }
     let mut laws = vec![first; species * species];
     if material {
@@ -357,7 +357,7 @@ fn one_law(
     let alike = gas.classes.len() == gas.species.len();
     let allowed = "a constant or { viscoelastic = STRENGTH }, as particles of one species differ and the constants of a material \
                    make another law of each pair";
-    PlanError::unless(alike, key, "constants of a material", allowed)?;
+    PlanError::require(alike, key, "constants of a material", allowed)?;
     let (length, mass) = (gas.scale.length, gas.scale.mass);
     let of_case = Material::new(modulus, ratio, viscosities).and_then(|material| {
         let of = |index: usize| &gas.species[index];

@@ -231,11 +231,11 @@ impl Source<'_> {
             ),
         ] {
             let allowed = format!("this key is left out, as {name} says this of each particle");
-            PlanError::unless(!(given && in_file), key, "", allowed)?;
+            PlanError::require(!(given && in_file), key, "", allowed)?;
             let needed = self.case.units == Units::Si && key != "start.spin_temperature";
             let allowed =
                 format!("a number above 0, with units = \"si\" and as {name} does not say this");
-            PlanError::unless(given || in_file || !needed, key, "", allowed)?;
+            PlanError::require(given || in_file || !needed, key, "", allowed)?;
         }
         Ok(())
     }
@@ -258,7 +258,7 @@ impl Source<'_> {
             let pairs = size.iter().zip(lengths);
             let alike = |(a, b): (&f64, f64)| (a - b).abs() <= SIDE_TOLERANCE * b;
             let allowed = format!("the box of {}: {:?}", self.name, &lengths[..dimension]);
-            PlanError::unless(pairs.into_iter().all(alike), "box.size", "", allowed)?;
+            PlanError::require(pairs.into_iter().all(alike), "box.size", "", allowed)?;
         }
         let Some(said) = self.file.periodic else {
             return Ok(lengths);

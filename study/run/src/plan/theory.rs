@@ -79,7 +79,10 @@ impl Plan {
     /// Returns true if the theory of one species of smooth particles with a constant restitution
     /// applies, in a uniform gas.
     pub fn has_theory(&self) -> bool {
-        let sizes = !matches!(self.grains.sizes, stosszahl_model::GrainSizes::Each(_));
+        let sizes = !matches!(
+            self.grains.sizes,
+            stosszahl_model::SizeDistribution::Each(_)
+        );
         // A gas that begins in a part of the box is alike everywhere only once it has mixed.
         let uniform = self.case.start.region.is_none() || self.case.drive.is_some();
         let settled = !matches!(self.case.start.velocities, Velocities::Drawn(_));
@@ -274,10 +277,10 @@ impl Plan {
         let alone = homogeneous || self.kind == Kind::Comparison && self.case.drive.is_none();
         let good = alone || self.case.thermostat.is_none();
         let allowed = "a gas without [box], or a smooth gas in a periodic box without [drive]";
-        PlanError::unless(good, "thermostat", "a thermostat", allowed)?;
+        PlanError::require(good, "thermostat", "a thermostat", allowed)?;
         let good = self.case.aggregation.is_none() || homogeneous && self.classes.len() == 1;
         let allowed = "one species in a gas without [box]";
-        PlanError::unless(good, "aggregation", "particles that stick", allowed)
+        PlanError::require(good, "aggregation", "particles that stick", allowed)
     }
 
     /// Heating per Haff time, in temperatures of the start.

@@ -111,11 +111,11 @@ impl Plan {
     pub(super) fn check_times(&self) -> Result<(), PlanError> {
         let until = self.case.run.until;
         let good = (until * self.time).is_finite();
-        PlanError::unless(good, "run.until", until, "a finite time above 0")?;
+        PlanError::require(good, "run.until", until, "a finite time above 0")?;
         let (first, each) = (self.first_sample(), self.samples_per_decade());
         let few = (until / first).log10() * each as f64 <= MOST_SAMPLES;
         let allowed = "from 1 to so few that there are at most 1000000 samples";
-        PlanError::unless(
+        PlanError::require(
             few || self.equal_samples().is_some(),
             "run.samples_per_decade",
             each,

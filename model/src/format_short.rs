@@ -13,7 +13,7 @@
 /// assert_eq!(brief(f64::MAX), "1.797693e308");
 /// assert_eq!(brief(f64::NAN), "NaN");
 /// ```
-pub fn brief(value: f64) -> String {
+pub fn format_short(value: f64) -> String {
     /// Longest number that is shown in full \[characters\].
     const LONGEST: usize = 12;
     let [plain, exponent] = [format!("{value}"), format!("{value:e}")];
