@@ -71,7 +71,7 @@ pub enum Command {
     ///
     /// The time is measured: each engine runs for about a second. So is what `[accuracy]` chooses.
     Check {
-        /// The case and what is set from outside.
+        /// Case, and settings that replace its keys.
         #[command(flatten)]
         case: CaseArguments,
         /// Run nothing: the time is guessed from the start, and what the guess does not know is
@@ -255,7 +255,7 @@ pub enum Template {
 /// `stosszahl run`.
 #[derive(Debug, Args)]
 pub struct RunArguments {
-    /// The case and what is set from outside.
+    /// Case, and settings that replace its keys.
     #[command(flatten)]
     pub case: CaseArguments,
     /// Results folder [default: results/NAME-OF-THE-CASE].
@@ -365,7 +365,7 @@ pub struct ReproduceArguments {
 /// `stosszahl frontier`.
 #[derive(Debug, Args)]
 pub struct FrontierArguments {
-    /// The case and what is set from outside.
+    /// Case, and settings that replace its keys.
     #[command(flatten)]
     pub case: CaseArguments,
     /// Quantities that must be within the target: energy, collision-rate, cumulant, impact-slope or

@@ -59,7 +59,7 @@ samples_per_decade = 10
             first = arguments.until / 100.0,
         ),
         Template::Channel => {
-            // Twice as long as wide.
+            // The channel is twice as long as wide.
             let area =
                 arguments.number as f64 * std::f64::consts::FRAC_PI_4 / arguments.packing_fraction;
             let width = (0.5 * area).sqrt();

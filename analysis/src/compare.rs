@@ -410,9 +410,9 @@ mod tests {
         assert!(of(-0.01, 0.02).least().abs() < 1e-15);
     }
 
-    /// Gaussian paths of 30 times whose correlation falls as exp(-|i - j|/length), of which
-    /// Student's statistics must all lie within the quantile in 95 of 100: four binomial errors of
-    /// 4000 are 1.4. It is tighter than Bonferroni's by a stated part.
+    /// Tests Gaussian paths of 30 times whose correlation falls as exp(-|i - j|/length). All their
+    /// Student's statistics must lie within the quantile in 95 of 100 samples; four binomial errors
+    /// of 4000 are 1.4. The quantile is tighter than Bonferroni's by a stated part.
     #[test]
     fn the_joint_quantile_holds_at_all_times_together() {
         const SAMPLES: usize = 4000;

@@ -8,7 +8,7 @@ use stosszahl_model::{
 /// Moments of the velocities at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EnergySample {
-    /// Time \[time\].
+    /// Time of the sample \[time\].
     pub time: f64,
     /// Granular temperature T = <m v^2>/D \[energy\]; proportional to the kinetic energy per
     /// particle.

@@ -116,7 +116,7 @@ pub enum Error {
         /// Smallest number needed.
         needed: usize,
     },
-    /// A histogram without bins was asked for, or with more than are counted.
+    /// A histogram without bins was requested, or with more than are counted.
     #[error("a histogram of {found} bins; expected 1 to {}", i32::MAX)]
     HistogramInvalid {
         /// Number of bins.

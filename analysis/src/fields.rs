@@ -100,7 +100,7 @@ pub struct Sighting {
     pub position: [f64; 2],
     /// Velocity \[length/time\]; zero beyond the dimension.
     pub velocity: [f64; 3],
-    /// Mass.
+    /// Mass of the particle \[mass\].
     pub mass: f64,
     /// Twice the energy of rotation, I w^2 \[energy\].
     pub twice_spin_energy: f64,
@@ -259,7 +259,7 @@ impl Values {
 /// Fields at one place, and their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// Fields.
+    /// Mean fields at the place.
     pub values: Values,
     /// Standard errors of the fields; NaN where fewer than two parts of the runs saw the place.
     pub errors: Values,

@@ -11,9 +11,9 @@ use crate::Error;
 /// Measured value at a position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Position.
+    /// Abscissa, such as a step or a time.
     pub x: f64,
-    /// Value.
+    /// Measured ordinate.
     pub y: f64,
     /// Standard error of the value.
     pub error: f64,
@@ -26,7 +26,7 @@ pub struct Line {
     pub intercept: f64,
     /// Standard error of the value at x = 0.
     pub intercept_error: f64,
-    /// Slope.
+    /// Slope of the line, in units of y over x.
     pub slope: f64,
     /// Standard error of the slope.
     pub slope_error: f64,

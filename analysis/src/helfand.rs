@@ -25,7 +25,8 @@
 //!
 //! Disks move relative to their mean velocity, so no enthalpy flows. T is the temperature of N
 //! disks of fixed momentum, the energy over N - 1. The mean of `G_p`, the pressure, is that of the
-//! whole run, which takes t over the time of the run off its variance; that is put back.
+//! whole run. That lowers its variance by the fraction t over the time of the run, which is
+//! corrected.
 //!
 //! # Design
 //!

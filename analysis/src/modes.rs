@@ -240,7 +240,7 @@ pub enum DensityKernel {
     Fields {
         /// Mean flow \[length/time\].
         flow: Vector2<f64>,
-        /// Temperature \[energy\].
+        /// Temperature subtracted from the energy of each particle \[energy\].
         temperature: f64,
     },
 }

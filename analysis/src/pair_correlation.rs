@@ -8,15 +8,14 @@
 //! g(r) = pairs(r .. r + Δr) / [½ N (N - 1) A(r .. r + Δr) / (L_x L_y)]
 //! ```
 //!
-//! with A the area of the annulus; in space, the volume of the shell. A point is no neighbour of
-//! itself, so each has N - 1 possible partners and not N: with this normalisation independent
-//! points have g = 1 on average at every finite N. Hard disks have g = 0 below one diameter d, and
-//! at contact the value that multiplies their collision frequency (D. Enskog, 1922; M. P. Allen &
-//! D. J. Tildesley, *Computer Simulation of Liquids*, section 2.6).
+//! A is the area of the annulus; in space, the volume of the shell. A point is no neighbour of
+//! itself, so each has N - 1 possible partners and not N. With this normalisation independent
+//! points have g = 1 on average at every finite N. Hard disks have g = 0 below one diameter d; at
+//! contact g is the factor of their collision frequency (D. Enskog, 1922; M. P. Allen & D. J.
+//! Tildesley, *Computer Simulation of Liquids*, section 2.6).
 //!
 //! Distances are those of the nearest periodic image, so the range is refused beyond half the
-//! shortest side of the box: there a second image of the same point would be missing from the
-//! count.
+//! shortest side of the box. There a second image of a point would be missing from the count.
 
 mod by_cells;
 

@@ -146,8 +146,8 @@ mod tests {
         StandardNormal.sample(stream)
     }
 
-    /// Amplitudes of known rate and noise, growing and decaying, set from outside and thermal, have
-    /// their rate within 4.4 standard errors (false alarm 1e-5 each), which are small enough to see
+    /// Amplitudes that grow or decay, set from outside or thermal, with known rate and noise, have
+    /// their rate within 4.4 standard errors (false alarm 1e-5 each). These are small enough to see
     /// 7 %. Over repeated experiments the scatter is the jackknife's error within a quarter (4.4
     /// standard errors of 160 variances).
     #[test]

@@ -8,7 +8,7 @@
 //!
 //! Chi-squared of pooled counts over the measured over-dispersion lost: it takes all shapes to be
 //! equally over-dispersed. Where one of them dominates, as in clusters, its F test at 1 % with four
-//! replicas and 18 shapes rings in up to 23 % of all gases.
+//! replicas and 18 shapes gives a false alarm in up to 23 % of all gases.
 //!
 //! Values that are no sums, such as ratios of means, enter as pseudo-values of the jackknife
 //! ([`pseudo_values`]).
@@ -379,7 +379,8 @@ mod tests {
         }
     }
 
-    /// Within four binomial errors of a chance, which fails by chance once in 16 000 seeds.
+    /// Checks that a rate is within four binomial errors of a chance; that fails by chance once in
+    /// 16 000 seeds.
     fn assert_rate(found: usize, of: usize, chance: f64) {
         let error = (chance * (1.0 - chance) / of as f64).sqrt();
         let rate = found as f64 / of as f64;

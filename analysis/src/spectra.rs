@@ -68,11 +68,11 @@ pub struct Spectra {
 /// Disk in the form that spectra need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
-    /// Position \[length\].
+    /// Position of the centre \[length\].
     pub position: Vector2<f64>,
-    /// Velocity \[length/time\].
+    /// Velocity of the centre \[length/time\].
     pub velocity: Vector2<f64>,
-    /// Mass.
+    /// Mass of the disk \[mass\].
     pub mass: f64,
 }
 
@@ -343,8 +343,8 @@ mod tests {
     }
 
     /// Independent positions and velocities have spectra of one at every k, within z = 4.9 standard
-    /// errors (false alarm 1e-6 each), which see 2 %; fixing momentum and energy at those of the
-    /// moment takes 1/N = 0.5 % off and puts as much on.
+    /// errors (false alarm 1e-6 each), which see 2 %. Fixing momentum and energy at those of the
+    /// configuration subtracts 1/N = 0.5 % and adds as much.
     #[test]
     fn thermal_noise_has_spectra_of_one() {
         let shells = Shells::new(LENGTHS, &[1, 2, 3, 4, 5], 30).unwrap();

@@ -67,11 +67,13 @@
 //! | 31/64 | 0.685 | +0.145 | -0.074 ± 0.029 | -0.089 | -0.475 | -0.064 ± 0.015 | -0.079 |
 //!
 //! A finer lattice (a smaller `diameter` in [`Options`]) pushes this to shorter wavelengths at the
-//! price of memory and time. Two limits of every correction. It holds for averages: a single mode
-//! of one configuration also carries the interference of k with k + G, of mean zero and of the
-//! relative size of the root of that weight, and a corrected single mode may even be slightly
-//! negative. And it assumes that points fall at random on the lattice: for a crystal commensurate
-//! with it, switch the correction off or take [`bragg_peaks`].
+//! price of memory and time. Every correction has two limits:
+//!
+//! - It holds for averages. A single mode of one configuration also carries the interference of k
+//!   with k + G, of mean zero and of the relative size of the root of that weight. A corrected
+//!   single mode may even be slightly negative.
+//! - It assumes that points fall at random on the lattice. For a crystal commensurate with it,
+//!   switch the correction off or take [`bragg_peaks`].
 //!
 //! # Design
 //!
@@ -296,7 +298,7 @@ impl StructureFactorPlan {
                 (1.0, 1.0)
             };
             let [n_x, n_y] = mode.index;
-            // A negative index stands at M + n.
+            // Modes of a negative index n have the index M + n.
             let x = if n_x < 0 {
                 sites[0] - n_x.unsigned_abs() as usize
             } else {

@@ -283,7 +283,7 @@ mod tests {
         assert!(one.standard_errors[0][0].is_nan() && one.parts == [1]);
         let none = TimeErrors::new([2, 8], &[[1.0]], |_, _, _| None);
         assert!(none.standard_errors[0][0].is_nan());
-        // A place of which one block knows nothing.
+        // Place at which one block has no value.
         let gap =
             |_, _, blocks: Range<usize>| Some([if blocks.start == 0 { f64::NAN } else { 1.0 }]);
         let found = TimeErrors::new([1, 8], &[[1.0]], gap);

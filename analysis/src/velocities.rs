@@ -31,7 +31,7 @@ use stosszahl_model::{Grouping, Particle, ParticleReduction};
 
 use crate::flow::{AddUp, Flow, flows, thermal};
 
-/// Counted quantity.
+/// Quantity counted in a histogram of velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// Each component, of either sign.
@@ -43,7 +43,7 @@ pub enum Quantity {
 /// Equal bins of velocities over the thermal speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
-    /// Counted quantity.
+    /// Quantity counted in the bins.
     pub quantity: Quantity,
     /// Dimension: 2 or 3.
     pub dimension: usize,

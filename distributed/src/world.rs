@@ -188,7 +188,7 @@ impl Ranks for World {
                     })
                 })
                 .collect();
-            // Without the time of other work.
+            // The time of other work does not count.
             traffic.seconds += began.elapsed().as_secs_f64();
             meanwhile();
             began = Instant::now();

@@ -18,7 +18,7 @@ const BLOCK: usize = 16;
 /// Weights of the cells in a density window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DensityKernel {
-    /// Equal weights.
+    /// Equal weights of all cells.
     Flat,
     /// Weights n + 1 - j at a distance of j cells along each axis, of n on each side. Their Fourier
     /// transform is nowhere negative, so a dense gas does not form waves as short as the window.
@@ -275,7 +275,7 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Free volume in the window of each cell \[cells\].
+    /// Computes the free volume in the window of each cell \[cells\].
     fn rooms_around(&mut self, room: impl Fn([u32; 3]) -> f64 + Sync) -> Vec<f64> {
         let [columns, rows, layers] = self.counts;
         let at = |x: usize, line: usize| [x as u32, (line % rows) as u32, (line / rows) as u32];
@@ -331,7 +331,7 @@ impl<S: Space> Density<S> {
         (along(0) * along(1) * along(2)) as f64
     }
 
-    /// Collision scheme.
+    /// Collision scheme of the gas.
     pub(crate) fn scheme(&self) -> Scheme {
         self.scheme
     }
@@ -443,8 +443,8 @@ impl<S: Space> Density<S> {
         f64::from(self.sums[self.index(cell, step)]) - own
     }
 
-    /// Largest [`Density::others`] over offsets up to `[x, y, z]`, for each cell of a line from
-    /// `first`. `line`: scratch memory.
+    /// Computes the largest [`Density::others`] over offsets up to `[x, y, z]`, for each cell of a
+    /// line from `first`. `line`: scratch memory.
     #[inline(always)]
     pub(crate) fn most_others(
         &self,

@@ -19,8 +19,8 @@ pub(crate) struct Flight<'a, P: ParticleModel> {
 }
 
 impl<'a, P: ParticleModel> Flight<'a, P> {
-    /// Prepares a flight of simulators that stand for `weight` particles, unless regions say
-    /// otherwise.
+    /// Prepares a flight of simulators of the weight `weight` in particles, unless regions set
+    /// other weights.
     pub(crate) fn new(
         scene: &'a P,
         grid: &'a Grid<P::Space>,

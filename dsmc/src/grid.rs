@@ -234,7 +234,7 @@ impl<S: Space> Grid<S> {
         self.domain.images().nearest_of_near(difference)
     }
 
-    /// Number of tiles along each axis; one beyond the dimension.
+    /// Number of tiles along each axis; 1 along axes beyond the dimension.
     pub fn tiles(&self) -> [u32; 3] {
         self.tiles
     }

@@ -165,10 +165,10 @@ impl Parameters {
     /// simulators.
     ///
     /// Partners at distance s from the point of contact spread the distances over which momentum is
-    /// transferred, so the collisional part of the shear viscosity is too large by the factor
-    /// `<k_x^2 s_y^2>/(d^2 <k_x^2 k_y^2>) = (s/d)^2`, in two and three dimensions. That part grows
-    /// with density: with s = d/2 it adds 4 % to the viscosity of disks at packing 0.25 and would
-    /// add 12 % at 0.5.
+    /// transferred. The collisional part of the shear viscosity is therefore too large by the
+    /// factor `<k_x^2 s_y^2>/(d^2 <k_x^2 k_y^2>) = (s/d)^2`, in two and three dimensions. That part
+    /// grows with density: with s = d/2 it adds 4 % to the viscosity of disks at packing 0.25 and
+    /// would add 12 % at 0.5.
     pub fn partner_radius<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         /// Largest number of particles in the shell for a radius of half a diameter; linear in the
         /// radius, but for a tenth in three dimensions.

@@ -125,9 +125,9 @@ impl Scheme {
         self.is_across()
     }
 
-    /// Returns true if partners in a uniform shear flow count as a contact distance apart, so that
-    /// the flow between them contributes to their approach speed and they carry momentum over that
-    /// distance, as in Enskog's theory. Other pairs within a cell are treated as points.
+    /// Returns true if partners in a uniform shear flow count as a contact distance apart, as in
+    /// Enskog's theory. The flow between them then contributes to their approach speed, and they
+    /// carry momentum over that distance. Other pairs within a cell are treated as points.
     pub fn feels_flow(self) -> bool {
         matches!(self, Self::Enskog(_))
     }

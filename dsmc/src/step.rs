@@ -447,7 +447,7 @@ where
                 .collect::<Vec<f32>>()
         };
         let reach = self.density.reach();
-        // These schemes read the density between a simulator and its partner.
+        // Wide margin of schemes that read the density between a simulator and its partner.
         let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_))
             || self.density.weighing() == DensityKernel::Triangle;
         let others = match &self.share {

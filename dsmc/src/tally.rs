@@ -9,11 +9,11 @@ use crate::extrema::larger;
 /// Counters of a run, independent of machine and number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CollisionCounters {
-    /// Time steps.
+    /// Number of time steps.
     pub steps: u64,
-    /// Candidate pairs.
+    /// Number of candidate pairs.
     pub trials: u64,
-    /// Accepted pairs of simulators.
+    /// Number of accepted pairs of simulators.
     pub collisions: u64,
     /// Candidate pairs whose relative speed exceeded the majorant.
     pub majorant_violations: u64,

@@ -355,10 +355,10 @@ impl Buckets {
     fn turn(&mut self, agenda: &impl EventTimes) -> bool {
         self.settle();
         if self.near == 0 {
-            // What is stale may be the earliest.
+            // Stale events are dropped first, because the earliest may be stale.
             self.far
                 .retain(|entry| self.times[entry.disk as usize] == entry.time);
-            // Most events beyond the ring: it turns too fast.
+            // Wider buckets, if most events are beyond the ring.
             if self.far.len() > self.ring.len() / 8 {
                 let waits = self.far.iter().map(|entry| entry.time - self.last_time);
                 self.rebuild(rate(waits.collect()));
@@ -621,7 +621,7 @@ mod tests {
                     changed.push(stream.random_range(0..disks));
                 }
                 if stream.random_bool(0.02) {
-                    // It has none until another brings one.
+                    // No event of its own until another disk brings one.
                     wait = f64::INFINITY;
                 }
                 for disk in changed {

@@ -446,7 +446,7 @@ impl Cells {
     /// box on.
     #[inline(always)]
     pub(crate) fn four_columns(&self, first: i32) -> [u32; 4] {
-        // The last ones are before the first too.
+        // The table repeats the last two columns before the first.
         let columns = i32::from(self.counts[0]);
         let first = if first > columns - 3 {
             first - columns

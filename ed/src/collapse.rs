@@ -36,14 +36,14 @@ pub(crate) const PATIENCE: u64 = 10_000_000;
 /// of two disks in a million cells is some seconds either way.
 const CELLS_OF_A_CROSSING: usize = 512;
 
-/// Detector of a lack of progress. Times are the engine's own.
+/// Detector of a lack of progress. Times are engine times.
 #[derive(Clone)]
 pub(crate) struct CollapseDetector {
-    /// Own time at which time last advanced noticeably.
+    /// Engine time at which time last advanced noticeably.
     time: f64,
     /// Number of contacts at that time.
     collisions: u64,
-    /// Pair and own time of the last collisions.
+    /// Pair and engine time of the last collisions.
     recent: [([u32; 2], f64); RECENT],
     /// Number of collisions in a row with negligible approach.
     negligible: usize,
@@ -57,7 +57,7 @@ pub(crate) struct ContactInfo {
     pub(crate) now: f64,
     /// Absolute time of the contact.
     pub(crate) age: f64,
-    /// Own time in which a typical disk moves by its diameter.
+    /// Engine time in which a typical disk moves by its diameter.
     pub(crate) unit: f64,
     /// Number of disks.
     pub(crate) disks: usize,
@@ -85,7 +85,8 @@ impl ContactInfo {
 }
 
 impl CollapseDetector {
-    /// Creates a detector at the own time 0, with the number of contacts when time last advanced.
+    /// Creates a detector at the engine time 0, with the number of contacts when time last
+    /// advanced.
     pub(crate) fn new(collisions: u64) -> Self {
         Self {
             time: 0.0,

@@ -118,7 +118,7 @@ where
         self.shear_work.dissipated += (lost(0) + lost(1)) * unit;
     }
 
-    /// Returns the contact at an own time.
+    /// Returns the contact at an engine time.
     #[inline(always)]
     pub(crate) fn latest(&self, pair: [u32; 2], now: f64) -> ContactInfo {
         ContactInfo {

@@ -182,8 +182,9 @@ impl<F: Field<Plane>> Disks<F> {
     }
 
     /// Returns the line of centres of two touching disks that are up to date, from the second to
-    /// the first, and the velocity of the row of the first less that of the second, along the flow.
-    /// Of two images that touch, as they may in a narrow box, it is the one that is approached.
+    /// the first. Also returns the velocity of the row of the first less that of the second, along
+    /// the flow. Of two images that touch, as they may in a narrow box, it is the one that is
+    /// approached.
     #[inline(always)]
     pub(crate) fn line(&self, first: u32, second: u32, distance: f64) -> (Vector2<f64>, f64) {
         let (one, other) = (&self.all[first as usize], &self.all[second as usize]);
@@ -682,7 +683,7 @@ pub(crate) mod tests {
         (disks.all[2].partner, disks.all[2].partner_count) = (3, before);
         for _ in FIRST..=u16::MAX {
             disks.meet(1, 0.0);
-            // No prediction may take it for one that is not there.
+            // No prediction may mistake the count for the mark of an absent disk.
             assert!(![VOID, ABSENT].contains(&disks.all[1].count));
         }
         assert_eq!(disks.all[1].count, before);

@@ -30,7 +30,7 @@ const REFRESH: u64 = 20;
 /// Fewest collisions after which a fresh start pays.
 const LEAST_REFRESH: u64 = 100_000;
 
-/// Diameters flown by a typical disk after which a fresh start is due in a dilute gas: own times
+/// Diameters flown by a typical disk after which a fresh start is due in a dilute gas: engine times
 /// are rounded to 1e-16 of themselves, so positions to 1e-12 diameters.
 const HORIZON: f64 = 4096.0;
 
@@ -78,9 +78,9 @@ pub struct Engine<P: ParticleModel, Q: Calendar = Buckets> {
     /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and
     /// squares of speeds neither overflow nor underflow.
     pub(crate) speed: f64,
-    /// Absolute time at which the engine's own time is zero.
+    /// Absolute time at which the engine time is zero.
     pub(crate) epoch: f64,
-    /// Own time of the engine.
+    /// Current engine time.
     pub(crate) now: f64,
     /// Absolute time; exactly the requested one when it was reached \[time\].
     pub(crate) time: f64,
@@ -95,10 +95,10 @@ pub struct Engine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) rebounds: Vec<u32>,
     /// Number of collisions at which a fresh start is due.
     pub(crate) refresh: u64,
-    /// Own time at which a fresh start is due.
+    /// Engine time at which a fresh start is due.
     pub(crate) horizon: f64,
     pub(crate) progress: CollapseDetector,
-    /// Own time in which a typical disk moves by its diameter, since the last fresh start.
+    /// Engine time in which a typical disk moves by its diameter, since the last fresh start.
     pub(crate) unit: f64,
     /// Interruption of an advance.
     pub(crate) stop: Interruption,
@@ -229,7 +229,7 @@ where
         let surroundings =
             BoundaryGeometry::new(boundaries, &state.domain, &disks.cells, largest, units);
         let bounded = !surroundings.is_empty();
-        // Their numbers come after those of the disks.
+        // Numbers of walls and obstacles come after those of the disks.
         if count + surroundings.things() >= u32::MAX as usize {
             return Err(EngineError::TooMany { disks: count });
         }
@@ -257,7 +257,7 @@ where
             Vec::new()
         };
         let domain = state.domain;
-        // What comes now needs as much memory again.
+        // Memory released before the following needs as much again.
         drop(state);
         let names: Vec<u32> = order.iter().map(|&index| name(index as usize)).collect();
         let tag = |&name: &u32| scene.sizes().tag(name as usize);
@@ -302,9 +302,9 @@ where
         self.stop.on(interrupt);
     }
 
-    /// Returns true if an advance was broken off. The state is then that of a moment, and the
-    /// engine advances no further. A run that is to have the same bytes resumes from the checkpoint
-    /// before that advance, as it would have begun no leg here.
+    /// Returns true if an advance was interrupted. The state is then that of some moment within it,
+    /// and the engine advances no further. To get the bytes of a run without an interrupt, resume
+    /// from the checkpoint before that advance.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
@@ -595,7 +595,7 @@ fn grid_options<P: ParticleModel>(boundaries: &Boundaries, shared: bool) -> Grid
     }
 }
 
-/// Own time in which a typical disk flies, or falls, by its diameter; zero if none moves.
+/// Engine time in which a typical disk flies, or falls, by its diameter; zero if none moves.
 fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> f64 {
     let squares = disks.all.iter().map(|disk| disk.velocity.norm_squared());
     let mean = squares.sum::<f64>() / disks.all.len().max(1) as f64;
@@ -603,7 +603,7 @@ fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> 
     if unit.is_finite() { unit } else { 0.0 }
 }
 
-/// Own time at which a fresh start is due: infinite, if no disk moves. `cell` is the width of a
+/// Engine time at which a fresh start is due: infinite, if no disk moves. `cell` is the width of a
 /// cell in diameters.
 fn horizon(unit: f64, cell: f64) -> f64 {
     if unit > 0.0 {

@@ -346,7 +346,8 @@ fn named(cluster: &[usize]) -> String {
 mod tests {
     use super::*;
 
-    /// A unit of length of 1e-3, of time of 0.1 and of speed of 1e-2.
+    /// Converts numbers in messages with units of length of 1e-3, of time of 0.1 and of speed of
+    /// 1e-2.
     #[test]
     fn numbers_of_messages_are_converted() {
         let units = MessageUnits {

@@ -14,7 +14,7 @@ const BETWEEN_LOOKS: u32 = 256;
 
 /// Limits of the loop over events.
 pub(crate) struct Goal {
-    /// Own time of the end, inclusive.
+    /// Engine time of the end, inclusive.
     pub(crate) end: f64,
     /// True if `end` is a time to be reached.
     pub(crate) ends: bool,
@@ -180,7 +180,7 @@ where
         self.events(goal, recorder)
     }
 
-    /// Loop over events of [`Self::run`].
+    /// Runs the loop over events of [`Self::run`].
     #[inline(always)]
     fn events(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) -> Result<bool, EngineError> {
         let &Goal { end, ends, last } = goal;

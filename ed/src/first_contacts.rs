@@ -31,8 +31,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Predicts the next contacts of all disks, which have none, as if one predicted after the
-    /// other: of each the earliest that is not left to a disk before it.
+    /// Predicts the next contacts of all disks, which have none, as if disk after disk predicted:
+    /// for each disk the earliest contact that is not left to an earlier disk.
     ///
     /// The set of contacts does not depend on the order, so that all threads search for it if the
     /// gas is spread over them.

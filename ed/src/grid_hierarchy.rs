@@ -162,7 +162,7 @@ impl GridHierarchy {
                 continue;
             };
             let grid = self.grid(finest, below);
-            // Wider and narrower than by rounding.
+            // Reach with a margin for rounding, up and down.
             let (reach, inner) = (
                 (radius + most) * (1.0 + 1e-9),
                 (radius + least) * (1.0 - 1e-6),

@@ -138,7 +138,7 @@ where
     /// Returns the current record of a disk.
     fn trace(&self, who: u32, is_beyond: bool) -> SeamRecord<SpinOf<P>> {
         let disk = &self.disks.all[who as usize];
-        // One that has collided since may be anywhere, and is as good as none.
+        // A partner that has collided since may be anywhere, and counts as absent.
         let is_lost = |partner: &Disk| partner.count != disk.partner_count;
         let partner = self.disks.all.get(disk.partner as usize);
         let (partner, partner_count) = if partner.is_some_and(is_lost) {

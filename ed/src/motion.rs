@@ -13,7 +13,7 @@ use crate::record::Disk;
 pub(crate) struct Motion<F> {
     /// Own acceleration, equal for all disks.
     acceleration: Vector2<f64>,
-    /// Own shear rate.
+    /// Shear rate of the flow in engine units.
     shear_rate: f64,
     field: PhantomData<F>,
 }
@@ -42,7 +42,7 @@ impl<F: Field<Plane>> Motion<F> {
         self.acceleration
     }
 
-    /// Own shear rate of the flow; zero without a flow.
+    /// Shear rate of the flow in engine units; zero without a flow.
     pub(crate) fn shear_rate(&self) -> f64 {
         self.shear_rate
     }
@@ -118,7 +118,7 @@ impl<F: Field<Plane>> Motion<F> {
         let (x, y) = (bent(0), bent(1));
         let (wait, axis) = if x <= y { (x, 0) } else { (y, 1) };
         if wait > 0.0 {
-            // A hop over a boundary takes time, or it would be hopped over for ever.
+            // A crossing takes at least one clock step, or the disk would cross for ever.
             ((disk.clock + wait).max(disk.clock.next_up()), axis)
         } else {
             (disk.clock, axis)

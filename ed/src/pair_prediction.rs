@@ -119,9 +119,9 @@ impl<F: Field<Plane>> Disks<F> {
             let c =
                 separation[0] * separation[0] + separation[1] * separation[1] - distance_squared;
             let g = relative[0] * relative[0] + relative[1] * relative[1];
-            // Not a number where they miss each other, or part.
+            // NaN for disks that miss each other or separate.
             let time = (c / ((b * b - g * c).sqrt() - b)) | b.simd_ge(f64x2::ZERO);
-            // Nor after its own next contact, when it looks around itself.
+            // No contact after the candidate's own next contact, when that disk searches again.
             let time = time | f64x2::splat(candidate.contact - clock).simd_lt(time);
             let earlier = time.simd_lt(limit);
             limit = lesser(time, limit);
@@ -131,7 +131,7 @@ impl<F: Field<Plane>> Disks<F> {
             limit.to_array(),
             best.to_array().map(|best| best.to_bits() as u32),
         );
-        // Whether disks that touch slide along each other is left to the search for one.
+        // Sliding of disks that touch is decided by the search of one disk.
         if limit[0] <= 0.0 || limit[1] <= 0.0 {
             return None;
         }

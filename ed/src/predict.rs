@@ -40,7 +40,7 @@ where
     fn look_at_what_is_near(&mut self, who: u32) {
         let cells = &self.disks.cells;
         let disk = &self.disks.all[who as usize];
-        // From the next cell it looks again.
+        // The disk searches again from the next cell.
         let exit = self.disks.motion.exit(disk, cells.width()).0;
         let approach = Approach {
             home: self.disks.home(who),
@@ -69,7 +69,7 @@ where
     /// called so rarely that it is not compiled twice.
     #[inline(never)]
     pub(crate) fn predict(&mut self, who: u32) {
-        // The search for two is faster even where it does the same for one twice.
+        // The pair search is faster, even where both of its places hold one disk.
         let sizes = self.scene.sizes();
         if let Some(predictions) = self.disks.predict_pair(who, who, sizes, &self.tags) {
             self.tally.predictions += predictions / 2;
@@ -181,8 +181,8 @@ mod tests {
 
     use super::*;
 
-    /// Two disks in cells next to each other that will touch before they leave these: one of them
-    /// knows, or will predict before. This is tested at many times of a gas; times of some tens are
+    /// Of two disks in adjacent cells that will touch before either leaves its cell, one has this
+    /// contact as its next, or an earlier one. Tested at 400 times of a gas; times of some tens are
     /// rounded to 1e-14.
     #[test]
     fn every_contact_is_known_or_will_be() {

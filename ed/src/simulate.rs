@@ -360,9 +360,9 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         match (&reached, &mut self.stage) {
             (Ok(_), Stage::Flying(_, leg)) if budget != Budget::Leg => *leg = None,
             (Ok(true), Stage::Flying(_, Some(leg))) => leg.stops.push(until),
-            // What goes on is the checkpoint before.
+            // After an interrupt the run resumes from the checkpoint before.
             (Ok(_), _) if self.stop.has_ended() => {}
-            // The leg has ended, or it cannot go on: that state is what one wants to see.
+            // The state at the end of the leg, or at a failure, becomes the checkpoint.
             _ => drop(self.land()),
         }
         reached
@@ -564,7 +564,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn track_displacements(&mut self) -> bool {
-        // Displacements would have to be told from the flow.
+        // Displacements would include the flow.
         if P::Field::SHEARED {
             return false;
         }

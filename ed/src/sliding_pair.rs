@@ -15,7 +15,7 @@ const ROWS: usize = 4;
 /// Number of columns that are numbered in each row.
 const COLUMNS: usize = 8;
 
-/// Fewest rows and columns in which no cell is around two disks by two ways around the box.
+/// Fewest columns and rows of a box in which the cells around a pair are all different.
 const LEAST: [u16; 2] = [8, 5];
 
 /// Cells around two disks: position of each relative to the corners of cells and of rows, and

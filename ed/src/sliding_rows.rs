@@ -26,20 +26,20 @@ pub(crate) enum Seam {
 /// State of the rows. Times and speeds are in the engine's own units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlidingRows {
-    /// Own shear rate.
+    /// Shear rate of the flow in engine units.
     rate: f64,
     /// Sides of a cell.
     width: [f64; 2],
     columns: i32,
     rows: u16,
-    /// Displacement at own time 0: zero inside the box, around it that of the box above.
+    /// Displacement at engine time 0: zero inside the box, around it that of the box above.
     offsets: [f64; 2],
     /// Number of whole cells that the displacement has passed: inside the box, and around it.
     steps: [i64; 2],
 }
 
 impl SlidingRows {
-    /// Creates the rows of a grid in a flow with this own shear rate, at own time 0.
+    /// Creates the rows of a grid in a flow with this shear rate in engine units, at engine time 0.
     pub(crate) fn new(cells: &Cells, rate: f64, offset: f64) -> Self {
         let [columns, rows] = cells.counts();
         let width = [cells.width()[0], cells.width()[1]];
@@ -73,7 +73,7 @@ impl SlidingRows {
         }
     }
 
-    /// Own shear rate.
+    /// Shear rate of the flow in engine units.
     #[inline(always)]
     pub(crate) fn rate(&self) -> f64 {
         self.rate
@@ -91,7 +91,7 @@ impl SlidingRows {
         self.rate * (height - 0.5 * self.width[1])
     }
 
-    /// Displacement of a row since own time 0 in the frame of the box.
+    /// Displacement of a row since engine time 0 in the frame of the box.
     pub(crate) fn way(&self, row: u16, now: f64) -> f64 {
         self.rate * ((f64::from(row) + 0.5) * self.width[1]) * now
     }
@@ -196,7 +196,8 @@ impl SlidingRows {
         })
     }
 
-    /// Returns the own time of the next step of rows, and the kind of boundary at which they step.
+    /// Returns the engine time of the next step of rows, and the kind of boundary at which they
+    /// step.
     pub(crate) fn next_step(&self) -> (f64, Seam) {
         if self.rate == 0.0 {
             return (f64::INFINITY, Seam::Inside);

@@ -80,7 +80,7 @@ pub(crate) struct SeamRecord<S> {
 /// Contact of a disk, with another or with a wall or obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LoggedContact {
-    /// Own time of the engine.
+    /// Engine time of the contact.
     pub(crate) now: f64,
     /// Disk whose event it was, and the other or [`NONE`].
     pub(crate) pair: [u32; 2],
@@ -116,7 +116,7 @@ pub(crate) struct StripLog<P: ParticleModel> {
     pub(crate) seconds: f64,
     /// True if disks approached negligibly in some contact.
     pub(crate) is_negligible: bool,
-    /// Own time of the last event that counts.
+    /// Engine time of the last event that counts.
     pub(crate) latest: f64,
     /// Numbers of events, and of contacts that count, at which the log is full.
     pub(crate) most: [u64; 2],

@@ -67,7 +67,7 @@ pub(crate) struct Approach {
     pub(crate) velocity: Vector2<f64>,
     pub(crate) acceleration: Vector2<f64>,
     pub(crate) radius: f64,
-    /// Own time of the position.
+    /// Engine time of the position.
     pub(crate) clock: f64,
     /// Wait for the next other event of the disk.
     pub(crate) limit: f64,
@@ -284,13 +284,13 @@ impl BoundaryGeometry {
         wait.map(|wait| wait * speed)
     }
 
-    /// Returns a time at which a vibration has the displacement of an own time, small enough to
+    /// Returns a time at which a vibration has the displacement of an engine time, small enough to
     /// have digits left.
     fn phase(&self, vibration: &Vibration, clock: f64) -> f64 {
         self.units.epoch.rem_euclid(vibration.period()) + clock / self.units.speed
     }
 
-    /// Returns the wall or obstacle that a disk at a position touches at an own time.
+    /// Returns the wall or obstacle that a disk at a position touches at an engine time.
     pub(crate) fn touched(&self, what: u32, place: Vector2<f64>, clock: f64) -> Touched {
         let what = what as usize;
         if what >= FACES {
@@ -317,8 +317,8 @@ impl BoundaryGeometry {
         }
     }
 
-    /// Depth of a disk at a position in a wall or an obstacle at an own time \[length\]; not above
-    /// 0 if in none.
+    /// Depth of a disk at a position in a wall or an obstacle at an engine time \[length\]; not
+    /// above 0 if in none.
     pub(crate) fn overlap(
         &self,
         domain: &Domain<Plane>,

@@ -7,7 +7,7 @@ pub struct CollidingPair<V, W = ()> {
     pub velocities: [V; 2],
     /// Angular velocities \[1/time\]; nothing for smooth particles.
     pub spins: [W; 2],
-    /// Masses \[mass\].
+    /// Masses of the partners \[mass\].
     pub masses: [f64; 2],
     /// Radii \[length\]; not read for smooth particles.
     pub radii: [f64; 2],

@@ -30,7 +30,7 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// Adds a number.
+    /// Adds a number without rounding.
     #[inline]
     pub fn add(&mut self, number: f64) {
         let bits = number.to_bits();
@@ -206,7 +206,7 @@ mod tests {
         all
     }
 
-    /// Returns the exact sum as an integer of 2^-1074, in the obvious way: bit by bit.
+    /// Returns the exact sum in units of 2^-1074, as one integer per bit.
     fn bits(numbers: &[f64]) -> Vec<i64> {
         let mut bits = vec![0; 2200];
         for &number in numbers {
@@ -291,7 +291,7 @@ mod tests {
         assert!(sum(&[f64::INFINITY, f64::NEG_INFINITY]).is_nan());
     }
 
-    /// Carries that had to be passed on.
+    /// Sums of 2^40 numbers stay exact, because carries are passed on to higher words.
     #[test]
     fn many_numbers_do_not_overflow() {
         let mut all = Exact::default();

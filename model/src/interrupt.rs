@@ -30,18 +30,18 @@ struct Shared {
 }
 
 impl Interrupt {
-    /// Asks for the end, now and forever.
+    /// Requests the end of work, now and forever.
     pub fn raise(&self) {
         self.0.raised.store(true, Ordering::Relaxed);
     }
 
-    /// Returns true if the end was asked for.
+    /// Returns true if the end was requested.
     #[inline]
     pub fn is_raised(&self) -> bool {
         self.0.raised.load(Ordering::Relaxed)
     }
 
-    /// Returns true if the end was asked for, checking once in a thousand pieces of work, by their
+    /// Returns true if the end was requested, checking once in a thousand pieces of work, by their
     /// `number`.
     #[inline]
     pub fn is_raised_at(&self, number: u64) -> bool {
@@ -90,7 +90,7 @@ impl Interruption {
         self.pause = pause.clone();
     }
 
-    /// Returns true if a pause is asked for.
+    /// Returns true if a pause is requested.
     pub fn is_paused(&self) -> bool {
         self.pause.is_raised()
     }

@@ -54,7 +54,7 @@ pub fn reserved<T>(capacity: usize) -> Vec<T> {
         let (first, last) = (begin.next_multiple_of(PAGE), end / PAGE * PAGE);
         if last >= first + LARGE {
             // SAFETY: whole pages inside one live allocation; the advice changes how they are
-            // backed, not what they hold. A refusal is of no consequence.
+            // backed, not what they hold. A refusal by the system changes nothing.
             unsafe {
                 libc::madvise(
                     first as *mut libc::c_void,

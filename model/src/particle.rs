@@ -8,13 +8,13 @@ use nalgebra::Vector3;
 pub struct Particle {
     /// Position \[length\], inside the box; the origin in gases without positions.
     pub position: Vector3<f64>,
-    /// Velocity \[length/time\].
+    /// Velocity of the centre \[length/time\].
     pub velocity: Vector3<f64>,
     /// Angular velocity \[1/time\]; zero for smooth particles.
     pub spin: Vector3<f64>,
-    /// Radius \[length\].
+    /// Radius of one particle \[length\].
     pub radius: f64,
-    /// Mass.
+    /// Mass of one particle \[mass\].
     pub mass: f64,
     /// Energy of rotation, I w^2/2 \[energy\].
     pub spin_energy: f64,

@@ -10,7 +10,7 @@ use crate::surface::Surface;
 
 /// Everything physical that an engine must know at compile time.
 pub trait ParticleModel: Clone + Debug + Send + Sync + 'static {
-    /// Dimension.
+    /// Space in which particles move: plane or volume.
     type Space: Space;
     /// Tangential contact law.
     type Surface: Surface<Self::Space>;
@@ -54,7 +54,7 @@ pub type SpinOf<P> = <<P as ParticleModel>::Surface as Surface<<P as ParticleMod
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene<S, C, R, Z, F> {
-    /// Dimension.
+    /// Space in which particles move: plane or volume.
     pub space: S,
     /// Tangential contact law.
     pub surface: C,

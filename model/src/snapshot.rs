@@ -372,7 +372,7 @@ mod tests {
         assert!(!here.join("a").exists());
     }
 
-    /// Nothing is written through a link that stands where the file is to be.
+    /// A link in place of the file is replaced, and its target is unchanged.
     #[cfg(unix)]
     #[test]
     fn a_link_in_the_way_is_replaced() {

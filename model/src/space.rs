@@ -34,7 +34,7 @@ pub trait Vector:
     /// Scalar product a . b.
     fn inner(&self, other: &Self) -> f64;
 
-    /// Squared length.
+    /// Squared length a . a of this vector.
     fn square(&self) -> f64 {
         self.inner(self)
     }

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use crate::exact::Exact;
 use crate::particle::Particle;
 
-/// Sum of some kind, which engines fill. An empty one tells another process which sum to make, so
-/// its options are part of it.
+/// Sum of some kind, which engines fill. An empty sum is sent to other processes to define the sum
+/// they make, so its options are part of it.
 pub trait ParticleReduction: Serialize + DeserializeOwned {
     /// Name of the kind of sum, by which another process knows it.
     const NAME: &'static str;
@@ -33,10 +33,10 @@ pub trait Sum {
     /// Name of the kind of sum.
     fn name(&self) -> &'static str;
 
-    /// Calls [`ParticleReduction::add`].
+    /// Adds a particle to the open group, by [`ParticleReduction::add`].
     fn add(&mut self, particle: &Particle);
 
-    /// Calls [`ParticleReduction::close`].
+    /// Ends a group, by [`ParticleReduction::close`].
     fn close(&mut self, group: u32);
 
     /// Serialises the options and content of the sum, for another process.
@@ -117,7 +117,7 @@ impl Totals {
         }
     }
 
-    /// Adds the sums of another.
+    /// Adds the closed groups of another set of sums.
     pub fn merge(&mut self, other: &Self) {
         for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
             sum.merge(more);
@@ -130,8 +130,8 @@ impl Totals {
     }
 }
 
-/// Sums by slot, of which a group has few among many. The sums of groups are kept apart until all
-/// are there.
+/// Sparse sums by slot: each group adds to few slots of many. The sums of groups are kept apart
+/// until all groups are complete.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Parts<T> {
     places: usize,
@@ -179,7 +179,7 @@ impl<T: Copy + Default> Parts<T> {
         }
     }
 
-    /// Adds the sums of another.
+    /// Adds the closed groups of another set of sums.
     pub fn merge(&mut self, other: Self) {
         self.all.extend(other.all);
     }

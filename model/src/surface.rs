@@ -31,9 +31,9 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
         after: &mut PostCollision<S::Vector, Self::Spin>,
     );
 
-    /// Applies the tangential impulse of a wall. The `normal` is a unit vector into the gas,
-    /// `velocity` is relative to the wall, and `slip` is the tangential velocity of the contact
-    /// after it over that before, from -1 to 1, where 1 is no friction.
+    /// Applies the tangential impulse of a wall. The `normal` is a unit vector into the gas, and
+    /// `velocity` is relative to the wall. The tangential velocity of the contact after it over
+    /// that before is `slip`, from -1 to 1, where 1 is no friction.
     fn slide(
         &self,
         normal: S::Vector,
@@ -321,7 +321,7 @@ mod tests {
         surface(0) - surface(1)
     }
 
-    /// Random pairs with random masses and radii: momentum, angular momentum about the first
+    /// Checks random pairs with random masses and radii: momentum, angular momentum about the first
     /// centre, the velocity of the contact and, for (1, -1) and (1, 1), the energy. Bound: some
     /// hundred roundings of numbers of order ten, 1e-13.
     fn check<S: Space>() {
@@ -386,7 +386,8 @@ mod tests {
         check::<Volume>();
     }
 
-    /// A wall is a partner of infinite mass: 1e12 times as heavy, it shows in the twelfth digit.
+    /// Compares a wall, a partner of infinite mass, with a partner 1e12 times as heavy, which
+    /// differs in the twelfth digit.
     fn walls_are_heavy<S: Space>() {
         let stream = &mut Stream::seed_from_u64(3);
         for _ in 0..1000 {

@@ -24,8 +24,8 @@ static BUNDLE: Bundle = Bundle({
     &FOLDER
 });
 
-/// Case as `stosszahl.Case` has it: a path, which stands in messages, the text unless it is that of
-/// the file or bundled case of that name, and overrides `key=value`.
+/// Case as `stosszahl.Case` has it: the path for messages, the text unless it is that of the file
+/// or bundled case at the path, and overrides `key=value`.
 #[derive(FromPyObject)]
 pub struct Given {
     path: PathBuf,

@@ -1,7 +1,7 @@
 //! Native part of the Python package: engines, and access to cases and results.
 //!
-//! It is thin: numbers go over as bytes, which Python takes for arrays without copying them, and
-//! everything that has a name and documentation for users is in the Python files of the package
+//! It is thin: Python takes the numbers as bytes for its arrays, without copying them. Everything
+//! that has a name and documentation for users is in the Python files of the package
 //! (`python/stosszahl`), which call this module.
 
 #![allow(

@@ -273,11 +273,15 @@ fn disks_diffuse_as_enskog_says() {
 }
 
 /// A cooling gas, r = 0.9, spreads as the logarithm of time to t/t0 = 2, in Monte Carlo at packing
-/// 0.05. First Sonine order leaves out the change of D by the second (2.7 % in the elastic gas, at
-/// long times, of either sign with a2 = -0.027) and the Maxwellian start. So 3.5 % are allowed, and
-/// 3.77 standard errors (t with 23 degrees of freedom, false alarm 1e-3), at most 1.2 %. Without
-/// the cooling of the correlation (beta = (1 + r)/(1 - r) in place of 2/(1 - r)) it would be off by
-/// 5 %; with D of the start's temperature, by a factor of 2.
+/// 0.05.
+///
+/// First Sonine order leaves out the Maxwellian start, and the change of D by the second order: 2.7
+/// % in the elastic gas at long times, of either sign with a2 = -0.027. So 3.5 % are allowed, and
+/// 3.77 standard errors (t with 23 degrees of freedom, false alarm 1e-3), at most 1.2 %.
+///
+/// The test sees the cooling of the correlation: without it (beta = (1 + r)/(1 - r) in place of
+/// 2/(1 - r)) the result would be off by 5 %. With D of the start's temperature it would be off by
+/// a factor of 2.
 #[test]
 fn cooling_gas_spreads_as_the_logarithm_of_time() {
     let (packing, r) = (0.05, 0.9);

@@ -272,8 +272,8 @@ fn thin_gases_are_exact() {
         // A quarter of the side of the box is the widest cell.
         let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
         let width = (0.45_f64.sqrt() * side / (count as f64).sqrt()).min(0.25 * side);
-        // Own times of 4096 units, or of 16 cells, are rounded to 1.1e-16 of themselves; disks are
-        // moved some ten times in between.
+        // Engine times of 4096 units, or of 16 cells, are rounded to 1.1e-16 of themselves. Disks
+        // are moved some ten times in between.
         let rounding = 10.0 * 1.1e-16 * (16.0 * width).max(4096.0);
         assert!(
             off < rounding,

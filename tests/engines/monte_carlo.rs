@@ -103,8 +103,8 @@ fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
     }
 }
 
-/// The bar of the cooling law: cells of 60 d, no displacement, chi of the mean density: `K/K_0` =
-/// 0.2510 at `t_0` (Haff with Sonine correction) within 0.0015.
+/// Haff's cooling law, with cells of 60 d, no displacement, and chi of the mean density: `K/K_0` =
+/// 0.2510 at `t_0` (Sonine correction included) within 0.0015.
 #[test]
 fn homogeneous_cooling_follows_haff() {
     let haff = kinetic::haff_time(0.25, 0.8, kinetic::contact_value(0.25));

@@ -265,7 +265,7 @@ fn collisions_of_smooth_disks() {
                 > 1e-12 * relative.norm();
             let sign = if swapped { -1.0 } else { 1.0 };
             let turn = |state: &State<Mixture>| {
-                // The line tells which image it was: in a narrow box two may touch.
+                // Line of centres of the colliding image; in a narrow box two images may touch.
                 let arm = line * sign;
                 let [a, b] =
                     [i, j].map(|who| state.bodies[who].velocity * scene.sizes.mass(who as u32));

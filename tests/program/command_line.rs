@@ -486,7 +486,7 @@ fn a_case_is_read_from_a_pipe() {
 #[test]
 fn a_folder_that_cannot_be_written_is_named() {
     let desk = Desk::new(COOLING);
-    // What is no folder cannot hold results, for any user.
+    // A file in place of the folder fails for any user.
     desk.write("file", "");
     desk.refused("run case.toml --out file/results", &["file/results"]);
     desk.refused("run case.toml --out file", &["file"]);
@@ -523,8 +523,8 @@ fn bundled_cases_are_known_by_name() {
     desk.refused("check quick", &["no_key"]);
 }
 
-/// At the end of a run the first conclusions are printed; all of them, the place of the report
-/// alone, or JSON, where asked for.
+/// At the end of a run the first conclusions are printed; on request all conclusions, the place of
+/// the report alone, or JSON.
 #[test]
 fn a_run_says_as_much_as_is_asked_for() {
     let desk = Desk::new(COOLING);

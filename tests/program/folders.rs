@@ -142,7 +142,7 @@ struct Alone<'a> {
 }
 
 impl Alone<'_> {
-    /// Returns the folder of a run of a seed, made when it is first asked for.
+    /// Returns the folder of a run of a seed, made at the first request.
     fn of(&self, seed: u64) -> PathBuf {
         let name = format!("alone-{seed}");
         if !self.desk.path(&name).exists() {

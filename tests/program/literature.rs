@@ -229,8 +229,7 @@ fn partial_temperatures_are_those_of_the_kinetic_equations() {
             }
         }
         assert!(checked >= 6, "{name}: only {checked} of {}", found.len());
-        // They have parted from each other and cooled by a factor: the equations had something to
-        // say.
+        // Temperatures differ and have fallen by a factor, so that the equations are tested.
         assert!(theory.last().is_some_and(|&last| last < 0.7), "{name}");
     }
 }

@@ -98,7 +98,7 @@ fn peak(desk: &Desk, line: &str) -> f64 {
     let status = format!("/proc/{}/status", child.id());
     let mut most: f64 = 0.0;
     loop {
-        // It only grows, so that the last look before the end is the one that counts.
+        // The peak only grows, so the last reading before the end counts.
         let text = fs::read_to_string(&status).unwrap_or_default();
         let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let kibibytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<f64>().ok());
@@ -131,9 +131,9 @@ fn the_estimate_is_what_the_process_takes() {
                 "{name}, {replicas} replicas on {threads} threads: {told:.0} MiB told, {found:.0} MiB found"
             );
             println!("{line}");
-            // Whether threads have their peaks at once is chance. Together they take no more than
-            // is said, and what is said is no more than they would take if each had the peak of one
-            // alone, beside the program.
+            // Upper bound of the measured memory: threads have their peaks at once by chance.
+            // Together they take at most the stated memory, and that is at most the peak of a
+            // thread for each thread, besides the program.
             let most = if threads == 1 {
                 alone = found;
                 found
@@ -148,8 +148,8 @@ fn the_estimate_is_what_the_process_takes() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// Cases larger than the memory of the machine are refused before anything is allocated, by run
-/// with advice how to run them all the same.
+/// Cases larger than the memory of the machine are refused before anything is allocated; `run`
+/// names the option that starts them anyway.
 #[test]
 fn what_does_not_fit_is_refused() {
     let text = "format = 2\ntitle = \"too large\"\nreplicas = 2\n[gas]\ndimension = 3\nnumber = 2000000000\nvolume = 1e11\n\

@@ -139,8 +139,7 @@ fn a_tiny_paper_is_made_again() {
     );
     assert_eq!(verdicts(&desk, "out/claims.csv"), found);
 
-    // One figure has files of its own, and all claims of the paper share the chance of a false
-    // alarm all the same.
+    // One figure has its own files; its claims still share the false-alarm rate of the whole paper.
     let one = desk.done("reproduce paper.toml --out out --figure 1");
     assert!(
         one.out.contains("5 claims: 3 agree, 1 differ, 1 void"),

@@ -79,11 +79,12 @@ pub(crate) fn command(asked: &Calibrate) -> Done {
     }
 }
 
-/// Binomial errors that a rate may be off.
+/// Largest deviation of a rate, in binomial standard errors.
 const FAR: f64 = 4.0;
-/// Chance of a rate of false alarms above what is allowed, where it is what is stated.
+/// Chance that a measured rate of false alarms exceeds its bound while the true rate is the stated
+/// one.
 const CHANCE: f64 = 1.0 / 16_000.0;
-/// Chance of a false alarm that is stated.
+/// Stated chance of a false alarm.
 const LEVEL: f64 = 0.05;
 
 /// Rule with a margin so small that only the side of zero decides.
@@ -93,15 +94,15 @@ const NARROW: Rule = Rule {
     differ_beyond: 0.0,
 };
 
-/// How often something was found.
+/// Returns the share of samples in which `found` is true.
 fn rate(samples: usize, found: impl Fn(&mut Xoshiro256PlusPlus) -> bool, seed: u64) -> f64 {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     (0..samples).filter(|_| found(&mut stream)).count() as f64 / samples as f64
 }
 
-/// Notes a rate of false alarms, which is at most the level. Of few samples the binomial law itself
-/// says how many there may be: it is skewed, and five of 20 at 5 % are no rarity of four errors,
-/// but one in 390.
+/// Records a rate of false alarms, which must be at most the level. The bound is that of the
+/// binomial law, which is skewed for few samples: five of 20 at 5 % have a chance of one in 390,
+/// not that of four errors.
 fn alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64) -> Done {
     let law = Binomial::new(level, samples as u64)
         .map_err(|error| TrialError::failed(error.to_string()))?;
@@ -111,7 +112,7 @@ fn alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64)
     Ok(())
 }
 
-/// Notes how often an effect was found, which is what is stated.
+/// Records the rate at which an effect was found, which must be the stated one.
 fn finds(log: &mut TrialLog, what: &str, rate: f64, samples: usize, stated: f64) {
     let error = (stated * (1.0 - stated) / samples as f64).sqrt();
     found!(log; "{what}: found in {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * stated);
@@ -274,7 +275,7 @@ fn planted_slope(log: &mut TrialLog) -> Done {
             4,
         );
         let stated = power(effect, replicas, 0.5 * LEVEL);
-        // The shape rings by chance where the trend does not: at most half the level more.
+        // False alarms of the shape where the trend is not found: at most half the level more.
         let error = (stated * (1.0 - stated) / samples as f64).sqrt();
         let most = 0.5 * LEVEL * (1.0 - stated) + FAR * error;
         found!(log; "{replicas} replicas: found in {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * stated);

@@ -61,7 +61,7 @@ pub struct Place {
     pub scheme: String,
     /// Resolution of the scheme.
     pub setting: String,
-    /// Packing fraction.
+    /// Packing fraction of the gas.
     pub packing: f64,
     /// CPU time of the runs behind its rows, which may share them \[s\].
     pub seconds: f64,

@@ -167,7 +167,7 @@ impl Candidate {
     }
 }
 
-/// Returns the items that are asked for by name; all if no name is given.
+/// Returns the items requested by name; all if no name is given.
 pub(crate) fn chosen<T: Copy>(
     all: &[T],
     name: impl Fn(&T) -> &'static str,

@@ -489,11 +489,11 @@ fn random_points_have_no_structure() {
     }
 }
 
-/// The correction leaves, on disks that do not overlap, only the residual aliasing of the module
-/// page. The difference from the direct sum, averaged over configurations, is tested against the
-/// sum over G, at z = 4 in each of 31 shells for two assignments, which fails by chance for one
-/// seed in 250. The structure at k + G comes from a lattice 16 times finer, where aliasing has
-/// weights below (225/800)^4 = 0.006; terms beyond |m| = 2 are below 0.002 in the last shell.
+/// For disks that do not overlap, the correction leaves only the residual aliasing of the module
+/// page. The mean difference from the direct sum over configurations is tested against the sum over
+/// G. With z = 4 in each of 31 shells for two assignments, the test fails by chance for one seed
+/// in 250. The structure at k + G comes from a lattice 16 times finer, where aliasing has weights
+/// below (225/800)^4 = 0.006; terms beyond |m| = 2 are below 0.002 in the last shell.
 #[test]
 fn correction_leaves_only_the_residual_aliasing() {
     const LENGTH: f64 = 64.0;

@@ -27,7 +27,7 @@ pub enum Stop {
     /// No further collisions are possible: one particle is left, or all are at rest. A finite time
     /// is reached.
     Still,
-    /// A pause was asked for: [`Engine::set_pause_flag`](super::Engine::set_pause_flag).
+    /// Pause requested by [`Engine::set_pause_flag`](super::Engine::set_pause_flag).
     Paused,
     /// The advance was interrupted: [`Engine::set_stop_flag`](super::Engine::set_stop_flag).
     Interrupted,

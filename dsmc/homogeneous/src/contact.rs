@@ -56,7 +56,7 @@ pub struct Meeting<V> {
 /// Outcome of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
-    /// No change.
+    /// The pair passed without a change.
     Passed,
     /// The pair bounced.
     Bounced {

@@ -117,7 +117,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         self.stop.set_pause_flag(pause);
     }
 
-    /// Returns true if an advance was broken off. The gas is then in the middle of it and advances
+    /// Returns true if an advance was interrupted. The gas is then in the middle of it and advances
     /// no further.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
@@ -147,10 +147,11 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
 
     /// Advances until a time, or for a number of collisions, whichever comes first.
     ///
-    /// The random stream is addressed by the number of advances before, so a run gives the same
-    /// bytes if it is stopped and resumed between two of them, and others if its time is divided
-    /// otherwise; a pause divides nothing. An observer receives the exact time of each collision if
-    /// trajectories are kept, and else its mean for the collision's place in the sequence.
+    /// The random stream is addressed by the number of advances before. So a run gives the same
+    /// bytes if it is stopped and resumed between two advances, and other bytes if its time is
+    /// divided otherwise; a pause divides nothing. An observer receives the exact time of each
+    /// collision if trajectories are kept, and else its mean for the collision's place in the
+    /// sequence.
     ///
     /// # Errors
     /// [`GasError`] if `until` is no number or before the present, a rate is not finite, or a bound

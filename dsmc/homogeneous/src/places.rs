@@ -22,7 +22,8 @@ pub(crate) struct Class {
     pub radius: f64,
     /// Sum of the kernel with all places of second partners.
     pub partners: f64,
-    /// Shares of the first power, and of the first two powers, in `partners`.
+    /// Cumulative shares of the first, and of the first two, powers of the radius in `partners`,
+    /// from which a power is drawn.
     pub cuts: [f64; 2],
     /// Group of radii of the class, see [`size_key`].
     pub key: u32,

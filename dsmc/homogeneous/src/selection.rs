@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 
 use super::gas::{Gas, Grains};
 
-/// Candidate pair.
+/// Candidate pair of the acceptance-rejection method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
     /// Index of the first partner.

@@ -48,9 +48,9 @@ pub struct Threshold {
 /// Order of the tests, if both conditions hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Order {
-    /// Sticking first.
+    /// Test of sticking before that of breaking.
     StickFirst,
-    /// Breaking first.
+    /// Test of breaking before that of sticking.
     BreakFirst,
 }
 

@@ -268,7 +268,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         let Simulator { velocity, spin, .. } = simulator;
         law.apply(self.trip.scene, &touch, velocity, spin, || draws.stream());
         for axis in 0..P::Space::DIMENSION {
-            // The obstacle pushed it off, or into, a wall on which it rested.
+            // The obstacle pushed the simulator off, or into, a wall on which it rested.
             if self.settled_particles[axis].is_some() && simulator.velocity[axis] != before.0[axis]
             {
                 self.release(axis);
@@ -279,7 +279,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         let pull = self.acceleration.inner(&normal);
         let too_often = self.obstacle_touches > MOST_TOUCHES;
         if pull < 0.0 && (leaving <= 0.0 || too_often) {
-            // It slides along the obstacle, which supports it, until the next flight.
+            // Sliding along the supporting obstacle until the next flight.
             simulator.velocity -= normal * leaving;
             let speed = simulator.velocity.square().sqrt();
             simulator.velocity += normal * (UPWARDS * speed);
@@ -294,7 +294,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         ledgers.obstacles[number].enter(self.trip.particles, gained.0, gained.1);
         ledgers.settled_particles += u64::from(too_often);
         if self.obstacle_touches > 2 * MOST_TOUCHES || (too_often && self.support.is_none()) {
-            // Too many contacts in a wedge: it stays in place for the rest of the flight.
+            // Too many contacts in a wedge: the simulator stays in place to the end of the flight.
             self.left = 0.0;
         }
     }
@@ -419,7 +419,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         }
         ledgers.settled_particles += u64::from(too_often);
         if too_often && !settled_particles {
-            // Too many contacts between walls: it stays in place for the rest of the flight.
+            // Too many contacts between walls: the simulator stays in place to the flight's end.
             self.left = 0.0;
         }
     }

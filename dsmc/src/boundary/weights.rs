@@ -43,9 +43,9 @@ impl Weights {
     /// Creates adaptive factors of equal slices along an axis, all one at the start.
     ///
     /// A factor doubles where a slice holds more than twice the mean number of simulators at the
-    /// start, and halves where it holds fewer than half, between 1/1024 and 1024. Dilute regions
-    /// are then sampled as well as dense ones (T. Kawasaki, thesis, California Institute of
-    /// Technology (1985), section 4).
+    /// start, and halves where it holds fewer than half. Factors are between 1/1024 and 1024.
+    /// Dilute regions are then sampled as well as dense ones (T. Kawasaki, thesis, California
+    /// Institute of Technology (1985), section 4).
     ///
     /// # Errors
     /// As [`Weights::table`].

@@ -42,7 +42,7 @@ const PACKINGS: usize = 2048;
 pub(super) struct Known {
     /// n chi \[1/length^D\].
     pub(super) rate: f64,
-    /// Packing fraction.
+    /// Packing fraction of the neighbourhood.
     pub(super) packing: f64,
     /// True if chi is limited there.
     pub(super) limited: bool,

@@ -83,8 +83,8 @@ impl<'a, P: ParticleModel, L> AroundPoints<'a, P, L> {
         }
     }
 
-    /// Rate and majorant of particles of one radius in a cell; cached, as consecutive candidates
-    /// often agree.
+    /// Returns rate and majorant of particles of one radius in a cell; they are cached, as
+    /// consecutive candidates often agree.
     #[inline(always)]
     fn of_size(
         &mut self,

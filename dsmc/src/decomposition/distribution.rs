@@ -151,7 +151,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
         self.share = Some(share);
     }
 
-    /// Load balancing: moves tiles between processes where measured costs differ much.
+    /// Balances the load: moves tiles between processes where measured costs differ much.
     pub(crate) fn balance(&mut self) {
         if !PROCESSES {
             return;

@@ -61,7 +61,7 @@ pub(super) fn scene_of<S: Space, C: Surface<S>>(
     ))
 }
 
-/// Scene in another field, made from its own.
+/// Returns a scene with another field, which `field` makes from its own.
 fn in_field<S, C, R, Z, F, G>(
     scene: Scene<S, C, R, Z, F>,
     field: impl FnOnce(F) -> G,

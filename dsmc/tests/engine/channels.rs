@@ -62,9 +62,9 @@ fn channel(packing: f64, width: f64, count: usize) -> (Boundaries<Plane>, State<
     (boundaries, state)
 }
 
-/// The collision rate is below that of exact disks by at most the bound of the engine plus 4 %, and
-/// above it by at most 4 %. The 4 % are the noise of 1200 simulators over 40 collisions each, with
-/// which the density in a window of ten diameters and its chi vary.
+/// Collision rates are below those of exact disks by at most the bound of the engine plus 4 %, and
+/// above them by at most 4 %. The 4 % are the noise of 1200 simulators over 40 collisions each: the
+/// density in a window of ten diameters varies with them, and so does chi.
 #[test]
 fn disks_in_channels_collide_as_often_as_the_engine_says() {
     let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());

@@ -189,7 +189,7 @@ fn forget<F: Field<Plane>>(disks: &mut Disks<F>, numbers: &[u32]) {
     }
 }
 
-/// Cuts a strip out of a gas, at an own time.
+/// Cuts a strip out of a gas, at an engine time.
 pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &Engine<P, Q>,
     place: &StripRows,

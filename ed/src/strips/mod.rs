@@ -3,33 +3,37 @@
 //!
 //! The box is cut into strips of rows of cells. Each thread simulates one strip and a halo of rows
 //! on each side, alone, for a window of time. Disks that would enter through the outer edge of a
-//! halo are missing, so that its events are wrong, first there, then farther in. When all strips
-//! have reached the end of the window, the histories of neighbours are compared disk by disk in a
-//! seam of two rows, one on each side of the edge between them. Where they agree, the events of the
-//! rows below the edge in one strip and above it in the other together are those of one engine for
-//! the whole gas, and each strip gets new halos from its neighbours. Where they do not agree, the
-//! gas returns to where it was joined last, repeats the windows since then, in the same strips, and
-//! the wrong one again, shorter.
+//! halo are missing, so that its events are wrong, first there, then farther in.
 //!
-//! *Why that is exact.* An event changes a disk, and perhaps its partner in a cell next to it, and
-//! reads what is in the cells next to those of both, before and after. It counts for the strip in
-//! whose rows its disk was. That strip has all rows below the edge, say, and the first one above
-//! it, where its history is that of the upper strip. That is all that the event reads, unless it
-//! changes a disk above the edge: then it reads the second row too, as candidates of that disk, and
-//! these are compared as they are in both strips. So each event was computed by the strip that
-//! counts it from what is right, and the result of the other strip is compared where it continues
-//! from it. Join the lower strip's history of disks below the edge and the upper strip's of those
-//! above it: the first event at which the whole could part from the history of one engine does not
-//! exist. A disk has the same number in all strips, so that simultaneous events come in the same
-//! order.
+//! At the end of the window the histories of neighbouring strips are compared disk by disk in a
+//! seam of two rows, one on each side of the edge between them.
+//!
+//! - Where they agree, the events of the rows below the edge in one strip and above it in the other
+//!   together are those of one engine for the whole gas. Each strip then gets new halos from its
+//!   neighbours.
+//! - Where they do not agree, the gas returns to the state at which it was joined last. It repeats
+//!   the windows since then in the same strips, and the wrong window in a shorter form.
+//!
+//! *Exactness.* An event changes a disk, and perhaps its partner in an adjacent cell. It reads the
+//! cells around both, before and after. It counts for the strip that owns the row of its disk.
+//!
+//! Take the strip below an edge: it has all rows below the edge, and the first row above it, where
+//! its history is that of the upper strip. That is all that the event reads, unless it changes a
+//! disk above the edge. Then it also reads the second row, as candidates of that disk, and these
+//! are compared in both strips. So each event was computed from correct data by the strip that
+//! counts it, and the other strip's result is compared where it continues from the event.
+//!
+//! Join the lower strip's history of disks below the edge and the upper strip's history of those
+//! above it. There is no first event at which the joined history could differ from that of one
+//! engine. A disk has one number in all strips, so that simultaneous events have one order.
 //!
 //! What depends on the order of all events (observers, accounts of walls, signs of collapse) is fed
 //! from logs that are merged by time. Whatever is unusual in a window, be it an error, an interrupt
 //! or the end of a budget, makes the engine drop the window and continue alone.
 //!
-//! The method has no bound of speeds in it, which dense gases would not obey: there, news travel at
-//! the speed of sound. The length of windows follows from how far wrong events have come into the
-//! halos, which is about as the root of the number of collisions.
+//! The method needs no upper bound of speeds. Dense gases would violate one, because in them
+//! information travels at the speed of sound. The length of windows follows from how far wrong
+//! events have come into the halos, which is about the root of the number of collisions.
 
 mod cut;
 mod merge;
@@ -114,7 +118,7 @@ pub struct StripSettings {
     depth: f64,
     /// Share of the rows of a halo that wrong events may enter.
     entered: f64,
-    /// Rate of collisions in own time, in the last window or as expected.
+    /// Rate of collisions in engine time, in the last window or as expected.
     rate: f64,
     /// Rows of cells at which strips begin, and where the last ends; empty if not known yet.
     cuts: Vec<i32>,
@@ -395,8 +399,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Finds the boundaries of strips for a leap towards a goal, and the own time at which it ends
-    /// at the latest; `None` if it does not pay.
+    /// Finds the boundaries of strips for a leap towards a goal, and the engine time at which it
+    /// ends at the latest; `None` if it does not pay.
     fn prepare(&mut self, whole: &Engine<P, Q>, goal: &Goal) -> Option<(Vec<i32>, f64)> {
         // Not for sliding rows, which step all at once.
         if self.settings.strips < 2 || P::Field::SHEARED {
@@ -505,8 +509,8 @@ where
         }
     }
 
-    /// Runs all strips to an own time, each on a thread. Returns whether they reached it, and the
-    /// collisions for an observer.
+    /// Runs all strips to an engine time, each on a thread. Returns whether they reached it, and
+    /// the collisions for an observer.
     fn run_all(
         strips: &mut [Engine<P, Q>],
         goal: &Goal,
@@ -574,7 +578,7 @@ where
         200 * (whole.names.len() / strips) as u64 + 1_000_000
     }
 
-    /// Rate of collisions in own time, to a factor of two, from the next contacts of some disks.
+    /// Rate of collisions in engine time, to a factor of two, from the next contacts of some disks.
     fn rate_to_come(whole: &Engine<P, Q>) -> f64 {
         let every = 1 + whole.disks.all.len() / ASKED;
         let contacts = whole.disks.all.iter().step_by(every);
@@ -587,8 +591,8 @@ where
         0.75 * every as f64 * rate(waits)
     }
 
-    /// Length of the next window, in own time; `None` if it does not pay. The remainder until an
-    /// end may be less, but to leave that to the gas alone costs more.
+    /// Length of the next window, in engine time; `None` if it does not pay. A last window before
+    /// the end of an advance may be shorter, which still costs less than one thread.
     fn window(
         &self,
         whole: &Engine<P, Q>,

@@ -36,7 +36,7 @@ fn equal(restitution: Law, rate: f64) -> ShearedScene<Smooth, Monodisperse> {
     }
 }
 
-/// Two species with this surface.
+/// Creates a sheared scene of two species with the given surface.
 fn mixture<C: Surface<Plane>>(
     surface: C,
     restitution: Law,
@@ -193,9 +193,9 @@ fn all_pairs_have_the_same_collisions() {
     }
 }
 
-/// Energy is what was there, plus the work of the stress, less what collisions took, and momentum
-/// stays zero, over fresh starts too. Each of some 10^6 terms is rounded to 1e-16 of itself, and
-/// their signs are of chance: 1e-13 of the sum; 1e-10 is asked for.
+/// The energy is that of the start, plus the work of the stress, less the dissipation, and the
+/// momentum stays zero, over restarts too. Each of some 10^6 terms is rounded to 1e-16 of itself,
+/// with random signs: 1e-13 of the sum; the bound is 1e-10.
 #[test]
 fn the_energy_balance_closes() {
     for (rate, restitution) in [(0.4, 0.8), (-1.0, 0.9)] {

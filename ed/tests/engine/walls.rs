@@ -417,7 +417,7 @@ fn a_disk_leaves_a_wedge_of_one_degree() {
         let contacts = engine.tally().rebounds;
         println!("steepness {steepness}: {contacts} contacts, nearest {nearest}");
         assert!((50..=181).contains(&contacts), "{contacts}");
-        // It touches both where the wedge is one diameter wide.
+        // The disk touches both sides where the wedge is one diameter wide.
         assert!(nearest > 0.5 / (0.5 * angle).tan() - 1e-9);
         assert!(body.velocity[0] > 0.0);
     }

@@ -29,9 +29,9 @@ use crate::space::Plane;
 pub enum Arrangement {
     /// Random positions without order.
     Disordered,
-    /// Square lattice.
+    /// Square lattice, of rows and columns.
     Square,
-    /// Hexagonal lattice.
+    /// Hexagonal lattice, of triangles.
     Hexagonal,
 }
 

@@ -48,7 +48,7 @@ impl Viscoelastic {
         Invalid::unless_positive("viscoelastic strength", strength).map(Self)
     }
 
-    /// Strength \[speed^(-1/10)\].
+    /// Strength of dissipation \[speed^(-1/10)\].
     pub fn strength(self) -> f64 {
         self.0
     }

@@ -64,8 +64,7 @@ pub fn time_to_vibrating_plane(
     while waited < limit {
         let speed = velocity + acceleration * waited;
         let above = height + (velocity + 0.5 * acceleration * waited) * waited;
-        // It comes within reach at the time found, also where by rounding it seems to be above even
-        // then.
+        // Within reach from the found time on, also where by rounding the point seems to be above.
         if above > vibration.amplitude() && !within_reach {
             waited += time_to_plane(above - vibration.amplitude(), speed, acceleration)?;
             within_reach = true;

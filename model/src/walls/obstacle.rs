@@ -186,8 +186,8 @@ impl Obstacle {
         &self.features
     }
 
-    /// Radius that is used for a particle of the given radius: at least a hair's breadth
-    /// \[length\].
+    /// Radius used for a particle of the given radius \[length\], not below a tiny share of the
+    /// obstacle's extent.
     #[inline]
     pub fn taken(&self, radius: f64) -> f64 {
         radius.max(self.hair)

@@ -274,7 +274,7 @@ pub(crate) fn format_short(value: &toml::Value) -> String {
         // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
         toml::Value::Float(number) if number.is_finite() => format!("{number:?}"),
         toml::Value::Array(all) => {
-            // More than the width of a line is cut below.
+            // Further values would lie beyond the width at which the text is cut.
             let all: Vec<String> = all.iter().take(WIDTH).map(format_short).collect();
             format!("[{}]", all.join(", "))
         }

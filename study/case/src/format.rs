@@ -91,13 +91,13 @@ pub struct Case {
     /// The engines to run. A table that is present is run. Without a box the engine is `dsmc-homogeneous`.
     #[serde(default)]
     pub engine: Engines,
-    /// How long to run and when to sample.
+    /// End of the run and sample times.
     pub run: Run,
     /// Measurements besides the energy: a table for each, by its name.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub measure: BTreeMap<String, toml::Table>,
-    /// How results are judged.
+    /// Rules of the verdicts on results.
     #[serde(default)]
     pub verdict: Judging,
     /// Largest error of the Monte Carlo engines; their simulators and time steps are then chosen by the program.
@@ -125,12 +125,12 @@ fn unit() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Axis {
-    /// One by one.
+    /// List of single values.
     List(
         #[schemars(with = "Vec<serde_json::Value>", length(min = 1, max = 10_000))]
         Vec<toml::Value>,
     ),
-    /// In equal steps.
+    /// Values in equal steps or equal factors.
     Range(Range),
 }
 
@@ -149,7 +149,7 @@ pub struct Range {
     /// Difference between two values, or with `log` their quotient, in place of a number of values.
     /// The last value is the last step that does not go beyond `to`.
     pub step: Option<f64>,
-    /// In equal factors in place of equal steps; both ends lie above 0 then.
+    /// True for equal factors in place of equal steps; both ends are then above 0.
     #[serde(default)]
     pub log: bool,
 }
@@ -220,7 +220,7 @@ pub struct Thermostat {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Start {
-    /// How particles are placed.
+    /// Placement of the particles.
     pub placement: Placement,
     /// File with positions or velocities, `.csv` or `.xyz`, relative to the case file; with
     /// placement or velocities = "file".
@@ -230,7 +230,7 @@ pub struct Start {
     /// space. Default: the whole box.
     #[schemars(extend("items" = json!({"type": "array", "minItems": 2, "maxItems": 3, "items": {"type": "number"}})))]
     pub region: Option<[Vec<f64>; 2]>,
-    /// Where the velocities come from.
+    /// Source of the initial velocities.
     pub velocities: Velocities,
     /// Elastic collisions per particle before t = 0; 0 means none. Default: 0 in flows and where a
     /// file or a region gives the places, else 10, and `10 sqrt(phi) chi` up to 100 at packings
@@ -266,7 +266,7 @@ impl Default for Start {
     }
 }
 
-/// How particles are placed.
+/// Placement of the particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Placement {
@@ -280,7 +280,7 @@ pub enum Placement {
     File,
 }
 
-/// Where the initial velocities come from: a word, or a distribution.
+/// Source of the initial velocities: a word, or a distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Velocities {
@@ -297,7 +297,7 @@ impl Velocities {
     pub const FILE: Self = Self::Word(VelocityWord::File);
 }
 
-/// Where the initial velocities come from, in a word.
+/// Source of the initial velocities, in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityWord {
@@ -318,7 +318,7 @@ pub struct VelocityCumulant {
     pub a2: f64,
 }
 
-/// How long to run and when to sample.
+/// End of the run and sample times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
@@ -361,7 +361,7 @@ pub enum TimeUnit {
     MeanFreeTime,
 }
 
-/// Difference beyond which an interval shows one.
+/// Threshold beyond which an interval shows a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DifferBeyond {
@@ -371,7 +371,7 @@ pub enum DifferBeyond {
     Margin,
 }
 
-/// How results are judged.
+/// Rules of the verdicts on results.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Judging {
@@ -406,7 +406,7 @@ impl Default for Judging {
     }
 }
 
-/// How accurate the Monte Carlo engines must be.
+/// Target error of the Monte Carlo engines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Accuracy {

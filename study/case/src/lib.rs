@@ -132,7 +132,7 @@ impl Point {
 }
 
 impl CaseFile {
-    /// Title of all points together: what the titles of all of them begin with.
+    /// Common beginning of the titles of all points.
     pub fn title(&self) -> String {
         let mut titles = self.points.iter().map(|point| &*point.case.title);
         let mut common: Vec<&str> = titles.next().unwrap_or("").split(", ").collect();
@@ -163,7 +163,7 @@ impl CaseFile {
         Format::plain().read(path, overrides)
     }
 
-    /// Reads the text of a case; `path` stands in messages, and files are looked for beside it.
+    /// Reads the text of a case; `path` appears in messages, and its folder is that of start files.
     ///
     /// # Errors
     /// As [`CaseFile::read`], but for the file itself.

@@ -52,7 +52,7 @@ pub(crate) fn value_at<'a>(table: &'a toml::Table, key: &[String]) -> Option<&'a
     })
 }
 
-/// Bytes of the text where a key and its value stand.
+/// Byte ranges of a key and its value in the text.
 #[derive(Clone, Debug)]
 struct Spans {
     key: Range<usize>,
@@ -129,7 +129,7 @@ impl Origins {
         let is_key = matches!(problem.fault, Fault::UnknownKey { .. });
         let (span, depth) = self.find(key, is_key);
         if replaced.is_none() && depth < key.len() {
-            // A table that is there only because of what replaced a value in it.
+            // The table exists only because a value in it was replaced.
             let beside = |(known, _): &&(Key, Replaced)| known.starts_with(&key[..=depth]);
             replaced = self.replaced.iter().rev().find(beside);
         }
@@ -201,7 +201,7 @@ fn read_table(
     let mut read = toml::Table::new();
     for (key, value) in table {
         let path = below(path, key.get_ref().as_ref());
-        // The text of a table with a header is all that stands below it: the header is enough.
+        // The header of a table alone, because its text includes all that is below it.
         let plain = !matches!(value.get_ref(), DeValue::Table(_) | DeValue::Array(_));
         let shown = if plain { value.span() } else { key.span() };
         let spans = Spans {

@@ -141,7 +141,7 @@ pub(crate) fn shorten(table: &mut Table, until: f64) {
         if let Some(Value::Array(times)) = measure.get_mut("times")
             && times.iter().any(late)
         {
-            // What was asked for at the end is wanted at the new end.
+            // Times beyond the new end are replaced by the new end.
             times.retain(|time| number(time).is_some_and(|time| time < until));
             times.push(Value::Float(until));
         }

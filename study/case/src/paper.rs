@@ -205,8 +205,7 @@ impl PaperFile {
         Self::from_text(path, &read_text(path)?)
     }
 
-    /// Reads the text of a paper file; `path` stands in messages, and cases are looked for beside
-    /// it.
+    /// Reads the text of a paper file; `path` appears in messages, and its folder is that of cases.
     ///
     /// # Errors
     /// As [`PaperFile::read`], but for the file itself.

@@ -225,8 +225,7 @@ impl Format {
 
 /// Returns the keys that lead to the least deep key of a name.
 fn shallowest(schema: &Json, name: &str) -> Option<Key> {
-    /// Keys of a case that stand in tables of tables, as those of engines and measurements, are as
-    /// deep as this.
+    /// Largest depth of a key, of those in tables of tables, as of engines and measurements.
     const DEPTH: usize = 3;
     (1..=DEPTH).find_map(|depth| path_to(schema, name, depth))
 }

@@ -154,7 +154,7 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, String> {
     if log && !(from > 0.0 && to > 0.0) {
         return Err("the ends of a range in equal factors lie above 0".into());
     }
-    // Steps in which all is counted: of the logarithm where they are factors.
+    // Scale of the steps: logarithmic where they are factors.
     let along = |value: f64| if log { value.ln() } else { value };
     let (last, to) = match (points, step) {
         (Some(points), None) => (points - 1, to),
@@ -171,7 +171,7 @@ fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, String> {
                         .into(),
                 );
             }
-            // What is a whole number of steps but for rounding is one.
+            // Number of steps, robust against rounding below a whole number.
             let whole = (count * (1.0 + 1e-9)).floor();
             let end = along(from) + whole * stride;
             (whole as u64, if log { end.exp() } else { end })

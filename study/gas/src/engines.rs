@@ -69,8 +69,8 @@ impl EventDriven {
         let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
         elastic.set_stop_flag(interrupt);
         elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
-        // It stands at a collision. The state is taken one mean free time later, whatever collides
-        // then.
+        // The advance ends at a collision. The state is taken one mean free time later, at no
+        // particular event.
         let (passed, collisions) = (elastic.time() - time, elastic.work().collisions);
         if collisions > 0 && !elastic.is_interrupted() {
             let free = 0.5 * passed * elastic.count() as f64 / collisions as f64;

@@ -29,7 +29,7 @@ fn with_pauses(engine: &mut dyn Simulation, until: f64, most: usize) -> Result<u
         pauses += 1;
         let time = engine.time();
         assert!(time > before && time < until && !engine.is_interrupted());
-        // A look at the gas in a pause changes nothing.
+        // Reading the gas in a pause changes nothing.
         assert_eq!(engine.particles().all.len(), engine.count());
     }
 }
@@ -85,7 +85,7 @@ fn a_paused_gas_goes_on_to_the_same_bytes() -> Result<(), GasError> {
         }
         assert!(schemes >= 4);
         let (mut paused, mut alone) = (EventDriven::new(&gas)?, EventDriven::new(&gas)?);
-        // It looks every 50000 collisions.
+        // Exact dynamics checks for a pause every 50000 collisions.
         let until = if gas.grains.is_bounded { 400.0 } else { until };
         let pauses = with_pauses(&mut *paused, until, 2)?;
         alone.advance(until, &mut ())?;
@@ -217,7 +217,7 @@ fn times_that_cannot_be_reached_are_refused() -> Result<(), GasError> {
     }
     let mut chaos = MonteCarlo::from_state(&elastic, Scheme::Collisionless)?;
     assert!(chaos.advance(1e308, &mut ()).is_err());
-    // What cools comes to any time below that of cases, and so does what is at rest.
+    // A cooling gas, or one at rest, reaches any time below the limit of cases.
     let mut cooling = MonteCarlo::new(&Gas::spheres(100).restitution(0.5).build()?)?;
     assert!(cooling.advance(1e101, &mut ()).is_err());
     cooling.advance(1e20, &mut ())?;

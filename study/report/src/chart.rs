@@ -169,9 +169,9 @@ pub struct Curve {
 pub struct Word {
     /// Text of the label.
     pub text: String,
-    /// Abscissa.
+    /// Abscissa of the label.
     pub x: f64,
-    /// Ordinate.
+    /// Ordinate of the label.
     pub y: f64,
 }
 

@@ -173,7 +173,7 @@ pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
 pub(crate) fn headline(verdict: &Verdict) -> Markup {
     html! { p.headline {
         (kind(verdict.kind)) " "
-        // Only the topic of an informative number tells its quantity.
+        // Informative numbers need the topic, which names the quantity.
         @if verdict.kind == VerdictKind::Note { (verdict.topic) ": " }
         (unbroken(&verdict.sentence))
     } }

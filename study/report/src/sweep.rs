@@ -104,7 +104,7 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     })
 }
 
-/// Swept keys.
+/// Returns the swept keys, sorted.
 fn keys(sweep: &Sweep) -> Vec<&String> {
     let points = sweep.points.iter();
     let keys: BTreeSet<&String> = points.flat_map(|point| point.values.keys()).collect();

@@ -10,7 +10,7 @@ use toml::Value;
 use crate::ReproduceError;
 use crate::plan::{NumberLocation, Source, same_name};
 
-/// Name of the column that tells replicas apart.
+/// Name of the column that distinguishes replicas.
 const REPLICA: &str = "replica";
 /// Name of the quantity of computing time of all engines and replicas \[s\].
 pub(crate) const SECONDS: &str = "seconds";

@@ -50,7 +50,7 @@ const MACHINE_WIDTH: usize = 80;
 enum Holder {
     /// This process.
     Own,
-    /// A process that is alive.
+    /// Another process with a recent heartbeat.
     Alive,
     /// A process that has ended, or without a heartbeat for too long.
     Lost,
@@ -170,8 +170,7 @@ impl FolderWorker {
         fs::create_dir_all(&folder).map_err(failed(&folder))?;
         let id = unique_id();
         let machine = machine().unwrap_or_default();
-        // It gets its name only when it is locked, since an unlocked file counts as that of a dead
-        // process.
+        // Hidden until it is locked, since an unlocked file counts as that of a dead process.
         let (hidden, path) = (
             folder.join(format!(".{id}")),
             folder.join(format!("{WORKER}{id}")),
@@ -491,7 +490,7 @@ mod tests {
             let claim = claims[holder].clone().expect("a claim");
             assert_eq!(claim.generation, generation);
             assert!(workers[holder].holds(&claim));
-            // Its end is detected at once, as its lock is released.
+            // The end of the holder is detected at once, as its lock is released.
             drop(workers.remove(holder));
             if let Some(other) = workers.first() {
                 assert!(!other.holds(&claim));
@@ -527,7 +526,8 @@ mod tests {
         assert_eq!(taken.generation, 1);
         assert!(second.holds(&taken) && !first.holds(&claim));
         assert!(!second.find_other().expect("read"));
-        // Its next heartbeat makes it alive again, but does not restore its task.
+        // The next heartbeat of the first process makes it alive again, but does not restore its
+        // task.
         first.pulse.beat().expect("a heartbeat");
         assert!(second.find_other().expect("read") && !first.holds(&claim));
         assert_eq!(first.claim(&folder, "a").expect("links"), None);

@@ -173,9 +173,9 @@ pub enum ResultsError {
         line: u64,
         /// Name of the counted items: `cells` or `rows`.
         what: &'static str,
-        /// Number found.
+        /// Number of items found.
         found: u64,
-        /// Number expected.
+        /// Number of items expected.
         expected: u64,
     },
     /// A cell cannot be parsed.

@@ -42,11 +42,11 @@ const PATIENCE: Duration = Duration::from_mins(1);
 /// Treatment of an existing results folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// Refuse it.
+    /// Refusal of an existing folder.
     Refuse,
-    /// Continue it.
+    /// Continuation of an existing run.
     Resume,
-    /// Replace it.
+    /// Replacement of an existing run.
     Replace,
 }
 
@@ -325,7 +325,7 @@ fn require_names(runs: &[RunId]) -> Result<(), ResultsError> {
     }
 }
 
-/// Refuses a folder that a live process shares, where the lock does not tell.
+/// Refuses a folder that a live process shares, if the lock does not show it.
 fn require_nobody(path: &Path) -> Result<(), ResultsError> {
     let visitor = FolderWorker::register(path, PATIENCE)?;
     if visitor.find_other()? {

@@ -86,11 +86,11 @@ impl Met {
 /// Particle as input of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dot {
-    /// Position \[length\].
+    /// Position of the centre \[length\].
     pub position: [f64; 2],
-    /// Velocity \[length/time\].
+    /// Velocity of the centre \[length/time\].
     pub velocity: [f64; 2],
-    /// Radius \[length\].
+    /// Radius of the particle \[length\].
     pub radius: f64,
     /// Number of particles that it stands for.
     pub weight: f64,
@@ -112,7 +112,7 @@ fn scatter(index: u64) -> u64 {
 pub struct Crowd {
     /// Sum of the weights.
     pub particles: f64,
-    /// Largest weight.
+    /// Largest weight of a particle.
     pub heaviest: f64,
     /// Sum of the weights times the squared speeds \[length²/time²\].
     pub squares: f64,

@@ -68,7 +68,7 @@ pub struct Manifest {
     pub verdicts: Vec<Verdict>,
     /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,
-    /// Warnings.
+    /// Warnings about the run, in words.
     pub warnings: Vec<String>,
     /// Snapshots of replica 0.
     pub snapshots: Vec<Snapshot>,
@@ -93,9 +93,9 @@ pub struct Question {
 /// Name and version of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Program {
-    /// Name.
+    /// Name of the program.
     pub name: String,
-    /// Version.
+    /// Version of the program, such as `2.0.0`.
     pub version: String,
     /// Commit of the build, and whether sources had changed since; empty if unknown.
     #[serde(default, skip_serializing_if = "String::is_empty")]

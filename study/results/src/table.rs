@@ -59,7 +59,7 @@ pub enum Role {
 /// Cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// Words.
+    /// Words of a text column.
     Text(String),
     /// A number; one that is not finite is written as an empty cell.
     Number(f64),
@@ -78,7 +78,7 @@ pub struct Estimate {
     pub standard_error: Option<f64>,
     /// Number of replicas behind the error; `None` if the error is known otherwise.
     pub replicas: Option<usize>,
-    /// Theoretical value.
+    /// Value by theory; `None` if there is none.
     pub theory: Option<f64>,
     /// Error of the theoretical value.
     pub theory_error: Option<f64>,
@@ -125,7 +125,7 @@ pub struct Figure {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Key columns that tell the curves apart, such as `engine`.
+    /// Key columns that distinguish the curves, such as `engine`.
     pub curves: Vec<Text>,
     /// Key columns with one panel per value, such as a time window.
     pub panels: Vec<Text>,
@@ -153,9 +153,9 @@ pub struct Axis {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
-    /// Equal steps.
+    /// Equal steps of the value.
     Linear,
-    /// Equal factors.
+    /// Equal factors of the value.
     Logarithmic,
 }
 

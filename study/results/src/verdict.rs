@@ -26,7 +26,7 @@ pub struct ComparedNumber {
     pub place: String,
     /// True if the difference is relative to the quantity.
     pub relative: bool,
-    /// Difference found.
+    /// Difference found, in the units of the quantity, or relative to it.
     pub difference: f64,
     /// Standard error of the difference, over replicas or blocks of time.
     pub standard_error: Option<f64>,

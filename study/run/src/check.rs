@@ -63,7 +63,7 @@ pub struct Outline {
     pub cost: Cost,
     /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,
-    /// Warnings.
+    /// Warnings about the case, in words.
     pub warnings: Vec<String>,
     /// Work that is missing in a nominal time estimate, in words.
     pub unknown: Vec<String>,

@@ -91,9 +91,9 @@ impl RateWindow {
 }
 
 impl RateWindow {
-    /// Collision rate per particle since the start of the window \[1/engine time\], and whether it
-    /// rests on enough collisions to end a run; the next window then starts. `None` for few
-    /// collisions.
+    /// Measures the collision rate per particle since the start of the window \[1/engine time\];
+    /// `None` for few collisions. Also returns true, and starts the next window, if the collisions
+    /// are enough to end a run.
     fn measure(&mut self, particles: usize, collisions: u64, time: f64) -> Option<(f64, bool)> {
         let since = collisions.saturating_sub(self.collisions);
         if since < OF_ALL_TOLD {
@@ -157,7 +157,7 @@ mod tests {
         // Four collisions of each of a million particles are few.
         assert_eq!(window.measure(1_000_000, OF_ALL, 1.0), Some((4.0, false)));
         assert_eq!(window.measure(10, OF_ALL, 2.0), Some((2e5, true)));
-        // A new window starts there; a time that stands still also has a rate.
+        // The next window starts there; a window without any time has a rate too.
         assert_eq!(window.measure(10, OF_ALL + 1, 3.0), None);
         let found = window.measure(10, 2 * OF_ALL, 2.0);
         assert!(found.is_some_and(|(rate, is_whole)| is_whole && rate > 1e300));

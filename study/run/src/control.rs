@@ -49,14 +49,14 @@ pub trait Content: Serialize + DeserializeOwned {
 /// when it is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Set {
-    /// First set.
+    /// First set of shards.
     A,
-    /// Second set.
+    /// Second set of shards.
     B,
 }
 
 impl Set {
-    /// Both sets.
+    /// Both sets of shards.
     pub const ALL: [Self; 2] = [Self::A, Self::B];
 
     /// Set that the next checkpoint uses.

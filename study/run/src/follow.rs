@@ -407,7 +407,7 @@ impl<'a> Course<'a> {
         Ok((self.gas.checkpoint()?, None))
     }
 
-    /// Content of a checkpoint.
+    /// Returns the content of a checkpoint.
     fn save(&mut self, control: &Control<'_, Saved>) -> Result<Saved, PartError> {
         let (engine, set) = self.checkpoint(control)?;
         self.set = set;

@@ -140,7 +140,7 @@ mod tests {
         // The first resumes from a checkpoint at 90 %; the rest of it takes a second.
         gauge.tell(0, 0.9, began);
         gauge.tell(0, 1.0, began + Duration::from_secs(1));
-        // It takes 10 s in all, so the other, three times as costly, takes 30 s.
+        // The first part takes 10 s in all, so the other, three times as costly, takes 30 s.
         close(gauge.share(), 0.25);
         // A fraction that falls is not reported.
         gauge.tell(0, 0.5, began + Duration::from_secs(2));

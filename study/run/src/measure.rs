@@ -184,19 +184,19 @@ pub struct BadOption {
 
 /// Measurement on one engine of one replica.
 pub trait Probe: Send {
-    /// Observer of collisions; `None` if the probe needs none.
+    /// Returns the observer of collisions; `None` if the probe needs none.
     fn observer(&mut self) -> Option<&mut dyn Observer> {
         None
     }
 
-    /// Called once before the engine moves, with the gas at the start.
+    /// Begins the measurement: called once with the gas at the start, before the engine moves.
     fn begin(&mut self, _moment: &mut Moment<'_>) {}
 
-    /// Called wherever the run stops: before the samples at each sample time of any measure, and
+    /// Handles a stop of the run: called before the samples at each sample time of any measure, and
     /// after each kick.
     fn stop(&mut self, _stop: &Stop) {}
 
-    /// Called at each sample time of the measure, and only there.
+    /// Samples the gas: called at each sample time of the measure, and only there.
     fn sample(&mut self, _moment: &mut Moment<'_>) {}
 
     /// Serializes the record so far, for a checkpoint.
@@ -257,7 +257,7 @@ pub fn chosen<O: DeserializeOwned + Default>(plan: &Plan, name: &str) -> O {
     options(plan, name).unwrap_or_default()
 }
 
-/// No options.
+/// Measure without options.
 #[derive(Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Options")]

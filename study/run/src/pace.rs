@@ -211,7 +211,7 @@ fn flying(
                 broken = true;
                 break;
             }
-            // It takes no longer than this.
+            // A run would end here too, because the gas cannot continue.
             Err(error) if error.is_of_gas() => break,
             Err(error) => return Err(error),
         }
@@ -242,7 +242,7 @@ fn looking(part: &Part<'_>, course: &mut Course<'_>) -> [f64; 2] {
             course.probes[number].sample(&mut moment);
             began.elapsed()
         };
-        // The first of quick samples waits for memory.
+        // The first quick sample waits for memory, so that a second one is timed.
         let found = look();
         let found = if found < QUICK { look() } else { found };
         let all = times.count() as f64 * found.as_secs_f64();

@@ -76,13 +76,13 @@ pub struct PointSummary {
     pub folder: PathBuf,
     /// True if the point was complete before.
     pub was_complete: bool,
-    /// Duration \[s\].
+    /// Wall time of the point in this call \[s\].
     pub seconds: f64,
     /// Verdicts, the most important first.
     pub verdicts: Vec<Verdict>,
     /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,
-    /// Warnings.
+    /// Warnings about the point, in words.
     pub warnings: Vec<String>,
 }
 
@@ -102,7 +102,7 @@ pub enum RunError {
     /// Number of threads out of range.
     #[error("{found} threads; allowed: from 1 to {MOST_THREADS}")]
     Threads {
-        /// Number of threads asked for.
+        /// Requested number of threads.
         found: usize,
     },
     /// Threads that cannot be started.

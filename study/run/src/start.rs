@@ -56,7 +56,7 @@ pub enum StartError {
     /// Particle that finds no free position.
     #[error(transparent)]
     PlacementFailed(#[from] PlacementFailed),
-    /// Interruption.
+    /// Interruption of the start by a stop request.
     #[error("stopped")]
     Interrupted,
     /// Lattice, or several sizes, that do not fit.

@@ -49,7 +49,7 @@ impl Speed {
     }
 }
 
-/// A piece of work for an engine, as asked for on the command line.
+/// Piece of work for an engine, as requested on the command line.
 pub(crate) trait Work {
     /// Makes the start and times the work; refuses numbers out of range.
     fn measure(&self) -> Result<Speed, TrialError>;

@@ -76,7 +76,7 @@ const HOMOGENEOUS: Engine = (
     stosszahl_dsmc::homogeneous::STATISTICS_VERSION,
 );
 
-/// All engines.
+/// All engines, each with its statistics version.
 pub(super) const VERSIONS: [Engine; 4] = [ED, DSMC, HALFWAY, HOMOGENEOUS];
 
 type Make = fn(&Results) -> Result<Made, TrialError>;
@@ -98,7 +98,7 @@ const fn entry(
     }
 }
 
-/// Returns the engines as they stand in the first line of a block.
+/// Returns names and statistics versions of engines in the form of the first line of a block.
 pub(super) fn versions(engines: &[Engine]) -> Vec<(String, u32)> {
     let named = |&(name, version): &Engine| (name.to_owned(), version);
     engines.iter().map(named).collect()

@@ -1,11 +1,11 @@
 //! The map of broken chaos: deviation of exact disks from molecular chaos, by packing and
 //! restitution.
 //!
-//! In a box narrower than the critical length the gas stays uniform, and what is left is the
-//! correlation of few particles. Each point has two such boxes, so that what the box does is seen.
-//! The cooling rate is taken over that of chaos at the squared speed of the colliding pairs, since
-//! thermal shear waves lower that speed the more the wider the box is, and over what N elastic
-//! disks would have ([`of_few`]).
+//! In a box narrower than the critical length the gas stays uniform, so that only the correlation
+//! of few particles is left. Each point has two such boxes, which shows the effect of the box. The
+//! cooling rate is relative to that of chaos at the squared speed of the colliding pairs, because
+//! thermal shear waves lower that speed, the more the wider the box is. It is also relative to that
+//! of N elastic disks ([`of_few`]).
 
 use std::f64::consts::PI;
 

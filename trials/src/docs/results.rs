@@ -135,7 +135,7 @@ impl Results {
             let own = out.join(&*name);
             paper.run(&own, &options, !resume)?;
             let judged = paper.judge(&own)?;
-            // What was complete before is of an earlier commit.
+            // Commit of the stored runs: an earlier one for runs that were complete before.
             for entry in fs::read_dir(&own)? {
                 let run = entry?.path();
                 if run.is_dir()

@@ -12,7 +12,7 @@ use crate::{Done, TrialLog};
 
 /// Number of disks.
 const DISKS: usize = 256;
-/// Packing fraction.
+/// Packing fraction of the gas.
 const PACKING: f64 = 0.1;
 /// Smallest lag \[d sqrt(m/T)\].
 const BIN: f64 = 0.5;

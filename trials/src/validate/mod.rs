@@ -187,7 +187,7 @@ impl Outcome {
     }
 }
 
-/// Runs the parts of the whole that are asked for, says each row, writes the page, and says whether
+/// Runs the requested parts of the whole, prints each row, writes the page, and fails unless
 /// everything holds.
 pub(crate) fn command(asked: &ValidateAll) -> Done {
     let effort = Effort {
@@ -209,7 +209,7 @@ pub(crate) fn command(asked: &ValidateAll) -> Done {
     }
 }
 
-/// Runs the parts asked for on the schemes asked for, says each row, and writes the tables.
+/// Runs the requested parts on the requested schemes, prints each row, and writes the tables.
 pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
     let effort = Effort {
         quick: asked.quick,

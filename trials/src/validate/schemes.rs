@@ -167,7 +167,7 @@ const ALL: &[Quantity] = &[
     Limit,
 ];
 
-/// Default scheme.
+/// Default scheme, contact-point.
 pub const CONTACT_POINT: Method = {
     let scheme = Scheme::ContactPoint { radius: None };
     let mut method = Method::new("contact-point", scheme, 8.0).finer();
@@ -176,7 +176,7 @@ pub const CONTACT_POINT: Method = {
     method.claiming([DENSE, DENSE, ALL])
 };
 
-/// All schemes.
+/// All schemes that are validated.
 pub const METHODS: &[Method] = &[
     // chi = 1: the Boltzmann equation of a dilute gas, measured against Enskog's to show what
     // density does.

@@ -80,9 +80,9 @@ fn cooling<S: Space>(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Cooling of equal disks and equal spheres; Table I of Bodrova & Osinsky (2024): 1.2·10⁶ spheres
-/// of 125 sizes, restitution 0.5, to t = 100. Published are 12.0727 and 12.0678 million collisions
-/// and energies of 1.233e4 and 1.235e4 (with their exponent corrected).
+/// Tests cooling of equal disks and equal spheres, and Table I of Bodrova & Osinsky (2024): 1.2·10⁶
+/// spheres of 125 sizes, restitution 0.5, to t = 100. Published are 12.0727 and 12.0678 million
+/// collisions and energies of 1.233e4 and 1.235e4 (with their exponent corrected).
 pub(super) fn run(log: &mut TrialLog) -> Done {
     cooling::<Plane>(log)?;
     cooling::<Volume>(log)?;

@@ -73,8 +73,8 @@ fn quotient(one: Estimate, other: Estimate) -> Estimate {
     }
 }
 
-/// Runs exact disks, and schemes with more and more simulators for each. Contact point claims to
-/// have their structure with many.
+/// Runs exact disks, and the schemes with rising numbers of simulators per disk. The contact-point
+/// scheme claims the structure of exact disks from [`MANY`] on.
 pub(super) fn run(log: &mut TrialLog) -> Done {
     let (exact_gases, gases) = if log.effort.quick { (4, 2) } else { (64, 24) };
     let make = |seed| start(DISKS, PACKING, seed, 40.0);

@@ -28,7 +28,7 @@ const BINS: usize = 20;
 pub struct Gas {
     /// Number of disks.
     pub disks: usize,
-    /// Packing fraction.
+    /// Packing fraction of the gas.
     pub packing: f64,
     /// Coefficient of restitution.
     pub restitution: f64,

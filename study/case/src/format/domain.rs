@@ -1,4 +1,4 @@
-//! The box, its walls, and what stands or flows in it.
+//! Keys of the box, its walls, obstacles and inflows.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -128,7 +128,7 @@ pub struct Wall {
     /// Velocity at which the wall slides along itself.
     #[schemars(extend("minItems" = 2, "maxItems" = 3))]
     pub sliding: Option<Vec<f64>>,
-    /// How the wall moves to and fro.
+    /// Vibration of the wall to and fro.
     pub vibration: Option<Vibration>,
 }
 

@@ -90,14 +90,14 @@ pub struct MonteCarlo {
     /// Radius around the point of contact from which a partner is drawn \[length\].
     #[schemars(range(min = 0.0))]
     pub partner_radius: Option<f64>,
-    /// How several simulators of a particle start.
+    /// Initial states of several simulators of a particle.
     pub simulator_start: Option<Copies>,
-    /// How readily overlapping disks collide, in units of the rate at which the dilute gas has
+    /// Rate at which overlapping disks collide, in units of the rate at which the dilute gas has
     /// Enskog's collision rate.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
     pub stiffness: Option<f64>,
-    /// Where walls act on a particle. Default: on its centre for `dsmc-boltzmann`, otherwise at its
-    /// radius.
+    /// Contact of particles with walls: with their centre, or at their radius. Default: the centre
+    /// for `dsmc-boltzmann`, otherwise the radius.
     pub wall_contact: Option<WallsActOn>,
     /// Weights of simulators by region: more simulators where particles are few.
     pub weights: Option<Weights>,
@@ -113,7 +113,7 @@ pub enum Displacement {
     Word(Inelastic),
 }
 
-/// The word that stands for the inelastic length.
+/// Word for the inelastic length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Inelastic {
@@ -121,7 +121,7 @@ pub enum Inelastic {
     Inelastic,
 }
 
-/// Where the packing fraction of a contact value is taken.
+/// Neighbourhood in which the packing fraction of a contact value is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Neighbourhood {
@@ -131,7 +131,7 @@ pub enum Neighbourhood {
     Whole(Mean),
 }
 
-/// The word that stands for the whole box.
+/// Word for the whole box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mean {
@@ -139,7 +139,7 @@ pub enum Mean {
     Mean,
 }
 
-/// How several simulators of a particle start.
+/// Initial states of several simulators of a particle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Copies {
@@ -149,7 +149,7 @@ pub enum Copies {
     Coherent,
 }
 
-/// Where walls act on a particle.
+/// Contact of particles with walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallsActOn {

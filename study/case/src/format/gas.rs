@@ -46,7 +46,7 @@ pub struct Gas {
     /// is their share of the volume. Default 1.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub particles_per_simulator: Option<f64>,
-    /// How density raises collision rates in a gas without positions.
+    /// Effect of density on collision rates in a gas without positions.
     #[serde(default)]
     pub pair_correlation: PairCorrelation,
     /// Mean free path in the uniform box: all diameters are scaled so that it is this. For `dsmc-boltzmann` alone.
@@ -125,7 +125,7 @@ impl Viscoelastic {
     }
 }
 
-/// How density raises collision rates.
+/// Effect of density on collision rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PairCorrelation {
@@ -182,12 +182,12 @@ pub struct PowerLaw {
     /// Largest mass. Default: where the number falls to zero.
     #[schemars(range(min = 1, max = 100_000))]
     pub largest_mass: Option<u64>,
-    /// How numbers become whole.
+    /// Rounding of numbers to whole ones.
     #[serde(default)]
     pub rounding: Rounding,
 }
 
-/// How numbers of particles become whole.
+/// Rounding of numbers of particles to whole ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rounding {
@@ -246,7 +246,7 @@ pub struct Pair {
     /// The two species, counted from 1.
     #[schemars(extend("items" = json!({"type": "integer", "minimum": 1})))]
     pub species: [u64; 2],
-    /// Their normal restitution.
+    /// Normal restitution of the pair.
     pub restitution: Restitution,
 }
 
@@ -273,7 +273,7 @@ pub struct Aggregation {
     /// Part of the relative motion that is compared with `fragment_above` or its speed.
     #[serde(default)]
     pub fragment_energy_part: EnergyPart,
-    /// Which test comes first where both hold.
+    /// Test that comes first where both hold.
     #[serde(default)]
     pub check_first: FirstTest,
     /// Factor of the relative speed in breaking.
@@ -305,7 +305,7 @@ pub enum EnergyPart {
     Normal,
 }
 
-/// Which test comes first.
+/// Test that comes first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FirstTest {

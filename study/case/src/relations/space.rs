@@ -1,4 +1,4 @@
-//! The box and what stands in it.
+//! Relations between keys of the box, its walls, obstacles and inflows.
 
 use std::f64::consts::PI;
 

@@ -84,7 +84,7 @@ impl Measured {
 /// Row of `frontier.csv`.
 #[derive(Clone, Debug)]
 pub(crate) struct Row<'a> {
-    /// Measured setting.
+    /// Measured setting of the row.
     pub one: &'a Measured,
     /// Name of the quantity; `largest-` for that of the kind whose error is largest.
     pub name: String,

@@ -69,7 +69,7 @@ impl KeptRuns {
         let start = start_file(plan);
         let inputs: Vec<&Path> = start.iter().map(PathBuf::as_path).collect();
         let mut case = as_json(plan);
-        // A run of the same case is something else.
+        // The added key tells a frontier's folder from that of a plain run of the case.
         case["frontier"] = true.into();
         let run = RunId::new("", &case, KEYS, &inputs)?;
         let folder = match options.join {
@@ -173,7 +173,7 @@ impl KeptRuns {
         self.known().runs.get(key).cloned()
     }
 
-    /// Keeps a run.
+    /// Stores a run in the journal.
     ///
     /// # Errors
     /// [`FrontierError::Results`] if the folder was moved; [`FrontierError::Write`] if the journal

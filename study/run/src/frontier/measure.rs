@@ -77,7 +77,7 @@ pub(crate) struct Workshop<'a> {
     pub limit: f64,
     /// CPU time so far \[s\].
     pub spent: Mutex<f64>,
-    /// Function that is called now and then with the run that has ended.
+    /// Function that reports progress, with the run that has ended; called from time to time.
     pub tell: &'a (dyn Fn(&str) + Sync),
     /// Number of groups of tasks so far.
     pub groups: AtomicU64,

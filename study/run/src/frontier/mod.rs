@@ -117,7 +117,7 @@ pub enum FrontierError {
     Case {
         /// Property of the case.
         found: String,
-        /// Property required.
+        /// Property that a case must have.
         expected: &'static str,
     },
     /// A system size cannot be planned.

@@ -152,7 +152,7 @@ fn row(
         points.pop();
     }
     if fit::richardson(&points, order).is_ok_and(|line| is_bad(&line)) {
-        // Not even then: all of them are reported.
+        // Even the fewest settings do not fit: all points are reported.
         points = all;
     }
     let mut line = fit::richardson(&points, order).ok()?;

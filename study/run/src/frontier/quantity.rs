@@ -43,7 +43,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All kinds.
+    /// All kinds of quantities.
     pub const ALL: [Self; 5] = [
         Self::Energy,
         Self::CollisionRate,
@@ -102,8 +102,8 @@ pub(crate) struct Quantity {
     pub time: f64,
 }
 
-/// Returns the case as it is measured: its gas and start, sampled and observed in the same way
-/// whatever the case asks for itself.
+/// Returns the case as it is measured: its gas and start, with a fixed sampling and fixed measures
+/// in place of those of the case.
 pub(crate) fn measured(case: &Case) -> Case {
     let mut case = case.clone();
     let until = case.run.until;
@@ -183,10 +183,10 @@ pub(crate) fn observe(
 /// Returns the theoretical value of a quantity, where theory is exact in the limit of a large gas;
 /// `None` elsewhere.
 ///
-/// An elastic gas conserves its energy, is Maxwellian, collides at Enskog's rate (the contact value
-/// is right to 0.1 % up to packing 0.5; N disks of momentum zero have `sqrt(1 - 1/N)` of the rate)
-/// and has uniform impact parameters. A gas that cools in a box too small for growing waves of
-/// shear follows Haff's law with the relaxation of a2.
+/// An elastic gas conserves its energy, is Maxwellian, collides at Enskog's rate and has uniform
+/// impact parameters. The contact value is right to 0.1 % up to packing 0.5, and N disks of
+/// momentum zero have `sqrt(1 - 1/N)` of the rate. A gas that cools in a box too small for growing
+/// waves of shear follows Haff's law with the relaxation of a2.
 pub(crate) fn theory(plan: &Plan, quantity: Quantity) -> Option<Known> {
     if !plan.has_theory() || plan.case.drive.is_some() || plan.case.thermostat.is_some() {
         return None;

@@ -14,7 +14,7 @@ const MOST: u64 = 4096;
 
 /// Measured settings, and the target of the search among them.
 pub(crate) struct Search<'a> {
-    /// Measured settings.
+    /// Measured settings to choose among.
     pub measured: &'a [Measured],
     /// Quantities that were measured.
     pub quantities: &'a [Quantity],
@@ -93,7 +93,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Returns the indices of the quantities of the kinds asked for.
+    /// Returns the indices of the quantities of the requested kinds.
     fn wanted(&self) -> impl Iterator<Item = usize> {
         let asked = |index: &usize| self.kinds.contains(&self.quantities[*index].kind);
         (0..self.quantities.len()).filter(asked)

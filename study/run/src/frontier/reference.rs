@@ -48,7 +48,7 @@ impl Cache {
         let mut hasher = blake3::Hasher::new();
         hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.update(serde_json::to_string(&case).unwrap_or_default().as_bytes());
-        // The numbers of a start file, whatever it is called.
+        // Numbers of a start file, independent of its name.
         let lists = plan
             .file
             .iter()
@@ -126,7 +126,7 @@ pub(crate) fn find(
             workshop.kept.require_same()?;
             snapshot::write(&cache.path, &cache.fingerprint, &runs)?;
         }
-        // As many as asked for, whatever is kept: the same sweep gives the same table.
+        // The requested number, even if more are kept, so that one sweep gives one table.
         runs.truncate(count);
     }
     let one = |(index, (quantity, exact)): (usize, (&Quantity, Option<Known>))| {
