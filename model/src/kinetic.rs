@@ -152,38 +152,6 @@ pub fn haff_collisions(dimension: usize, restitution: f64, time_over_haff: f64) 
     2.0 * dimension as f64 / rate * (1.0 + 3.0 * a2 / 16.0).mul_add(time_over_haff, 1.0).ln()
 }
 
-/// Fourth cumulant a2 of a gas heated by white noise, first Sonine order: van Noije & Ernst,
-/// Granular Matter 1, 57 (1998), doi:10.1007/s100350050009. Its denominator is that of
-/// [`fourth_cumulant`] and 32(D + 2)(1 - r), for here the noise, and not the cooling, balances the
-/// fourth moment.
-pub fn heated_fourth_cumulant(dimension: usize, restitution: f64) -> f64 {
-    let (d, r) = (dimension as f64, restitution);
-    16.0 * (1.0 - r) * (1.0 - 2.0 * r * r)
-        / (73.0 + 56.0 * d - (24.0 * d + 105.0) * r + 30.0 * r * r * (1.0 - r))
-}
-
-/// Temperature at which disks that are heated by `heating`, an energy per disk and Haff's time of
-/// the temperature one, lose what they gain.
-///
-/// Haff's law is the solution of `dT/dt = -2 (1 + 3 a2/16) T^(3/2)` in these units. With heating,
-/// `dT/dt = heating - 2 (1 + 3 a2/16) T^(3/2)`, as the energy of a disk is T; both sides balance at
-/// `T = (heating/(2 (1 + 3 a2/16)))^(2/3)`, with the a2 of [`heated_fourth_cumulant`].
-///
-/// ```
-/// // The loss of a Maxwellian gas at temperature one is two.
-/// assert!((stosszahl_model::kinetic::heated_temperature(2.0, 0.0) - 1.0).abs() < 1e-15);
-/// ```
-pub fn heated_temperature(heating: f64, fourth_cumulant: f64) -> f64 {
-    (heating / (2.0 + 3.0 * fourth_cumulant / 8.0)).powf(2.0 / 3.0)
-}
-
-/// Time in which a small deviation from [`heated_temperature`] falls to 1/e, in units of Haff's
-/// time of the temperature one: `1/(3 (1 + 3 a2/16) sqrt(T))`.
-pub fn heated_relaxation(heating: f64, fourth_cumulant: f64) -> f64 {
-    let temperature = heated_temperature(heating, fourth_cumulant);
-    1.0 / ((3.0 + 9.0 * fourth_cumulant / 16.0) * temperature.sqrt())
-}
-
 /// Rate at which disks forget their velocity, `nu = omega (1 + r)/2` in units of sqrt(T/m)/d: by it
 /// the velocity correlation of a gas in a steady state begins to decay. The self-diffusion
 /// coefficient in first Sonine order is `D = T/(m nu)` (Bodrova & Osinsky 2024 for mixtures in
@@ -275,20 +243,6 @@ mod tests {
         assert!(
             (omega - 4.0 * (compressibility_factor(0.25, 1.0) - 1.0) / PI.sqrt()).abs() < 1e-14
         );
-    }
-
-    /// The steady temperature is a fixed point of the balance, and the relaxation time its slope.
-    #[test]
-    fn heating_balances_dissipation() {
-        // The definition, and the value of a2 where cooling is weak, 16 (1 - r)(-1)/(...) at
-        // r -> 1.
-        let (h, a2) = (0.7, heated_fourth_cumulant(2, 0.9));
-        assert!((a2 + 16.0 * 0.1 * 0.62 / (185.0 - 153.0 * 0.9 + 30.0 * 0.81 * 0.1)).abs() < 1e-15);
-        let gain = |t: f64| h - 2.0 * (1.0 + 3.0 * a2 / 16.0) * t.powf(1.5);
-        let steady = heated_temperature(h, a2);
-        assert!(gain(steady).abs() < 1e-15);
-        let slope = (gain(steady + 1e-6) - gain(steady - 1e-6)) / 2e-6;
-        assert!((slope * heated_relaxation(h, a2) + 1.0).abs() < 1e-8);
     }
 
     /// Against d<R.v>/dt = 2 T - nu sqrt(T) <R.v> and d<R^2>/dt = 2 <R.v> with Haff's T, integrated

@@ -4,7 +4,7 @@
 //! study: *which particles collide, and with which impact parameter*. So this crate holds, once,
 //! the collision law ([`collision`]), the sizes ([`sizes`]), the box ([`domain`]), its images
 //! ([`images`]) and its walls ([`walls`]). It also holds the initial states ([`initial`]), the
-//! drive ([`drive`]), the random streams ([`random`]), the snapshot format ([`snapshot`]), kinetic
+//! thermal bath ([`bath`]), the random streams ([`random`]), the snapshot format ([`snapshot`]), kinetic
 //! theory ([`kinetic`], [`transport`]) and hints about [`memory`].
 //!
 //! # How choices become types
@@ -22,11 +22,11 @@
 //! mass and the initial temperature are one; nothing here relies on it except where a comment says
 //! so.
 
+pub mod bath;
 pub mod clusters;
 pub mod colliding_pair;
 pub mod collision;
 pub mod domain;
-pub mod drive;
 pub mod exact;
 pub mod field;
 mod format_short;
@@ -56,11 +56,11 @@ pub mod surface;
 pub mod transport;
 pub mod walls;
 
+pub use bath::Bath;
 pub use clusters::Clusters;
 pub use colliding_pair::{CollidingPair, PostCollision};
 pub use collision::{Collision, bounce, collide};
 pub use domain::Domain;
-pub use drive::Drive;
 pub use exact::Exact;
 pub use field::{Field, Free, Gravity, Sheared};
 pub use format_short::format_short;

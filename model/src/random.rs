@@ -27,7 +27,7 @@ pub enum Purpose {
     Simulators = 3,
     /// Collisions in cells; addressed by step and cell.
     Collisions = 5,
-    /// Kicks of a drive; addressed by the number of the kick and the particle.
+    /// Kicks of a bath; addressed by the number of the kick and the particle.
     StochasticDrive = 6,
     /// Pair selection and contacts of a gas without positions.
     Pairs = 7,

@@ -51,14 +51,25 @@ pub fn bulk_viscosity(packing_fraction: f64, contact_value: f64, restitution: f6
     reduced * DILUTE_VISCOSITY
 }
 
-/// Kinetic and crossed part of the shear viscosity, over `eta_0`.
-fn kinetic_viscosity(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
-    let (phi, chi, r) = (packing_fraction, contact_value, restitution);
-    let a2 = kinetic::fourth_cumulant(2, r);
+/// Kinetic and crossed part of the shear viscosity, over `eta_0`. `decay` is the rate at which shear
+/// stress decays besides by collisions, over `n T/eta_0`.
+fn kinetic_viscosity(
+    packing_fraction: f64,
+    contact_value: f64,
+    restitution: f64,
+    fourth_cumulant: f64,
+    decay: f64,
+) -> f64 {
+    let (phi, chi, r, a2) = (
+        packing_fraction,
+        contact_value,
+        restitution,
+        fourth_cumulant,
+    );
     let relaxation =
         3.0 / (4.0 * D) * chi * (1.0 - r + 2.0 / 3.0 * D) * (1.0 + r) * (1.0 + 7.0 * a2 / 16.0);
     let streaming = 1.0 - (1.0 + r) * (1.0 - 3.0 * r) * phi * chi / (D + 2.0);
-    let kinetic = streaming / (relaxation - reduced_cooling(chi, r) / 2.0);
+    let kinetic = streaming / (relaxation + decay);
     kinetic * (1.0 + 2.0 / (D + 2.0) * phi * chi * (1.0 + r))
 }
 
@@ -74,7 +85,11 @@ fn kinetic_viscosity(packing_fraction: f64, contact_value: f64, restitution: f64
 /// assert!((eta - 1.4825).abs() < 5e-5);
 /// ```
 pub fn shear_viscosity(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
-    DILUTE_VISCOSITY * kinetic_viscosity(packing_fraction, contact_value, restitution)
+    let a2 = kinetic::fourth_cumulant(2, restitution);
+    // Relative to the temperature, which falls, stress decays the less.
+    let decay = -reduced_cooling(contact_value, restitution) / 2.0;
+    let kinetic = kinetic_viscosity(packing_fraction, contact_value, restitution, a2, decay);
+    DILUTE_VISCOSITY * kinetic
         + D / (D + 2.0) * bulk_viscosity(packing_fraction, contact_value, restitution)
 }
 
@@ -82,8 +97,32 @@ pub fn shear_viscosity(packing_fraction: f64, contact_value: f64, restitution: f
 /// the reference of elastic simulations of the Enskog equation. The collisional part has no orders
 /// to sum.
 pub fn elastic_viscosity(packing_fraction: f64, contact_value: f64) -> f64 {
-    DILUTE_VISCOSITY * VISCOSITY_ORDERS * kinetic_viscosity(packing_fraction, contact_value, 1.0)
-        + D / (D + 2.0) * bulk_viscosity(packing_fraction, contact_value, 1.0)
+    bath_viscosity(packing_fraction, contact_value, 1.0, 0.0, 0.0)
+}
+
+/// Shear viscosity of disks in a bath that keeps their temperature \[sqrt(m T)/d\], first Sonine
+/// order with [`VISCOSITY_ORDERS`] on its kinetic part.
+///
+/// As [`shear_viscosity`], but the temperature is constant and a drag gamma, `drag` \[sqrt(T/m)/d\],
+/// damps the velocities, so that stress decays at the rate `nu + 2 gamma` in place of `nu - zeta/2`;
+/// gamma = 0 in white noise. Garzó & Montanero, Physica A 313, 336 (2002),
+/// doi:10.1016/S0378-4371(02)00994-3 (white noise); Garzó, Chamorro & Vega Reyes, Phys. Rev. E 87,
+/// 032201 (2013), doi:10.1103/PhysRevE.87.032201 (with drag).
+pub fn bath_viscosity(
+    packing_fraction: f64,
+    contact_value: f64,
+    restitution: f64,
+    fourth_cumulant: f64,
+    drag: f64,
+) -> f64 {
+    let (phi, chi, r) = (packing_fraction, contact_value, restitution);
+    let decay = if drag > 0.0 {
+        2.0 * drag * DILUTE_VISCOSITY / number_density(phi)
+    } else {
+        0.0
+    };
+    let kinetic = kinetic_viscosity(phi, chi, r, fourth_cumulant, decay);
+    DILUTE_VISCOSITY * VISCOSITY_ORDERS * kinetic + D / (D + 2.0) * bulk_viscosity(phi, chi, r)
 }
 
 /// Number density times d^2, `4 phi/pi`.
@@ -251,6 +290,25 @@ mod tests {
         assert!((DILUTE_VISCOSITY - 0.5 / PI.sqrt()).abs() < 1e-16);
         let chi = henderson(0.25);
         assert!((shear_viscosity(0.25, chi, 1.0) / DILUTE_VISCOSITY - 1.4825).abs() < 5e-5);
+    }
+
+    /// Where drag outruns collisions, stress decays at 2 gamma, and the dilute kinetic viscosity is
+    /// n T/(2 gamma), without a trace of the collisions.
+    #[test]
+    fn strong_drag_sets_the_viscosity() {
+        let (phi, drag) = (1e-6, 1.0);
+        for r in [1.0, 0.8] {
+            let found = bath_viscosity(phi, 1.0, r, 0.0, drag);
+            let known = VISCOSITY_ORDERS * number_density(phi) / (2.0 * drag);
+            assert!((found / known - 1.0).abs() < 1e-5, "{found} {known}");
+        }
+        let (phi, chi) = (0.25, henderson(0.25));
+        let cooling = shear_viscosity(phi, chi, 0.8);
+        let heated = bath_viscosity(phi, chi, 0.8, kinetic::fourth_cumulant(2, 0.8), 0.0);
+        assert!(
+            heated < cooling && heated > 0.9 * cooling,
+            "{heated} {cooling}"
+        );
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::program::{COOLING, Desk, FLUCTUATIONS, MIXTURE, WALLS};
+use crate::support::program::{COOLING, Desk, FLUCTUATIONS, LANGEVIN, MIXTURE, WALLS};
 
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
@@ -190,7 +190,7 @@ fn the_page_of_keys_is_that_of_the_program() {
 fn the_page_of_columns_has_those_of_runs() {
     let page = fs::read_to_string(docs().join("columns.md")).expect("a page");
     let known: BTreeSet<&str> = page.lines().collect();
-    for case in [COOLING, MIXTURE, WALLS, FLUCTUATIONS] {
+    for case in [COOLING, MIXTURE, WALLS, FLUCTUATIONS, LANGEVIN] {
         let desk = Desk::new(case);
         desk.done("run case.toml --quiet");
         let made = desk.done("reference results/case").out;

@@ -146,6 +146,8 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
         "comparison dissipation energy error_budget green_kubo growth helfand impact_parameter impact_parameter_summary \
          intermediate_scattering pair_correlation replicas shear_decay spectra structure_factor transport velocity_cumulants \
          velocity_distribution",
+        "comparison dissipation energy error_budget growth impact_parameter impact_parameter_summary pair_correlation \
+         replicas shear_decay spectra steady_spectra steady_state structure_factor",
     ];
     for ((name, text), tables) in SMALL.into_iter().zip(expected) {
         assert_runs(&desk, text, name, &[]);

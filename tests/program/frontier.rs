@@ -249,6 +249,6 @@ fn accuracy_is_chosen_by_a_pilot() {
     };
     let much = asking.replace("10%", "much");
     refused(&much, &["accuracy.target", "a share in quotes"]);
-    let driven = asking + "[drive]\nheating = 1\ninterval = 0.1\n";
+    let driven = asking + "[thermostat]\nkind = \"white-noise\"\nheating = 1\ninterval = 0.1\n";
     refused(&driven, &["a driven gas"]);
 }

@@ -56,7 +56,8 @@ fn both_engines_settle_at_the_temperature_of_theory() {
 /// Sizes, units and theory of two sizes of disks in a box.
 #[test]
 fn species_of_disks_give_sizes_and_units() {
-    let binary = DRIVEN_MIXTURE.replace("[drive]\nheating = 1\ninterval = 0.05\n", "");
+    let bath = "[thermostat]\nkind = \"white-noise\"\nheating = 1\ninterval = 0.05\n";
+    let binary = DRIVEN_MIXTURE.replace(bath, "");
     let plan = plan(&binary, &[]);
     let counts: Vec<usize> = plan.species.iter().map(|one| one.count).collect();
     assert_eq!(counts, [63, 27]);

@@ -61,7 +61,8 @@ packing_fraction = 0.2
 [run]
 until = 4
 first_sample = 0.5
-[drive]
+[thermostat]
+kind = "white-noise"
 heating = 1
 interval = 0.05
 [engine.ed]
@@ -71,6 +72,34 @@ simulators_per_particle = 4
 windows = [[0, 4]]
 bins = 5
 [measure.displacement]
+"#;
+
+/// Disks in a Langevin bath, with spectra.
+pub const LANGEVIN: &str = r#"# Does a small gas take the temperature of its bath?
+format = 2
+title = "a small gas in a bath"
+seed = 8
+replicas = 2
+[gas]
+number = 80
+restitution = 0.9
+[box]
+packing_fraction = 0.1
+[run]
+time_unit = "mean-free-time"
+until = 8
+first_sample = 0.5
+checkpoint_seconds = 0.01
+[thermostat]
+kind = "langevin"
+drag = 0.5
+bath_temperature = 1.5
+[engine.ed]
+[engine.dsmc-enskog]
+simulators_per_particle = 2
+[measure.spectra]
+times = [0, 4, 8]
+largest_wave_number = 3
 "#;
 
 /// Mixture without positions, with tracers and with all measures that it allows.
@@ -121,6 +150,7 @@ number = 2000
 aggregate_below = 4
 fragment_above = 12
 [thermostat]
+kind = "rescaling"
 interval = 5
 [run]
 until = 200
@@ -269,7 +299,7 @@ points = 4
 "#;
 
 /// One small case of each kind, with its name.
-pub const SMALL: [(&str, &str); 8] = [
+pub const SMALL: [(&str, &str); 9] = [
     ("cooling", COOLING),
     ("driven-mixture", DRIVEN_MIXTURE),
     ("mixture", MIXTURE),
@@ -278,6 +308,7 @@ pub const SMALL: [(&str, &str); 8] = [
     ("channel", CHANNEL),
     ("inflow", INFLOW),
     ("fluctuations", FLUCTUATIONS),
+    ("langevin", LANGEVIN),
 ];
 
 /// Settings that make each bundled case run in moments, with spaces between.
@@ -315,6 +346,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("kawasaki-1985-sedimentation-4", TWO),
     ("kawasaki-1985-spin", FLOW),
     ("luding-1998", "gas.number=100 run.until=1 engine.dsmc-free-volume.simulators_per_particle=2 engine.dsmc-enskog.simulators_per_particle=2"),
+    ("langevin-bath", "gas.number=100 run.until=10 measure.spectra.largest_wave_number=4"),
     ("luding-1998-fig3b", "replicas=2 start.equilibration=1 run.until=0.5"),
     ("luding-1998-unbiased", "gas.number=100 run.until=1"),
     ("map-onset", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.2 measure.impact_parameters.windows=[[0,0.2]]"),

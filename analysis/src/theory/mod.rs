@@ -9,6 +9,7 @@
 //! | [`barometric`] | in which equilibrium does a gas settle that falls to the floor of its box? |
 //! | [`elastic_disks`] | how does a fluid of elastic disks carry momentum and heat? |
 //! | [`rough`] | how do rough particles share and lose their energy? |
+//! | [`bath`] | in which steady state do white noise and drag keep a gas? |
 //! | [`delta_model`] | at which temperature do contacts heat as much as they dissipate? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
@@ -16,6 +17,7 @@
 //! from that is measured by its fourth cumulant.
 
 pub mod barometric;
+pub mod bath;
 mod component;
 pub mod contact;
 pub mod cooling_state;
@@ -28,6 +30,7 @@ pub mod rough;
 pub mod sonine;
 
 pub use barometric::{Column, Layer};
+pub use bath::BathState;
 pub use component::Component;
 pub use contact::Contact;
 pub use cooling_state::CoolingState;

@@ -14,11 +14,13 @@ mod domain;
 mod engines;
 mod gas;
 mod question;
+mod thermostat;
 
 pub use domain::*;
 pub use engines::*;
 pub use gas::*;
 pub use question::*;
+pub use thermostat::*;
 
 /// A case: a gas, a box, forces, engines, and what is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -76,10 +78,7 @@ pub struct Case {
     /// A uniform acceleration.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<Gravity>,
-    /// Random kicks at equal intervals, which keep a periodic gas in motion.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub drive: Option<Drive>,
-    /// Scaling of all velocities to the energy of the start at equal intervals, in gases without positions or in a periodic box.
+    /// Thermostat: scaling of all velocities to the energy of the start, or a bath of random kicks, with drag or without.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thermostat: Option<Thermostat>,
     /// Particles that stick together and break, in gases without positions.
@@ -192,28 +191,6 @@ pub enum Units {
     Reduced,
     /// Metres, kilograms, seconds, joules; diameter, mass and temperature must be given.
     Si,
-}
-
-/// Random kicks that keep the gas in motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Drive {
-    /// Energy that each particle gains on average, in temperatures of the start for each unit of
-    /// time.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e12))]
-    pub heating: f64,
-    /// Time between two kicks.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub interval: f64,
-}
-
-/// Scaling of all velocities to the energy of the start.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Thermostat {
-    /// Time between two scalings.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub interval: f64,
 }
 
 /// The initial state.

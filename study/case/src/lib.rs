@@ -268,6 +268,7 @@ impl Format {
 
     /// Converts a table into a typed case.
     fn case(&self, table: &mut Table, path: &Path) -> Result<Case, Problem> {
+        relations::replaced(table)?;
         self.check(table)?;
         let read: Result<Case, _> = Value::Table(table.clone()).try_into();
         // The schema lets nothing pass that the types refuse.
@@ -289,7 +290,7 @@ fn titled(mut case: Case, overrides: &[Override]) -> Case {
         let first = one.key.first().map(String::as_str);
         matches!(
             first,
-            Some("gas" | "species" | "pair" | "box" | "walls" | "gravity" | "drive" | "thermostat")
+            Some("gas" | "species" | "pair" | "box" | "walls" | "gravity" | "thermostat")
         )
     };
     if !named {

@@ -11,6 +11,9 @@ use crate::origin::{split, value_at};
 mod engines;
 mod particles;
 mod space;
+mod thermostat;
+
+pub(crate) use thermostat::replaced;
 
 /// Most particles of a gas.
 const MOST: f64 = 2_147_483_647.0;
@@ -47,6 +50,7 @@ pub(crate) fn check(table: &Table, case: &Case, folder: &Path) -> Checked {
     all.inflow()?;
     all.engines()?;
     all.aggregation()?;
+    all.thermostat()?;
     all.times()
 }
 
@@ -92,7 +96,6 @@ impl Relations<'_> {
                     "obstacle",
                     "inflow",
                     "gravity",
-                    "drive",
                     "start.placement",
                     "start.file",
                     "start.region",
@@ -136,7 +139,7 @@ impl Relations<'_> {
                     return self.without(&["inflow", "start.velocity", "start.empty"], allowed);
                 }
                 let allowed = "this key is for periodic boxes without gravity and spin";
-                self.without(&["drive", "accuracy"], allowed)
+                self.without(&["accuracy"], allowed)
             }
         }
     }
@@ -231,7 +234,7 @@ impl Relations<'_> {
             Face::Word(_) => None,
         });
         let bodies = case.obstacle.iter().filter_map(|body| body.temperature);
-        let random = case.drive.is_some() || walls.chain(bodies).next().is_some();
+        let random = case.bath().is_some() || walls.chain(bodies).next().is_some();
         one_state && case.engine.ed.is_some() && !random
     }
 
@@ -325,23 +328,6 @@ impl Relations<'_> {
                 let allowed = "a part of the motion is for a threshold: give aggregate_below or fragment_above too";
                 self.ensure(!idle, format!("aggregation.{key}"), allowed)?;
             }
-        }
-        let breaks = case.aggregation.as_ref().is_some_and(Aggregation::breaks);
-        if let Some(thermostat) = &case.thermostat {
-            let interval = thermostat.interval;
-            let cools = breaks || case.domain.is_some();
-            self.ensure(
-                cools && interval < until && until / interval <= 1e7,
-                "thermostat.interval",
-                "an interval below run.until, for at most 10000000 scalings; with [box], or with aggregation.fragment_above",
-            )?;
-        }
-        if let Some(drive) = &case.drive {
-            self.ensure(
-                drive.interval < until && until / drive.interval <= 1e9,
-                "drive.interval",
-                "an interval below run.until, for at most 1000000000 kicks",
-            )?;
         }
         Ok(())
     }

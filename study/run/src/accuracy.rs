@@ -51,7 +51,7 @@ pub(crate) fn check(plan: &Plan) -> Result<(), PlanError> {
         return Ok(());
     } else if plan.dimension != 2 {
         "spheres"
-    } else if plan.case.drive.is_some() || plan.case.thermostat.is_some() {
+    } else if plan.case.thermostat.is_some() {
         "a driven gas"
     } else if !plan.has_theory() {
         "several sizes or masses, or a restitution that depends on the speed"

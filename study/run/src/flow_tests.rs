@@ -23,7 +23,7 @@ fn planned(text: &str) -> Result<Plan, PlanError> {
     Plan::new(&file.points[0].case, Path::new(""))
 }
 
-fn plan(text: &str) -> Plan {
+pub(crate) fn plan(text: &str) -> Plan {
     planned(text).expect("a plan")
 }
 
@@ -35,7 +35,7 @@ fn derived(plan: &Plan, name: &str) -> f64 {
 }
 
 /// Tables and verdicts of a measure after runs of all engines and replicas.
-fn measured(plan: &Plan, name: &str) -> (Vec<Table>, Vec<Verdict>) {
+pub(crate) fn measured(plan: &Plan, name: &str) -> (Vec<Table>, Vec<Verdict>) {
     let measures: Vec<&dyn Measure> = (check::chosen(plan).expect("measures").into_iter())
         .filter(|measure| measure.name() == name)
         .collect();
@@ -72,7 +72,7 @@ fn measured(plan: &Plan, name: &str) -> (Vec<Table>, Vec<Verdict>) {
 }
 
 /// Numbers in a column of a table.
-fn column(table: &Table, name: &str) -> Vec<f64> {
+pub(crate) fn column(table: &Table, name: &str) -> Vec<f64> {
     let at = table.find(name).unwrap_or_else(|| panic!("no {name}"));
     let number = |row: &Vec<Cell>| match row[at] {
         Cell::Number(number) => number,

@@ -291,8 +291,7 @@ impl<'a> Course<'a> {
             }
         }
         // Samples at the time of a kick are taken before the kick.
-        let interval = plan.case.drive.map(|drive| drive.interval);
-        let kick = interval.map(|interval| (self.kicks + 1) as f64 * interval);
+        let kick = drive.map(|drive| drive.time(self.kicks));
         let until = kick.map_or(due.time, |kick| kick.min(due.time));
         let end = plan.engine_time(until);
         // Flows begin at their start; elsewhere a segment of no length comes first.
@@ -313,8 +312,7 @@ impl<'a> Course<'a> {
             self.next += 1;
         } else if let (true, Some(drive)) = (reached, drive) {
             let before = self.gas.temperature();
-            let (count, weight) = (self.gas.count(), self.gas.weight());
-            self.gas.kick(&drive.changes(self.kicks, count, weight))?;
+            drive.act(&mut *self.gas, self.kicks)?;
             self.kicks += 1;
             self.stop(Some(before));
         }

@@ -1,77 +1,80 @@
-//! Kicks of a stochastic drive, applied to the particles of an engine.
+//! Kicks of a thermal bath, by the particles of an engine.
 
-use nalgebra::Vector3;
+use stosszahl_case::format::{Face, FaceWord};
 use stosszahl_model::random::Streams;
-use stosszahl_model::{
-    Drive, Free, Invalid, Law, Monodisperse, Polydisperse, Scene, SizeDistribution, Sizes, Smooth,
-    Space,
-};
+use stosszahl_model::{Bath, Failure, Simulation, SizeDistribution};
 
-use crate::plan::{Plan, PlanError, in_space};
+use crate::plan::{Plan, PlanError};
 
-/// Drive of one replica; all its engines draw the same kicks.
+/// Bath of one replica. All of its engines draw the same kicks.
 pub(crate) struct StochasticDrive {
-    drive: Drive,
-    sizes: Which,
+    bath: Bath,
+    /// Time between two kicks, in the unit of time of the case.
+    interval: f64,
+    masses: Masses,
     dimension: usize,
     streams: Streams,
 }
 
-enum Which {
-    Equal(Monodisperse),
-    Each(Polydisperse),
+/// Masses of the particles by index.
+enum Masses {
+    Equal(f64),
+    Each(Vec<f64>),
+    /// Masses that the engine tells: particles come and go.
+    Changing,
 }
 
 impl StochasticDrive {
-    /// Creates the drive of a case; `None` without one.
+    /// Creates the bath of a case, if it has one.
     pub(crate) fn new(plan: &Plan, streams: Streams) -> Result<Option<Self>, PlanError> {
-        let Some(drive) = plan.drive()? else {
+        let Some((bath, interval)) = plan.bath()? else {
             return Ok(None);
         };
-        let sizes = if let SizeDistribution::Equal(one) = &plan.grains.sizes {
-            Which::Equal(*one)
+        let masses = if let SizeDistribution::Equal(one) = &plan.grains.sizes {
+            Masses::Equal(one.mass)
+        } else if plan
+            .case
+            .walls
+            .all()
+            .any(|face| *face == Face::Word(FaceWord::Open))
+        {
+            Masses::Changing
         } else {
-            let failed = |error: Invalid| PlanError::new("drive", error.found, error.allowed);
-            Which::Each(Polydisperse::new(plan.radii_and_masses()).map_err(failed)?)
+            let pairs = plan.radii_and_masses().into_iter();
+            Masses::Each(pairs.map(|(_, mass)| mass).collect())
         };
         Ok(Some(Self {
-            drive,
-            sizes,
+            bath,
+            interval,
+            masses,
             dimension: plan.dimension,
             streams,
         }))
     }
 
-    /// Velocity changes of one kick for each simulator \[length/time\], where each stands for
-    /// `weight` particles.
-    pub(crate) fn changes(&self, number: u64, simulators: usize, weight: f64) -> Vec<Vector3<f64>> {
-        let copies = (1.0 / weight).round().max(1.0) as usize;
-        in_space!(self.dimension, S => match &self.sizes {
-            Which::Equal(sizes) => self.draw::<S, _>(*sizes, number, simulators, copies),
-            Which::Each(sizes) => {
-                self.draw::<S, _>(sizes.repeated(copies), number, simulators, copies)
-            }
-        })
+    /// Time of a kick by its number, in the unit of time of the case: the middle of its interval.
+    pub(crate) fn time(&self, number: u64) -> f64 {
+        (number as f64 + 0.5) * self.interval
     }
 
-    fn draw<S: Space, Z: Sizes>(
-        &self,
-        sizes: Z,
-        number: u64,
-        simulators: usize,
-        copies: usize,
-    ) -> Vec<Vector3<f64>> {
-        let scene = Scene {
-            space: S::default(),
-            surface: Smooth,
-            restitution: Law::ELASTIC,
-            sizes,
-            field: Free,
+    /// Lets the bath act on all particles of an engine.
+    pub(crate) fn act(&self, gas: &mut dyn Simulation, number: u64) -> Result<(), Failure> {
+        if let Some(factor) = self.bath.damping() {
+            gas.scale_velocities(factor)?;
+        }
+        let count = gas.count();
+        let copies = (1.0 / gas.weight()).round().max(1.0) as usize;
+        let draw = |copies, mass: &dyn Fn(usize) -> f64| {
+            (self.bath).kicks(self.dimension, count, copies, mass, number, &self.streams)
         };
-        let streams = &self.streams;
-        let kicks = self
-            .drive
-            .kicks(&scene, simulators, copies, number, streams);
-        kicks.iter().map(stosszahl_model::Vector::spatial).collect()
+        let changes = match &self.masses {
+            Masses::Equal(mass) => draw(copies, &|_| *mass),
+            Masses::Each(masses) => draw(copies, &|index| masses[index % masses.len()]),
+            Masses::Changing => {
+                let all = gas.particles().all;
+                draw(1, &|index| all[index].mass)
+            }
+        };
+        gas.kick(&changes)
     }
 }

@@ -51,6 +51,8 @@ pub use plan::Plan;
 pub use run::{Options, PointSummary, RunError, Summary, run_case};
 
 #[cfg(test)]
+mod bath_tests;
+#[cfg(test)]
 mod flow_tests;
 #[cfg(test)]
 mod tests;

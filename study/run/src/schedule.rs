@@ -18,11 +18,9 @@ pub struct ScheduledEvent {
 pub fn schedule(plan: &Plan, measures: &[&dyn Measure]) -> Vec<ScheduledEvent> {
     let until = plan.case.run.until;
     let times = measures.iter().map(|measure| measure.times(plan)).collect();
-    let heating = plan.case.thermostat.map_or_else(Vec::new, |thermostat| {
-        let count = (until / thermostat.interval) as u64;
-        (1..=count)
-            .map(|i| i as f64 * thermostat.interval)
-            .collect()
+    let heating = plan.case.rescaling().map_or_else(Vec::new, |interval| {
+        let count = (until / interval) as u64;
+        (1..=count).map(|i| i as f64 * interval).collect()
     });
     merged(times, &heating, until)
 }

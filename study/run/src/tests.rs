@@ -151,16 +151,34 @@ fn assert_resumes(text: &str) {
 fn driven_disks_resume_to_the_same_bytes() {
     assert_resumes(
         "[gas]\nnumber = 100\nrestitution = 0.8\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 2\n\
-         [drive]\nheating = 2\ninterval = 0.05\n[run]\nuntil = 1\n[engine.ed]\n[engine.dsmc-boltzmann]\n\
+         [thermostat]\nkind = \"white-noise\"\nheating = 2\ninterval = 0.05\n[run]\nuntil = 1\n[engine.ed]\n[engine.dsmc-boltzmann]\n\
          [engine.dsmc-contact-point]\nsimulators_per_particle = 4\n",
     );
+}
+
+/// Disks of two masses, spheres, and rough disks between walls, in a Langevin bath.
+#[test]
+fn gases_in_a_langevin_bath_resume_to_the_same_bytes() {
+    let bath = "[thermostat]\nkind = \"langevin\"\ndrag = 0.5\ninterval = 0.05\n[run]\nuntil = 1\n";
+    assert_resumes(&format!(
+        "[gas]\nnumber = 100\nrestitution = 0.8\n[[species]]\nshare = 0.5\n[[species]]\nshare = 0.5\nmass = 4.0\n[box]\n\
+         packing_fraction = 0.2\n[start]\nequilibration = 2\n{bath}[engine.ed]\n[engine.dsmc-boltzmann]\n\
+         [engine.dsmc-contact-point]\nsimulators_per_particle = 4\n"
+    ));
+    assert_resumes(&format!(
+        "[gas]\nnumber = 200\ndimension = 3\nrestitution = 0.8\n[box]\npacking_fraction = 0.1\n{bath}[engine.dsmc-enskog]\n"
+    ));
+    assert_resumes(&format!(
+        "[gas]\nnumber = 100\nrestitution = 0.8\ntangential_restitution = 0.5\n[box]\nsize = [20, 20]\n[walls]\nbottom = \
+         {{ restitution = 0.9 }}\ntop = {{ temperature = 2 }}\n{bath}[engine.ed]\n[engine.dsmc-boltzmann]\n"
+    ));
 }
 
 #[test]
 fn disks_whose_velocities_are_scaled_resume_to_the_same_bytes() {
     assert_resumes(
         "[gas]\nnumber = 100\nrestitution = 0.8\n[box]\npacking_fraction = 0.2\n[start]\nequilibration = 2\n\
-         [thermostat]\ninterval = 0.05\n[run]\nuntil = 1\n[engine.ed]\n[engine.dsmc-contact-point]\nsimulators_per_particle = 4\n",
+         [thermostat]\nkind = \"rescaling\"\ninterval = 0.05\n[run]\nuntil = 1\n[engine.ed]\n[engine.dsmc-contact-point]\nsimulators_per_particle = 4\n",
     );
 }
 
@@ -169,7 +187,7 @@ fn disks_whose_velocities_are_scaled_resume_to_the_same_bytes() {
 #[test]
 fn scaled_disks_have_no_drift() {
     let plan = plan(
-        "[gas]\nnumber = 30\nrestitution = 0.5\n[box]\npacking_fraction = 0.1\n[thermostat]\ninterval = 0.1\n[run]\nuntil = 50\n\
+        "[gas]\nnumber = 30\nrestitution = 0.5\n[box]\npacking_fraction = 0.1\n[thermostat]\nkind = \"rescaling\"\ninterval = 0.1\n[run]\nuntil = 50\n\
          samples_per_decade = 1\n[engine.ed]\n",
     );
     let (streams, never) = (Streams::new(plan.case.seed, 0), Interrupt::default());
@@ -234,7 +252,7 @@ fn scaled_disks_go_the_ways_of_those_that_cool() {
         let expected = plan.expected_collisions(until);
         (far, finished.work.collisions, passed, expected)
     };
-    let scaled = run("[thermostat]\ninterval = 0.05\n", 0.5);
+    let scaled = run("[thermostat]\nkind = \"rescaling\"\ninterval = 0.05\n", 0.5);
     let free = run("", 1.05_f64.powi(10) - 1.0);
     assert!(scaled.1 > 200);
     let collisions = scaled.1 as f64 / free.1 as f64;

@@ -65,7 +65,7 @@ impl Case {
         let elastic = self.gas.restitution == Restitution::Constant(1.0);
         let what = match self.kind() {
             Kind::Flow => "Flow",
-            _ if self.drive.is_some() => "Driven gas",
+            _ if self.bath().is_some() => "Driven gas",
             _ if self.thermostat.is_some() => "Gas at constant energy",
             _ if self.aggregation.is_some() => "Aggregation",
             _ if elastic => "Elastic gas",

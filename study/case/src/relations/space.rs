@@ -40,7 +40,7 @@ impl Relations<'_> {
             let constant =
                 matches!(self.case.gas.restitution, Restitution::Constant(one) if one < 1.0);
             let fits = domain.packing_fraction.is_some() && dimension == 2 && constant;
-            let comparison = self.case.kind() == Kind::Comparison && self.case.drive.is_none();
+            let comparison = self.case.kind() == Kind::Comparison && self.case.bath().is_none();
             let allowed = "this key is for disks that cool in a periodic box: with box.packing_fraction and a constant gas.restitution below 1";
             self.ensure(
                 fits && comparison,

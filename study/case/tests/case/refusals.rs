@@ -259,9 +259,113 @@ const OF_COMPARISONS: &[Row] = &[
         "gas.mean_free_path",
     ),
     (
-        &["thermostat.interval=1e9"],
+        &["thermostat={ kind = 'rescaling', interval = 1e9 }"],
         "thermostat.interval",
         "below run.until",
+    ),
+    (
+        &["thermostat={ kind = 'rescaling' }"],
+        "thermostat.interval",
+        "needs",
+    ),
+    (
+        &["thermostat.interval=1"],
+        "thermostat.kind",
+        "\"langevin\"",
+    ),
+    (
+        &["thermostat={ kind = 'rescaling', interval = 1, drag = 1 }"],
+        "thermostat.drag",
+        "\"langevin\"",
+    ),
+    (
+        &["thermostat={ kind = 'white-noise', interval = 1 }"],
+        "thermostat.heating",
+        "needs",
+    ),
+    (
+        &["thermostat={ kind = 'white-noise', heating = 1, interval = 1, bath_temperature = 1 }"],
+        "thermostat.bath_temperature",
+        "\"langevin\"",
+    ),
+    (
+        &["thermostat={ kind = 'white-noise', heating = -1, interval = 1 }"],
+        "thermostat.heating",
+        "above 0",
+    ),
+    (
+        &["thermostat={ kind = 'langevin' }"],
+        "thermostat.drag",
+        "needs",
+    ),
+    (
+        &["thermostat={ kind = 'langevin', drag = 1, heating = 1 }"],
+        "thermostat.heating",
+        "\"white-noise\"",
+    ),
+    (
+        &["thermostat={ kind = 'langevin', drag = -1 }"],
+        "thermostat.drag",
+        "above 0",
+    ),
+    (
+        &["thermostat={ kind = 'langevin', drag = 0 }"],
+        "thermostat.drag",
+        "above 0",
+    ),
+    (
+        &["thermostat={ kind = 'langevin', drag = inf, bath_temperature = inf }"],
+        "thermostat.bath_temperature",
+        "have a size from",
+    ),
+    (
+        &["thermostat={ kind = 'langevin', drag = 1, bath_temperature = inf }"],
+        "thermostat.bath_temperature",
+        "have a size from",
+    ),
+    (
+        &["thermostat={ kind = 'langevin', drag = 1, bath_temperature = 0 }"],
+        "thermostat.bath_temperature",
+        "above 0",
+    ),
+    (
+        &["thermostat={ kind = 'langevin', drag = 1, interval = 10 }"],
+        "thermostat.interval",
+        "below run.until",
+    ),
+    (
+        &["thermostat={ kind = 'langevin', drag = 1000, interval = 1 }"],
+        "thermostat.interval",
+        "over the drag",
+    ),
+    (
+        &["thermostat={ kind = 'white-noise', heating = 1, interval = 20 }"],
+        "thermostat.interval",
+        "below run.until",
+    ),
+    (
+        &[
+            "thermostat={ kind = 'rescaling', interval = 1 }",
+            "gravity.acceleration=[0, -1]",
+        ],
+        "thermostat.kind",
+        "gravity",
+    ),
+    (
+        &[
+            "thermostat={ kind = 'rescaling', interval = 1 }",
+            "gas.tangential_restitution=0.5",
+        ],
+        "thermostat.kind",
+        "spin",
+    ),
+    (
+        &[
+            "thermostat={ kind = 'white-noise', heating = 1, interval = 1 }",
+            "gravity.acceleration=[0, -1]",
+        ],
+        "thermostat.kind",
+        "falls",
     ),
     (&["aggregation={}"], "aggregation", "without positions"),
     (
@@ -359,9 +463,9 @@ const OF_COMPARISONS: &[Row] = &[
         "the box has a size",
     ),
     (
-        &["drive={ heating = 1, interval = 20 }"],
-        "drive.interval",
-        "below run.until",
+        &["drive={ heating = 1, interval = 1 }"],
+        "drive",
+        "[thermostat] with kind = \"white-noise\"",
     ),
     (
         &["run.samples=10", "run.first_sample=1"],
@@ -475,7 +579,7 @@ fn relations_of_boxes_in_critical_lengths_are_checked() {
             cools,
         ),
         (
-            &["drive={ heating = 1, interval = 1 }"],
+            &["thermostat={ kind = 'white-noise', heating = 1, interval = 1 }"],
             "box.width_over_critical_length",
             cools,
         ),
@@ -684,9 +788,9 @@ const OF_FLOWS: &[Row] = &[
         "ends at obstacles",
     ),
     (
-        &["drive={ heating = 1, interval = 1 }"],
-        "drive",
-        "for periodic boxes",
+        &["thermostat={ kind = 'rescaling', interval = 1 }"],
+        "thermostat.kind",
+        "periodic on",
     ),
     (&["accuracy.target=1%"], "accuracy", "for periodic boxes"),
     (
@@ -799,9 +903,14 @@ fn relations_of_gases_without_positions_are_checked() {
                 "no cooling time",
             ),
             (
-                &["thermostat.interval=1"],
-                "thermostat.interval",
+                &["thermostat={ kind = 'rescaling', interval = 1 }"],
+                "thermostat",
                 "aggregation.fragment_above",
+            ),
+            (
+                &["thermostat={ kind = 'langevin', drag = 1 }"],
+                "thermostat.kind",
+                "without positions",
             ),
             (
                 &["gas.pair_correlation=enskog", "gas.volume=50"],
@@ -1124,7 +1233,7 @@ fn renamed_keys_say_their_new_names() {
         ("continuous={}", "polydisperse"),
         ("gas.reduced_inertia=0.5", "reduced_inertia"),
         (
-            "gas.contact_values=dense",
+            "gas.pair_correlation=enskog",
             "pair_correlation, \"boltzmann\" or \"enskog\"",
         ),
         (

@@ -188,7 +188,7 @@ pub(crate) fn observe(
 /// momentum zero have `sqrt(1 - 1/N)` of the rate. A gas that cools in a box too small for growing
 /// waves of shear follows Haff's law with the relaxation of a2.
 pub(crate) fn theory(plan: &Plan, quantity: Quantity) -> Option<Known> {
-    if !plan.has_theory() || plan.case.drive.is_some() || plan.case.thermostat.is_some() {
+    if !plan.has_theory() || plan.case.thermostat.is_some() {
         return None;
     }
     let value = match (plan.law.is_elastic(), quantity.kind) {

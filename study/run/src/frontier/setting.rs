@@ -184,7 +184,7 @@ fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<Str
 fn copies(plan: &Plan, disks: usize) -> Copies {
     let widest = plan.lengths[0].max(plan.lengths[1]);
     let width = widest * (disks as f64 / plan.count() as f64).sqrt();
-    let cools = plan.restitution < 1.0 && plan.case.drive.is_none();
+    let cools = plan.restitution < 1.0 && plan.case.bath().is_none();
     if cools && width > plan.critical_length() {
         Copies::Coherent
     } else {

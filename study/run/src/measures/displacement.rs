@@ -74,7 +74,7 @@ fn by_mixture(plan: &Plan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
     Some(found.iter().map(mean).collect())
 }
 
-/// Enskog's theory of equal disks in first Sonine order, a time `elapsed` after the start of the measurement. A driven gas is
+/// Enskog's theory of equal disks in first Sonine order, a time `elapsed` after the start of the measurement. A gas in a bath is
 /// taken to be in its steady state, whatever the start was.
 fn enskog(plan: &Plan, from: f64, elapsed: f64) -> Option<f64> {
     if !plan.has_theory() || plan.dimension != 2 {
@@ -86,8 +86,11 @@ fn enskog(plan: &Plan, from: f64, elapsed: f64) -> Option<f64> {
         let rate = decay * temperature.sqrt();
         kinetic::steady_displacement(temperature, rate, plan.engine_time(elapsed))
     };
-    if plan.case.drive.is_some() {
-        return plan.steady_temperature().map(steady);
+    if plan.case.bath().is_some() {
+        let (temperature, state) = plan.steady_temperature().zip(plan.bath_state())?;
+        let rate = decay * temperature.sqrt() + state.drag;
+        let elapsed = plan.engine_time(elapsed);
+        return Some(kinetic::steady_displacement(temperature, rate, elapsed));
     }
     let [first, last] = [from, from + elapsed].map(|time| plan.cooling_logarithm(time, false));
     let Some((first, last)) = first.zip(last) else {

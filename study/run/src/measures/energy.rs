@@ -65,7 +65,7 @@ impl Measure for Energy {
         } else {
             0
         };
-        if keeps_energy(plan) || plan.case.thermostat.is_some() {
+        if keeps_energy(plan) || plan.case.rescaling().is_some() {
             0
         } else {
             pairs_of(plan).count() + laws
@@ -110,7 +110,7 @@ impl Measure for Energy {
 
     fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         // Elastic engines in a closed box keep their energy, each by itself; a thermostat gives all the same.
-        if keeps_energy(plan) || plan.case.thermostat.is_some() {
+        if keeps_energy(plan) || plan.case.rescaling().is_some() {
             return Vec::new();
         }
         let times = plan.sample_times();

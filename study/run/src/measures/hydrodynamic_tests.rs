@@ -153,8 +153,7 @@ fn growth_is_that_of_the_amplitudes() {
 /// left of the growth without one, over Enskog's. Times that are further apart are left out.
 #[test]
 fn decay_of_shear_tells_the_viscosity() {
-    let text =
-        "spectra]\ntimes = [1, 2, 3, 5]\nlargest_wave_number = 1\n[thermostat]\ninterval = 0.5";
+    let text = "spectra]\ntimes = [1, 2, 3, 5]\nlargest_wave_number = 1\n[thermostat]\nkind = \"rescaling\"\ninterval = 0.5";
     let plan = disks(0.8, 40, 0.25, 5.0, text);
     let shells = Shells::new([plan.lengths[0], plan.lengths[1]], &[1], 48).expect("shells");
     let modes = shells.modes().indices().len();

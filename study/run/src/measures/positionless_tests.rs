@@ -324,6 +324,7 @@ volume = 2e4
 aggregate_below = 4
 fragment_above = 12
 [thermostat]
+kind = \"rescaling\"
 interval = 3
 [run]
 until = 30

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::{Shells, Spectra, Spectrum};
+use stosszahl_analysis::theory::BathState;
 use stosszahl_dsmc::Copies;
 use stosszahl_model::transport;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
@@ -95,13 +96,26 @@ enum Shear {
     },
     /// All modes decay, with the kinematic viscosity \[engine length^2 over the unit of time of the case\].
     Elastic { viscosity: f64 },
+    /// All modes decay, by drag and viscosity, and a bath feeds them; rates are per unit of time of the case.
+    Bath { state: BathState, viscosity: f64 },
 }
 
 impl Shear {
-    /// Enskog's theory of a gas of equal disks that cools freely or is elastic.
+    /// Enskog's theory of a gas of equal disks that cools freely, is elastic, or is in a bath.
     fn of(plan: &Plan) -> Option<Self> {
-        if !plan.has_theory() || plan.dimension != 2 || plan.case.drive.is_some() {
+        if !plan.has_theory() || plan.dimension != 2 {
             return None;
+        }
+        if plan.case.bath().is_some() {
+            let state = plan.bath_state()?;
+            return Some(Self::Bath {
+                viscosity: plan.bath_viscosity()? * plan.time,
+                state: BathState {
+                    cooling_rate: state.cooling_rate * plan.time,
+                    drag: state.drag * plan.time,
+                    ..state
+                },
+            });
         }
         let (phi, chi, r) = (plan.packing_fraction, plan.contact_value, plan.restitution);
         Some(if r < 1.0 {
@@ -120,6 +134,7 @@ impl Shear {
         match self {
             Self::Cooling { critical } => transport::shear_exponent(k, critical),
             Self::Elastic { viscosity } => -viscosity * k * k,
+            Self::Bath { state, viscosity } => -state.shear_decay(viscosity, k),
         }
     }
 
@@ -128,6 +143,28 @@ impl Shear {
         match self {
             Self::Cooling { critical } => transport::thermal_shear_energy(k, critical, clock),
             Self::Elastic { .. } => 1.0,
+            Self::Bath { state, viscosity } => {
+                let steady = state.shear_spectrum(viscosity, k);
+                steady + (1.0 - steady) * (2.0 * self.rate(k) * clock).exp()
+            }
+        }
+    }
+
+    /// Rate of growth without viscosity. The amplitude over the thermal speed grows as that speed falls; drag damps it.
+    fn inviscid_rate(self) -> f64 {
+        match self {
+            Self::Cooling { .. } => 1.0,
+            Self::Elastic { .. } => 0.0,
+            Self::Bath { state, .. } => -state.drag,
+        }
+    }
+
+    /// True if all modes have the energy of equilibrium: nothing is lost in contacts.
+    fn is_equilibrium(self) -> bool {
+        match self {
+            Self::Cooling { .. } => false,
+            Self::Elastic { .. } => true,
+            Self::Bath { state, .. } => state.cooling_rate == 0.0,
         }
     }
 
@@ -228,18 +265,21 @@ impl Measure for HydrodynamicSpectra {
         let Ok(shells) = measure::chosen::<Options>(plan, self.name()).shells(plan) else {
             return Vec::new();
         };
-        let mut tables = vec![spectra_table(), growth_table()];
-        if is_stationary(plan) {
-            tables.push(decay_table());
-        }
+        let (mut spectra, mut growth) = (spectra_table(), growth_table());
+        let mut decay = is_stationary(plan).then(decay_table);
+        let mut steady = plan.bath_state().map(|_| steady_table());
         for (engine, records) in runs.each::<Record>(plan) {
-            fill_spectra(&mut tables[0], plan, engine, &shells, &records);
-            fill_growth(&mut tables[1], plan, engine, &shells, &records);
-            if let Some(table) = tables.get_mut(2) {
+            fill_spectra(&mut spectra, plan, engine, &shells, &records);
+            fill_growth(&mut growth, plan, engine, &shells, &records);
+            if let Some(table) = &mut decay {
                 fill_decay(table, plan, engine, &shells, &records);
             }
+            if let Some(table) = &mut steady {
+                fill_steady(table, plan, engine, &shells, &records);
+            }
         }
-        tables
+        let all = [Some(spectra), Some(growth), decay, steady];
+        all.into_iter().flatten().collect()
     }
 }
 
@@ -265,11 +305,92 @@ fn spectra_table() -> Table {
         note "replicas", "1", "Replicas";
     }
     .figure(one("s_perp", "Spectrum of shear", "S_perp(k)").caption(
-        "One in equilibrium. Theory is linear fluctuating hydrodynamics of the homogeneous cooling state.",
+        "One in equilibrium. Theory is linear fluctuating hydrodynamics of the homogeneous cooling state, or of the steady state of a bath \
+         that a thermal start approaches.",
     ))
     .figure(one("s_par", "Spectrum of sound", "S_par(k)"))
     .figure(one("s_tt", "Spectrum of the temperature", "S_TT(k)"))
     .figure(figure("s_nn", "Structure factor", "S_nn(k)").line("ideal gas", 1.0))
+}
+
+fn steady_table() -> Table {
+    table! {
+        "steady_spectra", "Spectra of a gas in a bath, averaged over all looks in the second half of the run.";
+        key "engine", "", "Engine";
+        key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+        estimate "s_nn", "1", "Structure factor of the disks";
+        with_theory "s_perp", "1", "Shear, as in spectra.csv; theory is linear fluctuating hydrodynamics of the steady state";
+        with_theory "s_par", "1", "Sound, as in spectra.csv";
+        with_theory "s_tt", "1", "Temperature, as in spectra.csv";
+        note "looks", "1", "Looks that were averaged";
+        note "modes", "1", "Wave vectors that were averaged, one of each pair k and -k";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(
+        Figure::curves(
+            "Spectrum of shear in the steady state",
+            Axis::logarithmic("k", "k = L/wavelength"),
+            Axis::logarithmic("s_perp", "S_perp(k)"),
+        )
+        .line("equilibrium", 1.0),
+    )
+}
+
+/// Mean of a spectrum of a shell over looks, with the error of the replicas.
+fn average(
+    records: &[&Record],
+    looks: &[usize],
+    shell: usize,
+    part: fn(&Spectrum) -> f64,
+) -> Estimate {
+    let one = |record: &&Record| {
+        let found = looks.iter().map(|&look| {
+            let found = record[look].1.as_ref()?;
+            found.shells.get(shell).map(part)
+        });
+        let all: Option<Vec<f64>> = found.collect();
+        all.filter(|all| !all.is_empty())
+            .map(|all| mean(all.into_iter()))
+    };
+    over(records.iter().map(one))
+}
+
+fn fill_steady(
+    table: &mut Table,
+    plan: &Plan,
+    engine: &EnginePlan,
+    shells: &Shells,
+    records: &[&Record],
+) {
+    let theory = Shear::of(plan);
+    let equilibrium = theory.filter(|one| one.is_equilibrium()).map(|_| 1.0);
+    let half = 0.5 * plan.case.run.until;
+    let first = records
+        .first()
+        .into_iter()
+        .flat_map(|one| one.iter().enumerate());
+    let looks: Vec<usize> = first
+        .filter(|(_, (time, _))| *time >= half)
+        .map(|(look, _)| look)
+        .collect();
+    if looks.is_empty() {
+        return;
+    }
+    let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
+    for (shell, modes) in magnitudes.iter().enumerate() {
+        let of = |part| average(records, &looks, shell, part);
+        let steady = |theory: Shear| mean(modes.iter().map(|&k| theory.spectrum(k, f64::INFINITY)));
+        table.add((
+            (engine.name, numbers[shell]),
+            of(|one| one.density),
+            of(|one| one.transverse).against(theory.map(steady)),
+            of(|one| one.longitudinal).against(equilibrium),
+            of(|one| one.temperature).against(equilibrium),
+            looks.len(),
+            modes.len(),
+            records.len(),
+        ));
+    }
 }
 
 fn growth_table() -> Table {
@@ -302,7 +423,7 @@ fn fill_spectra(
     records: &[&Record],
 ) {
     let theory = Shear::of(plan);
-    let elastic = theory.is_some_and(|theory| matches!(theory, Shear::Elastic { .. }));
+    let elastic = theory.is_some_and(Shear::is_equilibrium);
     let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
     for (index, (time, _)) in records
         .first()
@@ -310,10 +431,7 @@ fn fill_spectra(
         .flat_map(|one| one.iter().enumerate())
     {
         for (shell, modes) in magnitudes.iter().enumerate() {
-            let of = |part: fn(&Spectrum) -> f64| {
-                let found = records.iter().map(|record| record[index].1.as_ref());
-                over(found.map(|found| found?.shells.get(shell).map(part)))
-            };
+            let of = |part| average(records, &[index], shell, part);
             let expected = theory.filter(|_| starts_thermal(engine)).map(|theory| {
                 mean(
                     modes
@@ -335,9 +453,10 @@ fn fill_spectra(
     }
 }
 
-/// Whether the growth over the thermal speed is the same at all times: without losses, or where a thermostat makes up for them.
+/// True if the growth over the thermal speed is the same at all times: without losses, or where a thermostat makes up for them.
 fn is_stationary(plan: &Plan) -> bool {
-    plan.case.thermostat.is_some() || plan.restitution == 1.0 && plan.case.drive.is_none()
+    let heats_up = plan.case.bath().is_some() && plan.bath_state().is_none();
+    (plan.case.thermostat.is_some() || plan.restitution == 1.0) && !heats_up
 }
 
 fn decay_table() -> Table {
@@ -419,8 +538,7 @@ fn fill_decay(
         let halfway = clock(plan, 0.5 * plan.case.run.until);
         let clocks = [halfway, halfway + span];
         let expected = Shear::of(plan).map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
-        // Without viscosity the amplitude over the thermal speed grows as that speed falls.
-        let inviscid = f64::from(u8::from(plan.restitution < 1.0));
+        let inviscid = Shear::of(plan).map_or(0.0, Shear::inviscid_rate);
         let viscosity = expected.map_or_else(Estimate::default, |expected| Estimate {
             value: found
                 .value

@@ -23,7 +23,7 @@ const LOOKS: usize = 400;
 
 /// True if a bath or the contacts of the gas heat it.
 fn is_heated(plan: &Plan) -> bool {
-    plan.case.drive.is_some() || plan.heats_itself()
+    plan.case.bath().is_some() || plan.heats_itself()
 }
 
 /// The temperature averaged over quarters of the run.
@@ -100,14 +100,14 @@ impl Measure for SteadyState {
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let allowed = "a gas that is heated, by [drive] or by contacts with gas.restitution.delta; this one is not";
+        let allowed = "a gas that is heated, by a bath, [thermostat], or by contacts with gas.restitution.delta; this one is not";
         measure::require(is_heated(plan), "", allowed)?;
         self.read(plan)
     }
 
     /// Looks at the temperature of a gas that nothing kicks.
     fn times(&self, plan: &Plan) -> Vec<f64> {
-        if plan.case.drive.is_some() {
+        if plan.case.bath().is_some() {
             return Vec::new();
         }
         let looks = (1..=LOOKS).map(|look| look as f64 / LOOKS as f64);
@@ -116,7 +116,7 @@ impl Measure for SteadyState {
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SteadyProbe {
-            kicked: plan.case.drive.is_some(),
+            kicked: plan.case.bath().is_some(),
             until: plan.engine_time(plan.case.run.until),
             record: Record::default(),
         })

@@ -48,7 +48,7 @@ impl Default for Options {
 impl Options {
     /// Start of the averages, in the unit of time of the case.
     fn start(&self, plan: &Plan) -> f64 {
-        let heated = plan.case.drive.is_some() || plan.heats_itself() || plan.is_sheared();
+        let heated = plan.case.bath().is_some() || plan.heats_itself() || plan.is_sheared();
         let half = if heated { 0.5 } else { 0.0 };
         self.from.unwrap_or(half * plan.case.run.until)
     }

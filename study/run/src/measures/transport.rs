@@ -212,8 +212,8 @@ impl Measure for Transport {
         let options: Options = measure::options(plan, self.name())?;
         let disks = plan.has_theory() && plan.dimension == 2;
         measure::require(disks, "", "equal smooth disks in a periodic box")?;
-        let elastic = plan.restitution == 1.0 && plan.case.drive.is_none();
-        let allowed = "an elastic gas, gas.restitution = 1, without drive: only there do fluctuations in equilibrium tell the \
+        let elastic = plan.restitution == 1.0 && plan.case.bath().is_none();
+        let allowed = "an elastic gas, gas.restitution = 1, without a bath: only there do fluctuations in equilibrium tell the \
                        coefficients";
         measure::require(elastic, "", allowed)?;
         let exact = plan.engines.iter().any(is_exact);

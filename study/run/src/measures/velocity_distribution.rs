@@ -79,8 +79,8 @@ fn theory(plan: &Plan, time: f64) -> Option<f64> {
     if !alone {
         return None;
     }
-    if plan.case.drive.is_some() {
-        return Some(kinetic::heated_fourth_cumulant(dimension, r));
+    if plan.case.bath().is_some() {
+        return Some(plan.fourth_cumulant());
     }
     if r == 1.0 {
         return Some(0.0);

@@ -130,7 +130,8 @@ impl Plan {
         plan.check_times()?;
         plan.check_gravity()?;
         plan.choose_blocks()?;
-        plan.check_drive()?;
+        plan.check_sticking()?;
+        plan.check_bath()?;
         plan.check_start()?;
         plan.engines = engines::all(&mut plan)?;
         plan.check_density()?;

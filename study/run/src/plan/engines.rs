@@ -221,7 +221,7 @@ impl Plan {
         self.kind == Kind::Comparison
             && self.dimension == 2
             && self.restitution < 1.0
-            && self.case.drive.is_none()
+            && self.case.bath().is_none()
             && widest > self.critical_length()
     }
 

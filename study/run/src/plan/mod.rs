@@ -18,6 +18,7 @@
 //! | `free_volume` | volume that obstacles leave to the gas |
 //! | `engines` | the numerical choices of each engine |
 //! | `times` | sample times |
+//! | `bath` | thermal bath and its steady state |
 //! | `theory` | rates, Haff's law, steady states |
 //! | `notable` | warnings and derived quantities |
 //! | `plausible` | implausible numbers, limits of the estimate of the time |
@@ -25,6 +26,7 @@
 //! | `flow_numbers` | Reynolds, Mach and Knudsen number |
 //! | `cost` | memory and time |
 
+mod bath;
 mod boundaries;
 mod confinement;
 mod cost;

@@ -30,12 +30,6 @@ const WIDE_IN_FLOWS: f64 = 1.0;
 const NOTABLE_WALLS: f64 = 0.02;
 /// Height of a box in T/(m g) from which a gas that nothing heats has lost far more by its fall than it had.
 const FALLS: f64 = 5.0;
-/// Relaxation times in a run, below which its last half still remembers the start: e^-10 is left after half of it.
-const LEAST_RELAXATIONS: f64 = 20.0;
-/// Largest share of the temperature that a kick may add: the mean temperature then differs from that of white noise
-/// by `share^2/32 < 4e-4`, from the saw tooth of the temperature.
-const LARGEST_KICK: f64 = 0.1;
-
 /// Elastic collisions per particle before the start, by default, for each `sqrt(phi) chi`, the box over the mean free path at a given
 /// number of disks: waves as long as the box of 600 disks, which are the last to be those of a fluid, take so many at packings from 0.2 to 0.44.
 const SOUND: f64 = 10.0;
@@ -163,7 +157,7 @@ impl Plan {
                 "the start file has velocities, which are not used: start.velocities = \"file\" uses them".to_owned(),
             );
         }
-        self.notable_drive(list);
+        self.notable_bath(list);
     }
 
     /// A gas that falls onto a wall, and that nothing heats.
@@ -199,35 +193,6 @@ impl Plan {
                 "gravity: the box is {} T/(m g) high and nothing heats the gas, so it falls and comes to rest in a bed. A bed has far more \
                  collisions than the start, from which work and time are estimated; Monte Carlo does not hold one up",
                 short(deepest)
-            ));
-        }
-    }
-
-    fn notable_drive(&self, list: &mut Vec<String>) {
-        let Some(drive) = self.case.drive else { return };
-        let (Some(temperature), Some(relaxation)) =
-            (self.steady_guess(), self.relaxation_time(0.0))
-        else {
-            list.push(
-                "drive: nothing is lost at restitution 1, so the gas heats up without end"
-                    .to_owned(),
-            );
-            return;
-        };
-        let relaxations = self.case.run.until / relaxation;
-        if relaxations < LEAST_RELAXATIONS {
-            list.push(format!(
-                "drive: run.until is {} relaxation times, so the steady state may not be reached; at least {LEAST_RELAXATIONS} leave \
-                 nothing of the start in the last half",
-                short(relaxations)
-            ));
-        }
-        let share = drive.heating * drive.interval / temperature;
-        if share > LARGEST_KICK {
-            list.push(format!(
-                "drive: each kick adds {} of the steady temperature, which is no white noise; an interval of at most {} is",
-                short(share),
-                short(LARGEST_KICK * temperature / drive.heating)
             ));
         }
     }
@@ -518,13 +483,13 @@ impl Plan {
         if self.has_theory() {
             add("fourth_cumulant_theory", self.fourth_cumulant(), "1");
         }
-        if let Some(drive) = self.case.drive {
-            let kicks = (self.case.run.until / drive.interval).ceil() - 1.0;
+        if let Some((kicks, interval)) = self.kicks().zip(self.kick_interval()) {
             add("kicks", kicks, "1");
+            add("kick_interval", interval, "unit of time");
             if let Some(temperature) = self.steady_temperature() {
                 add("steady_temperature_over_start", temperature, "1");
             }
-            if let Some(relaxation) = self.relaxation_time(self.fourth_cumulant()) {
+            if let Some(relaxation) = self.relaxation_time() {
                 add("relaxation_time", relaxation, "unit of time");
             }
         }

@@ -3,7 +3,7 @@
 use stosszahl_analysis::theory::{Component, Contact, Mixture, Moment, TheoryError, delta_model};
 use stosszahl_case::Kind;
 use stosszahl_case::format::{PairCorrelation, TimeUnit, Velocities};
-use stosszahl_model::{Drive, Law, Restitution as _, Space as _, Volume, kinetic};
+use stosszahl_model::{Law, Restitution as _, Space as _, Volume, kinetic};
 
 use super::data::{Class, Plan, PlanError, in_space};
 
@@ -83,9 +83,10 @@ impl Plan {
             self.grains.sizes,
             stosszahl_model::SizeDistribution::Each(_)
         );
+        let bathed = self.case.bath().is_some();
         // A gas that begins in a part of the box is alike everywhere only once it has mixed.
-        let uniform = self.case.start.region.is_none() || self.case.drive.is_some();
-        let settled = !matches!(self.case.start.velocities, Velocities::Drawn(_));
+        let uniform = self.case.start.region.is_none() || bathed;
+        let settled = bathed || !matches!(self.case.start.velocities, Velocities::Drawn(_));
         self.kind == Kind::Comparison
             && !self.is_sheared()
             && sizes
@@ -95,13 +96,12 @@ impl Plan {
             && self.law.constant().is_some()
     }
 
-    /// Fourth cumulant of the homogeneous cooling state, or of the steady state of a driven gas; 0
+    /// Fourth cumulant of the homogeneous cooling state, or of the steady state in a bath; 0
     /// for an elastic gas.
     pub fn fourth_cumulant(&self) -> f64 {
-        if self.case.drive.is_some() {
-            kinetic::heated_fourth_cumulant(self.dimension, self.restitution)
-        } else {
-            kinetic::fourth_cumulant(self.dimension, self.restitution)
+        match self.bath_state() {
+            Some(state) => state.fourth_cumulant,
+            None => kinetic::fourth_cumulant(self.dimension, self.restitution),
         }
     }
 
@@ -167,9 +167,9 @@ impl Plan {
     }
 
     /// Energy over that of the start at a time of the case, by Haff's law with its Sonine factor;
-    /// `None` where it does not apply, as for a gas that is driven or scaled.
+    /// `None` where it does not apply, as for a gas that is in a bath or scaled.
     pub fn haff_ratio(&self, time: f64) -> Option<f64> {
-        let free = self.case.drive.is_none() && self.case.thermostat.is_none();
+        let free = self.case.thermostat.is_none();
         (free && self.has_theory()).then(|| self.haff_law(time))
     }
 
@@ -183,19 +183,19 @@ impl Plan {
     /// cooling gas. If a thermostat scales velocities, a gas of the temperature of the start begins
     /// again after each interval.
     pub(crate) fn passed(&self, time: f64, free: impl Fn(f64) -> f64) -> f64 {
-        let Some(thermostat) = self.case.thermostat else {
+        let Some(interval) = self.case.rescaling() else {
             return free(time);
         };
-        let intervals = (time / thermostat.interval + 1e-9).floor();
-        let rest = (time - intervals * thermostat.interval).max(0.0);
-        intervals * free(thermostat.interval) + free(rest)
+        let intervals = (time / interval + 1e-9).floor();
+        let rest = (time - intervals * interval).max(0.0);
+        intervals * free(interval) + free(rest)
     }
 
     /// Logarithm by which the thermal speed has fallen up to a time of the case by Haff's law,
     /// without any scaling, with its Sonine factor or without; `None` where the gas does not cool
     /// by that law.
     pub fn cooling_logarithm(&self, time: f64, with_cumulant: bool) -> Option<f64> {
-        let cools = self.has_theory() && self.case.drive.is_none() && self.restitution < 1.0;
+        let cools = self.has_theory() && self.case.bath().is_none() && self.restitution < 1.0;
         cools.then(|| {
             self.passed(time, |time| match self.time_over_haff(time) {
                 _ if with_cumulant => -0.5 * self.haff_law(time).ln(),
@@ -208,11 +208,11 @@ impl Plan {
     /// theory, and in flows those of the uniform gas at the temperature of the start.
     pub fn expected_collisions(&self, time: f64) -> f64 {
         let rate = 1.0 / self.mean_free_time;
+        if self.case.bath().is_some() {
+            return self.collisions_in_bath(time);
+        }
         if self.kind == Kind::Flow {
             return rate * self.engine_time(time);
-        }
-        if let Some(drive) = self.case.drive {
-            return self.driven_collisions(drive.heating, time);
         }
         self.passed(time, |time| match self.time_over_haff(time) {
             Some(time) if self.kind == Kind::Comparison => {
@@ -240,7 +240,7 @@ impl Plan {
     pub fn partial_temperatures(&self) -> Option<&[Vec<f64>]> {
         let solved = self.partial_temperatures.get_or_init(|| {
             let constant = !matches!(self.law, Law::Viscoelastic(_));
-            let applies = self.kind == Kind::Comparison && self.case.drive.is_none() && constant;
+            let applies = self.kind == Kind::Comparison && self.case.bath().is_none() && constant;
             let species = self.species.len();
             if !applies || species < 2 || self.classes.len() != species {
                 return None;
@@ -256,51 +256,21 @@ impl Plan {
         solved.as_deref()
     }
 
-    /// Returns the drive in engine units.
-    ///
-    /// # Errors
-    /// [`PlanError`] if its numbers leave the range of floating-point numbers.
-    pub fn drive(&self) -> Result<Option<Drive>, PlanError> {
-        let Some(drive) = self.case.drive else {
-            return Ok(None);
-        };
-        let heating = drive.heating * self.temperature / self.time;
-        Drive::new(heating, drive.interval * self.time)
-            .map(Some)
-            .map_err(|error| PlanError::new("drive", error.found, error.allowed))
-    }
-
-    /// Checks the drive and the thermostat.
-    pub(super) fn check_drive(&self) -> Result<(), PlanError> {
-        self.drive()?;
+    /// Checks a gas that sticks.
+    pub(super) fn check_sticking(&self) -> Result<(), PlanError> {
         let homogeneous = self.kind == Kind::Homogeneous;
-        let alone = homogeneous || self.kind == Kind::Comparison && self.case.drive.is_none();
-        let good = alone || self.case.thermostat.is_none();
-        let allowed = "a gas without [box], or a smooth gas in a periodic box without [drive]";
-        PlanError::require(good, "thermostat", "a thermostat", allowed)?;
         let good = self.case.aggregation.is_none() || homogeneous && self.classes.len() == 1;
         let allowed = "one species in a gas without [box]";
         PlanError::require(good, "aggregation", "particles that stick", allowed)
     }
 
-    /// Heating per Haff time, in temperatures of the start.
-    fn heating_per_haff(&self) -> Option<f64> {
-        let drive = self.case.drive?;
-        match self.time_unit {
-            TimeUnit::Haff => Some(drive.heating),
-            _ if self.haff_time.is_infinite() => None,
-            _ => Some(drive.heating * self.haff_time / self.time),
-        }
-    }
-
     /// Temperature of the steady state over that of the start, by Enskog's theory with its Sonine
     /// correction; `None` for a gas that has no such state or no such theory.
     pub fn steady_temperature(&self) -> Option<f64> {
-        if self.heats_itself() {
-            return self.steady_state().map(|moment| moment.temperatures[0]);
+        if self.case.bath().is_some() {
+            return self.steady_guess().filter(|_| self.has_theory());
         }
-        let heating = self.heating_per_haff().filter(|_| self.has_theory())?;
-        Some(kinetic::heated_temperature(heating, self.fourth_cumulant()))
+        self.steady_state().map(|moment| moment.temperatures[0])
     }
 
     /// Returns true if contacts heat, so that a gas without walls or bath reaches a steady state.
@@ -333,32 +303,5 @@ impl Plan {
             Some(moment)
         });
         solved.as_ref()
-    }
-
-    /// Rough temperature of the steady state over that of the start, for particles of several sizes
-    /// and viscoelastic ones too.
-    pub fn steady_guess(&self) -> Option<f64> {
-        Some(kinetic::heated_temperature(self.heating_per_haff()?, 0.0))
-    }
-
-    /// Relaxation time of the steady state, in the unit of time of the case.
-    pub fn relaxation_time(&self, fourth_cumulant: f64) -> Option<f64> {
-        let heating = self.heating_per_haff()?;
-        let relaxation = kinetic::heated_relaxation(heating, fourth_cumulant);
-        Some(match self.time_unit {
-            TimeUnit::Haff => relaxation,
-            _ => relaxation * self.haff_time / self.time,
-        })
-    }
-
-    /// Number of collisions per particle up to a time in the steady state; without one, while the
-    /// gas heats up.
-    fn driven_collisions(&self, heating: f64, time: f64) -> f64 {
-        let path = match self.steady_guess() {
-            Some(temperature) => temperature.sqrt() * time,
-            // The integral of sqrt(1 + h t).
-            None => 2.0 / (3.0 * heating) * ((1.0 + heating * time).powf(1.5) - 1.0),
-        };
-        self.time / self.mean_free_time * path
     }
 }

@@ -20,7 +20,7 @@ pub fn keeps_energy(plan: &Plan) -> bool {
             && obstacle.restitution.is_none_or(|r| r == 1.0)
             && obstacle.slip.is_none_or(|slip| slip.abs() == 1.0)
     });
-    let driven = plan.case.drive.is_some() || plan.case.thermostat.is_some();
+    let driven = plan.case.thermostat.is_some();
     // Along a periodic axis gravity does work for ever.
     let ends = plan.gravity() == plan.grains.gravity.unwrap_or_default();
     plan.is_elastic() && !driven && plan.case.walls.all().all(specular) && obstacles && ends
@@ -61,7 +61,7 @@ pub fn cooling(
         && plan.case.walls.is_periodic()
         && plan.case.gravity.is_none()
         && plan.case.obstacle.is_empty()
-        && plan.case.drive.is_none();
+        && plan.case.bath().is_none();
     let ([kind], true, Some(surface), Some(restitution)) = (
         &plan.species[..],
         homogeneous,
@@ -154,7 +154,7 @@ pub fn density(plan: &Plan, column: &Column, species: Option<usize>, ends: [f64;
 
 /// The temperature of all walls, if all have the same, none moves and the gas is elastic.
 pub fn wall_temperature(plan: &Plan) -> Option<f64> {
-    if !plan.is_elastic() || plan.grains.gravity.is_some() || plan.case.drive.is_some() {
+    if !plan.is_elastic() || plan.grains.gravity.is_some() || plan.case.bath().is_some() {
         return None;
     }
     let mut found = None;

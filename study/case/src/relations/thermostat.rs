@@ -1,0 +1,125 @@
+//! The thermostat: its keys by kind, and gases that it does not go with.
+
+use toml::Table;
+
+use super::{Checked, Relations, refusal};
+use crate::format::{Case, Sticking, Thermostat, ThermostatKind};
+
+/// Most scalings and kicks in a run.
+const MOST_SCALINGS: f64 = 1e7;
+const MOST_KICKS: f64 = 1e9;
+/// Largest drag times interval of a Langevin bath.
+const LARGEST_DAMPING: f64 = 100.0;
+
+/// Refuses a table that `[thermostat]` replaces.
+pub(crate) fn replaced(table: &Table) -> Checked {
+    let allowed = "[thermostat] with kind = \"white-noise\", and heating and interval as here";
+    if table.contains_key("drive") {
+        return Err(refusal(table, "drive", allowed));
+    }
+    Ok(())
+}
+
+/// Returns true if gravity pulls along a periodic axis of a box without any walls or obstacles.
+fn falls_for_ever(case: &Case) -> bool {
+    let pulls = case.gravity.as_ref().is_some_and(|gravity| {
+        let mut parts = gravity.acceleration.iter();
+        parts.any(|&part| part != 0.0)
+    });
+    pulls && case.walls.is_periodic() && case.obstacle.is_empty()
+}
+
+impl Relations<'_> {
+    pub(super) fn thermostat(&self) -> Checked {
+        let Some(thermostat) = &self.case.thermostat else {
+            return Ok(());
+        };
+        self.keys_of_kind(thermostat)?;
+        let until = self.case.run.until;
+        match thermostat.kind {
+            ThermostatKind::Rescaling => self.rescaling(),
+            ThermostatKind::WhiteNoise | ThermostatKind::Langevin => self.bath(thermostat),
+        }?;
+        let (most, what) = match thermostat.kind {
+            ThermostatKind::Rescaling => (MOST_SCALINGS, "scalings"),
+            _ => (MOST_KICKS, "kicks"),
+        };
+        let fits = |interval: f64| interval < until && until / interval <= most;
+        self.ensure(
+            thermostat.interval.is_none_or(fits),
+            "thermostat.interval",
+            format!("an interval below run.until, for at most {most} {what}"),
+        )
+    }
+
+    /// Checks that the keys are those of the kind.
+    fn keys_of_kind(&self, thermostat: &Thermostat) -> Checked {
+        let key = |name: &str| format!("thermostat.{name}");
+        let (required, idle): (&[&str], &[(&str, &str)]) = match thermostat.kind {
+            ThermostatKind::Rescaling => (
+                &["interval"],
+                &[
+                    ("heating", "\"white-noise\""),
+                    ("drag", "\"langevin\""),
+                    ("bath_temperature", "\"langevin\""),
+                ],
+            ),
+            ThermostatKind::WhiteNoise => (
+                &["heating", "interval"],
+                &[
+                    ("drag", "\"langevin\""),
+                    ("bath_temperature", "\"langevin\""),
+                ],
+            ),
+            ThermostatKind::Langevin => (&["drag"], &[("heating", "\"white-noise\"")]),
+        };
+        for (name, kind) in idle {
+            let allowed = format!("this key is for thermostat.kind = {kind}");
+            self.without(&[&key(name)], &allowed)?;
+        }
+        for name in required {
+            let allowed = "a number above 0, which this kind of thermostat needs";
+            self.ensure(self.given(&key(name)), key(name), allowed)?;
+        }
+        Ok(())
+    }
+
+    /// Checks a gas whose velocities are scaled to the energy of the start.
+    fn rescaling(&self) -> Checked {
+        let case = self.case;
+        let Some(_) = &case.domain else {
+            let breaks = case.aggregation.as_ref().is_some_and(Sticking::breaks);
+            let allowed =
+                "a gas that goes on losing energy: with aggregation.fragment_above, or with [box]";
+            return self.ensure(breaks, "thermostat", allowed);
+        };
+        let moves_freely = case.walls.is_periodic()
+            && case.obstacle.is_empty()
+            && case.gravity.is_none()
+            && case.gas.tangential_restitution.is_none();
+        let allowed = "\"white-noise\" or \"langevin\"; velocities are scaled to the energy of the start in a box that is periodic on \
+                       all sides, without obstacles, gravity and spin, which keep energies of their own";
+        self.ensure(moves_freely, "thermostat.kind", allowed)
+    }
+
+    /// Checks a gas in a bath of random kicks.
+    fn bath(&self, thermostat: &Thermostat) -> Checked {
+        let case = self.case;
+        let allowed =
+            "\"rescaling\" in a gas without positions; random kicks are for gases in a [box]";
+        self.ensure(case.domain.is_some(), "thermostat.kind", allowed)?;
+        let is_noise = thermostat.kind == ThermostatKind::WhiteNoise;
+        let allowed = "\"langevin\", whose drag ends a fall; with white noise a gas in a periodic box falls ever faster under gravity";
+        self.ensure(
+            !(is_noise && falls_for_ever(case)),
+            "thermostat.kind",
+            allowed,
+        )?;
+        let damping = thermostat.drag.zip(thermostat.interval);
+        let fits = damping.is_none_or(|(drag, interval)| drag * interval <= LARGEST_DAMPING);
+        let allowed = format!(
+            "an interval of at most {LARGEST_DAMPING} over the drag, after which velocities are forgotten"
+        );
+        self.ensure(fits, "thermostat.interval", allowed)
+    }
+}

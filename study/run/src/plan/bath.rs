@@ -1,0 +1,184 @@
+//! Thermal bath of a case: its engine parameters, its steady state in theory, and remarks on it.
+
+use stosszahl_analysis::theory::BathState;
+use stosszahl_case::format::ThermostatKind;
+use stosszahl_model::{Bath, Invalid, transport};
+
+use crate::words::short;
+
+use super::data::{Plan, PlanError};
+
+/// Relaxation times in a run, below which its last half still remembers the start: e^-10 is left after half of it.
+const LEAST_RELAXATIONS: f64 = 20.0;
+/// Largest share of the temperature that a kick of white noise may add: the mean temperature then differs from that of the
+/// continuous bath by `share^2/32 < 4e-4`, from the saw tooth of the temperature.
+const LARGEST_KICK: f64 = 0.1;
+/// Default interval of a Langevin bath, times the sum of collision rate and drag. The error of the splitting goes with its
+/// square: some 3e-4 of the temperature at restitution 0.8.
+const KICKED_PART: f64 = 0.2;
+/// Largest of these intervals without a remark.
+const LARGEST_PART: f64 = 0.5;
+/// Least kicks in a run by default.
+const LEAST_KICKS: f64 = 10.0;
+
+impl Plan {
+    /// Returns the bath in engine units, and the time between two kicks in the unit of time of the case.
+    ///
+    /// # Errors
+    /// [`PlanError`] if its numbers leave the range of floating-point numbers.
+    pub fn bath(&self) -> Result<Option<(Bath, f64)>, PlanError> {
+        let (Some(thermostat), Some(interval)) = (self.case.bath(), self.kick_interval()) else {
+            return Ok(None);
+        };
+        let time = interval * self.time;
+        let bath = match thermostat.kind {
+            ThermostatKind::Langevin => Bath::langevin(self.drag(), self.bath_temperature(), time),
+            _ => Bath::white_noise(self.heating(), time),
+        };
+        let failed =
+            |error: Invalid| PlanError::new("thermostat", error.to_string(), error.allowed);
+        bath.map(|bath| Some((bath, interval))).map_err(failed)
+    }
+
+    /// Checks the bath, and states the interval if it is chosen here.
+    pub(super) fn check_bath(&mut self) -> Result<(), PlanError> {
+        let Some((_, interval)) = self.bath()? else {
+            return Ok(());
+        };
+        if self.case.bath().is_some_and(|one| one.interval.is_none()) {
+            self.choices.push(format!(
+                "thermostat.interval = {}: a fifth of the time in which collisions and drag change a velocity, and at most a tenth of \
+                 the run; the error of kicks at intervals goes with the square of it",
+                short(interval)
+            ));
+        }
+        Ok(())
+    }
+
+    /// Drag of a Langevin bath \[1/engine time\]; 0 without one.
+    fn drag(&self) -> f64 {
+        let drag = self.case.bath().and_then(|one| one.drag);
+        drag.unwrap_or(0.0) / self.time
+    }
+
+    /// Temperature of a Langevin bath \[energy\]: by default that of the start.
+    fn bath_temperature(&self) -> f64 {
+        let given = self.case.bath().and_then(|one| one.bath_temperature);
+        given.map_or(self.temperature, |given| given / self.scale.energy)
+    }
+
+    /// Energy that white noise gives to each particle \[energy/engine time\]; 0 without it.
+    fn heating(&self) -> f64 {
+        let heating = self.case.bath().and_then(|one| one.heating);
+        heating.unwrap_or(0.0) * self.temperature / self.time
+    }
+
+    /// Collision rate in the steady state of the bath plus drag, about \[1/engine time\].
+    fn rate_of_change(&self) -> f64 {
+        let hotter = self.steady_guess().unwrap_or(1.0).max(1.0);
+        hotter.sqrt() / self.mean_free_time + self.drag()
+    }
+
+    /// Time between two kicks of a bath, in the unit of time of the case.
+    pub fn kick_interval(&self) -> Option<f64> {
+        let bath = self.case.bath()?;
+        Some(bath.interval.unwrap_or_else(|| {
+            let natural = KICKED_PART / (self.rate_of_change() * self.time);
+            natural.min(self.case.run.until / LEAST_KICKS)
+        }))
+    }
+
+    /// Returns the steady state of the gas in its bath, in engine units, as if it were uniform and of equal smooth particles,
+    /// by first Sonine order; `None` without a bath, and where a gas heats up for ever.
+    pub fn bath_state(&self) -> Option<BathState> {
+        self.case.bath()?;
+        let drag = self.drag();
+        let gain =
+            2.0 * drag * self.bath_temperature() + 2.0 / self.dimension as f64 * self.heating();
+        let cooling = 2.0 / (self.haff_time * self.temperature.sqrt());
+        BathState::new(self.dimension, self.restitution, cooling, drag, gain)
+    }
+
+    /// Rough temperature of the steady state in a bath over that of the start, for particles of several sizes and
+    /// viscoelastic ones too.
+    pub fn steady_guess(&self) -> Option<f64> {
+        Some(self.bath_state()?.temperature / self.temperature)
+    }
+
+    /// Kinematic viscosity of disks in the steady state of their bath \[engine length^2/engine time\], by Enskog's theory.
+    pub fn bath_viscosity(&self) -> Option<f64> {
+        let state = self.bath_state()?;
+        let (phi, speed) = (self.packing_fraction, state.temperature.sqrt());
+        let (r, a2) = (self.restitution, state.fourth_cumulant);
+        let viscosity =
+            transport::bath_viscosity(phi, self.contact_value, r, a2, state.drag / speed);
+        Some(viscosity * speed / transport::number_density(phi))
+    }
+
+    /// Relaxation time of the temperature in a bath, in the unit of time of the case.
+    pub fn relaxation_time(&self) -> Option<f64> {
+        Some(self.bath_state()?.relaxation_time() / self.time)
+    }
+
+    /// Number of kicks in the run.
+    pub(super) fn kicks(&self) -> Option<f64> {
+        Some(
+            (self.case.run.until / self.kick_interval()? - 0.5)
+                .ceil()
+                .max(0.0),
+        )
+    }
+
+    /// Number of collisions per particle up to a time in the steady state of a bath; without one, while the gas heats up.
+    pub(super) fn collisions_in_bath(&self, time: f64) -> f64 {
+        let rate = self.time / self.mean_free_time;
+        if let Some(temperature) = self.steady_guess() {
+            return rate * temperature.sqrt() * time;
+        }
+        // The integral of sqrt(1 + h t).
+        let heating = 2.0 / self.dimension as f64 * self.heating();
+        let h = heating * self.time / self.temperature;
+        rate * 2.0 / (3.0 * h) * ((1.0 + h * time).powf(1.5) - 1.0)
+    }
+
+    pub(super) fn notable_bath(&self, list: &mut Vec<String>) {
+        let (Some(bath), Some(interval)) = (self.case.bath(), self.kick_interval()) else {
+            return;
+        };
+        let (Some(temperature), Some(relaxation)) = (self.steady_guess(), self.relaxation_time())
+        else {
+            list.push(
+                "thermostat: nothing is lost at restitution 1, so white noise heats the gas up without end"
+                    .to_owned(),
+            );
+            return;
+        };
+        let relaxations = self.case.run.until / relaxation;
+        if relaxations < LEAST_RELAXATIONS {
+            list.push(format!(
+                "thermostat: run.until is {} relaxation times, so the steady state may not be reached; at least {LEAST_RELAXATIONS} \
+                 leave nothing of the start in the last half",
+                short(relaxations)
+            ));
+        }
+        if let Some(heating) = bath.heating {
+            let share = heating * interval / temperature;
+            if share > LARGEST_KICK {
+                list.push(format!(
+                    "thermostat: each kick adds {} of the steady temperature, which is no white noise; an interval of at most {} is",
+                    short(share),
+                    short(LARGEST_KICK * temperature / heating)
+                ));
+            }
+            return;
+        }
+        let rate = self.rate_of_change() * self.time;
+        if interval * rate > LARGEST_PART {
+            list.push(format!(
+                "thermostat.interval: kicks are rarer than collisions and drag change a velocity, and the temperature differs from that \
+                 of a continuous bath; an interval of at most {} is close to one",
+                short(LARGEST_PART / rate)
+            ));
+        }
+    }
+}
