@@ -5,7 +5,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use crate::error::Problem;
-use crate::format::{Aggregation, Case, EnergyPart, Face, Kind, Placement, TimeUnit, Velocities};
+use crate::format::{Case, EnergyPart, Face, Kind, Placement, TimeUnit, Velocities};
 use crate::origin::{split, value_at};
 
 mod engines;
@@ -283,7 +283,6 @@ impl Relations<'_> {
 
     fn aggregation(&self) -> Checked {
         let case = self.case;
-        let until = case.run.until;
         if let Some(aggregation) = &case.aggregation {
             let one = case.species.len() == 1 || case.gas.number.is_some();
             self.ensure(

@@ -3,7 +3,7 @@
 use toml::Table;
 
 use super::{Checked, Relations, refusal};
-use crate::format::{Case, Sticking, Thermostat, ThermostatKind};
+use crate::format::{Aggregation, Case, Thermostat, ThermostatKind};
 
 /// Most scalings and kicks in a run.
 const MOST_SCALINGS: f64 = 1e7;
@@ -88,7 +88,7 @@ impl Relations<'_> {
     fn rescaling(&self) -> Checked {
         let case = self.case;
         let Some(_) = &case.domain else {
-            let breaks = case.aggregation.as_ref().is_some_and(Sticking::breaks);
+            let breaks = case.aggregation.as_ref().is_some_and(Aggregation::breaks);
             let allowed =
                 "a gas that goes on losing energy: with aggregation.fragment_above, or with [box]";
             return self.ensure(breaks, "thermostat", allowed);
