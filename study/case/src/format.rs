@@ -1,8 +1,8 @@
 //! The case format, version 2: the keys, their types, their ranges and their defaults.
 //!
-//! The doc comments are the descriptions of the JSON Schema. Lengths, masses and energies are in
-//! the units of the case; times are in the unit that `run.time_unit` names. The kind of a case is
-//! derived, never written: see [`Case::kind`].
+//! The doc comments are the descriptions of the JSON Schema. Lengths, masses and energies are in the units of the case;
+//! times are in the unit that `run.time_unit` names. What defaults and checks follow from is asked of a case by methods such as
+//! [`Case::has_box`] and [`Case::is_uniform`].
 
 use std::collections::BTreeMap;
 
@@ -13,6 +13,7 @@ use serde_json::json;
 mod domain;
 mod engines;
 mod gas;
+mod nature;
 mod question;
 mod thermostat;
 
@@ -153,35 +154,6 @@ pub struct Range {
     pub log: bool,
 }
 
-/// Kind of a case, derived from its tables: two engines are a comparison, no box is a homogeneous
-/// gas, walls or faces make a flow.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// A periodic gas from one state, by one engine or several.
-    Comparison,
-    /// A gas without positions.
-    Homogeneous,
-    /// Walls, obstacles, open faces, gravity or grains that spin.
-    Flow,
-}
-
-impl Case {
-    /// Returns the kind of the case, derived from the tables that it has.
-    pub fn kind(&self) -> Kind {
-        if self.domain.is_none() {
-            Kind::Homogeneous
-        } else if self.gravity.is_some()
-            || !self.walls.is_periodic()
-            || !self.obstacle.is_empty()
-            || self.gas.tangential_restitution.is_some()
-        {
-            Kind::Flow
-        } else {
-            Kind::Comparison
-        }
-    }
-}
-
 /// Units of lengths, masses and energies in a case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -209,9 +181,8 @@ pub struct Start {
     pub region: Option<[Vec<f64>; 2]>,
     /// Source of the initial velocities.
     pub velocities: Velocities,
-    /// Elastic collisions per particle before t = 0; 0 means none. Default: 0 in flows and where a
-    /// file or a region gives the places, else 10, and `10 sqrt(phi) chi` up to 100 at packings
-    /// above 0.3.
+    /// Elastic collisions per particle before t = 0; 0 means none. Default: 10 for smooth disks in a periodic box without gravity,
+    /// and `10 sqrt(phi) chi` up to 100 at packings above 0.3; 0 in other gases and where a file or a region gives the places.
     #[schemars(range(min = 0.0, max = 1e9))]
     pub equilibration: Option<f64>,
     /// Give up equilibrating here. Default: four times `equilibration`, and at least 200.
@@ -299,8 +270,8 @@ pub struct VelocityCumulant {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
-    /// Unit of all times in this file. Default: "haff" in a periodic box (the mean free time of an
-    /// elastic gas), else "case".
+    /// Unit of all times in this file. Default: "haff" for smooth particles in a periodic box without gravity (the mean free time of a gas
+    /// that does not cool or is sheared), else "case".
     pub time_unit: Option<TimeUnit>,
     /// End of the run.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e15))]
@@ -312,8 +283,8 @@ pub struct Run {
     /// Samples in each factor of ten of time. Default: 12.
     #[schemars(range(min = 1, max = 1000))]
     pub samples_per_decade: Option<u64>,
-    /// Number of samples at equal intervals. Default in flows: 400; elsewhere samples are in equal
-    /// factors of time.
+    /// Number of samples at equal intervals. Default with walls, openings, obstacles or gravity: 400; in a uniform gas samples are in
+    /// equal factors of time.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub samples: Option<u64>,
     /// Seconds of computing between two checkpoints.

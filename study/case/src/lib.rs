@@ -53,7 +53,7 @@ use toml::{Table, Value};
 
 pub use bundled::{Bundle, Bundled};
 pub use error::{CaseError, Fault, Refusal, SYNONYMS, nearest};
-pub use format::{Case, Kind};
+pub use format::Case;
 pub use paper::{Paper, PaperFile};
 pub use schema::{Format, schema, schema_of};
 

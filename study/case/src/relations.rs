@@ -5,7 +5,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use crate::error::Problem;
-use crate::format::{Case, EnergyPart, Face, Kind, Placement, TimeUnit, Velocities};
+use crate::format::{Case, EnergyPart, Face, Placement, TimeUnit, Velocities};
 use crate::origin::{split, value_at};
 
 mod engines;
@@ -87,61 +87,58 @@ impl Relations<'_> {
         self.case.gas.dimension as usize
     }
 
-    /// Keys that need a box, a gas without one, a flow or a comparison.
+    /// Checks keys that need a box, a gas without one, or something that a motion is relative to.
     fn places(&self) -> Checked {
-        match self.case.kind() {
-            Kind::Homogeneous => {
-                let keys = [
-                    "walls",
-                    "obstacle",
-                    "inflow",
-                    "gravity",
-                    "start.placement",
-                    "start.file",
-                    "start.region",
-                    "start.equilibration",
-                    "start.longest_equilibration",
-                    "start.velocity",
-                    "start.spin_temperature",
-                    "start.empty",
-                    "accuracy",
-                    "gas.tangential_restitution",
-                    "gas.mean_free_path",
-                ];
-                self.without(
-                    &keys,
-                    "this key needs a [box]; without one the gas has no positions",
-                )?;
-                self.ensure(
-                    self.given("gas.volume"),
-                    "gas.volume",
-                    "a gas has a [box], or else a volume, a number above 0",
-                )
-            }
-            kind => {
-                let allowed = "this key is for gases without positions; gas.mean_free_path makes fewer simulators of dsmc-boltzmann \
-                               stand for a gas of many particles in a box";
-                self.without(&["gas.particles_per_simulator"], allowed)?;
-                let keys = [
-                    "gas.volume",
-                    "gas.pair_correlation",
-                    "power_law",
-                    "polydisperse",
-                    "aggregation",
-                    "verdict.sonine_orders",
-                ];
-                self.without(
-                    &keys,
-                    "this key is for gases without positions, which have no [box]",
-                )?;
-                if kind == Kind::Comparison {
-                    let allowed = "this key is for flows: with walls, gravity or grains that spin";
-                    return self.without(&["inflow", "start.velocity", "start.empty"], allowed);
-                }
-                let allowed = "this key is for periodic boxes without gravity and spin";
-                self.without(&["accuracy"], allowed)
-            }
+        let case = self.case;
+        if !case.has_box() {
+            let keys = [
+                "walls",
+                "obstacle",
+                "inflow",
+                "gravity",
+                "start.placement",
+                "start.file",
+                "start.region",
+                "start.equilibration",
+                "start.longest_equilibration",
+                "start.velocity",
+                "start.spin_temperature",
+                "start.empty",
+                "accuracy",
+                "gas.tangential_restitution",
+                "gas.mean_free_path",
+            ];
+            self.without(
+                &keys,
+                "this key needs a [box]; without one the gas has no positions",
+            )?;
+            return self.ensure(
+                self.given("gas.volume"),
+                "gas.volume",
+                "a gas has a [box], or else a volume, a number above 0",
+            );
         }
+        let allowed = "this key is for gases without positions; gas.mean_free_path makes fewer simulators of dsmc-boltzmann \
+                       stand for a gas of many particles in a box";
+        self.without(&["gas.particles_per_simulator"], allowed)?;
+        let keys = [
+            "gas.volume",
+            "gas.pair_correlation",
+            "power_law",
+            "polydisperse",
+            "aggregation",
+            "verdict.sonine_orders",
+        ];
+        self.without(
+            &keys,
+            "this key is for gases without positions, which have no [box]",
+        )?;
+        if !case.is_bounded() {
+            let allowed = "this key needs walls, openings or obstacles, which the gas moves against: a periodic gas in motion is the \
+                           same gas as one at rest";
+            self.without(&["start.velocity"], allowed)?;
+        }
+        Ok(())
     }
 
     fn start(&self, folder: &Path) -> Checked {

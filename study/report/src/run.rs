@@ -402,7 +402,6 @@ fn provenance(manifest: &Manifest) -> Markup {
             p { "To cite, name the program, its version and the seed, and publish the case file: “computed with " (program) ", seed " (manifest.seed) "”." }
             (page::table(&[("what", true), ("value", true)], &[
                 row("program", program.clone()),
-                row("kind of case", manifest.kind.clone()),
                 row("seed", manifest.seed.to_string()),
                 row("replicas", manifest.replicas.to_string()),
                 row("processor", manifest.machine.processor.clone()),

@@ -211,7 +211,6 @@ fn manifest() -> Manifest {
         },
         title: "Cooling & <i>chaos</i>".into(),
         case_text: "title = \"Cooling\" # </pre><script>".into(),
-        kind: "comparison".into(),
         time_unit: TimeUnit {
             name: "Haff's cooling time".into(),
             size: 12.5,
@@ -556,7 +555,6 @@ fn the_page_of_a_sweep_compares_its_points() {
             format: 2,
             title: "A <sweep>".into(),
             case_text: "x".into(),
-            kind: "comparison".into(),
             points,
         })
         .unwrap();

@@ -45,9 +45,7 @@ pub struct Manifest {
     pub case_text: String,
     /// The case as it was run, with every default filled in.
     pub case: serde_json::Value,
-    /// Kind of the case: `comparison`, `homogeneous` or `flow`.
-    pub kind: String,
-    /// Unit of all times.
+    /// The unit of all times.
     pub time_unit: TimeUnit,
     /// Quantities derived from the case.
     pub derived: Vec<Derived>,
@@ -268,8 +266,6 @@ pub struct Sweep {
     pub title: String,
     /// The case file, verbatim.
     pub case_text: String,
-    /// Kind of the case: `comparison`, `homogeneous` or `flow`.
-    pub kind: String,
     /// Points of the sweep, in the order of the case file.
     pub points: Vec<SweepPoint>,
 }

@@ -51,6 +51,12 @@ pub(crate) fn check(plan: &Plan) -> Result<(), PlanError> {
         return Ok(());
     } else if plan.dimension != 2 {
         "spheres"
+    } else if !plan.is_uniform() {
+        "walls, openings, obstacles or gravity"
+    } else if plan.is_rough() {
+        "particles that spin"
+    } else if plan.is_sheared() {
+        "a shear flow"
     } else if plan.case.thermostat.is_some() {
         "a driven gas"
     } else if !plan.has_theory() {
@@ -60,7 +66,8 @@ pub(crate) fn check(plan: &Plan) -> Result<(), PlanError> {
     } else {
         return Ok(());
     };
-    let allowed = "equal disks with one coefficient of restitution, cooling freely or elastic";
+    let allowed = "a uniform gas of equal smooth disks with one coefficient of restitution, cooling freely or elastic: theory says what \
+                   the error of its pilot is";
     Err(PlanError::new("accuracy.target", found, allowed))
 }
 

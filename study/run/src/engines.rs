@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::{iter, slice};
 
 use stosszahl_analysis::theory;
-use stosszahl_case::Kind;
 use stosszahl_case::format::{EnergyPart, FirstTest, Selection};
 use stosszahl_dsmc::homogeneous::{
     Contact, Homogeneous, Limit, Order, Part, Pick, Rule, Threshold,
@@ -24,8 +23,9 @@ use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
 use crate::start::{self, StartError};
 use crate::words::short;
 
-/// Random streams of Monte Carlo in a flow, distinct from those of walls in exact dynamics.
-const FLOW: u64 = 2;
+/// Branch of the random streams of Monte Carlo next to walls, which draw from that of exact dynamics, in
+/// gravity and of particles that spin.
+const IN_UNITS_OF_CASE: u64 = 2;
 
 /// Error with which an engine refuses to start.
 #[derive(Debug, thiserror::Error)]
@@ -262,10 +262,11 @@ fn made(
             let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
             Ok(match from {
                 From::Start(start) => {
-                    // In a flow or a region each set is an independent start; a periodic gas may be
-                    // shifted and rotated instead.
-                    let placed = plan.kind == Kind::Flow || plan.case.start.region.is_some();
-                    let sets = if placed { engine.copies() as u64 } else { 1 };
+                    let sets = if plan.starts_from_copies() {
+                        1
+                    } else {
+                        engine.copies() as u64
+                    };
                     let sets = starts(plan, start, sets, streams, interrupt)?;
                     match call() {
                         Some(ranks) => stosszahl_dsmc::simulate_among(&gas, &sets, ranks)?,
@@ -344,8 +345,8 @@ fn starts<'a>(
 
 /// Branch of the random streams: schemes of one replica draw different numbers.
 fn branch(plan: &Plan, scheme: Scheme) -> u64 {
-    if plan.kind == Kind::Flow {
-        return FLOW;
+    if !plan.has_thermal_units() {
+        return IN_UNITS_OF_CASE;
     }
     match scheme {
         Scheme::Collisionless => 0,

@@ -12,7 +12,6 @@ use std::time::Instant;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
-use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Failure, Interrupt, Moments, Observer, Particles, Simulation, Work};
 
@@ -294,9 +293,7 @@ impl<'a> Course<'a> {
         let kick = drive.map(|drive| drive.time(self.kicks));
         let until = kick.map_or(due.time, |kick| kick.min(due.time));
         let end = plan.engine_time(until);
-        // Flows begin at their start; elsewhere a segment of no length comes first.
-        let there = plan.kind == Kind::Flow && self.gas.time() >= end;
-        let reached = there || {
+        let reached = {
             let observers = self.probes.iter_mut().filter_map(|probe| probe.observer());
             let mut all = observers.collect::<Vec<&mut dyn Observer>>();
             let gas = &mut self.gas;

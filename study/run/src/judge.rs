@@ -293,7 +293,7 @@ impl Places<'_> {
 /// Two things that are compared in one quantity, replica by replica.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<'a> {
-    /// What is compared, by a relative margin.
+    /// Comparison of two quantities, with a relative margin.
     pub comparison: Comparison<'a>,
     /// Where.
     pub places: Places<'a>,
@@ -325,7 +325,7 @@ impl Pair<'_> {
     }
 }
 
-/// What several comparisons say together: differences before doubts before agreement.
+/// Joins several comparisons into one verdict: a difference before an undecided one before agreement.
 pub fn together(kinds: impl IntoIterator<Item = VerdictKind>) -> VerdictKind {
     kinds
         .into_iter()

@@ -11,7 +11,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use stosszahl_case::Kind;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Particles};
 
@@ -124,17 +123,14 @@ fn measured(
 /// Time to solve the theory that tables are compared with \[s\]. It is solved once, here or later.
 fn theory(plan: &Plan) -> f64 {
     let began = Instant::now();
-    // Theory that cannot be solved is also left out of a run, after the same time.
-    match plan.kind {
-        Kind::Homogeneous => drop(homogeneous::curves(plan)),
-        Kind::Comparison => {
-            plan.partial_temperatures();
+    // Theory that cannot be followed is left out of a run, too, after the same time.
+    if plan.has_box() {
+        plan.partial_temperatures();
+        for engine in &plan.engines {
+            let _ = series::cooling(plan, engine);
         }
-        Kind::Flow => {
-            for engine in &plan.engines {
-                let _ = series::cooling(plan, engine);
-            }
-        }
+    } else {
+        let _ = homogeneous::curves(plan);
     }
     began.elapsed().as_secs_f64()
 }

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use serde_json::Value;
+use stosszahl_case::CaseFile;
 use stosszahl_case::format::TimeUnit;
-use stosszahl_case::{CaseFile, Kind};
 use stosszahl_results::{
     Derived, EngineWork, Existing, FORMAT, FramesEntry, Machine, Manifest, Place, Program,
     Question, SNAPSHOTS, Start, StartTest, Table, Verdict, engine_title,
@@ -441,7 +441,6 @@ impl Job<'_> {
             question: asked,
             case_text: file.text.clone(),
             case: as_json(plan),
-            kind: kind_name(plan.kind).to_owned(),
             time_unit: time_unit(plan),
             derived: (plan.derived().into_iter())
                 .map(|one| Derived {

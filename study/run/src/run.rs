@@ -17,7 +17,7 @@ use crate::check::{Planned, check_within, level};
 use crate::control::Progress;
 use crate::follow::PartError;
 use crate::plan::{Plan, available_memory, available_threads};
-use crate::point::{Job, as_json, kind_name};
+use crate::point::{Job, as_json};
 
 /// Largest number of threads of a run.
 const MOST_THREADS: usize = 1024;
@@ -380,7 +380,6 @@ fn index(file: &CaseFile) -> Sweep {
         format: FORMAT,
         title: file.title(),
         case_text: file.text.clone(),
-        kind: kind_name(file.points[0].case.kind()).to_owned(),
         points: points.collect(),
     }
 }

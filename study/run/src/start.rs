@@ -6,7 +6,6 @@ use rand::Rng;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::equilibrium::{self, Outcome};
-use stosszahl_case::Kind;
 use stosszahl_case::format::{Placement, Velocities};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::initial::{self, Arrangement, PlacementError};
@@ -207,7 +206,7 @@ fn by_surface<S: Space, C: Surface<S>>(
     let (positions, reciprocal, placement) = if let Some(given) = given {
         let places = given.iter().map(|at| S::vector(|axis| at[axis]));
         (places.collect(), Vec::new(), "file".to_owned())
-    } else if plan.kind == Kind::Comparison && plan.dimension == 2 && plan.region().is_none() {
+    } else if plan.is_disk_fluid() && plan.region().is_none() {
         let (places, reciprocal, name) = in_plane(plan, streams, radius, interrupt)?;
         let places = places.into_iter().map(|at| S::vector(|axis| at[axis]));
         (places.map(|at| domain.wrap(at)).collect(), reciprocal, name)
@@ -608,7 +607,7 @@ impl Preparation {
             };
         }
         let drawn = plan.case.start.velocities == Velocities::MAXWELLIAN;
-        if plan.equilibration() > 0.0 && drawn && plan.kind == Kind::Comparison {
+        if plan.equilibration() > 0.0 && drawn && plan.is_disk_fluid() {
             rescale(plan, &mut particles)?;
         }
         Ok(particles)
@@ -616,7 +615,7 @@ impl Preparation {
 
     fn tests(&self, plan: &Plan, particles: &Particles) -> Vec<Outcome> {
         let mut tests = vec![equilibrium::impact_uniform(&self.bins)];
-        if plan.kind != Kind::Comparison {
+        if !plan.is_disk_fluid() {
             return tests;
         }
         let places: Vec<Vector2<f64>> = particles.all.iter().map(|one| one.position.xy()).collect();
@@ -640,7 +639,7 @@ pub(crate) fn pairs(plan: &Plan, per_particle: f64) -> u64 {
 /// Returns true if elastic dynamics equilibrates or tests the start of a case, which must be hard
 /// disks.
 pub fn is_prepared(plan: &Plan) -> bool {
-    plan.dimension == 2 && (plan.kind == Kind::Comparison || plan.equilibration() > 0.0)
+    plan.is_disk_fluid() || plan.dimension == 2 && plan.equilibration() > 0.0
 }
 
 #[cfg(test)]

@@ -74,8 +74,7 @@ impl Measure for Everything {
     }
     fn needs(&self, plan: &Plan) -> Needs {
         Needs {
-            displacements: plan.kind != stosszahl_case::Kind::Flow
-                && plan.case.aggregation.is_none(),
+            displacements: plan.is_uniform() && !plan.is_rough() && plan.case.aggregation.is_none(),
             trajectories: 0,
         }
     }
@@ -436,20 +435,25 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
             let file = path.map(CheckpointFile::alone);
             part.run(&Control::new(file, 1e9, stop, &|_, _| {}))
         };
+        let eager = |interrupt: &Interrupt, left| -> &'static Eager {
+            Box::leak(Box::new(Eager(interrupt.clone(), left)))
+        };
         let whole = run(&[&Everything], None, &never).expect("a run");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("part.snapshot");
         for left in [1, 1000, 2000] {
             let interrupt = Interrupt::default();
-            let eager: &'static Eager = Box::leak(Box::new(Eager(interrupt.clone(), left)));
-            let ended = run(&[&Everything, eager], Some(path.clone()), &interrupt);
+            let measures: [&dyn Measure; 2] = [&Everything, eager(&interrupt, left)];
+            let ended = run(&measures, Some(path.clone()), &interrupt);
             assert!(
                 matches!(ended, Err(PartError::Interrupted)),
                 "{}",
                 engine.name
             );
         }
-        let last = run(&[&Everything], Some(path), &never).expect("a run");
+        // A slow machine has kept a state of both measures.
+        let idle = eager(&Interrupt::default(), 1);
+        let last = run(&[&Everything, idle], Some(path), &never).expect("a run");
         assert_eq!(seen(&whole), seen(&last), "{}", engine.name);
         assert_eq!(whole.work, last.work, "{}", engine.name);
     }

@@ -1,4 +1,4 @@
-//! What kinetic theory says of a case, for tables and verdicts.
+//! Kinetic theory of a case, for tables and verdicts.
 
 pub mod flow;
 pub mod homogeneous;

@@ -102,8 +102,8 @@ pub struct DeltaModel {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Viscoelastic {
-    /// Dissipation strength `(A kappa^(2/5))^(1/2)`; speeds are in thermal speeds `sqrt(T/m)` of
-    /// the start in a box, and in the units of the case without one.
+    /// Dissipation strength `(A kappa^(2/5))^(1/2)`; speeds are in units of the case, which are thermal speeds of the start where
+    /// temperature and mass are 1.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub viscoelastic: Option<f64>,
     /// Young's modulus Y, in units of the case: an energy per volume. With it each pair of species

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Case, Kind, Restitution};
+use super::{Case, Restitution};
 
 /// Question of a case. Its quantity is the headline, the first figure of the report, and the map of
 /// a sweep.
@@ -57,19 +57,28 @@ pub fn leading_question(text: &str) -> Option<String> {
 impl Case {
     /// Title made of what is run: "Free cooling of 2500 disks, packing 0.25, restitution 0.8".
     pub(crate) fn derived_title(&self) -> String {
-        let particles = if self.gas.dimension == 2 {
-            "disks"
-        } else {
-            "spheres"
+        let particles = match (self.is_rough(), self.gas.dimension) {
+            (false, 2) => "disks",
+            (false, _) => "spheres",
+            (true, 2) => "rough disks",
+            (true, _) => "rough spheres",
         };
-        let elastic = self.gas.restitution == Restitution::Constant(1.0);
-        let what = match self.kind() {
-            Kind::Flow => "Flow",
-            _ if self.bath().is_some() => "Driven gas",
-            _ if self.thermostat.is_some() => "Gas at constant energy",
-            _ if self.aggregation.is_some() => "Aggregation",
-            _ if elastic => "Elastic gas",
-            _ => "Free cooling",
+        let what = if !self.is_uniform() {
+            "Flow"
+        } else if self.is_sheared() {
+            "Shear flow"
+        } else if self.bath().is_some() {
+            "Driven gas"
+        } else if self.thermostat.is_some() {
+            "Gas at constant energy"
+        } else if self.aggregation.is_some() {
+            "Aggregation"
+        } else if self.cools_freely() {
+            "Free cooling"
+        } else if self.is_elastic() {
+            "Elastic gas"
+        } else {
+            "Gas"
         };
         let number = self
             .gas

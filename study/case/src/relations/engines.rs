@@ -1,7 +1,7 @@
 //! Checks of engines: which gases they fit, and which keys they have.
 
 use super::{Checked, Relations};
-use crate::format::{FACES, Face, FaceWord, Kind, MonteCarlo, Neighbourhood, Weights};
+use crate::format::{Copies, FACES, Face, FaceWord, MonteCarlo, Neighbourhood, Weights};
 
 /// Keys of all Monte Carlo schemes.
 const ALL: &[&str] = &["simulators_per_particle", "wall_contact"];
@@ -64,8 +64,7 @@ impl Relations<'_> {
             &engine.contact_point,
         ];
         let monte_carlo = schemes.iter().filter(|scheme| scheme.is_some()).count();
-        let kind = case.kind();
-        if kind == Kind::Homogeneous {
+        if !case.has_box() {
             let allowed = "this engine needs a [box]; without one it is dsmc-homogeneous";
             self.without(&["engine.ed"], allowed)?;
             for (name, _, _) in SCHEMES {
@@ -154,16 +153,19 @@ impl Relations<'_> {
         let disks = name != "dsmc-stochastic-disks" || self.dimension() == 2;
         let allowed = "stochastic disks are disks: gas.dimension = 2";
         self.ensure(disks, format!("engine.{name}"), allowed)?;
-        let comparison = case.kind() == Kind::Comparison;
+        let coherent = scheme.simulator_start == Some(Copies::Coherent);
+        let movable = case.is_uniform() && !case.is_rough() && case.start.region.is_none();
         self.ensure(
-            comparison || scheme.simulator_start.is_none(),
+            movable || !coherent,
             format!("engine.{name}.simulator_start"),
-            "copies are for periodic boxes without gravity and spin",
+            "\"independent\": \"coherent\" copies of the start are moved and turned, in a uniform gas of smooth particles; next to \
+             walls and obstacles, in gravity, in a region and of particles that spin, each set of simulators is a start of its own",
         )?;
+        let kicked = case.bath().is_some() && scheme.weights.is_some();
         self.ensure(
-            !comparison || scheme.weights.is_none(),
+            !kicked,
             format!("engine.{name}.weights"),
-            "weights are for flows: with walls, gravity or grains that spin",
+            "simulators of equal weight beside random kicks of [thermostat], which conserve the momentum of all particles together",
         )?;
         let one = |all: &Weights| all.factors.is_some() != all.adaptive_stripes.is_some();
         self.ensure(

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Checked, MOST, MOST_MASSES, Relations};
 use crate::error::brief_number;
-use crate::format::{Distribution, Kind, Placement, Restitution, Rounding, Units, Velocities};
+use crate::format::{Distribution, Placement, Restitution, Rounding, Units, Velocities};
 
 impl Relations<'_> {
     /// Checks that the number of particles is given in one way.
@@ -27,10 +27,10 @@ impl Relations<'_> {
         ];
         let mut given = ways.iter().filter(|way| way.1);
         let Some((first, _)) = given.next() else {
-            let allowed = if case.kind() == Kind::Homogeneous {
-                "the number of particles is given here, or by [[species]], [power_law] or [polydisperse]"
-            } else {
+            let allowed = if case.has_box() {
                 "the number of particles is given here, by [[species]], by box.width_over_critical_length, or by start.placement = \"file\""
+            } else {
+                "the number of particles is given here, or by [[species]], [power_law] or [polydisperse]"
             };
             return self.refuse("gas.number", allowed);
         };
@@ -50,7 +50,7 @@ impl Relations<'_> {
             let allowed = format!("{first} says this; gas.temperature is that of all");
             self.without(&keys, &allowed)?;
         }
-        if case.kind() == Kind::Comparison {
+        if case.is_uniform_box() {
             let few = case.gas.number.is_some_and(|number| number < 2);
             self.ensure(
                 !few,
@@ -142,7 +142,7 @@ impl Relations<'_> {
 
     pub(super) fn species(&self) -> Checked {
         let case = self.case;
-        let (species, homogeneous) = (&case.species, case.kind() == Kind::Homogeneous);
+        let (species, positionless) = (&case.species, !case.has_box());
         let mut names: BTreeSet<String> = BTreeSet::new();
         let shares = species.iter().any(|one| one.share.is_some());
         for (index, one) in species.iter().enumerate() {
@@ -162,17 +162,17 @@ impl Relations<'_> {
             let all_share = species.iter().all(|one| one.share.is_some());
             self.ensure(one.share.is_none() || all_share, key("share"), alike)?;
             self.ensure(
-                homogeneous || one.number_density.is_none(),
+                positionless || one.number_density.is_none(),
                 key("number_density"),
                 "this key is for gases without positions, which have no [box]; here a number, or a share of gas.number",
             )?;
             self.ensure(
-                homogeneous || one.number != Some(0),
+                positionless || one.number != Some(0),
                 key("number"),
                 "a species in a box has at least 1 particle",
             )?;
             self.ensure(
-                homogeneous || one.temperature.is_none(),
+                positionless || one.temperature.is_none(),
                 key("temperature"),
                 "in a box all species start at gas.temperature",
             )?;
@@ -186,7 +186,7 @@ impl Relations<'_> {
             let tracer = "tracer is true for one species at most, without a box, which has a number and is not the only one";
             let others =
                 species.iter().filter(|other| other.tracer).count() == 1 && species.len() > 1;
-            let fine = others && homogeneous && one.number.is_some();
+            let fine = others && positionless && one.number.is_some();
             self.ensure(!one.tracer || fine, key("tracer"), tracer)?;
         }
         if shares {

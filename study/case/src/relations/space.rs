@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::{Checked, Relations};
 use crate::error::brief_number;
 use crate::format::{
-    Displacement, FACES, Face, FaceWord, Kind, PairCorrelation, Placement, Restitution, Wall,
+    Displacement, FACES, Face, FaceWord, PairCorrelation, Placement, Restitution, Wall,
 };
 
 impl Relations<'_> {
@@ -40,10 +40,10 @@ impl Relations<'_> {
             let constant =
                 matches!(self.case.gas.restitution, Restitution::Constant(one) if one < 1.0);
             let fits = domain.packing_fraction.is_some() && dimension == 2 && constant;
-            let comparison = self.case.kind() == Kind::Comparison && self.case.bath().is_none();
-            let allowed = "this key is for disks that cool in a periodic box: with box.packing_fraction and a constant gas.restitution below 1";
+            let smooth = self.case.is_uniform_box() && !self.case.is_rough();
+            let allowed = "this key is for smooth disks that cool in a periodic box: with box.packing_fraction and a constant gas.restitution below 1";
             self.ensure(
-                fits && comparison,
+                fits && smooth && self.case.bath().is_none(),
                 "box.width_over_critical_length",
                 allowed,
             )?;

@@ -1,3 +1,4 @@
 //! Tests of case files: valid ones and refusals.
 
+mod nature;
 mod refusals;

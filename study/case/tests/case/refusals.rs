@@ -393,8 +393,38 @@ const OF_COMPARISONS: &[Row] = &[
         "start.spin_temperature",
         "grains that spin",
     ),
-    (&["start.empty=true"], "start.empty", "for flows"),
-    (&["start.velocity=[1, 0]"], "start.velocity", "for flows"),
+    (&["start.empty=true"], "start.empty", "[[inflow]]"),
+    (
+        &["start.velocity=[1, 0]"],
+        "start.velocity",
+        "the same gas as one at rest",
+    ),
+    (
+        &["gas.tangential_restitution=0", "start.velocity=[1, 0]"],
+        "start.velocity",
+        "the same gas as one at rest",
+    ),
+    (
+        &[
+            "gas.tangential_restitution=0",
+            "engine.dsmc-contact-point.simulator_start=coherent",
+        ],
+        "engine.dsmc-contact-point.simulator_start",
+        "particles that spin",
+    ),
+    (
+        &[
+            "gravity.acceleration=[0, -1]",
+            "engine.dsmc-contact-point.simulator_start=coherent",
+        ],
+        "engine.dsmc-contact-point.simulator_start",
+        "a start of its own",
+    ),
+    (
+        &["gas.number=1", "gas.tangential_restitution=0"],
+        "gas.number",
+        "at least 2 particles",
+    ),
     (
         &["start.file=a.csv"],
         "start.file",
@@ -488,9 +518,12 @@ const OF_COMPARISONS: &[Row] = &[
         "needs walls",
     ),
     (
-        &["engine.dsmc-boltzmann.weights={ along = \"x\", factors = [1] }"],
+        &[
+            "thermostat={ kind = 'white-noise', heating = 1, interval = 0.1 }",
+            "engine.dsmc-boltzmann.weights={ along = \"x\", factors = [1] }",
+        ],
         "engine.dsmc-boltzmann.weights",
-        "for flows",
+        "equal weight",
     ),
     (
         &["pair.1={ species = [1, 2], restitution = 0.5 }"],
@@ -792,7 +825,6 @@ const OF_FLOWS: &[Row] = &[
         "thermostat.kind",
         "periodic on",
     ),
-    (&["accuracy.target=1%"], "accuracy", "for periodic boxes"),
     (
         &["species.1.tracer=true"],
         "species.1.tracer",

@@ -6,7 +6,6 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicU64;
 
 use stosszahl_case::CaseFile;
-use stosszahl_case::Kind as CaseKind;
 use stosszahl_case::format::{Placement, Velocities};
 use stosszahl_results::{Axis, Cell, Figure, Mark, Table};
 
@@ -33,7 +32,7 @@ pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
         return refuse(found, "one point: fix the swept keys with --set");
     };
     let plan = Planned::new(file, point)?.plan;
-    if plan.kind != CaseKind::Comparison || plan.dimension != 2 {
+    if !plan.is_disk_fluid() {
         let found = "the case has walls, spin, spheres or no positions";
         return refuse(found.into(), "smooth disks in a periodic box");
     }

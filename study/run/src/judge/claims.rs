@@ -4,10 +4,10 @@ use stosszahl_results::{Estimate, Verdict, VerdictKind};
 
 use super::{Rule, interval_of, short, verdict, with_error, within};
 
-/// What a paper says of a number.
+/// Number or bound that a paper states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Said {
-    /// It is this value.
+    /// Value of the number.
     Value {
         /// The value.
         value: f64,
@@ -16,9 +16,9 @@ pub enum Said {
         /// Largest deviation that counts as agreement.
         margin: f64,
     },
-    /// It is above this bound.
+    /// Lower bound of the number.
     Above(f64),
-    /// It is below this bound.
+    /// Upper bound of the number.
     Below(f64),
 }
 

@@ -18,7 +18,7 @@ use crate::measure::{
 };
 use crate::plan::{EnginePlan, Plan, SpeciesPlan};
 
-/// What comes from outside.
+/// Measure of particles, momentum and energy that walls, obstacles and streams give.
 pub struct Boundaries;
 
 /// Options of `[measure.boundaries]`.
@@ -29,16 +29,16 @@ struct Options {
     blocks: Option<u64>,
 }
 
-/// What a run leaves.
+/// Record of one replica.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
     course: Course,
-    /// What boundaries gave until the end of each block.
+    /// Ledgers of the boundaries at the end of each block.
     given: Vec<Vec<BoundaryFlux>>,
 }
 
 impl Record {
-    /// What one boundary gave until the end of a block.
+    /// Returns the ledger of one boundary at the end of a block.
     fn until(&self, block: Option<usize>, name: &str) -> BoundaryFlux {
         let given = block.and_then(|block| self.given.get(block));
         let found = given.and_then(|all| all.iter().find(|one| one.name == name));
@@ -216,7 +216,7 @@ impl<'a> One<'a> {
         case.obstacle.iter().enumerate().filter_map(one).collect()
     }
 
-    /// What splitting and merging of simulators added over the whole run.
+    /// Returns a verdict on the energy and particles that splitting and merging of simulators added over the whole run.
     fn balance(&self, rule: &Rule) -> Option<Verdict> {
         let last = self.records.iter().filter_map(|record| record.given.last());
         let given: Vec<_> = last

@@ -3,7 +3,6 @@
 //! The rule is that of [`crate::judge`], all times and species of a quantity together.
 
 use stosszahl_analysis::compare::Interval;
-use stosszahl_case::Kind;
 use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind, table};
 
 use super::gas::{self, Record};
@@ -29,7 +28,7 @@ impl Measure for Checks {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Homogeneous
+        !plan.has_box()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
@@ -67,7 +66,7 @@ const FORGOTTEN: f64 = 15.0;
 /// Correlations below this have no relative error to speak of.
 const LEAST_CORRELATION: f64 = 0.1;
 
-/// What is compared, in the order of the verdicts.
+/// Quantity that is compared, in the order of the verdicts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Quantity {
     Energy,
@@ -105,7 +104,7 @@ impl Quantity {
         )
     }
 
-    /// What theory it is compared with.
+    /// Returns the name of the theory that the quantity is compared with.
     fn theory(self, orders: usize) -> String {
         let words = match self {
             _ if orders > 1 => return format!("the kinetic equations in {orders} Sonine orders"),
@@ -290,7 +289,7 @@ impl<'a> Found<'a> {
         )
     }
 
-    /// What the comparisons say, in words.
+    /// Returns the comparisons as sentences.
     fn verdicts(&self) -> Vec<Verdict> {
         let rows = self.rows();
         let orders = homogeneous::curves(self.plan).map_or(1, |curves| curves.orders);
@@ -374,7 +373,7 @@ impl<'a> Found<'a> {
         })
     }
 
-    /// What is known of the theory's own limits.
+    /// Returns a sentence on the known limits of the theory.
     fn caveat(&self, quantity: Quantity, rows: &[&Row], orders: usize) -> &'static str {
         let masses = || self.plan.species.iter().map(|one| one.mass);
         let lightest = masses().fold(f64::INFINITY, f64::min);

@@ -176,7 +176,7 @@ struct Sample {
     largest: u32,
     /// Mean over monomers of the number of monomers in their cluster.
     mean_by_mass: f64,
-    /// What sticking and breaking did since the start, by name.
+    /// Counters of aggregation and fragmentation since the start, by name.
     ledger: BTreeMap<String, f64>,
     /// Kinetic energy put in by a thermostat since the start.
     heated: f64,
@@ -195,11 +195,11 @@ struct Half {
     sizes: Sizes,
 }
 
-/// What one replica measures.
+/// Probe of the clusters of one replica.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     samples: Vec<Sample>,
-    /// By time of the distributions.
+    /// Size distributions, in the order of their times.
     sizes: Vec<Sizes>,
     steady: [Half; 2],
 }

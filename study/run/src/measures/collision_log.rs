@@ -10,7 +10,7 @@ use crate::measure::{
 };
 use crate::plan::{EnginePlan, Plan};
 
-/// A log of collisions.
+/// Measure that writes collisions one by one.
 pub struct CollisionLog;
 
 /// Most rows of an engine and replica that may be asked for.
@@ -18,7 +18,7 @@ const MOST: u64 = 1_000_000;
 /// A row while tables and report are made \[bytes\].
 const ROW: f64 = 600.0;
 
-/// Which collisions.
+/// Options: range of collisions that are kept.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
@@ -44,7 +44,7 @@ impl Default for Options {
     }
 }
 
-/// What is kept of a collision, in units of the engine.
+/// Collision as it is kept, in units of the engine.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Row {
     time: f64,

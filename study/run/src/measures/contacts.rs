@@ -1,4 +1,4 @@
-//! What happens at contact, against molecular chaos at the local granular temperature: where chaos breaks, and whether partners know each
+//! Collisions at contact, against molecular chaos at the local granular temperature: where chaos breaks, and whether partners know each
 //! other or only share a flow.
 
 use serde::Deserialize;
@@ -6,7 +6,6 @@ use stosszahl_analysis::contacts::{
     BYTES_PER_SIMULATOR, Contacts, DISTANCES, EDGES, LONGEST_RING, MOST_BETWEEN, NEAR, ORDERS, Sums,
 };
 use stosszahl_analysis::replicas::of_sums;
-use stosszahl_case::Kind;
 use stosszahl_model::Observer;
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
@@ -18,7 +17,7 @@ use crate::measure::{
 };
 use crate::plan::{EnginePlan, Plan};
 
-/// What happens at contact.
+/// Measure of collisions at contact.
 pub struct AtContact;
 
 /// Windows.
@@ -83,8 +82,11 @@ impl Measure for AtContact {
     );
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let boxed = plan.kind != Kind::Homogeneous;
-        measure::require(boxed, "", "a gas in a box; this one has no positions")?;
+        measure::require(
+            plan.has_box(),
+            "",
+            "a gas in a box; this one has no positions",
+        )?;
         let Options { windows } = measure::options(plan, self.name())?;
         super::impact_parameters::check_windows(windows.as_ref())
     }

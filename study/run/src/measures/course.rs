@@ -24,11 +24,11 @@ pub struct Sample {
     pub collisions: f64,
     /// Energy of height, sum of -m a . r along the axes that end at walls or openings.
     pub potential: f64,
-    /// By species.
+    /// Shares of the species.
     pub species: Vec<Share>,
 }
 
-/// What one species has of the gas, or all of them.
+/// Sums over the particles of one species, or of all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Share {
     /// Number of particles.
@@ -119,7 +119,7 @@ impl Sample {
     }
 }
 
-/// What samples need to know of a plan.
+/// Parameters of a sample.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Looking {
     grouping: Grouping,
@@ -128,7 +128,7 @@ pub struct Looking {
 }
 
 impl Looking {
-    /// Of a plan.
+    /// Creates the parameters from a plan.
     pub fn of(plan: &Plan) -> Self {
         Self {
             grouping: plan.grouping(),
@@ -140,11 +140,11 @@ impl Looking {
 /// Sums of a species, the numbers of [`Share`].
 const SUMS: usize = 7;
 
-/// A look at all particles.
+/// Sum over all particles that makes a sample.
 #[derive(Serialize, Deserialize)]
 pub struct Look {
     looking: Looking,
-    /// By species, and last the energy in the field.
+    /// Sums of each species, and last the energy in the field.
     totals: Totals,
     fields: Option<fields::Sample>,
 }
@@ -288,7 +288,7 @@ fn steady_from(plan: &Plan, runs: &[&Course]) -> Option<f64> {
     Some(sample_time(plan, begin as u64))
 }
 
-/// The same of all engines, where `course` is what records have of it.
+/// Returns the beginning of the steady state of each engine; `course` picks the samples of a record.
 pub fn steady<R: 'static>(
     plan: &Plan,
     runs: &ReplicaRecords<'_>,

@@ -2,7 +2,6 @@
 
 use serde::Deserialize;
 use stosszahl_analysis::theory::Moment;
-use stosszahl_case::Kind;
 use stosszahl_model::kinetic;
 use stosszahl_results::{Axis, Figure, Table, table};
 
@@ -13,7 +12,7 @@ use crate::plan::{EnginePlan, Plan};
 /// The mean squared displacement.
 pub struct Displacement;
 
-/// From when on.
+/// Options: begin of the measurement.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
@@ -41,7 +40,7 @@ fn moments(plan: &Plan, from: f64) -> Vec<(f64, f64)> {
 
 /// Mean squared displacement by theory at given moments \[length^2 of the engine\]; none where no theory applies.
 fn theory(plan: &Plan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>> {
-    if plan.kind == Kind::Homogeneous {
+    if !plan.has_box() {
         let of_species = by_mixture(plan, moments).filter(|_| from == 0.0);
         return of_species.unwrap_or_else(|| vec![None; moments.len()]);
     }

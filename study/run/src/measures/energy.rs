@@ -2,7 +2,6 @@
 
 use stosszahl_analysis::compare::quotients;
 use stosszahl_analysis::energy::EnergySample;
-use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Figure, Table, Verdict, VerdictKind, table};
 
 use super::over;
@@ -10,6 +9,7 @@ use crate::judge::{self, Comparison, Pair, Places, Unit, title};
 use crate::measure::{Measure, NoOptions, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
+use crate::theory::flow;
 
 /// The energy in time.
 pub struct Energy;
@@ -34,7 +34,7 @@ impl Measure for Energy {
     }
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Comparison
+        plan.has_box() && !super::series::has_energies_apart(plan)
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
@@ -65,7 +65,7 @@ impl Measure for Energy {
         } else {
             0
         };
-        if keeps_energy(plan) || plan.case.rescaling().is_some() {
+        if flow::keeps_energy(plan) || plan.case.rescaling().is_some() {
             0
         } else {
             pairs_of(plan).count() + laws
@@ -110,7 +110,7 @@ impl Measure for Energy {
 
     fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
         // Elastic engines in a closed box keep their energy, each by itself; a thermostat gives all the same.
-        if keeps_energy(plan) || plan.case.rescaling().is_some() {
+        if flow::keeps_energy(plan) || plan.case.rescaling().is_some() {
             return Vec::new();
         }
         let times = plan.sample_times();
@@ -162,11 +162,6 @@ pub(super) fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> 
         Some(reason) => judge::void(found, &reason),
         None => found,
     }
-}
-
-/// Whether nothing can change the energy but rounding.
-fn keeps_energy(plan: &Plan) -> bool {
-    plan.law.is_elastic() && plan.kind != Kind::Flow
 }
 
 /// Names the part of a difference that follows from the collision rates of the theories of two engines.

@@ -19,7 +19,6 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_case::Kind;
 use stosszahl_dsmc::{Displacement, Parameters, Scheme};
 use stosszahl_results::{Table, table};
 
@@ -29,7 +28,7 @@ use crate::measure::{
 };
 use crate::plan::{EngineKind, EnginePlan, Plan, RATE_ERROR_IN_A_CELL, in_space};
 
-/// The error budget.
+/// Measure of the sources of error of each engine.
 pub struct ErrorBudget;
 
 /// Estimates up to these are green and amber.
@@ -87,7 +86,7 @@ impl Measure for ErrorBudget {
     }
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Comparison
+        plan.is_uniform_box()
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
@@ -133,7 +132,7 @@ impl Measure for ErrorBudget {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Source {
     name: &'static str,
-    /// What was measured, and its unit.
+    /// Measured value and its unit.
     value: (f64, &'static str),
     /// Relative error; not a number where there is no estimate.
     estimate: f64,

@@ -9,7 +9,6 @@ mod view;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::fields::{Fields as Sums, Grid};
-use stosszahl_case::Kind;
 use stosszahl_model::{Collision, Observer, images};
 use stosszahl_results::{Table, Verdict};
 
@@ -24,7 +23,7 @@ use crate::plan::{EngineKind, EnginePlan, Plan};
 /// Fields on a grid over the first two axes.
 pub struct Fields;
 
-/// What a row of the table takes when the report draws it, as measured \[bytes\].
+/// Memory of a row of the table while the report draws it, as measured \[bytes\].
 const SHOWN: f64 = 3400.0;
 /// Most sums that are kept: cells times species times blocks.
 const MOST_SUMS: usize = 20_000_000;
@@ -70,7 +69,7 @@ impl Options {
     }
 }
 
-/// What a run leaves.
+/// Record of one replica.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Record {
     course: Course,
@@ -85,7 +84,7 @@ impl Measure for Fields {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Flow
+        !plan.is_uniform()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
@@ -200,7 +199,7 @@ impl Measure for Fields {
     }
 }
 
-/// From when on each engine is steady.
+/// Returns the time from which on each engine is steady.
 fn steady(plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Option<f64>> {
     course::steady::<Record>(plan, runs, |record| &record.course)
 }

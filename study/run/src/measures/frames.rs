@@ -1,7 +1,6 @@
 //! Positions of the first replica at many times, for the player of the report.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_case::Kind;
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Collision, Observer, Particle, ParticleReduction, Simulation};
 use stosszahl_results::frames::{Crowd, Dot, FRAMES, Frame, Met, keeps};
@@ -11,7 +10,7 @@ use crate::measure::{
 };
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
-/// Frames.
+/// Measure of coarse frames for the player of the report.
 pub struct Frames;
 
 /// Particles of the last frame, which is looked at closely.
@@ -258,12 +257,12 @@ impl Measure for Frames {
     }
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind != Kind::Homogeneous && plan.case.gas.dimension == 2
+        plan.has_box() && plan.dimension == 2
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let options: Options = measure::options(plan, self.name())?;
-        let planar = plan.kind != Kind::Homogeneous && plan.case.gas.dimension == 2;
+        let planar = plan.has_box() && plan.dimension == 2;
         measure::require(planar, "", "a gas with positions, in a box in the plane")?;
         measure::require(
             options.number <= 1000,

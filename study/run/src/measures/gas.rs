@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stosszahl_case::Kind;
 use stosszahl_dsmc::homogeneous::Moments;
 use stosszahl_model::{Grouping, Simulation};
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
@@ -26,7 +25,7 @@ impl Measure for Gas {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Homogeneous
+        !plan.has_box()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
@@ -76,7 +75,7 @@ impl Measure for Gas {
 /// Refuses a measurement that only a gas without positions has.
 pub(super) fn homogeneous_only(plan: &Plan) -> Result<(), BadOption> {
     let allowed = "only in a gas without positions, which is a case without [box]";
-    measure::require(plan.kind == Kind::Homogeneous, "", allowed)
+    measure::require(!plan.has_box(), "", allowed)
 }
 
 /// Whether displacements are measured: `[measure.displacement]`. Clusters have none, as they do not last.
@@ -102,7 +101,7 @@ pub struct Sample {
 /// The gas at all sample times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// By time.
+    /// Samples, in the order of time.
     pub samples: Vec<Sample>,
     /// Velocities at the start, where their correlation is measured, until the last sample.
     start: Vec<[f64; 3]>,

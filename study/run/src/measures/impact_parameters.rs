@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use stosszahl_analysis::replicas::pseudo_values;
 use stosszahl_analysis::statistics::{ChiSquaredTest, chi_squared_test};
 use stosszahl_analysis::windows::{self, Dissipation, PairBins, Window, Windows, merged};
-use stosszahl_case::Kind;
 use stosszahl_model::{Observer, kinetic};
 use stosszahl_results::{Axis, Estimate, Figure, Mark, Table, Verdict, table};
 
@@ -21,7 +20,7 @@ use crate::measure::{
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
 
-/// Impact parameters.
+/// Measure of the impact parameters of collisions.
 pub struct ImpactParameters;
 
 /// Windows and bins.
@@ -29,7 +28,7 @@ pub struct ImpactParameters;
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
     /// Time windows \[start, end\], or "whole-run" for one. Default: 0 to 1, 5, 20, 100, 400 and so on up to the end of the run;
-    /// one window in flows and in gases without positions.
+    /// one window with walls, gravity or spins and in gases without positions.
     pub windows: Option<Spans>,
     /// Bins of b/d.
     pub bins: u64,
@@ -65,7 +64,7 @@ impl Default for Options {
     }
 }
 
-/// 0 to 1, 5, 20, 100, 400 and so on up to the end.
+/// Windows in units of the cooling time: 0 to 1, 5, 20, 100, 400 and so on up to the end.
 fn default_windows(until: f64) -> Vec<[f64; 2]> {
     let mut windows = Vec::new();
     let (mut start, mut end) = (0.0, 1.0);
@@ -84,7 +83,7 @@ pub(super) fn spans(plan: &Plan, written: Option<Spans>) -> Vec<[f64; 2]> {
     let until = plan.case.run.until;
     match written {
         Some(Spans::List(windows)) => windows,
-        None if plan.kind == Kind::Comparison => default_windows(until),
+        None if plan.has_thermal_units() => default_windows(until),
         _ => vec![[0.0, until]],
     }
 }
@@ -148,7 +147,7 @@ impl Measure for ImpactParameters {
     }
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Comparison
+        plan.is_uniform_box() && !plan.is_rough()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
@@ -423,7 +422,7 @@ fn dissipation(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Ta
     table
 }
 
-/// What a difference in cooling, or in collisions, is made of in the last window. Both engines start alike, so replicas are left out of
+/// Returns the factors of a difference in cooling, or in collisions, in the last window. Both engines start alike, so replicas are left out of
 /// both together.
 fn split(
     plan: &Plan,

@@ -16,7 +16,7 @@ use crate::plan::{EnginePlan, Plan};
 /// The intermediate scattering function.
 pub struct IntermediateScattering;
 
-/// From when on, and at which wave numbers.
+/// Options: begin of the measurement and wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {

@@ -2,20 +2,19 @@
 
 use serde::Deserialize;
 use stosszahl_analysis::pair_correlation::{PairCorrelation, Pairs};
-use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Figure, Table, table};
 
 use super::structure_factor::{ByTime, by_time, mean_diameter, require_periodic, structure_times};
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
-/// The pair correlation.
+/// Measure of the pair correlation g(r).
 pub struct PairCorrelations;
 
 /// Width of the bins, in diameters.
 const BIN: f64 = 0.05;
 
-/// What is measured.
+/// Options of the pair correlation.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
@@ -45,7 +44,7 @@ impl Measure for PairCorrelations {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Comparison
+        plan.is_uniform_box() && !plan.is_rough()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {

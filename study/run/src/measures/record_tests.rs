@@ -1,4 +1,4 @@
-//! What is written of single particles and collisions: of which replicas and engines, when, and in which columns.
+//! Files of single particles and collisions: of which replicas and engines, when, and in which columns.
 
 use std::path::Path;
 

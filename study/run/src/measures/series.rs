@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 use stosszahl_analysis::theory::{Column, TheoryError, rough::Temperatures};
-use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, table};
 
 use super::course::{self, Course, Looking, Sample, Share, Window};
@@ -32,7 +31,7 @@ impl Measure for Series {
     }
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Flow
+        has_energies_apart(plan)
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
@@ -65,7 +64,7 @@ impl Measure for Series {
             fill_species(&mut species, plan, engine, &courses);
         }
         // In a periodic gas the measurement of the energy lists the species.
-        let several = plan.species.len() > 1 && plan.kind == Kind::Flow;
+        let several = plan.species.len() > 1 && has_energies_apart(plan);
         [Some(series), several.then_some(species)]
             .into_iter()
             .flatten()
@@ -74,7 +73,7 @@ impl Measure for Series {
 
     fn tests(&self, plan: &Plan) -> usize {
         // Energy, or two temperatures, or the column of each engine; two temperatures of each with the first.
-        if plan.kind == Kind::Flow {
+        if has_energies_apart(plan) {
             4 * plan.engines.len() - 2
         } else {
             2 * plan.engines.len()
@@ -87,7 +86,7 @@ impl Measure for Series {
         let all: Vec<(&EnginePlan, Vec<&Course>)> = runs.each(plan).collect();
         let (mut list, rule) = (Vec::new(), runs.rule(plan));
         // In a periodic gas the measurement of the energy compares the engines.
-        for other in (1..all.len()).filter(|_| plan.kind == Kind::Flow) {
+        for other in (1..all.len()).filter(|_| has_energies_apart(plan)) {
             list.extend(engines_agree(plan, [&all[0], &all[other]], &rule));
         }
         for (engine, runs) in &all {
@@ -104,6 +103,12 @@ impl Measure for Series {
         }
         list
     }
+}
+
+/// Returns true if the kinetic energy of translation is not all there is: walls and gravity give a
+/// flow and a height, spins an energy of their own.
+pub(super) fn has_energies_apart(plan: &Plan) -> bool {
+    plan.has_box() && (!plan.is_uniform() || plan.is_rough())
 }
 
 fn series_table(plan: &Plan) -> Table {
@@ -296,7 +301,7 @@ impl One<'_> {
 
     /// Whether an elastic gas in a closed box keeps its energy.
     fn energy(&self) -> Option<Verdict> {
-        if !flow::keeps_energy(self.plan) || self.plan.kind != Kind::Flow {
+        if !flow::keeps_energy(self.plan) || !has_energies_apart(self.plan) {
             return None;
         }
         let mut worst = 0.0_f64;

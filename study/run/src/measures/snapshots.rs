@@ -4,7 +4,6 @@
 use std::fmt::Write as _;
 
 use serde::Deserialize;
-use stosszahl_case::Kind;
 use stosszahl_model::{Particle, Particles};
 use stosszahl_results::{SNAPSHOTS, Snapshot};
 
@@ -15,13 +14,13 @@ use crate::plan::{EnginePlan, Plan, Scale};
 /// Length of a line, about: four numbers of all their digits in the plane.
 const LINE: f64 = 100.0;
 
-/// Snapshots.
+/// Measure that writes all particles at chosen times.
 pub struct Snapshots;
 
 /// Most snapshots of one engine that an interval may ask for.
 const MOST: f64 = 10_000.0;
 
-/// When, of whom, and what.
+/// Options: times, engines, replicas and quantities.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
@@ -34,7 +33,7 @@ pub struct Options {
     pub engines: Option<Vec<String>>,
     /// Numbers of replicas, from 0, or "all". Default: \[0\].
     pub replicas: Replicas,
-    /// What is written beside positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
+    /// Quantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
     pub quantities: Option<Vec<Quantity>>,
 }
 
@@ -109,7 +108,7 @@ impl Quantity {
     }
 }
 
-/// What is written of particles: what is asked for, or what tells them apart.
+/// Returns the quantities to write: those asked for, or those in which particles differ.
 fn written(asked: Option<&[Quantity]>, particles: &Particles) -> Vec<Quantity> {
     let all = Quantity::ALL.into_iter();
     match asked {
@@ -228,7 +227,7 @@ impl Measure for Snapshots {
     }
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Comparison
+        plan.is_uniform_box()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
@@ -244,7 +243,7 @@ impl Measure for Snapshots {
         check_engines(plan, options.engines.as_deref())?;
         options.replicas.check(plan)?;
         let none = options.quantities.is_some_and(|all| all.is_empty());
-        let told = !none || plan.kind != Kind::Homogeneous;
+        let told = !none || plan.has_box();
         let allowed = "one or more of a gas without positions";
         measure::require(told, "quantities", allowed)
     }
@@ -287,7 +286,7 @@ impl Measure for Snapshots {
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
         let (name, units) = (engine.name, SnapshotUnits::new(plan));
-        let placed = plan.kind != Kind::Homogeneous;
+        let placed = plan.has_box();
         let options = measure::chosen::<Options>(plan, self.name());
         let is_asked = is_named(options.engines.as_deref(), name);
         let quantities = options.quantities;
@@ -306,10 +305,7 @@ impl Measure for Snapshots {
 
     fn snapshots(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
         let times = self.times(plan);
-        let ending = match plan.kind {
-            Kind::Homogeneous => "csv",
-            _ => "xyz",
-        };
+        let ending = if plan.has_box() { "xyz" } else { "csv" };
         let mut files = Vec::new();
         for (engine, records) in runs.each::<Texts>(plan) {
             let name = engine.name;

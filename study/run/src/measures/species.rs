@@ -1,6 +1,5 @@
 //! A gas without positions species by species, or by groups of like size.
 
-use stosszahl_case::Kind;
 use stosszahl_dsmc::homogeneous::Moments;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
@@ -26,7 +25,7 @@ impl Measure for Species {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Homogeneous && plan.case.aggregation.is_none()
+        !plan.has_box() && plan.case.aggregation.is_none()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {

@@ -2,7 +2,6 @@
 
 use stosszahl_analysis::flow::{Flow, Thermal, thermal};
 use stosszahl_analysis::replicas::of_sums;
-use stosszahl_case::Kind;
 use stosszahl_model::{Grouping, Simulation};
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
@@ -51,7 +50,7 @@ impl Measure for SpeciesTemperatures {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Comparison && plan.species.len() > 1
+        plan.is_uniform_box() && !plan.is_rough() && plan.species.len() > 1
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {

@@ -6,7 +6,6 @@ use serde::Deserialize;
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_analysis::statistics::Moments as Spread;
 use stosszahl_analysis::stress::{StressIntegrals, StressRecorder, kinetic_stress};
-use stosszahl_case::Kind;
 use stosszahl_dsmc::Scheme;
 use stosszahl_model::Observer;
 use stosszahl_results::{Estimate, Table, table};
@@ -101,7 +100,7 @@ struct Quantity {
     of: Element,
 }
 
-/// Linear form of a tensor in so many dimensions.
+/// Linear form of a tensor in D dimensions.
 type Element = fn(&nalgebra::Matrix3<f64>, usize) -> f64;
 
 /// Quantities of a gas of a dimension, in the order of the table.
@@ -131,7 +130,7 @@ fn quantities(dimension: usize) -> Vec<Quantity> {
 /// `p/(n T) = 1 + 2^(D-1) phi chi (1 + r + a/<g_n>)/2` in D dimensions, for Maxwellian velocities with the mean normal approach
 /// speed `<g_n> = sqrt(pi T/m)` of colliding pairs and the speed a that contacts add.
 fn pressure_theory(plan: &Plan, engine: &EnginePlan, temperature: f64) -> Option<f64> {
-    let uniform = plan.kind == Kind::Comparison && plan.classes.len() == 1;
+    let uniform = plan.is_uniform_box() && plan.classes.len() == 1;
     let (coefficient, added_speed) = match (plan.law.constant(), plan.law.delta()) {
         (Some(coefficient), _) => (coefficient, 0.0),
         (None, Some(law)) => (law.coefficient(), 2.0 * law.delta()),
@@ -242,8 +241,11 @@ impl Measure for Stress {
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let boxed = plan.kind != Kind::Homogeneous;
-        require(boxed, "", "a gas in a box; this one has no positions")?;
+        require(
+            plan.has_box(),
+            "",
+            "a gas in a box; this one has no positions",
+        )?;
         super::require_kept(plan)?;
         let options: Options = measure::options(plan, self.name())?;
         let (from, until) = (options.start(plan), plan.case.run.until);

@@ -4,14 +4,13 @@ use serde::Deserialize;
 use stosszahl_analysis::structure_factor::{
     Assignment, Options as GridOptions, StructureFactor, StructureFactorPlan,
 };
-use stosszahl_case::Kind;
 use stosszahl_results::{Axis, Cells, Figure, Table, table};
 
 use super::over;
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
-/// The structure factor.
+/// Measure of the structure factor S(k).
 pub struct StructureFactors;
 
 /// How a particle is shared among the points of the grid.
@@ -24,7 +23,7 @@ pub enum Sharing {
     CloudInCell,
 }
 
-/// What is measured, and how.
+/// Options of the structure factor.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
@@ -56,10 +55,7 @@ pub(super) fn structure_times(plan: &Plan, times: Option<Vec<f64>>) -> Vec<f64> 
 
 /// Whether the box is periodic and has positions.
 pub(super) fn require_periodic(plan: &Plan) -> Result<(), BadOption> {
-    let periodic = plan.kind == Kind::Comparison
-        || plan.kind == Kind::Flow
-            && plan.case.walls.is_periodic()
-            && plan.case.obstacle.is_empty();
+    let periodic = plan.has_box() && !plan.is_bounded();
     measure::require(periodic, "", "a periodic box without walls and obstacles")
 }
 
@@ -82,13 +78,13 @@ impl StructureFactors {
 
 /// Mean diameter of the particles: exactly one where lengths are in units of it.
 pub(super) fn mean_diameter(plan: &Plan) -> f64 {
-    if plan.kind == Kind::Comparison {
+    if plan.has_thermal_units() {
         return 1.0;
     }
     2.0 * plan.mean_radius()
 }
 
-/// What was found at each time; none at a time without enough particles.
+/// Result at each time; `None` at a time without enough particles.
 pub(super) type ByTime<T> = Vec<(f64, Option<T>)>;
 
 /// Fills a table with a row for each engine, time and place: `places` are the key, the value and the cells after the value, of
@@ -130,7 +126,7 @@ impl Measure for StructureFactors {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.kind == Kind::Comparison && plan.dimension == 2
+        plan.is_disk_fluid()
     }
 
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {

@@ -121,7 +121,7 @@ pub(super) fn run(plan: &Plan, measure: &dyn Measure) -> (Vec<Table>, Vec<Verdic
     run_from(plan, measure, 0)
 }
 
-/// The same with starts of other seeds.
+/// Runs a measure on all engines and replicas, with starts of other seeds.
 pub(super) fn run_from(
     plan: &Plan,
     measure: &dyn Measure,

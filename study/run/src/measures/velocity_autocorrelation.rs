@@ -11,10 +11,10 @@ use super::{grid, over, require_kept};
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
-/// The velocity autocorrelation.
+/// Measure of the velocity autocorrelation C(t).
 pub struct VelocityAutocorrelation;
 
-/// From when on.
+/// Options: begin of the measurement.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {

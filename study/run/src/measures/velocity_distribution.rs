@@ -2,7 +2,6 @@
 
 use serde::Deserialize;
 use stosszahl_analysis::velocities::{Bins, Distribution, Quantity};
-use stosszahl_case::Kind;
 use stosszahl_model::{kinetic, transport};
 use stosszahl_results::{Axis, Figure, Mark, Table, table};
 
@@ -71,10 +70,10 @@ type Record = Vec<(f64, Vec<Option<Distribution>>)>;
 /// is driven and steady; none where no theory applies.
 fn theory(plan: &Plan, time: f64) -> Option<f64> {
     let (dimension, r) = (plan.dimension, plan.law.constant()?);
-    let alone = match plan.kind {
-        Kind::Comparison => plan.has_theory(),
-        Kind::Homogeneous => plan.classes.len() == 1 && plan.case.aggregation.is_none(),
-        Kind::Flow => false,
+    let alone = if plan.has_box() {
+        plan.has_theory()
+    } else {
+        plan.classes.len() == 1 && plan.case.aggregation.is_none()
     };
     if !alone {
         return None;

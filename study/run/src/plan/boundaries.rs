@@ -1,10 +1,10 @@
 //! Walls, obstacles, streams and weights of a case, in the form of the engines.
 
 use nalgebra::{Vector2, Vector3, vector};
+use stosszahl_case::Case;
 use stosszahl_case::format::{
     Along, FACES, Face as Written, FaceWord, Obstacle as ParticleState, Weights as Regions,
 };
-use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{Boundaries, Inflow, WallClearance, Weights};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, ObstacleError, Outline, Vibration};
@@ -147,8 +147,7 @@ impl Plan {
 
     /// Returns true if particles of the start must not overlap, as exact dynamics requires.
     pub(crate) fn keeps_apart(&self) -> bool {
-        let prepared = self.kind == Kind::Comparison && self.dimension == 2;
-        prepared || self.engine("ed").is_some() || self.equilibration() > 0.0
+        self.is_disk_fluid() || self.engine("ed").is_some() || self.equilibration() > 0.0
     }
 
     /// Returns true if a particle that starts anywhere in the box might overlap a wall or an

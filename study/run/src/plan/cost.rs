@@ -8,7 +8,6 @@
 
 use std::thread;
 
-use stosszahl_case::Kind;
 use stosszahl_case::format::Selection;
 use stosszahl_model::SizeDistribution;
 pub use stosszahl_model::memory::available as available_memory;
@@ -46,7 +45,7 @@ const STRIP: f64 = 64.0;
 
 /// Memory of a cell \[bytes\].
 const CELL: f64 = 8.0;
-/// Memory of a cell in flows, where collisions are counted by cell \[bytes\].
+/// Memory of a cell next to walls or in gravity, where collisions are counted by cell \[bytes\].
 const COUNTED_CELL: f64 = 24.0;
 /// Time of a cell in a step, in simulators.
 const CELL_STEPS: f64 = 0.3;
@@ -186,10 +185,10 @@ impl Plan {
         }
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
         parts.truncate(threads);
-        let starts = if self.kind == Kind::Homogeneous {
-            0.0
-        } else {
+        let starts = if self.has_box() {
             PARTICLE * particles * threads.min(replicas) as f64
+        } else {
+            0.0
         };
         let parts: f64 = parts
             .iter()
@@ -266,18 +265,14 @@ impl Plan {
         };
         let paths = self.paths(engine);
         let cells = match &engine.kind {
-            EngineKind::MonteCarlo(parameters) if self.kind == Kind::Flow => {
+            EngineKind::MonteCarlo(parameters) if !self.is_uniform() => {
                 COUNTED_CELL * self.cells(parameters)
             }
             EngineKind::MonteCarlo(parameters) => CELL * self.cells(parameters),
             _ => 0.0,
         };
         let own = held * count + cells + kept + paths;
-        let tables = if self.kind == Kind::Comparison {
-            TABLES
-        } else {
-            0.0
-        };
+        let tables = if self.is_disk_fluid() { TABLES } else { 0.0 };
         // While others look, or the gas is saved, the last of what is kept is still to come.
         let last = looks.last * count;
         let saving = saved * count + kept + paths - last;
@@ -440,16 +435,9 @@ impl Plan {
             step = step.min(self.cell(parameters)[0] / 4.5);
         }
         let until = self.case.run.until;
-        let thermal = match self.kind {
-            Kind::Comparison => 1.0,
-            _ => (self.temperature
-                / self
-                    .species
-                    .iter()
-                    .map(|one| one.mass)
-                    .fold(f64::INFINITY, f64::min))
-            .sqrt(),
-        };
+        let masses = self.species.iter().map(|one| one.mass);
+        let lightest = masses.fold(f64::INFINITY, f64::min);
+        let thermal = (self.temperature / lightest).sqrt();
         let time = self.expected_collisions(until) * self.mean_free_time;
         time * thermal * parameters.steps_per_cell_crossing / step
     }

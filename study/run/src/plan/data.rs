@@ -8,8 +8,8 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::theory::{Moment, Temperatures, TheoryError};
+use stosszahl_case::Case;
 use stosszahl_case::format::{Face, Selection, TimeUnit};
-use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::homogeneous::GasError;
 use stosszahl_dsmc::{WallClearance, Weights};
 use stosszahl_model::initial::{StartFile, VelocityDistribution};
@@ -22,8 +22,6 @@ use crate::theory::homogeneous::Curves;
 pub struct Plan {
     /// Case, with the values of the point of a sweep and of the command line.
     pub case: Case,
-    /// Kind of the case.
-    pub kind: Kind,
     /// Dimension: 2 or 3.
     pub dimension: usize,
     /// Species in the order of their particles; one in a gas of equal particles. Particles that
@@ -75,7 +73,7 @@ pub struct Plan {
     pub haff_time: f64,
     /// Mean free time of the start [engine time].
     pub mean_free_time: f64,
-    /// Temperature of the start \[energy\]; 1 in a periodic box.
+    /// Temperature of the start \[energy\]; 1 in thermal units.
     pub temperature: f64,
     /// Distribution of the velocities of the start, if they are drawn.
     pub velocities: VelocityDistribution,
@@ -248,6 +246,33 @@ impl Plan {
             }
             _ => failure,
         }
+    }
+
+    /// Returns true if particles have positions in a box.
+    pub fn has_box(&self) -> bool {
+        self.case.has_box()
+    }
+
+    /// Returns true if all places are alike: no walls, openings, obstacles or gravity.
+    pub fn is_uniform(&self) -> bool {
+        self.case.is_uniform()
+    }
+
+    /// Returns true for a gas in a box in which all places are alike.
+    pub fn is_uniform_box(&self) -> bool {
+        self.case.is_uniform_box()
+    }
+
+    /// Returns true if the mean diameter, the mean mass and the temperature of the start are the
+    /// units of the engines.
+    pub fn has_thermal_units(&self) -> bool {
+        self.case.has_thermal_units()
+    }
+
+    /// Returns true for a fluid of smooth disks in a uniform box. Its equation of state, S(k) and
+    /// transport are known, so the start can be equilibrated and tested against them.
+    pub fn is_disk_fluid(&self) -> bool {
+        self.is_uniform_box() && !self.is_rough() && self.dimension == 2
     }
 
     /// Returns true if the gas is in a uniform shear flow.

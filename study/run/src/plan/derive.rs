@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+use stosszahl_case::Case;
 use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Velocities};
-use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{
     self, Arrangement, PlacementError, SEQUENTIAL_LIMIT, StartFile, VelocityDistribution,
 };
@@ -45,29 +45,23 @@ impl Plan {
     pub fn within(case: &Case, folder: &Path, free: Option<f64>) -> Result<Self, PlanError> {
         let numbered = numbered(case)?;
         let case = &*numbered;
-        let kind = case.kind();
         let temperature = temperature(case)?;
-        let mut gas = match kind {
-            Kind::Homogeneous => homogeneous(case, temperature)?,
-            _ if case.start.placement == Placement::File => {
-                start_file::gas(case, folder, temperature)?
-            }
-            _ if case.start.velocities == Velocities::FILE => {
-                let dealt = start_file::dealt(case, folder)?;
-                let placed = boxed(case, kind, dealt.particles, dealt.temperature, free)?;
-                placed.with_velocities(dealt.file, dealt.changes)
-            }
-            _ => {
-                let particles = species::particles(case, temperature)?;
-                boxed(case, kind, particles, temperature, free)?
-            }
+        let mut gas = if !case.has_box() {
+            homogeneous(case, temperature)?
+        } else if case.start.placement == Placement::File {
+            start_file::gas(case, folder, temperature)?
+        } else if case.start.velocities == Velocities::FILE {
+            let dealt = start_file::dealt(case, folder)?;
+            let placed = boxed(case, dealt.particles, dealt.temperature, free)?;
+            placed.with_velocities(dealt.file, dealt.changes)
+        } else {
+            let particles = species::particles(case, temperature)?;
+            boxed(case, particles, temperature, free)?
         };
-        let thermal = match kind {
-            // Engine units are thermal.
-            Kind::Comparison | Kind::Homogeneous => 1.0,
-            Kind::Flow => (gas.temperature / gas.mean_mass).sqrt(),
-        };
-        let law = species::law(case, &gas, thermal)?;
+        // In units of the engines.
+        let temperature = gas.temperature / gas.scale.energy;
+        let thermal_speed = (temperature / gas.mean_mass).sqrt();
+        let law = species::law(case, &gas)?;
         let dimension = case.gas.dimension as usize;
         let grains = Grains {
             sizes: gas.sizes,
@@ -85,13 +79,12 @@ impl Plan {
             _ => Volume::contact_value(gas.packing.min(0.74)),
         };
         let restitution = match &law {
-            Law::Viscoelastic(law) => law.normal(PI.sqrt() * thermal),
+            Law::Viscoelastic(law) => law.normal(PI.sqrt() * thermal_speed),
             Law::Delta(law) => law.coefficient(),
             other => other.constant().unwrap_or_else(|| general(case)),
         };
         let mut plan = Self {
             case: case.clone(),
-            kind,
             dimension,
             species: std::mem::take(&mut gas.species),
             species_numbers: gas.numbers.take(),
@@ -114,11 +107,7 @@ impl Plan {
             contact_value,
             haff_time: f64::INFINITY,
             mean_free_time: f64::INFINITY,
-            temperature: if kind == Kind::Comparison {
-                1.0
-            } else {
-                gas.temperature
-            },
+            temperature,
             velocities: distribution(case)?,
             file: gas.file,
             folder: folder.to_owned(),
@@ -163,34 +152,34 @@ impl Plan {
         let mixed =
             self.classes.len() > 1 || self.dimension == 3 || matches!(self.law, Law::Pairs(_));
         let viscoelastic = matches!(self.law, Law::Viscoelastic(_));
-        match self.kind {
-            Kind::Comparison
-                if self.law.delta().is_none()
-                    && (!mixed || viscoelastic && self.dimension == 2) =>
-            {
-                let (phi, chi) = (self.packing_fraction, self.contact_value);
-                if self.restitution < 1.0 {
-                    self.haff_time = kinetic::haff_time(phi, self.restitution, chi);
-                }
-                self.mean_free_time = 1.0 / kinetic::collision_rate(phi, chi, 0.0);
+        let is_closed_form = self.has_thermal_units()
+            && self.law.delta().is_none()
+            && (!mixed || viscoelastic && self.dimension == 2);
+        if is_closed_form {
+            let (phi, chi) = (self.packing_fraction, self.contact_value);
+            if self.restitution < 1.0 {
+                self.haff_time = kinetic::haff_time(phi, self.restitution, chi);
             }
-            Kind::Flow => {
-                self.mean_free_time = 1.0 / self.dilute_collision_rate();
-                if let Ok(mixture) = self.mixture() {
-                    self.haff_time = rates(&self.classes, &mixture, |class| class.density)[0];
+            self.mean_free_time = 1.0 / kinetic::collision_rate(phi, chi, 0.0);
+        } else if self.is_uniform() {
+            let mixture = self
+                .mixture()
+                .map_err(|error| PlanError::new("gas", error, "a gas with kinetic equations"))?;
+            let all = self.count() as f64;
+            // Tracers, which only a gas without positions has, have no density and no share.
+            let share = |class: &Class| {
+                if self.has_box() {
+                    class.count as f64 / all
+                } else {
+                    class.density
                 }
-            }
-            kind => {
-                let mixture = self.mixture().map_err(|error| {
-                    PlanError::new("gas", error, "a gas with kinetic equations")
-                })?;
-                let all = self.count() as f64;
-                [self.haff_time, self.mean_free_time] = match kind {
-                    Kind::Comparison => {
-                        rates(&self.classes, &mixture, |class| class.count as f64 / all)
-                    }
-                    _ => rates(&self.classes, &mixture, |class| class.density),
-                };
+            };
+            [self.haff_time, self.mean_free_time] = rates(&self.classes, &mixture, share);
+        } else {
+            // Walls and gravity spread the gas unevenly: a scale, at the mean density.
+            self.mean_free_time = 1.0 / self.dilute_collision_rate();
+            if let Ok(mixture) = self.mixture() {
+                self.haff_time = rates(&self.classes, &mixture, |class| class.density)[0];
             }
         }
         // A gas that its contacts heat has no cooling time, even where it begins above its steady
@@ -198,15 +187,17 @@ impl Plan {
         if self.law.is_elastic() || self.heats_itself() {
             self.haff_time = f64::INFINITY;
         }
-        self.time_unit = self.case.run.time_unit.unwrap_or(match self.kind {
-            // A sheared gas does not cool as that of Haff's law.
-            Kind::Comparison if self.is_sheared() => TimeUnit::MeanFreeTime,
-            Kind::Comparison => TimeUnit::Haff,
-            _ => TimeUnit::Case,
-        });
+        let natural = if !self.has_thermal_units() {
+            TimeUnit::Case
+        } else if self.is_sheared() {
+            // It does not cool as the gas of Haff's law.
+            TimeUnit::MeanFreeTime
+        } else {
+            TimeUnit::Haff
+        };
+        self.time_unit = self.case.run.time_unit.unwrap_or(natural);
         // The natural time of a gas that does not cool.
-        let implied = self.case.run.time_unit.is_none() || self.kind == Kind::Comparison;
-        if self.time_unit == TimeUnit::Haff && !self.haff_time.is_finite() && implied {
+        if self.time_unit == TimeUnit::Haff && !self.haff_time.is_finite() {
             self.time_unit = TimeUnit::MeanFreeTime;
         }
         self.time = match self.time_unit {
@@ -231,7 +222,7 @@ impl Plan {
         let closed = sides
             .iter()
             .all(|&(axis, side)| *self.case.walls.at(axis, side) != open);
-        let disks = self.kind != Kind::Homogeneous && self.dimension == 2;
+        let disks = self.has_box() && self.dimension == 2;
         let possible = disks && closed && !self.case.start.empty;
         let allowed = "0, but for disks in a closed box";
         PlanError::require(asked <= 0.0 || possible, key, asked, allowed)
@@ -261,7 +252,7 @@ impl Plan {
         let covered = short(self.packing_fraction);
         let found = format!("particles cover {covered} of {part}");
         let allowed = format!("at most {closest:.4}, close packing");
-        let fine = self.kind == Kind::Homogeneous || !hard;
+        let fine = !self.has_box() || !hard;
         PlanError::require(fine || fits, "box", found, &allowed)?;
         for (index, inflow) in self.case.inflow.iter().enumerate() {
             let kinds = inflow.number_density.iter().flatten().zip(&self.species);
@@ -423,18 +414,18 @@ fn listed(particles: Particles) -> Result<Species, PlanError> {
 /// Creates a gas in a box, placed by the program.
 fn boxed(
     case: &Case,
-    kind: Kind,
     mut particles: Particles,
     temperature: f64,
     free: Option<f64>,
 ) -> Result<Gas, PlanError> {
-    let scale = match kind {
-        Kind::Comparison => Scale {
+    let scale = if case.has_thermal_units() {
+        Scale {
             length: particles.mean(|kind| 2.0 * kind.radius),
             mass: particles.mean(|kind| kind.mass),
             energy: temperature,
-        },
-        _ => Scale::CASE,
+        }
+    } else {
+        Scale::CASE
     };
     particles = particles.scaled(scale.length, scale.mass, scale.energy);
     let dimension = case.gas.dimension as usize;
@@ -443,9 +434,8 @@ fn boxed(
         let ball = |radius| in_space!(dimension, S => S::ball(radius));
         particles.covered(|count, radius| count * ball(radius))
     };
-    let covered = match (kind, dimension) {
-        (Kind::Comparison, 2) if equal => particles.count() as f64 * FRAC_PI_4,
-        (Kind::Comparison, 2) => particles.covered(|count, radius| count * PI * radius * radius),
+    let covered = match dimension {
+        2 => particles.covered(|count, radius| count * PI * radius * radius),
         _ => balls(&particles),
     };
     let (lengths, given) = sides(case, covered, scale.length)?;
@@ -470,15 +460,17 @@ fn boxed(
         _ => balls(&particles) / uncovered_volume(case, &lengths, 0.0)?,
     };
     let (species, classes) = particles.groups(volume);
-    check_placement(case, kind, &particles, &lengths, packing, scale.length)?;
+    check_placement(case, &particles, &lengths, packing, scale.length)?;
     let mean_mass = particles.mean(|kind| kind.mass);
-    let sizes = match kind {
-        Kind::Comparison if equal => SizeDistribution::Equal(Monodisperse {
+    let sizes = if !case.has_thermal_units() {
+        SizeDistribution::Species(listed(particles)?)
+    } else if equal {
+        SizeDistribution::Equal(Monodisperse {
             radius: particles.kinds[0].radius,
             mass: particles.kinds[0].mass,
-        }),
-        Kind::Comparison => SizeDistribution::Each(each(&particles, free)?),
-        _ => SizeDistribution::Species(listed(particles)?),
+        })
+    } else {
+        SizeDistribution::Each(each(&particles, free)?)
     };
     Ok(Gas {
         species,
@@ -500,7 +492,6 @@ fn boxed(
 /// `unit` of the case.
 fn check_placement(
     case: &Case,
-    kind: Kind,
     particles: &Particles,
     lengths: &[f64; 3],
     packing: f64,
@@ -509,10 +500,11 @@ fn check_placement(
     let dimension = case.gas.dimension as usize;
     let random = case.start.placement == Placement::Disordered;
     let disordered = || {
-        let allowed = "\"disordered\" in space and in flows";
+        let allowed = "\"disordered\" in space, next to walls and obstacles, with gravity or spins: a lattice is for smooth disks in \
+                       a periodic box, where it melts before the start";
         PlanError::require(random, "start.placement", "a lattice", allowed)
     };
-    if kind != Kind::Comparison {
+    if !case.is_uniform_box() || case.is_rough() {
         return disordered();
     }
     let widest = particles

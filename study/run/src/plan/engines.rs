@@ -1,10 +1,10 @@
 //! The engines of a case, with every numerical choice made.
 
+use stosszahl_case::Case;
 use stosszahl_case::format::{
     Copies as WrittenCopies, Displacement as WrittenDisplacement, Inelastic, MonteCarlo,
     Neighbourhood as WrittenNeighbourhood, WallsActOn,
 };
-use stosszahl_case::{Case, Kind};
 use stosszahl_dsmc::{
     Copies, Displacement, Neighbourhood, Parameters, Scheme, WallClearance, Weights,
 };
@@ -46,7 +46,7 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
         let engine = in_space!(dimension, S => monte_carlo::<S>(plan, name, &written, scheme));
         list.push(engine?);
     }
-    if plan.kind == Kind::Homogeneous {
+    if !plan.has_box() {
         list.push(EnginePlan {
             name: "dsmc-homogeneous",
             kind: EngineKind::Homogeneous(written.homogeneous.unwrap_or_default().selection),
@@ -76,7 +76,7 @@ fn scheme_of(engine: &str) -> Option<Scheme> {
     Scheme::named(engine.strip_prefix("dsmc-")?)
 }
 
-/// What a case says of an engine in cells.
+/// Returns the table of an engine in cells, as written in the case.
 pub(crate) fn in_cells<'a>(case: &'a mut Case, name: &str) -> Option<&'a mut MonteCarlo> {
     let engines = &mut case.engine;
     let written = match name {
@@ -147,7 +147,7 @@ fn monte_carlo<S: Space>(
             Parameters::enough_for_chaos::<S>(scheme, plan.packing_fraction, diameter, plan.count())
         }
         // A case that chooses the cells also chooses their simulators.
-        None if plan.kind == Kind::Flow && !scheme.is_across() && written.cell_size.is_none() => {
+        None if !plan.is_uniform() && !scheme.is_across() && written.cell_size.is_none() => {
             plan.simulators_of_flow(plan.resolving_cell(scheme))
         }
         None if written.cell_size.is_none() => plan.enough_simulators(&parameters),
@@ -162,7 +162,7 @@ fn monte_carlo<S: Space>(
     };
     parameters.cell_size = match written.cell_size {
         Some(size) => Some(size / unit),
-        None if plan.kind == Kind::Flow && !scheme.is_across() => {
+        None if !plan.is_uniform() && !scheme.is_across() => {
             Some(plan.cell_of_flow(scheme, parameters.simulators_per_particle))
         }
         None => None,
@@ -218,8 +218,7 @@ impl Plan {
     /// Whether the box is wider than the shortest wave of shear that grows while the gas cools.
     pub fn has_unstable_modes(&self) -> bool {
         let widest = self.lengths[0].max(self.lengths[1]);
-        self.kind == Kind::Comparison
-            && self.dimension == 2
+        self.is_disk_fluid()
             && self.restitution < 1.0
             && self.case.bath().is_none()
             && widest > self.critical_length()
@@ -228,6 +227,13 @@ impl Plan {
     /// Length of the shortest wave of shear that grows while the gas cools.
     pub fn critical_length(&self) -> f64 {
         transport::critical_length(self.packing_fraction, self.contact_value, self.restitution)
+    }
+
+    /// Returns true if the sets of simulators of an engine are copies of one start, moved and turned
+    /// at random: those of a smooth uniform gas. Elsewhere each set is placed anew, as a start next
+    /// to walls or in a region cannot be moved, and the spins of a set are drawn.
+    pub fn starts_from_copies(&self) -> bool {
+        self.is_uniform_box() && !self.is_rough() && self.case.start.region.is_none()
     }
 
     /// Mean free path of the uniform flow at the collision rate of a scheme in cells.
@@ -276,7 +282,7 @@ impl Plan {
         const MOST_IN_ALL: f64 = (1 << 20) as f64;
         let each = self.simulators_per_cell(one) / f64::from(one.simulators_per_particle);
         let wanted = match one.scheme {
-            _ if self.kind == Kind::Flow => 1.0,
+            _ if !self.is_uniform() => 1.0,
             Scheme::Esmc(_) => ENOUGH_FOR_ESMC,
             Scheme::Boltzmann | Scheme::FreeVolume | Scheme::Enskog(_) => ENOUGH_IN_A_CELL / each,
             _ => 1.0,

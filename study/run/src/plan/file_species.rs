@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use stosszahl_case::{Case, Kind};
+use stosszahl_case::Case;
 use stosszahl_model::initial::StartFile;
 use stosszahl_model::{
     Kind as Like, Monodisperse, Polydisperse, SizeDistribution, Space as _, Species,
@@ -157,8 +157,8 @@ impl FileSpecies {
     ///
     /// # Errors
     /// [`PlanError`] if numbers are beyond what engines can work with.
-    pub(super) fn sizes(&self, kind: Kind) -> Result<SizeDistribution, PlanError> {
-        if self.are_equal() && kind == Kind::Comparison {
+    pub(super) fn sizes(&self, case: &Case) -> Result<SizeDistribution, PlanError> {
+        if self.are_equal() && case.has_thermal_units() {
             return Ok(SizeDistribution::Equal(Monodisperse {
                 radius: self.radii[0],
                 mass: self.masses[0],
@@ -169,7 +169,7 @@ impl FileSpecies {
             PlanError::new("start.file", error, allowed)
         };
         let pairs = self.radii.iter().copied().zip(self.masses.iter().copied());
-        if kind == Kind::Comparison {
+        if case.has_thermal_units() {
             return Polydisperse::new(pairs.collect())
                 .and_then(|sizes| sizes.of_kinds(self.numbers.clone()))
                 .map(SizeDistribution::Each)

@@ -1,6 +1,5 @@
-//! What a reader should know of a case before it is run: warnings, and quantities that follow from it.
+//! Warnings about a case before it is run, and quantities that follow from it.
 
-use stosszahl_case::Kind;
 use stosszahl_case::format::{Face, Placement, Velocities, VelocityWord};
 use stosszahl_dsmc::{Copies, Parameters, Scheme};
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
@@ -18,13 +17,13 @@ pub(crate) const RATE_ERROR_IN_A_CELL: f64 = 1.0 / 3.0;
 const RATE_ERROR_OF_ESMC: f64 = 0.3;
 /// Relative error of the kinetic energy over that of the collision rate: late in free cooling K is proportional to the rate to the -2.
 const ENERGY_OVER_RATE: f64 = 2.0;
-/// Simulators in a cell of a flow below which its profiles stand for nothing; ten is the default.
+/// Simulators in a cell below which profiles along walls or gravity stand for nothing; ten is the default.
 const FEW_IN_FLOWS: f64 = 5.0;
 /// Share of the margin that the stated collision rate of a scheme may take before `check` names it.
 const NOTABLE_RATE: f64 = 0.5;
 /// Cells wider than this many mean free paths carry momentum too far.
 const WIDE: f64 = 2.0;
-/// The same in flows, whose profiles are made by transport.
+/// Cells wider than this many mean free paths blur profiles along walls or gravity, which are made by transport.
 const WIDE_IN_FLOWS: f64 = 1.0;
 /// Share of the collision rate that walls may cost `dsmc-contact-point` without a word.
 const NOTABLE_WALLS: f64 = 0.02;
@@ -42,7 +41,7 @@ impl Plan {
     /// Elastic collisions per particle before the start. Default for disks in a periodic box that the program places: 10, and more at packings
     /// above 0.3, `10 sqrt(phi) chi` up to 100.
     pub fn equilibration(&self) -> f64 {
-        let melts = self.kind == Kind::Comparison && self.dimension == 2 && !self.starts_as_given();
+        let melts = self.is_disk_fluid() && !self.starts_as_given();
         let crowded = SOUND * self.packing_fraction.sqrt() * self.contact_value;
         let default = if melts {
             crowded
@@ -76,17 +75,22 @@ impl Plan {
         most.unwrap_or_else(|| (4.0 * self.equilibration()).max(200.0))
     }
 
-    /// What is allowed but deserves a second look, before the run.
+    /// Returns warnings about settings that are allowed but deserve a second look.
     pub(super) fn notable(&self) -> Vec<String> {
         let mut list = Vec::new();
         if self.case.replicas == 1 {
             list.push("replicas = 1: no error bars; at least 2 replicas give a spread".to_owned());
         }
         self.notable_shear(&mut list);
-        match self.kind {
-            Kind::Homogeneous => self.notable_without_box(&mut list),
-            Kind::Comparison => self.notable_comparison(&mut list),
-            Kind::Flow => self.notable_fall(&mut list),
+        if self.has_box() {
+            self.notable_start(&mut list);
+        } else {
+            self.notable_without_box(&mut list);
+        }
+        if self.is_uniform() {
+            self.notable_drive(&mut list);
+        } else {
+            self.notable_fall(&mut list);
         }
         self.notable_region(&mut list);
         list.extend(self.implausible());
@@ -95,7 +99,7 @@ impl Plan {
                 self.notable_engine(engine, parameters, &mut list);
             }
         }
-        if self.kind == Kind::Comparison {
+        if self.is_uniform() {
             self.notable_errors(&mut list);
         }
         list
@@ -128,24 +132,22 @@ impl Plan {
         }
     }
 
-    fn notable_comparison(&self, list: &mut Vec<String>) {
+    fn notable_start(&self, list: &mut Vec<String>) {
         let lattice = match self.case.start.placement {
             Placement::Square | Placement::Hexagonal => true,
             Placement::Disordered => {
-                self.dimension == 2
-                    && self.case.start.region.is_none()
-                    && self.packing_fraction > SEQUENTIAL_LIMIT
+                self.case.start.region.is_none() && self.packing_fraction > SEQUENTIAL_LIMIT
             }
             Placement::File => false,
         };
-        if lattice && self.equilibration() == 0.0 {
+        if lattice && self.is_disk_fluid() && self.equilibration() == 0.0 {
             list.push(
                 "start.equilibration = 0: the gas starts from a lattice; some tens of elastic collisions per particle melt it, \
                  and the start is tested for that"
                     .to_owned(),
             );
         }
-        if self.count() < 10 {
+        if self.is_uniform() && self.count() < 10 {
             list.push(format!(
                 "{} particles: kinetic theory holds for many; below 10 the comparison with it says little",
                 self.count()
@@ -241,10 +243,10 @@ impl Plan {
             ));
         }
         if let Some(wide) = self.wide_cells(parameters) {
-            let remedy = if self.kind == Kind::Flow {
-                ". A smaller cell_size with more simulators_per_particle resolves it"
-            } else {
+            let remedy = if self.is_uniform() {
                 ""
+            } else {
+                ". A smaller cell_size with more simulators_per_particle resolves it"
             };
             list.push(format!(
                 "{name}: cells are {} mean free paths wide, so transport is overestimated, by an error that grows with \
@@ -252,7 +254,7 @@ impl Plan {
                 short(wide)
             ));
         }
-        if self.kind == Kind::Flow {
+        if !self.starts_from_copies() {
             return;
         }
         let placed = self.case.start.placement == Placement::File;
@@ -267,20 +269,20 @@ impl Plan {
     /// Numerical error of a Monte Carlo engine that makes its comparisons void: larger than the margin of the case. `None` if the engine
     /// stands for what its scheme states.
     ///
-    /// Numerical are few simulators, wide cells in a flow, and the penetrable disks of `dsmc-stochastic-disks`. That a scheme has by its
+    /// Numerical are few simulators, wide cells along walls or gravity, and the penetrable disks of `dsmc-stochastic-disks`. That a scheme has by its
     /// theory another collision rate than hard disks ([`Plan::rate_ratio`]) is no such error: a comparison measures it.
     pub fn numerical_error(&self, engine: &EnginePlan) -> Option<String> {
         let EngineKind::MonteCarlo(parameters) = &engine.kind else {
             return None;
         };
         let name = engine_title(engine.name);
-        if self.kind == Kind::Flow {
+        if !self.is_uniform() {
             if parameters.scheme.is_across() {
                 return None;
             }
             let few = self.few_in_a_flow(parameters);
             let few = few.map(|few| format!("{} simulators in a cell", short(few)));
-            // Profiles of a flow are made by transport.
+            // Profiles are made by transport.
             let wide = self.wide_cells(parameters);
             let wide = wide.map(|wide| format!("cells {} mean free paths wide", short(wide)));
             let reasons: Vec<String> = few.into_iter().chain(wide).collect();
@@ -381,7 +383,7 @@ impl Plan {
     pub fn stated_rates(&self, [a, b]: [&EnginePlan; 2], time: f64) -> Option<String> {
         let rates = [a, b].map(|engine| self.rate_ratio(engine));
         let off = ENERGY_OVER_RATE * (rates[0] / rates[1] - 1.0).abs();
-        if self.kind != Kind::Comparison || off <= NOTABLE_RATE * self.case.verdict.tolerance {
+        if !self.is_uniform() || off <= NOTABLE_RATE * self.case.verdict.tolerance {
             return None;
         }
         let by = [a, b].into_iter().zip(rates).filter(|one| one.1 != 1.0);
@@ -398,17 +400,18 @@ impl Plan {
         ))
     }
 
-    /// Simulators in a cell of a flow, where they are too few.
+    /// Simulators in a cell next to walls or in gravity, where they are too few.
     fn few_in_a_flow(&self, parameters: &Parameters) -> Option<f64> {
-        let few = |&simulators: &f64| self.kind == Kind::Flow && simulators < FEW_IN_FLOWS;
+        let few = |&simulators: &f64| !self.is_uniform() && simulators < FEW_IN_FLOWS;
         Some(self.simulators_per_cell(parameters)).filter(few)
     }
 
     /// Width of the cells in mean free paths of the uniform gas, where it is too large.
     fn wide_cells(&self, parameters: &Parameters) -> Option<f64> {
-        let (path, limit) = match self.kind {
-            Kind::Flow => (self.flow_path(parameters.scheme), WIDE_IN_FLOWS),
-            _ => (self.mean_free_path(), WIDE),
+        let (path, limit) = if self.is_uniform() {
+            (self.mean_free_path(), WIDE)
+        } else {
+            (self.flow_path(parameters.scheme), WIDE_IN_FLOWS)
         };
         let widest = self.cell(parameters).into_iter().fold(0.0, f64::max);
         Some(widest / path).filter(|&wide| wide > limit)
@@ -442,7 +445,7 @@ impl Plan {
         }
         add("species", self.species.len() as f64, "1");
         add("packing_fraction", self.packing_fraction, "1");
-        if self.kind != Kind::Homogeneous {
+        if self.has_box() {
             for (name, side) in ["x", "y", "z"].iter().zip(&self.lengths[..self.dimension]) {
                 add(&format!("box_size_{name}"), side * length, "length");
             }
@@ -459,11 +462,13 @@ impl Plan {
         add("restitution", self.restitution, "1");
         add("contact_value", self.contact_value, "1");
         add("mean_diameter", 2.0 * self.mean_radius() * length, "length");
-        let path = match self.kind {
-            Kind::Flow => self.dilute_mean_free_path(),
-            _ => self.mean_free_path(),
+        let path = if self.is_uniform() {
+            self.mean_free_path()
+        } else {
+            self.dilute_mean_free_path()
         };
-        if self.species.len() == 1 || self.kind == Kind::Flow {
+        // Enskog's path is that of equal particles, the dilute one that of a mixture.
+        if self.species.len() == 1 || !self.is_uniform() {
             add("mean_free_path", path * length, "length");
         }
         add(
@@ -476,7 +481,7 @@ impl Plan {
         add("unit_of_time", self.time_in_case(), "time");
         let collisions = self.expected_collisions(self.case.run.until);
         add("expected_collisions_per_particle", collisions, "1");
-        if self.kind == Kind::Comparison && self.dimension == 2 {
+        if self.is_disk_fluid() {
             let structure = kinetic::structure_factor_at_zero(self.packing_fraction);
             add("structure_factor_at_zero_elastic", structure, "1");
         }

@@ -284,11 +284,10 @@ impl Particles {
 /// Most species that have a law for each pair.
 const MOST_IN_PAIRS: usize = 4096;
 
-/// Returns the normal law of a case; `thermal` is the unit of speed that viscoelastic strengths are
-/// in.
-pub(super) fn law(case: &Case, gas: &Gas, thermal: f64) -> Result<Law, PlanError> {
+/// Returns the normal law of a case, in engine units.
+pub(super) fn law(case: &Case, gas: &Gas) -> Result<Law, PlanError> {
     let species = gas.species.len();
-    let one = |key: &str, written: Restitution, pair| one_law(key, written, gas, pair, thermal);
+    let one = |key: &str, written: Restitution, pair| one_law(key, written, gas, pair);
     let material = is_material(case.gas.restitution);
     let first = one("gas.restitution", case.gas.restitution, [0, 0])?;
     if case.pair.is_empty() && !(material && species > 1) {
@@ -329,13 +328,7 @@ fn is_material(written: Restitution) -> bool {
 }
 
 /// Returns the law of a key between two species.
-fn one_law(
-    key: &str,
-    written: Restitution,
-    gas: &Gas,
-    pair: [usize; 2],
-    thermal: f64,
-) -> Result<Law, PlanError> {
+fn one_law(key: &str, written: Restitution, gas: &Gas, pair: [usize; 2]) -> Result<Law, PlanError> {
     let refused = |error: Invalid| PlanError::new(key, error.found, error.allowed);
     let viscoelastic = match written {
         Restitution::Constant(coefficient) => {
@@ -349,9 +342,10 @@ fn one_law(
         }
         Restitution::Viscoelastic(law) => law,
     };
+    // v* = strength g^(1/10), with speeds g of the engine in its own unit.
+    let unit = gas.scale.speed().powf(0.1);
     let Some((modulus, ratio, viscosities)) = viscoelastic.material() else {
-        // v* = strength (g/thermal)^(1/10)
-        let strength = viscoelastic.viscoelastic.unwrap_or(f64::NAN) / thermal.powf(0.1);
+        let strength = viscoelastic.viscoelastic.unwrap_or(f64::NAN) * unit;
         return Viscoelastic::new(strength).map(Law::from).map_err(refused);
     };
     let alike = gas.classes.len() == gas.species.len();
@@ -364,7 +358,6 @@ fn one_law(
         let radii = pair.map(|index| of(index).radius * length);
         material.between(radii, pair.map(|index| of(index).mass * mass))
     });
-    // Speeds of the engine are in its own unit.
-    let strength = of_case.map_err(refused)?.strength() * gas.scale.speed().powf(0.1);
+    let strength = of_case.map_err(refused)?.strength() * unit;
     Viscoelastic::new(strength).map(Law::from).map_err(refused)
 }

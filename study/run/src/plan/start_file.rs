@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
+use stosszahl_case::Case;
 use stosszahl_case::format::{FACES, Face, Placement, Units, Velocities};
-use stosszahl_case::{Case, Kind};
 use stosszahl_model::initial::{self, Overlap, StartFile};
 use stosszahl_model::{Domain, Plane, Space as _, Volume};
 
@@ -69,13 +69,14 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
     source.wrap(lengths)?;
     let species = FileSpecies::of(&source.file, case)?;
     let warmth = source.warmth(&species.masses, temperature)?;
-    let scale = match case.kind() {
-        Kind::Flow => Scale::CASE,
-        _ => Scale {
+    let scale = if case.has_thermal_units() {
+        Scale {
             length: 2.0 * mean(&species.radii),
             mass: mean(&species.masses),
             energy: warmth,
-        },
+        }
+    } else {
+        Scale::CASE
     };
     source.tell_spins();
     source.tell_units(scale);
@@ -94,7 +95,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
     Ok(Gas {
         species: plans,
         classes,
-        sizes: species.sizes(case.kind())?,
+        sizes: species.sizes(case)?,
         numbers: species.numbers(),
         mean_mass,
         temperature: warmth,
@@ -353,7 +354,7 @@ impl Source<'_> {
                 "velocities that give one above rounding; velocities = \"maxwellian\" draws some";
             return Err(content(found, allowed));
         }
-        if self.case.kind() == Kind::Comparison {
+        if self.case.is_uniform() {
             for velocity in velocities {
                 *velocity -= drift;
             }

@@ -1,7 +1,6 @@
 //! Kinetic theory of a case.
 
 use stosszahl_analysis::theory::{Component, Contact, Mixture, Moment, TheoryError, delta_model};
-use stosszahl_case::Kind;
 use stosszahl_case::format::{PairCorrelation, TimeUnit, Velocities};
 use stosszahl_model::{Law, Restitution as _, Space as _, Volume, kinetic};
 
@@ -51,9 +50,11 @@ impl Plan {
     /// Returns the effect of density on collision rates in theory: that of the case without a box,
     /// Enskog's theory in one.
     pub fn contact(&self) -> Contact {
-        match (self.kind, self.case.gas.pair_correlation) {
-            (Kind::Homogeneous, PairCorrelation::Boltzmann) => Contact::Dilute,
-            _ => Contact::Enskog,
+        let is_dilute = self.case.gas.pair_correlation == PairCorrelation::Boltzmann;
+        if is_dilute && !self.has_box() {
+            Contact::Dilute
+        } else {
+            Contact::Enskog
         }
     }
 
@@ -87,7 +88,8 @@ impl Plan {
         // A gas that begins in a part of the box is alike everywhere only once it has mixed.
         let uniform = self.case.start.region.is_none() || bathed;
         let settled = bathed || !matches!(self.case.start.velocities, Velocities::Drawn(_));
-        self.kind == Kind::Comparison
+        self.is_uniform_box()
+            && !self.is_rough()
             && !self.is_sheared()
             && sizes
             && uniform
@@ -107,13 +109,14 @@ impl Plan {
 
     /// Enskog's collision rate per particle \[1/engine time\].
     pub fn collision_rate(&self) -> f64 {
-        match (self.kind, self.dimension) {
-            (Kind::Comparison, 2) => kinetic::collision_rate(
+        if self.is_disk_fluid() {
+            kinetic::collision_rate(
                 self.packing_fraction,
                 self.contact_value,
                 self.fourth_cumulant(),
-            ),
-            _ => 1.0 / self.mean_free_time,
+            )
+        } else {
+            1.0 / self.mean_free_time
         }
     }
 
@@ -205,17 +208,17 @@ impl Plan {
     }
 
     /// Collisions per particle that theory expects up to a time of the case; rough without a
-    /// theory, and in flows those of the uniform gas at the temperature of the start.
+    /// theory, and with walls or gravity those of the uniform gas at the temperature of the start.
     pub fn expected_collisions(&self, time: f64) -> f64 {
         let rate = 1.0 / self.mean_free_time;
         if self.case.bath().is_some() {
             return self.collisions_in_bath(time);
         }
-        if self.kind == Kind::Flow {
+        if !self.is_uniform() {
             return rate * self.engine_time(time);
         }
         self.passed(time, |time| match self.time_over_haff(time) {
-            Some(time) if self.kind == Kind::Comparison => {
+            Some(time) if self.has_theory() => {
                 kinetic::haff_collisions(self.dimension, self.restitution, time)
             }
             // The collision rate of any gas that cools as Haff's law says.
@@ -240,7 +243,8 @@ impl Plan {
     pub fn partial_temperatures(&self) -> Option<&[Vec<f64>]> {
         let solved = self.partial_temperatures.get_or_init(|| {
             let constant = !matches!(self.law, Law::Viscoelastic(_));
-            let applies = self.kind == Kind::Comparison && self.case.bath().is_none() && constant;
+            let free = self.case.bath().is_none();
+            let applies = self.is_uniform_box() && !self.is_rough() && free && constant;
             let species = self.species.len();
             if !applies || species < 2 || self.classes.len() != species {
                 return None;
@@ -258,8 +262,7 @@ impl Plan {
 
     /// Checks a gas that sticks.
     pub(super) fn check_sticking(&self) -> Result<(), PlanError> {
-        let homogeneous = self.kind == Kind::Homogeneous;
-        let good = self.case.aggregation.is_none() || homogeneous && self.classes.len() == 1;
+        let good = self.case.aggregation.is_none() || !self.has_box() && self.classes.len() == 1;
         let allowed = "one species in a gas without [box]";
         PlanError::require(good, "aggregation", "particles that stick", allowed)
     }
@@ -283,8 +286,7 @@ impl Plan {
     /// of the start. `None` where they do not apply.
     pub fn steady_state(&self) -> Option<&Moment> {
         let solved = self.steady_state.get_or_init(|| {
-            let uniform =
-                self.kind != Kind::Flow && self.classes.len() == 1 && self.grains.rough.is_none();
+            let uniform = self.is_uniform() && self.classes.len() == 1 && !self.is_rough();
             if !(uniform && self.heats_itself()) {
                 return None;
             }

@@ -1,15 +1,13 @@
 //! Sample times of a run, and their checks.
 
-use stosszahl_case::Kind;
-
 use super::data::{Plan, PlanError};
 
 /// Most samples of a run.
 const MOST_SAMPLES: f64 = 1e6;
 /// Default number of samples in each factor of ten.
 const PER_DECADE: u64 = 12;
-/// Default number of samples in a flow.
-const SAMPLES_OF_FLOW: u64 = 400;
+/// Default number of samples of a gas with walls, obstacles or gravity.
+const EQUAL_SAMPLES: u64 = 400;
 
 /// Default number of blocks of time, from which averages and their errors come, if the number of
 /// samples allows it.
@@ -43,10 +41,9 @@ impl Plan {
     /// Number of samples at equal intervals; `None` where they are not equal.
     pub fn equal_samples(&self) -> Option<u64> {
         let run = &self.case.run;
-        let flow = self.kind == Kind::Flow
-            && run.first_sample.is_none()
-            && run.samples_per_decade.is_none();
-        run.samples.or(flow.then_some(SAMPLES_OF_FLOW))
+        let is_settling =
+            !self.is_uniform() && run.first_sample.is_none() && run.samples_per_decade.is_none();
+        run.samples.or(is_settling.then_some(EQUAL_SAMPLES))
     }
 
     /// Time of the first sample after the start, with samples in equal factors of time.
@@ -88,7 +85,7 @@ impl Plan {
         let asked = ["fields", "boundaries"]
             .iter()
             .any(|name| measures.contains_key(*name));
-        let needed = (self.kind == Kind::Flow || asked) && !is_written("fields");
+        let needed = (!self.is_uniform() || asked) && !is_written("fields");
         let (Some(samples), true) = (self.equal_samples(), needed) else {
             return Ok(());
         };

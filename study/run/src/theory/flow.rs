@@ -1,4 +1,4 @@
-//! What theory says of a flow, where it says something in closed form. All numbers are in engine units.
+//! Theory of a flow, where there is one in closed form. All numbers are in engine units.
 
 use stosszahl_analysis::theory::rough::{RoughGas, Temperatures};
 use stosszahl_analysis::theory::sonine::MOST_ROUGH_ORDERS;
@@ -9,7 +9,8 @@ use stosszahl_model::Space as _;
 
 use crate::plan::{EngineKind, EnginePlan, Plan, SpeciesPlan, in_space};
 
-/// Whether walls and obstacles keep the energy of particles too, and nothing leaves or is kicked.
+/// Returns true if contacts, walls and obstacles conserve the energy of particles, and nothing
+/// leaves, is kicked or sheared.
 pub fn keeps_energy(plan: &Plan) -> bool {
     let specular = |face: &Face| match face {
         Face::Word(word) => *word != FaceWord::Open,
@@ -20,7 +21,7 @@ pub fn keeps_energy(plan: &Plan) -> bool {
             && obstacle.restitution.is_none_or(|r| r == 1.0)
             && obstacle.slip.is_none_or(|slip| slip.abs() == 1.0)
     });
-    let driven = plan.case.thermostat.is_some();
+    let driven = plan.case.thermostat.is_some() || plan.is_sheared();
     // Along a periodic axis gravity does work for ever.
     let ends = plan.gravity() == plan.grains.gravity.unwrap_or_default();
     plan.is_elastic() && !driven && plan.case.walls.all().all(specular) && obstacles && ends

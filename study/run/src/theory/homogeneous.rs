@@ -1,4 +1,4 @@
-//! What the kinetic equations say of a gas without positions, group by group.
+//! Kinetic equations of a gas without positions, group by group.
 
 use std::ops::Range;
 
@@ -136,7 +136,7 @@ impl<'a> Theory<'a> {
             .sum())
     }
 
-    /// What a moment says of the groups, and how far that is from what one order less says.
+    /// Returns the predictions for the groups at one time, with the change from one order less.
     fn curve(&self, moment: &Moment, below: Option<&Moment>) -> Curve {
         let (classes, start) = (&self.plan.classes, &self.start);
         let d = self.plan.dimension as f64;
@@ -262,11 +262,11 @@ pub struct Curve {
     pub groups: Vec<GroupCurve>,
 }
 
-/// What theory says at all sample times.
+/// Predictions at all sample times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
     /// Sonine orders of the velocities.
     pub orders: usize,
-    /// By sample time; none for a gas that sticks.
+    /// Predictions in the order of the sample times; none for a gas that sticks.
     pub at: Vec<Curve>,
 }

@@ -1,4 +1,4 @@
-//! What a flow from left to right between walls shows.
+//! Verdicts on a flow from left to right between walls.
 
 use std::ops::Range;
 
@@ -44,7 +44,7 @@ fn entering(case: &Case) -> Option<&Inflow> {
     case.inflow.iter().find(|inflow| inflow.face == "left")
 }
 
-/// The middle fifth of so many cells across.
+/// Returns the middle fifth of the cells across.
 pub(super) fn middle(rows: usize) -> Range<usize> {
     2 * rows / 5..(3 * rows).div_ceil(5)
 }
@@ -111,7 +111,7 @@ impl<'a> Channel<'a> {
         judge::quotient(&last, &first)
     }
 
-    /// What changes along the channel.
+    /// Returns a sentence on the changes along the channel.
     fn along(&self) -> String {
         let [_, last] = self.ends();
         let centre = self.mean(last, self.middle(), SPEED);

@@ -1,7 +1,6 @@
-//! What fields and profiles say.
+//! Verdicts on fields and profiles.
 
 use stosszahl_analysis::fields::Along;
-use stosszahl_case::Kind;
 use stosszahl_model::Space as _;
 use stosszahl_results::{Cell, Estimate, Table, Verdict};
 
@@ -134,9 +133,11 @@ fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
         judge::short(start),
         judge::short(end)
     );
-    match plan.kind {
-        Kind::Flow if !window.steady => judge::warning("steady state", sentence),
-        _ => judge::note("steady state", sentence),
+    // A uniform gas that cools has no steady state to wait for.
+    if window.steady || plan.is_uniform() {
+        judge::note("steady state", sentence)
+    } else {
+        judge::warning("steady state", sentence)
     }
 }
 

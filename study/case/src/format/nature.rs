@@ -1,0 +1,74 @@
+//! Questions about a case that its defaults, checks and measurements follow from.
+
+use super::{Case, Face, FaceWord, Restitution};
+
+impl Case {
+    /// Returns true if the gas has positions in a box; without one it is homogeneous by
+    /// construction.
+    pub fn has_box(&self) -> bool {
+        self.domain.is_some()
+    }
+
+    /// Returns true if there are walls, openings or obstacles, which a gas is at rest against.
+    pub fn is_bounded(&self) -> bool {
+        !self.walls.is_periodic() || !self.obstacle.is_empty()
+    }
+
+    /// Returns true if particles leave through a face of the box, so that their number changes.
+    pub fn is_open(&self) -> bool {
+        let open = Face::Word(FaceWord::Open);
+        self.walls.all().any(|face| *face == open)
+    }
+
+    /// Returns true if all places are alike: no walls, openings, obstacles or gravity. A gas without
+    /// positions is uniform by construction.
+    pub fn is_uniform(&self) -> bool {
+        !self.is_bounded() && self.gravity.is_none()
+    }
+
+    /// Returns true for a gas in a box in which all places are alike.
+    pub fn is_uniform_box(&self) -> bool {
+        self.has_box() && self.is_uniform()
+    }
+
+    /// Returns true if particles spin.
+    pub fn is_rough(&self) -> bool {
+        self.gas.tangential_restitution.is_some()
+    }
+
+    /// Returns true for a uniform shear flow.
+    pub fn is_sheared(&self) -> bool {
+        let shear_rate = self.domain.as_ref().and_then(|domain| domain.shear_rate);
+        shear_rate.is_some()
+    }
+
+    /// Returns true if contacts conserve energy: a restitution of 1, and for particles that spin a
+    /// tangential restitution of 1 or -1.
+    pub fn is_elastic(&self) -> bool {
+        let is_elastic = |law: &Restitution| *law == Restitution::Constant(1.0);
+        let tangential = self.gas.tangential_restitution;
+        is_elastic(&self.gas.restitution)
+            && self.pair.iter().all(|pair| is_elastic(&pair.restitution))
+            && tangential.is_none_or(|tangential| tangential.abs() == 1.0)
+    }
+
+    /// Returns true for a uniform gas that contacts alone cool: not elastic, without a
+    /// thermostat, a shear flow or contacts that heat.
+    pub fn cools_freely(&self) -> bool {
+        let heats = matches!(self.gas.restitution, Restitution::Delta(_));
+        self.is_uniform()
+            && !self.is_elastic()
+            && !heats
+            && self.thermostat.is_none()
+            && !self.is_sheared()
+    }
+
+    /// Returns true if engines compute with the mean diameter, the mean mass and the temperature of
+    /// the start as units: smooth particles in a uniform box, where the case has no other length,
+    /// mass or energy that would be converted. Runs that differ in these three alone are then
+    /// equal, and the cooling time is the natural unit of time. With walls, gravity or spins, and
+    /// without a box, engines compute in the units of the case.
+    pub fn has_thermal_units(&self) -> bool {
+        self.is_uniform_box() && !self.is_rough()
+    }
+}
