@@ -52,6 +52,7 @@ pub use run::{Options, PointSummary, RunError, Summary, run_case};
 
 #[cfg(test)]
 mod bath_tests;
+#[cfg(test)]
 mod combination_tests;
 #[cfg(test)]
 mod flow_tests;

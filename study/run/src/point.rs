@@ -512,14 +512,6 @@ pub(crate) fn as_json(plan: &Plan) -> Value {
     serde_json::to_value(&plan.case).unwrap_or_default()
 }
 
-pub(crate) fn kind_name(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Comparison => "comparison",
-        Kind::Homogeneous => "homogeneous",
-        Kind::Flow => "flow",
-    }
-}
-
 /// Replicas whose start was not equilibrated, with the tests that failed.
 fn unequilibrated(starts: &[Start]) -> Vec<(u64, String)> {
     let bad = starts

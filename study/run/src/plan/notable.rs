@@ -87,9 +87,7 @@ impl Plan {
         } else {
             self.notable_without_box(&mut list);
         }
-        if self.is_uniform() {
-            self.notable_drive(&mut list);
-        } else {
+        if !self.is_uniform() {
             self.notable_fall(&mut list);
         }
         self.notable_region(&mut list);
