@@ -7,14 +7,14 @@
 //! energy on average, so the variance of a kick is in inverse proportion to the mass. The mean
 //! kick, weighted with the masses, is subtracted, so that the bath conserves the total momentum.
 //!
-//! **Langevin.** Between collisions `m dv/dt = -m gamma v + sqrt(2 gamma m T_b) xi(t)`, with the drag
-//! gamma and the temperature of the bath `T_b` (Puglisi, Loreto, Marconi, Petri & Vulpiani, Phys.
-//! Rev. Lett. 81, 3848 (1998), doi:10.1103/PhysRevLett.81.3848; Gradenigo, Sarracino, Villamaina &
-//! Puglisi, J. Stat. Mech. (2011) P08017, doi:10.1088/1742-5468/2011/08/P08017). A kick is the exact
-//! Ornstein-Uhlenbeck step of one interval tau, `v -> v e^(-gamma tau) + sqrt((T_b/m)(1 - e^(-2 gamma
-//! tau))) xi`: velocities are multiplied by [`Bath::damping`], then [`Bath::kicks`] are added. Each
-//! particle has noise of its own, and the total momentum fluctuates like the velocity of a particle
-//! with the mass of the gas.
+//! **Langevin.** Between collisions `m dv/dt = -m gamma v + sqrt(2 gamma m T_b) xi(t)`, with the
+//! drag gamma and the temperature of the bath `T_b` (Puglisi, Loreto, Marconi, Petri & Vulpiani,
+//! Phys. Rev. Lett. 81, 3848 (1998), doi:10.1103/PhysRevLett.81.3848; Gradenigo, Sarracino,
+//! Villamaina & Puglisi, J. Stat. Mech. (2011) P08017, doi:10.1088/1742-5468/2011/08/P08017). A
+//! kick is the exact Ornstein-Uhlenbeck step of one interval tau, `v -> v e^(-gamma tau) +
+//! sqrt((T_b/m)(1 - e^(-2 gamma tau))) xi`: velocities are multiplied by [`Bath::damping`], then
+//! [`Bath::kicks`] are added. Each particle has noise of its own, and the total momentum fluctuates
+//! like the velocity of a particle with the mass of the gas.
 //!
 //! Both act on translation alone, as in Vega Reyes & Santos, Phys. Fluids 27, 113301 (2015),
 //! doi:10.1063/1.4934727: spins are heated by rough contacts.
@@ -24,9 +24,9 @@
 //! whole multiples of the interval differ from those of the continuous bath by the square of the
 //! interval.
 //!
-//! Scaling velocities is no bath: it is free cooling in a moving unit of time, in which free cooling
-//! is stationary (J. J. Brey, M. J. Ruiz-Montero & F. Moreno, Phys. Rev. E 69, 051303 (2004),
-//! doi:10.1103/PhysRevE.69.051303).
+//! Scaling velocities is no bath: it is free cooling in a moving unit of time, in which free
+//! cooling is stationary (J. J. Brey, M. J. Ruiz-Montero & F. Moreno, Phys. Rev. E 69, 051303
+//! (2004), doi:10.1103/PhysRevE.69.051303).
 //!
 //! Kicks are addressed by their number and the index of the particle, so both engines draw the same
 //! kicks, and a resumed run draws the kicks of an uninterrupted one.

@@ -51,8 +51,8 @@ pub fn bulk_viscosity(packing_fraction: f64, contact_value: f64, restitution: f6
     reduced * DILUTE_VISCOSITY
 }
 
-/// Kinetic and crossed part of the shear viscosity, over `eta_0`. `decay` is the rate at which shear
-/// stress decays besides by collisions, over `n T/eta_0`.
+/// Kinetic and crossed part of the shear viscosity, over `eta_0`. `decay` is the rate at which
+/// shear stress decays besides by collisions, over `n T/eta_0`.
 fn kinetic_viscosity(
     packing_fraction: f64,
     contact_value: f64,
@@ -103,9 +103,9 @@ pub fn elastic_viscosity(packing_fraction: f64, contact_value: f64) -> f64 {
 /// Shear viscosity of disks in a bath that keeps their temperature \[sqrt(m T)/d\], first Sonine
 /// order with [`VISCOSITY_ORDERS`] on its kinetic part.
 ///
-/// As [`shear_viscosity`], but the temperature is constant and a drag gamma, `drag` \[sqrt(T/m)/d\],
-/// damps the velocities, so that stress decays at the rate `nu + 2 gamma` in place of `nu - zeta/2`;
-/// gamma = 0 in white noise. Garzó & Montanero, Physica A 313, 336 (2002),
+/// As [`shear_viscosity`], but the temperature is constant and a drag gamma, `drag`
+/// \[sqrt(T/m)/d\], damps the velocities, so that stress decays at the rate `nu + 2 gamma` in place
+/// of `nu - zeta/2`; gamma = 0 in white noise. Garzó & Montanero, Physica A 313, 336 (2002),
 /// doi:10.1016/S0378-4371(02)00994-3 (white noise); Garzó, Chamorro & Vega Reyes, Phys. Rev. E 87,
 /// 032201 (2013), doi:10.1103/PhysRevE.87.032201 (with drag).
 pub fn bath_viscosity(

@@ -3,8 +3,8 @@
 /// Steady state of equal smooth particles in a bath, by the Boltzmann or the Enskog equation in
 /// first Sonine order.
 ///
-/// With the drag gamma and the rate of gain g (`dT/dt` by the noise alone), energy balances at
-/// `g = 2 gamma T + zeta(T) T`, `zeta = zeta_M (1 + 3 a2/16)`, where `zeta_M` is the cooling rate of a
+/// With the drag gamma and the rate of gain g (`dT/dt` by the noise alone), energy balances at `g =
+/// 2 gamma T + zeta(T) T`, `zeta = zeta_M (1 + 3 a2/16)`, where `zeta_M` is the cooling rate of a
 /// Maxwellian, which grows as sqrt(T). White noise of the energy h for each particle and time has
 /// `gamma = 0` and `g = 2 h/D`, a Langevin bath of the temperature `T_b` has `g = 2 gamma T_b`. The
 /// fourth moments balance at
@@ -15,8 +15,8 @@
 ///
 /// For gamma = 0 that is T. P. C. van Noije & M. H. Ernst, *Granular Matter* **1**, 57 (1998),
 /// doi:10.1007/s100350050009; the term with the drag follows from the same moments, `mu_4 = (D + 2)
-/// mu_2 + D (D + 2) (gamma/nu) a2` (compare M. G. Chamorro, F. Vega Reyes & V. Garzó, *J. Stat. Mech.*
-/// (2013) P07013, doi:10.1088/1742-5468/2013/07/P07013).
+/// mu_2 + D (D + 2) (gamma/nu) a2` (compare M. G. Chamorro, F. Vega Reyes & V. Garzó, *J. Stat.
+/// Mech.* (2013) P07013, doi:10.1088/1742-5468/2013/07/P07013).
 ///
 /// ```
 /// use stosszahl_analysis::theory::BathState;
@@ -38,8 +38,8 @@ pub struct BathState {
 
 impl BathState {
     /// Solves the balance. `cooling` is the cooling rate of a Maxwellian gas at the temperature 1
-    /// \[1/time\], `gain` the rate at which the noise raises T \[energy/time\]. `None` unless the gain is
-    /// above 0 and something takes energy.
+    /// \[1/time\], `gain` the rate at which the noise raises T \[energy/time\]. `None` unless the
+    /// gain is above 0 and something takes energy.
     pub fn new(
         dimension: usize,
         restitution: f64,
@@ -90,8 +90,8 @@ impl BathState {
         1.0 / (2.0 * self.drag + 1.5 * self.cooling_rate)
     }
 
-    /// Spectrum of shear modes over that of thermal noise at the temperature of the gas, `S_perp(k) =
-    /// 1 + (zeta/2)/(gamma + nu k^2)`, with the kinematic viscosity nu \[length^2/time\].
+    /// Spectrum of shear modes over that of thermal noise at the temperature of the gas, `S_perp(k)
+    /// = 1 + (zeta/2)/(gamma + nu k^2)`, with the kinematic viscosity nu \[length^2/time\].
     ///
     /// Linear fluctuating hydrodynamics: a mode decays at `gamma + nu k^2`; viscous noise of the
     /// strength `2 nu k^2 T/m` and the noise of the bath, `g/m = (2 gamma + zeta) T/m`, feed it. So

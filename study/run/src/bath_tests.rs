@@ -16,8 +16,8 @@ use crate::start::placed;
 /// Two-sided chance of a false alarm of one comparison.
 const CHANCE: f64 = 1e-5;
 
-/// Asserts that an estimate of some replicas is a known value, within its own error by Student's t and a margin for theory,
-/// and that the error sees `sharp` of it.
+/// Asserts that an estimate of some replicas is a known value, within its own error by Student's t
+/// and a margin for theory, and that the error sees `sharp` of it.
 #[track_caller]
 fn assert_is(found: [f64; 2], known: f64, replicas: usize, margin: f64, sharp: f64) {
     let [value, error] = found;
@@ -33,9 +33,10 @@ fn last_quarter(table: &Table, engine: usize) -> [f64; 2] {
     ["temperature_ratio", "temperature_ratio_se"].map(|name| column(table, name)[row])
 }
 
-/// An elastic gas takes the temperature of its bath, whatever its density, masses, walls, spins and dimension, and in flow
-/// along gravity: the Maxwellian of the bath is stationary under flight, collisions and kicks, so that no interval is too
-/// long. The error is measured over 16 replicas, and sees 10 %.
+/// An elastic gas takes the temperature of its bath, whatever its density, masses, walls, spins and
+/// dimension, and in flow along gravity: the Maxwellian of the bath is stationary under flight,
+/// collisions and kicks, so that no interval is too long. The error is measured over 16 replicas,
+/// and sees 10 %.
 #[test]
 fn an_elastic_gas_takes_the_temperature_of_its_bath() {
     let bath = "replicas = 16\n[thermostat]\nkind = \"langevin\"\ndrag = 1\nbath_temperature = 2\ninterval = 0.5\n\
@@ -65,8 +66,8 @@ fn an_elastic_gas_takes_the_temperature_of_its_bath() {
     }
 }
 
-/// Both plateaus of the spectrum of shear in exact disks that lose energy, over 16 replicas. The lowest shell may differ by what
-/// first order does to the viscosity, some 2 % of the spectrum.
+/// Both plateaus of the spectrum of shear in exact disks that lose energy, over 16 replicas. The
+/// lowest shell may differ by what first order does to the viscosity, some 2 % of the spectrum.
 #[test]
 fn shear_has_the_plateaus_of_theory() {
     let plan = plan(
@@ -108,9 +109,10 @@ impl Measure for EvenTimes {
     }
 }
 
-/// Temperature at whole multiples of the interval against the map of the splitting, flight by Haff's law around a kick, and its
-/// order: four times the error at twice the interval. In a gas of restitution 0.5 that loses much between two kicks, so that the
-/// error (8 % and 2 %, less that at a tenth of the interval) is far above the noise.
+/// Temperature at whole multiples of the interval against the map of the splitting, flight by
+/// Haff's law around a kick, and its order: four times the error at twice the interval. In a gas of
+/// restitution 0.5 that loses much between two kicks, so that the error (8 % and 2 %, less that at
+/// a tenth of the interval) is far above the noise.
 #[test]
 fn the_error_goes_with_the_square_of_the_interval() {
     let measured = |interval: f64| {
@@ -153,8 +155,8 @@ fn the_error_goes_with_the_square_of_the_interval() {
     println!("{fine:?} {coarse:?} {coarser:?}");
     for (map, found, error) in [coarse, coarser] {
         assert!(error < 0.002, "{error}");
-        // The map knows nothing of a2, and takes the cooling rate of Enskog's theory, from which few simulators in a cell differ
-        // by some 5 %: a tenth of the deviation.
+        // The map knows nothing of a2, and takes the cooling rate of Enskog's theory, from which
+        // few simulators in a cell differ by some 5 %: a tenth of the deviation.
         let [map, found] = [map - fine.0, found - fine.1];
         let margin = 0.15 * map.abs() + 4.4 * error.hypot(fine.2);
         assert!((found - map).abs() < margin, "{found} ± {error}, {map}");

@@ -11,10 +11,12 @@ use super::Case;
 pub struct Thermostat {
     /// Kind of the thermostat.
     pub kind: ThermostatKind,
-    /// Time between two scalings or kicks. Default of "langevin": a fifth of the time in which collisions and drag change a velocity.
+    /// Time between two scalings or kicks. Default of "langevin": a fifth of the time in which
+    /// collisions and drag change a velocity.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub interval: Option<f64>,
-    /// Energy that each particle gains on average by "white-noise", in temperatures of the start for each unit of time.
+    /// Energy that each particle gains on average by "white-noise", in temperatures of the start
+    /// for each unit of time.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e12))]
     pub heating: Option<f64>,
     /// Rate gamma at which "langevin" damps velocities, one over the unit of time.
@@ -29,7 +31,8 @@ pub struct Thermostat {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThermostatKind {
-    /// Scaling of all velocities to the energy of the start, in gases without positions or in a periodic box.
+    /// Scaling of all velocities to the energy of the start, in gases without positions or in a
+    /// periodic box.
     Rescaling,
     /// Independent random kicks, in any box.
     WhiteNoise,

@@ -8,13 +8,15 @@ use crate::words::short;
 
 use super::data::{Plan, PlanError};
 
-/// Relaxation times in a run, below which its last half still remembers the start: e^-10 is left after half of it.
+/// Relaxation times in a run, below which its last half still remembers the start: e^-10 is left
+/// after half of it.
 const LEAST_RELAXATIONS: f64 = 20.0;
-/// Largest share of the temperature that a kick of white noise may add: the mean temperature then differs from that of the
-/// continuous bath by `share^2/32 < 4e-4`, from the saw tooth of the temperature.
+/// Largest share of the temperature that a kick of white noise may add: the mean temperature then
+/// differs from that of the continuous bath by `share^2/32 < 4e-4`, from the saw tooth of the
+/// temperature.
 const LARGEST_KICK: f64 = 0.1;
-/// Default interval of a Langevin bath, times the sum of collision rate and drag. The error of the splitting goes with its
-/// square: some 3e-4 of the temperature at restitution 0.8.
+/// Default interval of a Langevin bath, times the sum of collision rate and drag. The error of the
+/// splitting goes with its square: some 3e-4 of the temperature at restitution 0.8.
 const KICKED_PART: f64 = 0.2;
 /// Largest of these intervals without a remark.
 const LARGEST_PART: f64 = 0.5;
@@ -22,7 +24,8 @@ const LARGEST_PART: f64 = 0.5;
 const LEAST_KICKS: f64 = 10.0;
 
 impl Plan {
-    /// Returns the bath in engine units, and the time between two kicks in the unit of time of the case.
+    /// Returns the bath in engine units, and the time between two kicks in the unit of time of the
+    /// case.
     ///
     /// # Errors
     /// [`PlanError`] if its numbers leave the range of floating-point numbers.
@@ -88,8 +91,9 @@ impl Plan {
         }))
     }
 
-    /// Returns the steady state of the gas in its bath, in engine units, as if it were uniform and of equal smooth particles,
-    /// by first Sonine order; `None` without a bath, and where a gas heats up for ever.
+    /// Returns the steady state of the gas in its bath, in engine units, as if it were uniform and
+    /// of equal smooth particles, by first Sonine order; `None` without a bath, and where a gas
+    /// heats up for ever.
     pub fn bath_state(&self) -> Option<BathState> {
         self.case.bath()?;
         let drag = self.drag();
@@ -99,13 +103,14 @@ impl Plan {
         BathState::new(self.dimension, self.restitution, cooling, drag, gain)
     }
 
-    /// Rough temperature of the steady state in a bath over that of the start, for particles of several sizes and
-    /// viscoelastic ones too.
+    /// Rough temperature of the steady state in a bath over that of the start, for particles of
+    /// several sizes and viscoelastic ones too.
     pub fn steady_guess(&self) -> Option<f64> {
         Some(self.bath_state()?.temperature / self.temperature)
     }
 
-    /// Kinematic viscosity of disks in the steady state of their bath \[engine length^2/engine time\], by Enskog's theory.
+    /// Kinematic viscosity of disks in the steady state of their bath \[engine length^2/engine
+    /// time\], by Enskog's theory.
     pub fn bath_viscosity(&self) -> Option<f64> {
         let state = self.bath_state()?;
         let (phi, speed) = (self.packing_fraction, state.temperature.sqrt());
@@ -129,7 +134,8 @@ impl Plan {
         )
     }
 
-    /// Number of collisions per particle up to a time in the steady state of a bath; without one, while the gas heats up.
+    /// Number of collisions per particle up to a time in the steady state of a bath; without one,
+    /// while the gas heats up.
     pub(super) fn collisions_in_bath(&self, time: f64) -> f64 {
         let rate = self.time / self.mean_free_time;
         if let Some(temperature) = self.steady_guess() {
