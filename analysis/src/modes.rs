@@ -232,7 +232,7 @@ impl Modes {
 
 /// Weights of the particles of a gas in [`Amplitudes`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum DensityKernel {
+pub enum ModeWeights {
     /// Weight one for each particle.
     Density,
     /// Three weights: one, the momentum relative to a mean flow, and the energy relative to it less
@@ -249,7 +249,7 @@ pub enum DensityKernel {
 #[derive(Serialize, Deserialize)]
 pub struct Amplitudes {
     modes: Modes,
-    weighing: DensityKernel,
+    weighing: ModeWeights,
     seen: Seen,
     totals: Totals,
     /// Positions and weights of the open group.
@@ -261,10 +261,10 @@ pub struct Amplitudes {
 
 impl Amplitudes {
     /// Creates empty sums.
-    pub fn new(modes: Modes, weighing: DensityKernel) -> Self {
+    pub fn new(modes: Modes, weighing: ModeWeights) -> Self {
         let weights = match weighing {
-            DensityKernel::Density => 1,
-            DensityKernel::Fields { .. } => 4,
+            ModeWeights::Density => 1,
+            ModeWeights::Fields { .. } => 4,
         };
         Self {
             totals: Totals::new(2 * weights * modes.indices.len()),
@@ -315,8 +315,8 @@ impl ParticleReduction for Amplitudes {
         }
         self.places.push(particle.position.xy());
         self.weights.push(match self.weighing {
-            DensityKernel::Density => [1.0; 4],
-            DensityKernel::Fields { flow, temperature } => {
+            ModeWeights::Density => [1.0; 4],
+            ModeWeights::Fields { flow, temperature } => {
                 let beside = particle.velocity.xy() - flow;
                 let energy = 0.5 * particle.mass * beside.norm_squared() - temperature;
                 let momentum = beside * particle.mass;
@@ -327,8 +327,8 @@ impl ParticleReduction for Amplitudes {
 
     fn close(&mut self, _group: u32) {
         match self.weighing {
-            DensityKernel::Density => self.flush::<1>(),
-            DensityKernel::Fields { .. } => self.flush::<4>(),
+            ModeWeights::Density => self.flush::<1>(),
+            ModeWeights::Fields { .. } => self.flush::<4>(),
         }
     }
 

@@ -30,7 +30,7 @@ use stosszahl_model::{Grouping, Particle};
 
 use crate::Error;
 use crate::flow::{AddUp, flows, thermal};
-use crate::modes::{Amplitudes, DensityKernel, Modes, wave_vector};
+use crate::modes::{Amplitudes, ModeWeights, Modes, wave_vector};
 use crate::structure_factor::half_plane;
 
 /// Wave vectors of a box in shells, the wave numbers |k| `L_x`/2π that round to the same integer.
@@ -168,7 +168,7 @@ impl Shells {
         let flows = flows(all, reduce_particles);
         let (flow, thermal) = (flows[0], thermal(all, &flows, reduce_particles)[0]);
         let temperature = 0.5 * thermal.twice_energy / flow.number.max(f64::MIN_POSITIVE);
-        let weighing = DensityKernel::Fields {
+        let weighing = ModeWeights::Fields {
             flow: flow.velocity.xy(),
             temperature,
         };

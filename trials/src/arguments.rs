@@ -7,10 +7,10 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand};
 
 use crate::bench::{BenchDsmc, BenchEd, BenchMixture};
-use crate::{Candidate, calibrate, docs, validate};
+use crate::{TrialRow, calibrate, docs, validate};
 
-fn names(trials: &[Candidate]) -> PossibleValuesParser {
-    let value = |trial: &Candidate| PossibleValue::new(trial.name).help(trial.tried);
+fn names(trials: &[TrialRow]) -> PossibleValuesParser {
+    let value = |trial: &TrialRow| PossibleValue::new(trial.name).help(trial.tried);
     PossibleValuesParser::new(trials.iter().map(value))
 }
 

@@ -52,8 +52,8 @@ macro_rules! about {
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
         /// All trials of the table, in the order in which they are run.
-        pub const TRIALS: &[$crate::Candidate] = &[$({
-            let trial = $crate::Candidate::new($name, $body, $tried, $required);
+        pub const TRIALS: &[$crate::TrialRow] = &[$({
+            let trial = $crate::TrialRow::new($name, $body, $tried, $required);
             $(let trial = trial.within($limit);)?
             trial
         }),+];
@@ -79,7 +79,7 @@ pub struct Effort {
 
 /// Row of a table of trials: name, description, and the function that is run.
 #[derive(Clone, Copy, Debug)]
-pub struct Candidate {
+pub struct TrialRow {
     /// Name on the command line.
     pub name: &'static str,
     /// Description of the work.
@@ -95,7 +95,7 @@ const LIMIT: Duration = Duration::from_mins(2);
 /// Time limit of trials without a limit \[s\].
 pub(crate) const ENDLESS: u64 = u64::MAX;
 
-impl Candidate {
+impl TrialRow {
     pub(crate) const fn new(
         name: &'static str,
         body: fn(&mut TrialLog) -> Done,
@@ -235,8 +235,8 @@ mod tests {
     /// Every kind of fault in the body of a trial fails it.
     #[test]
     fn faults_panics_and_endless_loops_fail() {
-        let trial = |body| Candidate::new("trial", body, "", "");
-        let fault = |trial: Candidate| trial.run(&Effort::default()).faults.join("; ");
+        let trial = |body| TrialRow::new("trial", body, "", "");
+        let fault = |trial: TrialRow| trial.run(&Effort::default()).faults.join("; ");
         let wrong = trial(|log| {
             log.at_most("size", f64::NAN, 1.0);
             Ok(())

@@ -89,8 +89,8 @@ fn parts(plan: &Plan) -> impl Iterator<Item = &str> {
         .chain(plan.engines.iter().map(|engine| engine.name))
 }
 
-/// Notes the files that a task may write, and makes their folder. To be called before it is begun, here or elsewhere. So many
-/// processes write shards of its gases in cells.
+/// Registers the files that a task may write, and makes their folder; to be called before the task
+/// begins. `processes` is the number of processes that write shards of its gases in cells.
 ///
 /// # Errors
 /// [`ResultsError`] if the results folder cannot be written.

@@ -31,10 +31,10 @@ mod walls;
 use crate::arguments::StressCases;
 use crate::commands::say;
 use crate::trial::chosen;
-use crate::{Candidate, Done, Effort, TrialError};
+use crate::{Done, Effort, TrialError, TrialRow};
 
 /// Returns all trials of the event-driven engine, in the order in which they are run.
-pub fn event_driven() -> Vec<Candidate> {
+pub fn event_driven() -> Vec<TrialRow> {
     [
         collapse::TRIALS,
         ties::TRIALS,
@@ -49,7 +49,7 @@ pub fn event_driven() -> Vec<Candidate> {
 }
 
 /// Returns all trials of Monte Carlo in cells.
-pub fn monte_carlo() -> Vec<Candidate> {
+pub fn monte_carlo() -> Vec<TrialRow> {
     [
         crowds::TRIALS,
         steps::TRIALS,
@@ -60,18 +60,18 @@ pub fn monte_carlo() -> Vec<Candidate> {
 }
 
 /// Returns all trials of gases without positions.
-pub fn mixtures() -> Vec<Candidate> {
+pub fn mixtures() -> Vec<TrialRow> {
     homogeneous::TRIALS.to_vec()
 }
 
 /// Returns all trials of walls, obstacles, gravity and openings, for both engines.
-pub fn walls() -> Vec<Candidate> {
+pub fn walls() -> Vec<TrialRow> {
     walls::TRIALS.to_vec()
 }
 
 /// Runs the requested trials, one after the other, and prints the findings. `collisions` is the
 /// number of collisions of the runs whose length can be set.
-pub(crate) fn command(all: &[Candidate], asked: &StressCases, collisions: Option<u64>) -> Done {
+pub(crate) fn command(all: &[TrialRow], asked: &StressCases, collisions: Option<u64>) -> Done {
     let chosen = chosen(all, |trial| trial.name, "case", &asked.case)?;
     if asked.list {
         for trial in chosen {
@@ -86,7 +86,7 @@ pub(crate) fn command(all: &[Candidate], asked: &StressCases, collisions: Option
         tell: asked.long || collisions.is_some(),
         ..Effort::default()
     };
-    let run = |trial: &Candidate| {
+    let run = |trial: &TrialRow| {
         let report = trial.run(&effort);
         if !asked.json {
             say(&report.to_string());

@@ -38,7 +38,7 @@ use crate::commands::say;
 use crate::docs;
 use crate::table::{Row, Verdict, csv, markdown};
 use crate::trial::{ENDLESS, chosen};
-use crate::{Candidate, Done, Effort, TrialError};
+use crate::{Done, Effort, TrialError, TrialRow};
 use schemes::METHODS;
 
 pub use whole::TRIALS;
@@ -93,7 +93,7 @@ impl Outcome {
     /// Runs parts one after the other, and none after the budget is spent. Writes the page before
     /// the work and after each part, so that a stop keeps what is done.
     fn of(
-        parts: &[Candidate],
+        parts: &[TrialRow],
         effort: &Effort,
         budget: Option<Duration>,
         write: impl Fn(&Self) -> Done,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::process::Command;
 
-use stosszahl_trials::{Candidate, Effort, stress};
+use stosszahl_trials::{Effort, TrialRow, stress};
 
 /// Runs `stosszahl-trials stress`; returns standard output, standard error and the exit code.
 fn program(engine: &str, arguments: &[&str]) -> (String, String, Option<i32>) {
@@ -157,7 +157,7 @@ fn hard_cases_of_mixtures_hold() {
     }
 }
 
-fn engines() -> [Vec<Candidate>; 3] {
+fn engines() -> [Vec<TrialRow>; 3] {
     [
         stress::event_driven(),
         stress::monte_carlo(),

@@ -75,7 +75,7 @@ impl Row {
 /// The collisions of one engine and replica.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
-    /// None before the begin, and in replicas that nobody asks for.
+    /// Number of the replica; `None` before the beginning, and in replicas without a log.
     replica: Option<u64>,
     rows: Vec<Row>,
 }

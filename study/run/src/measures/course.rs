@@ -144,7 +144,7 @@ const SUMS: usize = 7;
 #[derive(Serialize, Deserialize)]
 pub struct Look {
     looking: Looking,
-    /// Sums of each species, and last the energy in the field.
+    /// Sums of each species; the last sum is the energy in the field.
     totals: Totals,
     fields: Option<fields::Sample>,
 }

@@ -285,8 +285,9 @@ impl Budget<'_> {
     }
 
     fn majorant(&self) -> Source {
-        /// Shares from which the bound is looked at, and from which it is no bound.
+        /// Share of violations from which the majorant is doubtful.
         const SOME: f64 = 0.01;
+        /// Share of violations from which it is no majorant.
         const MANY: f64 = 0.1;
         let share = self.work("majorant_violations_per_trial");
         let reason = "trials faster than the bound of their cell, accepted as if at it; it is raised then, so the rate lacks their \

@@ -65,7 +65,7 @@ fn dot(particle: &Particle) -> Dot {
     }
 }
 
-/// Frames so far, and the last collision of each particle; of none where nobody follows them.
+/// Frames so far, and the last collision of each particle; empty where particles are not tracked.
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
     frames: Vec<Frame>,
@@ -87,8 +87,8 @@ impl Observer for Record {
 }
 
 impl Record {
-    /// What a frame shows of disks that are visited in the order of their numbers; lengths and speeds are those of the engine, as only
-    /// their ratios matter.
+    /// Selects the content of a frame of disks that are visited in the order of their numbers.
+    /// Lengths and speeds are in engine units, as only their ratios matter.
     fn chosen(&self, gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
         let (mut crowd, mut sum) = (Crowd::default(), 0.0);
         let mut energies = Vec::with_capacity(gas.count());
@@ -122,8 +122,9 @@ impl Record {
 /// Frames of one engine of one replica.
 struct Camera {
     record: Record,
-    /// Particles in each frame but the last, and when that is.
+    /// Largest number of particles in each frame but the last.
     most: usize,
+    /// Time of the last frame.
     until: f64,
     /// Whether collisions can be followed: the engine tells particles apart, whose number stays.
     follows: bool,
@@ -131,10 +132,10 @@ struct Camera {
     periodic: [bool; 2],
 }
 
-/// What a frame shows of a gas whose particles need not be told apart: they are numbered by groups, and those that are kept are all
-/// that is gathered.
+/// Selects the content of a frame of a gas without tracked particles. They are numbered by groups,
+/// and only those that are shown are gathered.
 fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
-    let mut looks = FreeVolumeFactors {
+    let mut looks = FrameReduction {
         crowd: Crowd::default(),
         totals: Totals::new(2),
     };
@@ -155,15 +156,15 @@ fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
     (crowd, sample.kept)
 }
 
-/// What frames need to know of all particles.
+/// Reduction over all particles that selects the content of a frame.
 #[derive(Serialize, Deserialize)]
-pub(super) struct FreeVolumeFactors {
+pub(super) struct FrameReduction {
     crowd: Crowd,
     /// Sums of weights, and of weights times squared speeds.
     totals: Totals,
 }
 
-impl ParticleReduction for FreeVolumeFactors {
+impl ParticleReduction for FrameReduction {
     const NAME: &'static str = "crowd";
 
     fn add(&mut self, particle: &Particle) {

@@ -239,8 +239,8 @@ pub(super) fn displacement_error(plan: &Plan, moments: &Moments) -> f64 {
     (spread.max(2.0 / d * mean * mean) / moments.count.max(1) as f64).sqrt()
 }
 
-/// Sums over all groups but tracers, of whom each has `value`, which may be known with an error: the sum and the root of the
-/// sum of squared errors.
+/// Sums `value` with its error over all groups but tracers. Returns the sum and the root of the sum
+/// of squared errors.
 fn but_tracers(plan: &Plan, sample: &Sample, value: impl Fn(&Moments) -> [f64; 2]) -> [f64; 2] {
     let kept = |number: &usize| plan.species.get(*number).is_none_or(|one| !one.tracer);
     let groups = sample.groups.iter().enumerate();

@@ -3,7 +3,7 @@
 //! Time runs from a chosen moment of the run. It is a property of the density, so particles need not be known by their index.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::modes::{Amplitudes, DensityKernel};
+use stosszahl_analysis::modes::{Amplitudes, ModeWeights};
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::Shells;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
@@ -96,7 +96,7 @@ impl Measure for IntermediateScattering {
         let (shells, from) = (options.shells(plan), options.from);
         Box::new(Recorder::new(Record::default(), move |record, moment| {
             let Ok(shells) = &shells else { return };
-            let mut amplitudes = Amplitudes::new(shells.modes().clone(), DensityKernel::Density);
+            let mut amplitudes = Amplitudes::new(shells.modes().clone(), ModeWeights::Density);
             moment.simulation.reduce_particles(&mut amplitudes);
             let (points, sums) = amplitudes.sums().unwrap_or_default();
             let now: Vec<[f64; 2]> = sums.iter().map(|sum| [sum.re, sum.im]).collect();

@@ -16,8 +16,9 @@ use crate::plan::{EngineKind, EnginePlan, Plan};
 /// Transport coefficients.
 pub struct Transport;
 
-/// Mean free times of the largest lag where the case does not say, and the largest share of the run that it may be.
+/// Default largest lag \[mean free times\].
 const LAG: f64 = 20.0;
+/// Largest lag as a share of the run.
 const LARGEST_SHARE: f64 = 0.25;
 
 /// Over which lags.

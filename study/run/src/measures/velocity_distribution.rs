@@ -13,7 +13,7 @@ use crate::plan::{EnginePlan, Plan};
 /// The distribution of velocities.
 pub struct VelocityDistribution;
 
-/// What is counted.
+/// Counted quantity.
 #[derive(Clone, Copy, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Counted {
@@ -30,7 +30,7 @@ pub enum Counted {
 pub struct Options {
     /// Times. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
-    /// What is counted.
+    /// Counted quantity.
     pub quantity: Counted,
     /// Number of bins.
     pub bins: u64,

@@ -71,7 +71,8 @@ impl<'a> Channel<'a> {
         })
     }
 
-    /// What happens along its middle, at its walls, and in its two halves; `topic` names the engine with what it is about.
+    /// Verdicts on the middle of the channel, its walls and its two halves. `topic` adds the engine to
+    /// a subject.
     pub(super) fn verdicts(&self, topic: impl Fn(&str) -> String) -> Vec<Verdict> {
         let mut list = vec![
             judge::note(topic("along the channel"), self.along()),
