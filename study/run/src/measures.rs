@@ -106,7 +106,7 @@ pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn Sum>> {
         sum::made::<Lattice>,
         sum::made::<modes::Amplitudes>,
         sum::made::<Pairs>,
-        sum::made::<frames::FreeVolumeFactors>,
+        sum::made::<frames::FrameReduction>,
         sum::made::<frames::Chosen>,
         sum::made::<course::Look>,
     ];
