@@ -107,7 +107,7 @@ fn finish(
     if printed.json {
         return Ok(say(&as_json(&summary.points, &page))?);
     }
-    let (verbose, format_short) = (printed.verbose, summary.points.len() > 1);
+    let (verbose, is_brief) = (printed.verbose, summary.points.len() > 1);
     for point in summary.points.iter().filter(|_| !printed.quiet) {
         if !point.name.is_empty() {
             let blank = if verbose { "\n" } else { "" };
@@ -116,11 +116,11 @@ fn finish(
         if point.was_complete {
             say("complete already")?;
         }
-        for line in lines(point, verbose, format_short) {
+        for line in lines(point, verbose, is_brief) {
             say(&line)?;
         }
     }
-    if format_short && !printed.quiet {
+    if is_brief && !printed.quiet {
         say(&together(&summary.points))?;
     }
     Ok(say(&page)?)
@@ -161,8 +161,8 @@ fn together(points: &[PointSummary]) -> String {
 }
 
 /// Lines about a point: all verdicts if `verbose`, else the leading conclusions, warnings and the
-/// number of further lines; if `format_short`, the first conclusion and warnings alone.
-fn lines(point: &PointSummary, verbose: bool, format_short: bool) -> Vec<String> {
+/// number of further lines; if `is_brief`, the first conclusion and warnings alone.
+fn lines(point: &PointSummary, verbose: bool, is_brief: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
     let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
     let others = point.choices.iter().chain(&point.warnings);
@@ -174,10 +174,10 @@ fn lines(point: &PointSummary, verbose: bool, format_short: bool) -> Vec<String>
     }
     let warnings = |one: &&Verdict| one.kind == VerdictKind::Warning;
     let urgent = point.verdicts.iter().filter(warnings).map(told);
-    let most = if format_short { 1 } else { first.len() };
+    let most = if is_brief { 1 } else { first.len() };
     let first = first.iter().take(most).map(|one| told(one));
     let mut lines: Vec<String> = first.chain(urgent).collect();
-    if format_short {
+    if is_brief {
         return lines;
     }
     let more = point.verdicts.len() + others.count() - lines.len();

@@ -192,13 +192,13 @@ class Engine(HasParticles):
         """Multiplies all velocities by a positive factor."""
         self._handle.scale_velocities(given.number("factor", factor))
 
-    def follow_displacements(self) -> bool:
+    def track_displacements(self) -> bool:
         """Starts to measure displacements; returns False if this engine cannot."""
-        return self._handle.follow_displacements()
+        return self._handle.track_displacements()
 
     @property
     def displacements(self) -> NDArray[np.float64] | None:
-        """Displacements since :meth:`follow_displacements` [length], shape (number, dimension), across the edges of the box."""
+        """Displacements since :meth:`track_displacements` [length], shape (number, dimension), across the edges of the box."""
         data = self._handle.displacements()
         return None if data is None else numbers(data, (-1, self.dimension))
 

@@ -296,7 +296,7 @@ def test_observers_say_what_they_have_seen():
 
 def test_kicks_displacements_and_velocities_of_ones_own():
     engine = exact()
-    engine.follow_displacements()
+    engine.track_displacements()
     before = engine.velocities.copy()
     engine.kick(np.full((500, 2), [0.5, 0.0]))
     # One addition is rounded in each.

@@ -12,7 +12,7 @@ use super::gas::{Gas, Grains, Particle};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Part {
     /// All of the relative motion, `mu g^2/2`.
-    PlacementFailed,
+    Full,
     /// Motion along the line of centres, `mu (g . e)^2/2`.
     Normal,
 }
@@ -144,7 +144,7 @@ impl Sticking {
     ) -> Fate {
         let rule = &self.rule;
         let part = |threshold: Threshold| match threshold.part {
-            Part::PlacementFailed => energies[0],
+            Part::Full => energies[0],
             Part::Normal => energies[1],
         };
         let stick = part(rule.stick) < rule.stick.limit.energy(reduced);
@@ -261,7 +261,7 @@ mod tests {
     fn rule(stick: Limit, shatter: Limit) -> Sticking {
         let threshold = |limit| Threshold {
             limit,
-            part: Part::PlacementFailed,
+            part: Part::Full,
         };
         let rule = Rule {
             stick: threshold(stick),
@@ -300,7 +300,7 @@ mod tests {
         let bad = Rule {
             stick: Threshold {
                 limit: speed(-1.0),
-                part: Part::PlacementFailed,
+                part: Part::Full,
             },
             ..rule(speed(1.0), never).rule
         };

@@ -153,7 +153,7 @@ fn always_stick() -> Sticking {
     let rule = Rule {
         stick: Threshold {
             limit: Limit::Energy(f64::INFINITY),
-            part: Part::PlacementFailed,
+            part: Part::Full,
         },
         shatter: Threshold {
             limit: Limit::Energy(f64::INFINITY),

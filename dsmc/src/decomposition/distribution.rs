@@ -25,7 +25,7 @@ pub(super) const STEPS_BETWEEN: u64 = 50;
 /// process.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-struct Brief<P: ParticleModel, F: DisplacementTracking<P::Space>> {
+struct GasHeader<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     gas: Checkpoint<P, F>,
     simulators: usize,
     owners: Vec<u32>,
@@ -72,19 +72,19 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
             return;
         };
         let ranks = share.ranks.clone();
-        let format_short = (share.me() == 0).then(|| {
+        let header = (share.me() == 0).then(|| {
             let costs: Vec<f64> = self.tiles.iter().map(Tile::cost).collect();
-            Brief {
+            GasHeader {
                 gas: self.without_simulators(),
                 simulators: self.simulators,
                 owners: owners::bisect(self.grid.tiles(), &costs, ranks.size()),
             }
         });
-        let bytes = format_short.map_or_else(Vec::new, |format_short| write(&format_short));
-        let format_short: Brief<P, F> = read(&broadcast(&*ranks, bytes));
-        self.take_over(format_short.gas);
-        self.simulators = format_short.simulators;
-        share.own(&self.grid, format_short.owners, self.margin());
+        let bytes = header.map_or_else(Vec::new, |header| write(&header));
+        let header: GasHeader<P, F> = read(&broadcast(&*ranks, bytes));
+        self.take_over(header.gas);
+        self.simulators = header.simulators;
+        share.own(&self.grid, header.owners, self.margin());
         let others: Vec<usize> = (1..ranks.size()).collect();
         let came = if share.me() == 0 {
             let messages = others.iter().map(|&rank| {

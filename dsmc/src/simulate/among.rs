@@ -74,8 +74,8 @@ fn lead(
     } else {
         begin(gas, source, &Lead(ranks.clone()))
     };
-    let format_short = led.as_ref().ok().map(|led| &led.format_short);
-    broadcast(&**ranks, write(&format_short));
+    let header = led.as_ref().ok().map(|led| &led.header);
+    broadcast(&**ranks, write(&header));
     let led = led?;
     agree(&**ranks, Ok(()))?;
     (led.gas)()
@@ -117,15 +117,15 @@ pub fn serve(
     if !PROCESSES {
         return Err(EngineError::OneProcess);
     }
-    let Some(format_short) = read::<Option<Brief>>(&broadcast(&**ranks, Vec::new())) else {
+    let Some(header) = read::<Option<GasHeader>>(&broadcast(&**ranks, Vec::new())) else {
         // The root process could not start the gas and reports why.
         return Ok(());
     };
     let source = Source::Checkpoint(Left {
         count,
         lengths,
-        checkpoint: &format_short.kept,
-        beside: format_short.beside.as_ref(),
+        checkpoint: &header.kept,
+        beside: header.beside.as_ref(),
     });
     match begin(gas, source, &Serve(ranks.clone(), interrupt.clone(), make)) {
         Ok(served) => {
@@ -142,12 +142,12 @@ struct Lead(Arc<dyn Ranks>);
 /// Gas of the root process, and the data that the others need.
 struct Led {
     gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, EngineError>>,
-    format_short: Brief,
+    header: GasHeader,
 }
 
 /// Checkpoint of a gas without its simulators, and the location of its shards if there are any.
 #[derive(Serialize, Deserialize)]
-struct Brief {
+struct GasHeader {
     kept: Vec<u8>,
     beside: Option<ShardLocation>,
 }
@@ -177,7 +177,7 @@ impl Keep for Lead {
         };
         Led {
             gas: Box::new(gas),
-            format_short: Brief { kept, beside },
+            header: GasHeader { kept, beside },
         }
     }
 }

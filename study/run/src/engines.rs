@@ -368,7 +368,7 @@ fn rule(plan: &Plan) -> Option<Rule> {
             None => Limit::Energy(energy.unwrap_or(f64::INFINITY)),
         },
         part: match part {
-            EnergyPart::PlacementFailed => Part::PlacementFailed,
+            EnergyPart::Full => Part::Full,
             EnergyPart::Normal => Part::Normal,
         },
     };

@@ -165,7 +165,7 @@ fn one_cluster(log: &mut TrialLog) -> Done {
         part,
     };
     let rule = Rule {
-        stick: always(Part::PlacementFailed),
+        stick: always(Part::Full),
         shatter: always(Part::Normal),
         order: Order::StickFirst,
         retained: 0.0,

@@ -300,7 +300,7 @@ impl Aggregation {
 pub enum EnergyPart {
     /// All of the relative motion, `mu g^2/2`.
     #[default]
-    PlacementFailed,
+    Full,
     /// Motion along the line of centres, `mu (g . e)^2/2`.
     Normal,
 }

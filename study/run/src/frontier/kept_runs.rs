@@ -115,7 +115,7 @@ impl KeptRuns {
             let (entries, end) = read.map_err(FrontierError::Kept)?;
             for (_, bytes) in entries {
                 let entry = postcard::from_bytes::<(RunKey, RunRecord)>(&bytes);
-                let (key, record) = entry.map_err(|error| FrontierError::ReplicaRecords {
+                let (key, record) = entry.map_err(|error| FrontierError::Runs {
                     what: "kept runs cannot be read",
                     reason: format!("{}: {error}", path.display()),
                 })?;
@@ -185,11 +185,9 @@ impl KeptRuns {
         record: RunRecord,
     ) -> Result<(), FrontierError> {
         self.folder.require_same()?;
-        let bytes = postcard::to_stdvec(&(&key, &record)).map_err(|error| {
-            FrontierError::ReplicaRecords {
-                what: "a run cannot be kept",
-                reason: error.to_string(),
-            }
+        let bytes = postcard::to_stdvec(&(&key, &record)).map_err(|error| FrontierError::Runs {
+            what: "a run cannot be kept",
+            reason: error.to_string(),
         })?;
         self.journal.add(replica, &bytes)?;
         if let Some(worker) = self.worker() {

@@ -131,7 +131,7 @@ pub enum FrontierError {
     Kept(#[source] SnapshotError),
     /// Runs of the reference, or of a recommendation, failed.
     #[error("{what}: {reason}")]
-    ReplicaRecords {
+    Runs {
         /// Name of the result that is missing.
         what: &'static str,
         /// Reason of the failure.

@@ -179,7 +179,7 @@ impl<'a> Search<'a> {
         let replicas = FRESH..FRESH + tests * choice.replicas;
         let outcome = workshop.one(Task { setting, replicas })?;
         let what = "the recommended setting failed";
-        let samples = outcome.map_err(|reason| FrontierError::ReplicaRecords { what, reason })?;
+        let samples = outcome.map_err(|reason| FrontierError::Runs { what, reason })?;
         let (mut kept, mut squares) = (0, vec![0.0; self.quantities.len()]);
         for group in samples.chunks(choice.replicas as usize) {
             let mut within = true;

@@ -109,7 +109,7 @@ pub(crate) fn find(
     let exact = quantities.iter().map(|&one| theory(workshop.plan, one));
     let exact: Vec<Option<Known>> = exact.collect();
     let what = "no reference";
-    let failed = |reason| FrontierError::ReplicaRecords { what, reason };
+    let failed = |reason| FrontierError::Runs { what, reason };
     let (mut runs, mut made) = (Vec::new(), 0);
     if exact.iter().any(Option::is_none) {
         runs = cache.read()?;
