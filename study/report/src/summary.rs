@@ -10,7 +10,7 @@ use crate::sweep::{Numbers, text};
 
 /// Returns true if a key column is a time, of which the last value is taken.
 fn is_time(name: &str) -> bool {
-    name == "time" || name.starts_with("window") || name.starts_with("elapsed")
+    name == "time" || name.starts_with("window") || name.starts_with("lag")
 }
 
 /// Estimate columns of a table with their last values, named after table and engines; none for

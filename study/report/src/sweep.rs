@@ -389,8 +389,7 @@ fn trend(
     figure: &Figure,
 ) -> Option<(Table, Figure, Option<Figure>)> {
     let x = &*figure.x.column;
-    if figure.mark == Mark::Map
-        || !(x == "time" || x.starts_with("window") || x.starts_with("elapsed"))
+    if figure.mark == Mark::Map || !(x == "time" || x.starts_with("window") || x.starts_with("lag"))
     {
         return None;
     }

@@ -210,7 +210,9 @@ pub(super) fn against(
                 ("engine_b", Key::Is(other)),
                 ("time", Key::At(time)),
             ];
-            let quotient = results.row("", "comparison", &keys)?.measured("quotient")?;
+            let quotient = results
+                .row("", "comparison", &keys)?
+                .measured("energy_ratio_a_over_b")?;
             cells.push(quotient.text());
         }
         Ok(cells)
@@ -314,7 +316,7 @@ fn evidence(results: &Results) -> Result<Made, TrialError> {
     let energies = results.part("", "energy", &[])?;
     let quotients = results.part("", "comparison", &[("engine_a", Key::Is("ed"))])?;
     let impacts = results.part("", "impact_parameter", &[("engine", Key::Is("ed"))])?;
-    let mut quotient = figure_of(&quotients, "quotient", "t/t0")?;
+    let mut quotient = figure_of(&quotients, "energy_ratio_a_over_b", "t/t0")?;
     quotient.lines.push(Line {
         label: "equal".into(),
         y: 1.0,
@@ -341,7 +343,9 @@ fn evidence(results: &Results) -> Result<Made, TrialError> {
             ("engine_b", Key::Is(engine)),
             ("time", Key::At(10.0)),
         ];
-        results.row("", "comparison", &keys)?.measured("quotient")
+        results
+            .row("", "comparison", &keys)?
+            .measured("energy_ratio_a_over_b")
     };
     let slope = results.row("", "impact_parameter_summary", &of_window("ed", WINDOWS[4]))?;
     let text = format!(

@@ -138,7 +138,7 @@ pub(super) fn ladder(results: &Results) -> Result<Made, TrialError> {
                 ("time", Key::At(time)),
             ];
             let row = results.row(point, "comparison", &keys)?;
-            cells.push(row.measured("quotient")?.digits(4));
+            cells.push(row.measured("energy_ratio_a_over_b")?.digits(4));
         }
         for engine in [CONTACT_POINT[0].0, "ed"] {
             let row = results.row(point, "dissipation", &of_window(engine, [0.0, 1.0]))?;

@@ -155,13 +155,13 @@ impl Measure for Displacement {
             "mean_squared_displacement", "Mean squared displacement in time.";
             key "engine", "", "Engine";
             key "time", "time", "Time since the start of the run";
-            key "elapsed", "time", "Time since the start of the measurement";
+            key "lag", "time", "Time since the start of the measurement";
             with_theory "mean_squared_displacement", "length^2", "Mean squared displacement; theory is Enskog's in first Sonine order";
             note "replicas", "1", "Replicas";
         }
         .figure(Figure::curves(
             "Mean squared displacement",
-            Axis::logarithmic("elapsed", "time"),
+            Axis::logarithmic("lag", "time"),
             Axis::logarithmic("mean_squared_displacement", "mean squared displacement"),
         ));
         let from = self.from(plan);

@@ -243,7 +243,7 @@ fn energy(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
 fn comparison(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
     let (x, y) = (
         Axis::logarithmic("time", "time"),
-        Axis::linear("quotient", "quotient of the energies"),
+        Axis::linear("energy_ratio_a_over_b", "quotient of the energies"),
     );
     let mut table = table! {
         "comparison", "Energies of two engines at the same time.";
@@ -252,9 +252,9 @@ fn comparison(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
         key "time", "time", "Time since the start";
         value "energy_ratio_a", "1", "K/K(0) of the first";
         value "energy_ratio_b", "1", "K/K(0) of the second";
-        estimate "quotient", "1", "Quotient of the means over replicas, with its jackknife error";
-        note "quotient_low", "1", "Lower end of its interval, all times together at the level of the verdict";
-        note "quotient_high", "1", "Upper end";
+        estimate "energy_ratio_a_over_b", "1", "Quotient of the means over replicas, with its jackknife error";
+        note "energy_ratio_a_over_b_low", "1", "Lower end of its interval, all times together at the level of the verdict";
+        note "energy_ratio_a_over_b_high", "1", "Upper end";
         note "z", "1", "Difference from one in standard errors of a normal number: paired t test";
         note "verdict", "", "agree, a higher, a lower or undecided; all times together";
         note "replicas", "1", "Replicas";

@@ -107,8 +107,8 @@ impl Measure for ErrorBudget {
             note "value", "", "What was measured of it";
             note "unit", "", "Unit of the value";
             value "estimate", "1", "Rough estimate of the relative error; empty where there is none";
-            note "mark", "", "green up to 1 %, amber up to 5 %, red beyond or unknown";
-            note "reason", "", "What goes wrong, and in what";
+            note "severity", "", "green up to 1 %, amber up to 5 %, red beyond or unknown";
+            note "explanation", "", "What goes wrong, and in what";
         };
         for (index, engine) in plan.engines.iter().enumerate() {
             let budget = Budget {

@@ -228,7 +228,7 @@ fn scattering_and_spectra_are_sums_over_states() {
         });
         let row = (shell + 1) * looks - 1;
         near(number(table, row, "scattering"), last, 100.0);
-        near(number(table, row, "elapsed"), 3.0, 1.0);
+        near(number(table, row, "lag"), 3.0, 1.0);
     }
     let (tables, _, log) = run(&plan, measure("spectra"));
     let shells = Shells::new(lengths, &[1, 2, 3], 48).expect("shells");

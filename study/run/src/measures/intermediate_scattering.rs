@@ -122,14 +122,14 @@ impl Measure for IntermediateScattering {
         };
         let figure = Figure::curves(
             "Intermediate scattering function",
-            Axis::logarithmic("elapsed", "time"),
+            Axis::logarithmic("lag", "time"),
             Axis::linear("correlation", "F(k, t)/F(k, 0)"),
         );
         let mut table = table! {
             "intermediate_scattering", "Correlation of density waves with those of a chosen time.";
             key "engine", "", "Engine";
             key "k", "1", "Wave number k = L/wavelength, mean of the shell";
-            key "elapsed", "time", "Time since the beginning of the measurement";
+            key "lag", "time", "Time since the beginning of the measurement";
             estimate "scattering", "1", "F(k, t) = <rho(k, t) rho*(k, 0)>/N of the disks; the structure factor at the beginning";
             estimate "correlation", "1", "F(k, t)/F(k, 0), quotient of the means over replicas";
             note "modes", "1", "Wave vectors that were averaged, one of each pair k and -k";

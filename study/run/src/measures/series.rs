@@ -116,10 +116,10 @@ fn series_table(plan: &Plan) -> Table {
         "series", "The whole gas at one time, averaged over the replicas";
         key "engine", "", "Engine";
         key "time", "time", "Time";
-        value "grains", "1", "Number of particles";
+        value "particles", "1", "Number of particles";
         value "collisions_per_particle", "1", "Collisions that a particle took part in since the start, on average";
-        value "translation", "energy", "Energy of translation, of all particles";
-        value "rotation", "energy", "Energy of rotation";
+        value "translational_energy", "energy", "Energy of translation, of all particles";
+        value "rotational_energy", "energy", "Energy of rotation";
         value "potential", "energy", "Energy of height along axes that end at walls or openings; zero at the origin";
         estimate "energy", "energy", "Their sum";
         estimate "temperature", "energy", "Granular temperature, m <(v - u)^2>/D with the mean velocity u of all particles";
@@ -131,9 +131,9 @@ fn series_table(plan: &Plan) -> Table {
     let (falls, spins) = (plan.gravity() != Vector3::zeros(), plan.is_rough());
     for (used, column, title) in [
         (true, "energy", "Energy of all particles"),
-        (falls, "translation", "Energy of translation"),
+        (falls, "translational_energy", "Energy of translation"),
         (falls, "potential", "Energy of height"),
-        (spins, "rotation", "Energy of rotation"),
+        (spins, "rotational_energy", "Energy of rotation"),
         (true, "temperature", "Granular temperature"),
         (spins, "spin_temperature", "Temperature of rotation"),
     ] {
@@ -157,7 +157,7 @@ fn species_table() -> Table {
         key "engine", "", "Engine";
         key "time", "time", "Time";
         key "species", "", "Name of the species";
-        value "grains", "1", "Number of its particles";
+        value "particles", "1", "Number of its particles";
         estimate "temperature", "energy", "Its temperature, m <v^2>/D about its own mean velocity";
         estimate "spin_temperature", "energy", "Its temperature of rotation; empty for smooth particles";
     }
@@ -361,12 +361,12 @@ impl One<'_> {
         let translation = test(
             &|share| Some(share.temperature(freedom)),
             |t| t.translation,
-            "translation",
+            "translational_energy",
         );
         let rotation = test(
             &|share| share.spin_temperature(freedom),
             |t| t.rotation,
-            "rotation",
+            "rotational_energy",
         );
         [translation, rotation].into_iter().flatten().collect()
     }

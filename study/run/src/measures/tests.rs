@@ -270,7 +270,7 @@ fn series_is_what_particles_have() {
             .sum();
         let temperature = sum(&|p| p.mass * (p.velocity - drift).norm_squared()) / (2.0 * count);
         let table = &tables_of_one[0];
-        near(number(table, index, "grains"), 16.0, 16.0);
+        near(number(table, index, "particles"), 16.0, 16.0);
         near(count, 16.0, 16.0);
         near(number(table, index, "temperature"), temperature, 1.0);
         near(
@@ -300,7 +300,7 @@ fn series_is_what_particles_have() {
             let spins: f64 = own.clone().map(|p| 2.0 * p.spin_energy * p.weight).sum();
             let own: f64 = own.map(|p| p.weight).sum();
             let row = 2 * index + kind;
-            near(number(&tables_of_one[1], row, "grains"), own, 16.0);
+            near(number(&tables_of_one[1], row, "particles"), own, 16.0);
             near(
                 number(&tables_of_one[1], row, "spin_temperature"),
                 spins / own,
@@ -567,7 +567,7 @@ fn check_balance(plan: &Plan, names: &[&str]) {
         .filter(flows)
         .map(|row| number(given, row, "particles_per_time"))
         .sum();
-    near(through, gain("grains"), 100.0);
+    near(through, gain("particles"), 100.0);
     for verdict in verdicts {
         assert_eq!(
             verdict.kind,

@@ -262,7 +262,7 @@ fn energies_and_their_comparison() {
     {
         close(ratio, (1.0 + time).powi(-2), 1e-14);
     }
-    assert_eq!(column(comparison, "quotient"), [1.0; 4]);
+    assert_eq!(column(comparison, "energy_ratio_a_over_b"), [1.0; 4]);
     let theory = column(energy, "energy_ratio_theory");
     close(theory[3], plan.haff_ratio(4.0).expect("a law"), 0.0);
 }
@@ -279,7 +279,7 @@ fn correlations_and_displacements_of_known_motion() {
     let toys = [gas(&plan, 4, law)];
     let measure = super::velocity_autocorrelation::VelocityAutocorrelation;
     let (found, _) = tables(&plan, &measure, &toys);
-    let times = column(&found[0], "elapsed");
+    let times = column(&found[0], "lag");
     assert_eq!(times.len(), 8);
     for (time, correlation) in times.iter().zip(column(&found[0], "correlation")) {
         close(correlation, time.cos(), 1e-12);
@@ -294,7 +294,7 @@ fn correlations_and_displacements_of_known_motion() {
         .iter()
         .map(|one| one.velocity.norm_squared());
     let mean = squares.sum::<f64>() / 60.0;
-    let elapsed = column(&found[0], "elapsed");
+    let elapsed = column(&found[0], "lag");
     assert_eq!(elapsed[2], 3.5);
     for (passed, square) in elapsed
         .iter()

@@ -404,7 +404,10 @@ fn lag_table() -> Table {
     let figure = Figure::curves(
         "Transport coefficients by lag",
         Axis::linear("lag", "lag"),
-        Axis::linear("apparent", "moment over lag and Enskog's coefficient"),
+        Axis::linear(
+            "moment_over_lag",
+            "moment over lag and Enskog's coefficient",
+        ),
     );
     let figure = figure
         .caption("Each tends to the coefficient over Enskog's, and begins below it while velocities are remembered.");
@@ -413,7 +416,7 @@ fn lag_table() -> Table {
         key "engine", "", "Engine";
         key "coefficient", "", "self_diffusion, shear_viscosity, bulk_viscosity, heat_conductivity";
         key "lag", "time", "Lag";
-        estimate "apparent", "1", "Moment over the lag and Enskog's coefficient";
+        estimate "moment_over_lag", "1", "Moment over the lag and Enskog's coefficient";
         note "replicas", "1", "Replicas";
     }
     .figure(figure.panels(&["coefficient"]).line("Enskog", 1.0))

@@ -86,13 +86,13 @@ impl Measure for VelocityAutocorrelation {
     fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Velocity autocorrelation",
-            Axis::logarithmic("elapsed", "time"),
+            Axis::logarithmic("lag", "time"),
             Axis::linear("correlation", "C(t)"),
         );
         let mut table = table! {
             "velocity_autocorrelation", "Velocity autocorrelation in time.";
             key "engine", "", "Engine";
-            key "elapsed", "time", "Time since the beginning of the measurement";
+            key "lag", "time", "Time since the beginning of the measurement";
             estimate "correlation", "1", "C(t) = <v(0).v(t)>/<v(0)^2>; one at the beginning";
             note "replicas", "1", "Replicas";
         }
