@@ -77,7 +77,7 @@ pub enum Command {
         /// Run nothing: the time is guessed from the start, and what the guess does not know is
         /// said.
         #[arg(long)]
-        guess: bool,
+        no_timing: bool,
     },
     /// List the bundled cases with the question that each answers, or print one of them.
     ///

@@ -51,7 +51,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
             read(&run.case).and_then(|file| run_on_threads(&run, &file, &joining, part))
         }
         Command::Merge(arguments) => merge(&arguments),
-        Command::Check { case, guess } => outline(&case, guess),
+        Command::Check { case, no_timing } => outline(&case, no_timing),
         Command::Cases { name } => cases(name.as_deref()),
         Command::Init(arguments) => init(&arguments),
         Command::Report { folder } => rebuild_report(&folder),
@@ -189,12 +189,12 @@ fn rebuild_report(folder: &Path) -> Result<(), CommandError> {
     Ok(say(&page.display().to_string())?)
 }
 
-fn outline(arguments: &CaseArguments, guess: bool) -> Result<(), CommandError> {
+fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandError> {
     let file = read(arguments)?;
     let threads = available_threads();
     let mut planned = check(&file)?;
     let mut paces = None;
-    if !guess {
+    if !no_timing {
         let (stop, display) = (listen("stopped"), Display::new());
         let options = Options {
             out: None,

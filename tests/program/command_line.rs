@@ -61,8 +61,8 @@ fn a_comparison_gives_tables_and_a_report() {
     for line in "\
         energy engine,time,collisions_per_particle,energy_ratio,energy_ratio_se,energy_ratio_theory,fourth_cumulant,\
         fourth_cumulant_se,replicas\n\
-        comparison engine_a,engine_b,time,energy_ratio_a,energy_ratio_b,quotient,quotient_se,quotient_low,quotient_high,z,verdict,\
-        replicas\n\
+        comparison engine_a,engine_b,time,energy_ratio_a,energy_ratio_b,energy_ratio_a_over_b,\
+        energy_ratio_a_over_b_se,energy_ratio_a_over_b_low,energy_ratio_a_over_b_high,z,verdict,replicas\n\
         structure_factor engine,time,k,structure_factor,structure_factor_se,modes\n\
         pair_correlation engine,time,r_over_d,g,g_se\n\
         impact_parameter engine,window_start,window_end,bin_low,bin_high,count,density,density_se,density_theory\n\
