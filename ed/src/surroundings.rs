@@ -178,13 +178,20 @@ impl BoundaryGeometry {
     /// Lists the parts of obstacles by the cells from which they can be touched.
     fn find_obstacles(&mut self, domain: &Domain<Plane>, cells: &Cells, largest_radius: f64) {
         let (width, lengths) = (cells.width(), domain.lengths());
-        let diagonal = 0.5 * width.norm();
+        let (diagonal, counts) = (0.5 * width.norm(), cells.counts());
         let mut listed: Vec<(u32, u32)> = Vec::new();
         for (obstacle, shape) in self.boundaries.obstacles.iter().enumerate() {
             let reach = shape.taken(largest_radius) * (1.0 + 1e-9) + 1e-12 * lengths.amax();
             for feature in shape.features() {
                 let bounds = feature.bounds();
-                let number = |position: f64, axis: usize| (position / width[axis]).floor() as i32;
+                // Cells of the box, and of its neighbour images along periodic axes: there may be
+                // none beyond, however large a particle is.
+                let number = |position: f64, axis: usize| {
+                    let count = i32::from(counts[axis]);
+                    let margin = if cells.is_periodic(axis) { count } else { 0 };
+                    let number = (position / width[axis]).floor() as i32;
+                    number.clamp(-margin, count - 1 + margin)
+                };
                 let least = [0, 1].map(|axis| number(bounds[0][axis] - reach, axis));
                 let most = [0, 1].map(|axis| number(bounds[1][axis] + reach, axis));
                 // The images that were needed so far: boxes away, and number of the part.

@@ -200,7 +200,11 @@ fn unknown_keys_are_refused_with_the_nearest() {
             (&["gass.number=3"], "gass", "did you mean gas?"),
             (&["gas.until=3"], "gas.until", "did you mean run.until?"),
             (&["gas.gravity=1"], "gas.gravity", "did you mean gravity?"),
-            (&["aggregation={}"], "aggregation", "did you mean sticking?"),
+            (
+                &["coalescence={}"],
+                "coalescence",
+                "did you mean aggregation?",
+            ),
             (
                 &["box.volume_fraction=0.1"],
                 "box.volume_fraction",
@@ -1261,35 +1265,29 @@ fn cases_of_another_format_are_refused() {
 #[test]
 fn renamed_keys_say_their_new_names() {
     for (setting, new) in [
-        ("aggregation={}", "aggregation"),
+        ("sticking={}", "aggregation"),
         ("continuous={}", "polydisperse"),
-        ("gas.reduced_inertia=0.5", "reduced_inertia"),
+        ("gas.inertia=0.5", "reduced_inertia"),
         (
-            "gas.pair_correlation=enskog",
+            "gas.contact_values=dense",
             "pair_correlation, \"boltzmann\" or \"enskog\"",
         ),
+        ("box.critical_lengths=2", "width_over_critical_length"),
         (
-            "box.width_over_critical_length=2",
-            "width_over_critical_length",
-        ),
-        (
-            "obstacle=[{ circle = { centre = [1, 1], radius = 0.5 } }]",
+            "obstacle=[{ disc = { centre = [1, 1], radius = 0.5 } }]",
             "circle",
         ),
-        ("engine.dsmc-enskog.density_window=3", "density_window"),
+        ("engine.dsmc-enskog.neighbourhood=3", "density_window"),
         (
-            "engine.dsmc-enskog.max_contact_value=50",
+            "engine.dsmc-enskog.largest_contact_value=50",
             "max_contact_value",
         ),
         (
-            "engine.dsmc-enskog.steps_per_cell_crossing=8",
+            "engine.dsmc-enskog.steps_per_crossing=8",
             "steps_per_cell_crossing",
         ),
-        ("engine.dsmc-enskog.wall_contact=centre", "wall_contact"),
-        (
-            "engine.dsmc-enskog.simulator_start=coherent",
-            "simulator_start",
-        ),
+        ("engine.dsmc-enskog.walls_act_on=centre", "wall_contact"),
+        ("engine.dsmc-enskog.copies=coherent", "simulator_start"),
         ("verdict.false_alarm=0.01", "family_wise_error_rate"),
     ] {
         let message = read(COMPARISON, &[setting])
