@@ -211,9 +211,9 @@
     pen.strokeStyle = "#333";
     pen.lineWidth = 2;
     const corner = ([x, y]) => place(x / frame.sides[0], y / frame.sides[1]);
-    for (const { disk, polyline, polygon } of data.obstacles) {
+    for (const { circle, polyline, polygon } of data.obstacles) {
       pen.beginPath();
-      if (disk) pen.arc(...corner(disk.centre), disk.radius * unit, 0, 2 * Math.PI);
+      if (circle) pen.arc(...corner(circle.centre), circle.radius * unit, 0, 2 * Math.PI);
       (polyline || polygon || []).forEach((point, i) => pen[i ? "lineTo" : "moveTo"](...corner(point)));
       if (polygon) pen.closePath();
       if (!polyline) pen.fill();
