@@ -254,7 +254,7 @@ mod tests {
 
     /// Measures the distribution of particles of one species, added in groups.
     fn measure(bins: Bins, particles: &[Particle]) -> Option<Distribution> {
-        let mut reduce_particles = |sum: &mut dyn Sum| {
+        let mut reduce = |sum: &mut dyn Sum| {
             for (group, some) in particles.chunks(1000).enumerate() {
                 for one in some {
                     sum.add(one);
@@ -262,8 +262,7 @@ mod tests {
                 sum.close(group as u32);
             }
         };
-        bins.measure(Grouping::new(1, None), &mut reduce_particles)
-            .remove(0)
+        bins.measure(Grouping::new(1, None), &mut reduce).remove(0)
     }
 
     fn maxwellian(count: usize, dimension: usize, seed: u64) -> Vec<Particle> {

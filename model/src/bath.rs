@@ -1,9 +1,9 @@
 //! Thermal bath: random kicks at equal intervals, with drag or without.
 //!
 //! **White noise.** After every interval each particle gets a kick, a Gaussian change of velocity
-//! that is independent of everything else. In the limit of short intervals this is the bath of
-//! Williams & MacKintosh, Phys. Rev. E 54, R9 (1996), doi:10.1103/PhysRevE.54.R9, and of van Noije
-//! & Ernst, Granular Matter 1, 57 (1998), doi:10.1007/s100350050009. Each particle gains the same
+//! that is independent of everything else. Short intervals give the bath of Williams & MacKintosh
+//! (Phys. Rev. E 54, R9 (1996), doi:10.1103/PhysRevE.54.R9) and of van Noije & Ernst (Granular
+//! Matter 1, 57 (1998), doi:10.1007/s100350050009). Each particle gains the same
 //! energy on average, so the variance of a kick is in inverse proportion to the mass. The mean
 //! kick, weighted with the masses, is subtracted, so that the bath conserves the total momentum.
 //!
@@ -109,7 +109,7 @@ impl Bath {
     /// Returns the random changes of velocity \[length/time\] in kick number `number`, by the index
     /// of the particle; the third component is 0 in two dimensions.
     ///
-    /// `simulator_start` is the number of gases that stand one after the other: kicks of the first are those
+    /// `copies` is the number of gases that stand one after the other: kicks of the first are those
     /// of a gas that stands alone. White noise keeps the momentum of each copy by itself. With N
     /// particles in a copy, each component has the variance `2 heating interval/(D m) . N/(N - 1)`,
     /// where the last factor makes up for what the mean takes away, by the share of its mass from

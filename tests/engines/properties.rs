@@ -368,7 +368,7 @@ fn furthest(a: &State<Mixture>, b: &State<Mixture>) -> f64 {
 
 /// Returns true if two disks approach by no more than the rounding of their velocities, as after a
 /// contact with restitution 0: the engine lets those rest on each other, all pairs does not.
-fn settled_particles(state: &State<Mixture>, pair: [usize; 2]) -> bool {
+fn is_at_rest(state: &State<Mixture>, pair: [usize; 2]) -> bool {
     let [one, other] = pair.map(|who| state.bodies[who]);
     let line = state
         .domain
@@ -393,14 +393,14 @@ fn next_collision_is_that_of_all_pairs() {
             run(&mut engine, 1, &mut seen)?;
             let mut plain_state = before.clone();
             let slow = plain::run(&scene, &mut plain_state, 1);
-            let settled_particles = slow
+            let at_rest = slow
                 .first()
-                .is_some_and(|event| settled_particles(&before, event.pair));
+                .is_some_and(|event| is_at_rest(&before, event.pair));
             let grazes = seen.0.is_some_and(|collision| {
                 let normal = collision.normal_square().sqrt();
                 normal <= GRAZING * collision.relative_velocity.norm() + 1e-14
             });
-            if settled_particles || grazes {
+            if at_rest || grazes {
                 break;
             }
             match (seen.0, slow.first()) {

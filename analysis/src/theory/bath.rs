@@ -94,10 +94,11 @@ impl BathState {
     /// = 1 + (zeta/2)/(gamma + nu k^2)`, with the kinematic viscosity nu \[length^2/time\].
     ///
     /// Linear fluctuating hydrodynamics: a mode decays at `gamma + nu k^2`; viscous noise of the
-    /// strength `2 nu k^2 T/m` and the noise of the bath, `g/m = (2 gamma + zeta) T/m`, feed it. So
-    /// white noise has `1 + (k_c/k)^2` with `k_c^2 = zeta/(2 nu)` (van Noije, Ernst, Trizac &
-    /// Pagonabarraga, *Physical Review E* **59**, 4326 (1999), doi:10.1103/PhysRevE.59.4326), and a
-    /// Langevin bath `(gamma T_b + nu k^2 T)/((gamma + nu k^2) T)`, with the plateaus `T_b/T` and 1
+    /// strength `2 nu k^2 T/m` and the noise of the bath, `g/m = (2 gamma + zeta) T/m`, feed it.
+    ///
+    /// White noise has `1 + (k_c/k)^2` with `k_c^2 = zeta/(2 nu)` (van Noije, Ernst, Trizac &
+    /// Pagonabarraga, *Physical Review E* **59**, 4326 (1999), doi:10.1103/PhysRevE.59.4326). A
+    /// Langevin bath has `(gamma T_b + nu k^2 T)/((gamma + nu k^2) T)`, with the plateaus `T_b/T` and 1
     /// beside the wave number `sqrt(gamma/nu)` (Gradenigo, Sarracino, Villamaina & Puglisi, *EPL*
     /// **96**, 14004 (2011), doi:10.1209/0295-5075/96/14004).
     pub fn shear_spectrum(&self, viscosity: f64, wave_number: f64) -> f64 {

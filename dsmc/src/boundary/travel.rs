@@ -85,7 +85,7 @@ struct Motion<'a, 'b, P: ParticleModel> {
     acceleration: VectorOf<P>,
     now: f64,
     left: f64,
-    settled_particles: [Option<Rest>; 3],
+    rests: [Option<Rest>; 3],
     touches: [u32; 3],
     obstacle_touches: u32,
     /// Obstacle that the simulator slides along, and the acceleration of its support force.
@@ -110,7 +110,7 @@ impl<P: ParticleModel> Trip<'_, P> {
             acceleration: self.scene.field().acceleration(),
             now: self.begin,
             left: self.duration,
-            settled_particles: [None; 3],
+            rests: [None; 3],
             touches: [0; 3],
             obstacle_touches: 0,
             support: None,
@@ -174,7 +174,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         let mut wait = self.left;
         let mut next = None;
         for &(axis, side) in self.trip.surroundings.faces() {
-            if let Some(rest) = self.settled_particles[axis] {
+            if let Some(rest) = self.rests[axis] {
                 if rest.until - self.now < wait {
                     wait = (rest.until - self.now).max(0.0);
                     next = Some(Next::Release(axis));
@@ -269,8 +269,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         law.apply(self.trip.scene, &touch, velocity, spin, || draws.stream());
         for axis in 0..P::Space::DIMENSION {
             // The obstacle pushed the simulator off, or into, a wall on which it rested.
-            if self.settled_particles[axis].is_some() && simulator.velocity[axis] != before.0[axis]
-            {
+            if self.rests[axis].is_some() && simulator.velocity[axis] != before.0[axis] {
                 self.release(axis);
             }
         }
@@ -316,7 +315,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
             let force = lift * (self.mass * self.trip.particles);
             ledgers.obstacles[number].momentum += force * time;
         }
-        for (axis, rest) in self.settled_particles.iter().enumerate() {
+        for (axis, rest) in self.rests.iter().enumerate() {
             if let Some(rest) = rest {
                 // The wall bears the weight.
                 let weight = self.trip.scene.field().acceleration()[axis] * self.mass;
@@ -338,7 +337,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
     /// Ends the rest on a wall.
     fn release(&mut self, axis: usize) {
         self.let_go();
-        self.settled_particles[axis] = None;
+        self.rests[axis] = None;
         self.acceleration[axis] = self.trip.scene.field().acceleration()[axis];
     }
 
@@ -399,13 +398,13 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         let leaving = (simulator.velocity - touch.wall).inner(&normal);
         let pull = self.acceleration.inner(&normal);
         let too_often = self.touches[axis] > MOST_TOUCHES;
-        let settled_particles = pull < 0.0 && (leaving <= 0.0 || too_often);
-        if settled_particles {
+        let comes_to_rest = pull < 0.0 && (leaving <= 0.0 || too_often);
+        if comes_to_rest {
             simulator.velocity[axis] = touch.wall[axis];
             self.acceleration[axis] = 0.0;
             let turn = wall.vibration.map(|v| v.next_turn(self.now));
             let until = turn.unwrap_or(f64::INFINITY);
-            self.settled_particles[axis] = Some(Rest { side, until });
+            self.rests[axis] = Some(Rest { side, until });
         }
         let gained = (
             (simulator.velocity - before.0) * self.mass,
@@ -418,7 +417,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
             ledger.contacts -= self.trip.particles;
         }
         ledgers.settled_particles += u64::from(too_often);
-        if too_often && !settled_particles {
+        if too_often && !comes_to_rest {
             // Too many contacts between walls: the simulator stays in place to the flight's end.
             self.left = 0.0;
         }

@@ -33,9 +33,9 @@ fn last_quarter(table: &Table, engine: usize) -> [f64; 2] {
     ["temperature_ratio", "temperature_ratio_se"].map(|name| column(table, name)[row])
 }
 
-/// An elastic gas takes the temperature of its bath, whatever its density, masses, walls, spins and
-/// dimension, and in flow along gravity: the Maxwellian of the bath is stationary under flight,
-/// collisions and kicks, so that no interval is too long. The error is measured over 16 replicas,
+/// An elastic gas takes the temperature of its bath, whatever its density, masses, walls, spins,
+/// gravity and dimension. The Maxwellian of the bath is stationary under flight, collisions and
+/// kicks, so that no interval is too long. The error is measured over 16 replicas,
 /// and sees 10 %.
 #[test]
 fn an_elastic_gas_takes_the_temperature_of_its_bath() {

@@ -15,8 +15,8 @@ use stosszahl_model::random::Streams;
 use crate::check::Planned;
 use crate::engines::hold;
 use crate::follow::Part;
-use crate::plan::{EngineKind, EnginePlan};
-use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory};
+use crate::plan::EnginePlan;
+use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory_of_each};
 
 /// Processes that hold the gases of a point together, as the first of them sees them.
 #[derive(Clone)]
@@ -85,8 +85,7 @@ fn require_all_ready<T>(ranks: &dyn Ranks, mine: &Result<T, RunError>) -> Result
 /// Refuses a case of which several processes would hold no gas.
 fn require_gas_in_cells(planned: &[Planned<'_>], processes: usize) -> Result<(), RunError> {
     let mut engines = planned.iter().flat_map(|one| &one.plan.engines);
-    let is_in_cells = |engine: &EnginePlan| matches!(engine.kind, EngineKind::MonteCarlo(_));
-    if processes == 1 || engines.any(is_in_cells) {
+    if processes == 1 || engines.any(|engine| engine.parameters().is_some()) {
         return Ok(());
     }
     Err(RunError::NothingToDecompose)
@@ -105,8 +104,7 @@ pub fn run_decomposed(
 ) -> Result<Summary, RunError> {
     let prepared = prepare(file, options).and_then(|(planned, threads)| {
         require_gas_in_cells(&planned, ranks.size())?;
-        let bytes = planned.iter().map(|one| one.cost(threads).bytes);
-        require_memory(bytes.fold(0.0, f64::max), options)?;
+        require_memory_of_each(&planned, threads, options)?;
         Ok((planned, threads))
     });
     let ready = require_all_ready(&**ranks, &prepared);

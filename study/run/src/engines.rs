@@ -148,7 +148,7 @@ pub enum From<'a> {
 }
 
 /// Starts or resumes an engine of a replica with these streams. An interrupt ends a start early.
-/// Monte Carlo in cells is decomposed over `holders`, if given.
+/// Monte Carlo in cells is decomposed over the processes of `group`, if given.
 ///
 /// # Errors
 /// [`BeginError`] if the engine cannot start.

@@ -18,7 +18,9 @@ use crate::follow::PartError;
 use crate::journal::Journal;
 use crate::point::Job;
 use crate::replica_task::{ReplicaTask, seconds};
-use crate::run::{Opened, Options, PointSummary, RunError, Summary, prepare, require_memory};
+use crate::run::{
+    Opened, Options, PointSummary, RunError, Summary, prepare, require_memory_of_each,
+};
 
 /// Name of the task of writing the tables of a point.
 const FINISH: &str = "finish";
@@ -38,8 +40,7 @@ pub fn run_joined(
     lost_after: Duration,
 ) -> Result<Summary, RunError> {
     let (planned, threads) = prepare(file, options)?;
-    let bytes = planned.iter().map(|one| one.cost(threads).bytes);
-    require_memory(bytes.fold(0.0, f64::max), options)?;
+    require_memory_of_each(&planned, threads, options)?;
     let opened = Opened::join(file, &planned, options, lost_after)?;
     let jobs = opened.jobs(file, &planned, options);
     let folder = opened.folder();

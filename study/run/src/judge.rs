@@ -19,8 +19,8 @@
 //! - *points with errors against theory* ([`against_theory`]) and *profiles* ([`profiles`]): all together by Bonferroni;
 //! - *what a paper says of a number* ([`claims`]).
 //!
-//! A sentence states the number that was chosen before the run, the last one, where that decides; otherwise the one whose interval
-//! is farthest from zero, and then the bound is what holds: as the largest of many, the estimate is too large.
+//! A sentence states the number that was chosen before the run, the last one, where that decides. Otherwise it states the one whose
+//! interval is farthest from zero. The bound holds then; the estimate is too large, as it is the largest of many.
 
 use std::fmt::Display;
 

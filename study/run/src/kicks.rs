@@ -1,6 +1,5 @@
 //! Kicks of a thermal bath, by the particles of an engine.
 
-use stosszahl_case::format::{Face, FaceWord};
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Bath, Failure, Simulation, SizeDistribution};
 
@@ -32,12 +31,7 @@ impl StochasticDrive {
         };
         let masses = if let SizeDistribution::Equal(one) = &plan.grains.sizes {
             Masses::Equal(one.mass)
-        } else if plan
-            .case
-            .walls
-            .all()
-            .any(|face| *face == Face::Word(FaceWord::Open))
-        {
+        } else if plan.case.is_open() {
             Masses::Changing
         } else {
             let pairs = plan.radii_and_masses().into_iter();

@@ -15,7 +15,7 @@ use stosszahl_results::Folder;
 use crate::check::format;
 use crate::journal::{Journal, JournalOwner};
 use crate::replica_task::ReplicaTask;
-use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory, run_ids};
+use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory_of_each, run_ids};
 
 /// Name of the file that describes a part.
 const PART_FILE: &str = "part.json";
@@ -85,8 +85,7 @@ pub fn run_part(
     options: &Options<'_>,
 ) -> Result<PartSummary, RunError> {
     let (planned, threads) = prepare(file, options)?;
-    let bytes = planned.iter().map(|one| one.cost(threads).bytes);
-    require_memory(bytes.fold(0.0, f64::max), options)?;
+    require_memory_of_each(&planned, threads, options)?;
     let opened = Opened::new(file, &planned, options)?;
     let jobs = opened.jobs(file, &planned, options);
     let case = PartCase {

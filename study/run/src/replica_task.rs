@@ -23,13 +23,13 @@ use crate::control::{
 use crate::decomposed::RankGroup;
 use crate::follow::{Elsewhere, Part, PartError, Saved, prepare};
 use crate::measure::CompletedRun;
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{EnginePlan, Plan};
 use crate::run::RunError;
 use crate::start::{Preparation, StartReport, is_prepared};
 
 /// Piece of work: one replica of one point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ReplicaTask {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReplicaTask {
     /// Number of the point, from 0 in the order of the case.
     pub point: usize,
     /// Number of the replica, from 0.
@@ -101,8 +101,8 @@ pub(crate) fn claim(
     processes: usize,
 ) -> Result<(), ResultsError> {
     parts(plan).try_for_each(|part| place.claim(&checkpoint(task, part)).map(drop))?;
-    let in_cells = |engine: &&EnginePlan| matches!(engine.kind, EngineKind::MonteCarlo(_));
-    for engine in plan.engines.iter().filter(in_cells) {
+    let is_in_cells = |engine: &&EnginePlan| engine.parameters().is_some();
+    for engine in plan.engines.iter().filter(is_in_cells) {
         for stem in Set::ALL.map(|set| set.stem(&checkpoint(task, engine.name))) {
             (0..processes).try_for_each(|rank| place.claim(&shard_name(&stem, rank)).map(drop))?;
         }

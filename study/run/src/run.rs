@@ -233,11 +233,24 @@ pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
     needed.fold(0.0, f64::max)
 }
 
+/// Refuses points that run one after the other, if one of them needs more memory than is free.
+///
+/// # Errors
+/// [`RunError::Memory`].
+pub(crate) fn require_memory_of_each(
+    planned: &[Planned<'_>],
+    threads: usize,
+    options: &Options<'_>,
+) -> Result<(), RunError> {
+    let bytes = planned.iter().map(|one| one.cost(threads).bytes);
+    require_memory(bytes.fold(0.0, f64::max), options)
+}
+
 /// Refuses a run that needs more memory than is free, unless the limit is ignored.
 ///
 /// # Errors
 /// [`RunError::Memory`].
-pub(crate) fn require_memory(needed: f64, options: &Options<'_>) -> Result<(), RunError> {
+fn require_memory(needed: f64, options: &Options<'_>) -> Result<(), RunError> {
     match options.free_memory() {
         Some(available) if needed > available => Err(RunError::Memory { needed, available }),
         _ => Ok(()),

@@ -27,7 +27,7 @@ pub struct Thermostat {
     pub bath_temperature: Option<f64>,
 }
 
-/// Kind of a thermostat.
+/// Way in which `[thermostat]` acts on the velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThermostatKind {

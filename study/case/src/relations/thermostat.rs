@@ -26,7 +26,7 @@ fn falls_for_ever(case: &Case) -> bool {
         let mut parts = gravity.acceleration.iter();
         parts.any(|&part| part != 0.0)
     });
-    pulls && case.walls.is_periodic() && case.obstacle.is_empty()
+    pulls && !case.is_bounded()
 }
 
 impl Relations<'_> {
@@ -87,16 +87,13 @@ impl Relations<'_> {
     /// Checks a gas whose velocities are scaled to the energy of the start.
     fn rescaling(&self) -> Checked {
         let case = self.case;
-        let Some(_) = &case.domain else {
+        if !case.has_box() {
             let breaks = case.aggregation.as_ref().is_some_and(Aggregation::breaks);
             let allowed =
                 "a gas that goes on losing energy: with aggregation.fragment_above, or with [box]";
             return self.ensure(breaks, "thermostat", allowed);
-        };
-        let moves_freely = case.walls.is_periodic()
-            && case.obstacle.is_empty()
-            && case.gravity.is_none()
-            && case.gas.tangential_restitution.is_none();
+        }
+        let moves_freely = case.is_uniform() && !case.is_rough();
         let allowed = "\"white-noise\" or \"langevin\"; velocities are scaled to the energy of the start in a box that is periodic on \
                        all sides, without obstacles, gravity and spin, which keep energies of their own";
         self.ensure(moves_freely, "thermostat.kind", allowed)
@@ -107,7 +104,7 @@ impl Relations<'_> {
         let case = self.case;
         let allowed =
             "\"rescaling\" in a gas without positions; random kicks are for gases in a [box]";
-        self.ensure(case.domain.is_some(), "thermostat.kind", allowed)?;
+        self.ensure(case.has_box(), "thermostat.kind", allowed)?;
         let is_noise = thermostat.kind == ThermostatKind::WhiteNoise;
         let allowed = "\"langevin\", whose drag ends a fall; with white noise a gas in a periodic box falls ever faster under gravity";
         self.ensure(

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use stosszahl_case::Case;
-use stosszahl_case::format::{Face, FaceWord, Placement, Restitution, TimeUnit, Velocities};
+use stosszahl_case::format::{Placement, Restitution, TimeUnit, Velocities};
 use stosszahl_model::initial::{
     self, Arrangement, PlacementError, SEQUENTIAL_LIMIT, StartFile, VelocityDistribution,
 };
@@ -217,13 +217,8 @@ impl Plan {
         let good = (0.0..=1e9).contains(&asked) && self.longest_equilibration() >= asked;
         let allowed = "from 0 to 1e9, and at most start.longest_equilibration";
         PlanError::require(good, key, asked, allowed)?;
-        let open = Face::Word(FaceWord::Open);
-        let sides = [(0, 0), (0, 1), (1, 0), (1, 1)];
-        let closed = sides
-            .iter()
-            .all(|&(axis, side)| *self.case.walls.at(axis, side) != open);
         let disks = self.has_box() && self.dimension == 2;
-        let possible = disks && closed && !self.case.start.empty;
+        let possible = disks && !self.case.is_open() && !self.case.start.empty;
         let allowed = "0, but for disks in a closed box";
         PlanError::require(asked <= 0.0 || possible, key, asked, allowed)
     }
