@@ -4,14 +4,14 @@
 /// characters.
 ///
 /// ```
-/// use stosszahl_model::brief;
+/// use stosszahl_model::format_short;
 ///
-/// assert_eq!(brief(-0.25), "-0.25");
-/// assert_eq!(brief(1.0000001), "1.0000001");
-/// assert_eq!(brief(1.0 / 3.0), "0.3333333");
-/// assert_eq!(brief(1e300), "1e300");
-/// assert_eq!(brief(f64::MAX), "1.797693e308");
-/// assert_eq!(brief(f64::NAN), "NaN");
+/// assert_eq!(format_short(-0.25), "-0.25");
+/// assert_eq!(format_short(1.0000001), "1.0000001");
+/// assert_eq!(format_short(1.0 / 3.0), "0.3333333");
+/// assert_eq!(format_short(1e300), "1e300");
+/// assert_eq!(format_short(f64::MAX), "1.797693e308");
+/// assert_eq!(format_short(f64::NAN), "NaN");
 /// ```
 pub fn format_short(value: f64) -> String {
     /// Longest number that is shown in full \[characters\].
