@@ -7,7 +7,7 @@ use std::cmp::Ordering;
 use stosszahl_model::Space;
 
 use crate::extrema::larger;
-use crate::scheme::{Neighbourhood, Scheme};
+use crate::scheme::{DensityWindow, Neighbourhood, PartnerSelection, Scheme};
 use crate::threads::each_of;
 
 pub(crate) use windows::{CellLayers, CutWindow, CutWindows, WindowCentre, WindowMember};
@@ -117,13 +117,13 @@ pub(crate) struct Gas {
 /// density does not matter.
 fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, DensityKernel)> {
     let (cell, diameter) = (gas.width, gas.diameter);
-    let reach = match scheme {
-        Scheme::Enskog(Neighbourhood::Cells(n)) | Scheme::Esmc(Neighbourhood::Cells(n)) => n,
-        Scheme::FreeVolume => 0,
-        Scheme::StochasticDisks { .. } => 2,
+    let reach = match scheme.properties().window {
+        _ if scheme.is_dilute() => return None,
+        DensityWindow::Fixed(Neighbourhood::Mean) => return None,
+        DensityWindow::Fixed(Neighbourhood::Cells(n)) => n,
         // Ten diameters around one simulator per particle; fewer for many simulators, which are
         // less noisy.
-        Scheme::ContactPoint { .. } => {
+        DensityWindow::Adaptive => {
             let shrunk = 10.0 / gas.simulators_per_particle.powf(1.0 / dimension as f64);
             // Three dimensions were not measured.
             let is_known = dimension == 2 && gas.is_plain && !gas.bounded[..2].contains(&true);
@@ -134,7 +134,6 @@ fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, DensityKe
             let side = shrunk.max(3.0) * diameter;
             ((0.5 * (side / cell - 1.0)).ceil().max(0.0) as u32).min(50)
         }
-        _ => return None,
     };
     Some((reach, DensityKernel::Flat))
 }
@@ -173,7 +172,7 @@ impl<S: Space> Density<S> {
             .map(|count| scheme.contact_value::<S>(f64::from(count) * unit))
             .take_while(|&chi| chi < gas.limit)
             .collect();
-        let mean_packing = if matches!(scheme, Scheme::Collisionless | Scheme::Boltzmann) {
+        let mean_packing = if scheme.is_dilute() {
             0.0
         } else {
             gas.packing_fraction
@@ -343,7 +342,7 @@ impl<S: Space> Density<S> {
 
     /// Returns true if pairs collide at all.
     pub(crate) fn collides(&self) -> bool {
-        self.scheme != Scheme::Collisionless
+        self.scheme.partners() != PartnerSelection::None
     }
 
     /// Sets the covered units of all cells. `fill` writes those of one line along the first axis,

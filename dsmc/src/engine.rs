@@ -13,6 +13,7 @@ use crate::grid::Grid;
 use crate::parameters::Parameters;
 use crate::particle::{DisplacementTracking, SimulatorOf, Untracked};
 use crate::pause::Pause;
+use crate::scheme::PartnerSelection;
 use crate::start_means::Means;
 use crate::tally::{CellCount, CollisionCounters, StepBounds, Unit};
 use crate::threads::Pool;
@@ -318,7 +319,7 @@ where
     /// (`tests/channels.rs`): exact disks form layers at walls that a density averaged over some
     /// diameters does not resolve. `None` for other schemes; zero without walls.
     pub fn wall_error(&self) -> Option<f64> {
-        let is_contact = matches!(self.parameters.scheme, crate::Scheme::ContactPoint { .. });
+        let is_contact = self.parameters.scheme.partners() == PartnerSelection::AroundContact;
         let widths = self
             .surroundings
             .iter()

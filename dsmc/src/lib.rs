@@ -112,14 +112,17 @@ mod tests;
 mod threads;
 mod tile;
 
-pub use boundary::{Boundaries, Inflow, Ledgers, Transfer, WallClearance, Weights};
+pub use boundary::{Boundaries, Inflow, Ledgers, Transfer, Weights};
 pub use checkpoint::Checkpoint;
 pub use decomposition::{Ranks, ShardLocation, from_first, gather_from_all, shard_name};
 pub use engine::Engine;
 pub use grid::Grid;
-pub use parameters::{Copies, Displacement, EngineError, Parameters};
+pub use parameters::{Copies, EngineError, Parameters};
 pub use particle::{DisplacementTracking, Simulator, Tracked, Untracked};
-pub use scheme::{Neighbourhood, Scheme};
+pub use scheme::{
+    ContactLaw, DensityWindow, Displacement, Neighbourhood, PartnerSelection, Scheme,
+    SchemeProperties, SchemeSettings, WallClearance,
+};
 #[cfg(not(test))]
 pub use simulate::{
     BALANCE, ExpectedGas, Gas, Left, check, resume, resume_among, serve, simulate, simulate_among,

@@ -4,23 +4,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
 use stosszahl_model::{Domain, Invalid, MessageUnits, Space, format_short};
 
-use crate::scheme::Scheme;
-
-/// Displacement of the partners of a collision within a cell, along the momentum that each
-/// receives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Displacement {
-    /// No displacement.
-    None,
-    /// Displacement by the contact distance d: Alexander, Garcia & Alder, Phys. Rev. Lett. 74, 5212
-    /// (1995), doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then that of elastic
-    /// hard particles, times 2r/(1 + r) for restitution r, which shortens the momentum that is
-    /// carried.
-    Diameter,
-    /// Displacement by d (1 + r)/(2r), which compensates for the shorter momentum. Not for
-    /// restitution 0.
-    Inelastic,
-}
+use crate::scheme::{Displacement, PartnerSelection, Scheme, SchemeProperties};
 
 /// Initial states of the further sets of simulators, if several stand for a particle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -66,23 +50,20 @@ impl Parameters {
     /// Partners of [`Scheme::ContactPoint`] are uncorrelated only with more simulators: see
     /// [`Parameters::enough_for_chaos`].
     pub fn for_scheme(scheme: Scheme) -> Self {
-        /// Limit of schemes without their own: beyond chi of any packing.
-        const UNLIMITED: f64 = 1e3;
-        let (displacement, steps, limit) = match scheme {
-            Scheme::Collisionless | Scheme::Boltzmann => (Displacement::None, 4.0, 1.0),
-            Scheme::FreeVolume | Scheme::Enskog(_) => (Displacement::Diameter, 4.0, 10.0),
-            Scheme::Esmc(_) => (Displacement::None, 8.0, 10.0),
-            Scheme::StochasticDisks { .. } => (Displacement::None, 20.0, UNLIMITED),
-            Scheme::ContactPoint { .. } => (Displacement::None, 4.0, 100.0),
-        };
+        let SchemeProperties {
+            displacement,
+            steps_per_cell_crossing,
+            max_contact_value,
+            ..
+        } = scheme.properties();
         Self {
             scheme,
             displacement,
             cell_size: None,
             simulators_per_particle: 1,
             copies: Copies::Independent,
-            steps_per_cell_crossing: steps,
-            max_contact_value: limit,
+            steps_per_cell_crossing,
+            max_contact_value,
         }
     }
 
@@ -111,7 +92,7 @@ impl Parameters {
             (1.0..=1e9).contains(&limit),
             "from 1 to 1e9",
         )?;
-        if self.scheme.is_across() && self.displacement != Displacement::None {
+        if self.scheme.is_cross_cell() && self.displacement != Displacement::None {
             let scheme = self.scheme.name();
             return Err(EngineError::Displaced { scheme });
         }
@@ -194,17 +175,19 @@ impl Parameters {
     /// Default cell side of the scheme \[length\].
     fn automatic_cell<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let path = || self.mean_free_path::<S>(packing_fraction, diameter);
-        match self.scheme {
-            Scheme::ContactPoint { .. } => {
+        match self.scheme.partners() {
+            PartnerSelection::AroundContact => {
                 // One or two simulators per cell, or the search radius.
                 let density = density::<S>(packing_fraction, diameter);
                 let each = 1.5 / (density * f64::from(self.simulators_per_particle));
                 let radius = self.partner_radius::<S>(packing_fraction, diameter);
                 each.powf(1.0 / S::DIMENSION as f64).max(radius)
             }
-            Scheme::StochasticDisks { .. } => diameter,
-            Scheme::Esmc(_) => (0.5 * path()).max(0.5 * diameter),
-            _ => (0.5 * path()).max(2.0 * diameter),
+            PartnerSelection::Overlap => diameter,
+            PartnerSelection::ContactCell => (0.5 * path()).max(0.5 * diameter),
+            PartnerSelection::None | PartnerSelection::WithinCell => {
+                (0.5 * path()).max(2.0 * diameter)
+            }
         }
     }
 
@@ -295,7 +278,7 @@ impl Parameters {
                     ((domain.lengths()[axis] / side * (1.0 + 1e-12)) as usize).clamp(1, most);
                 // Overlapping disks are sought in each cell and the next: with two cells around,
                 // each pair would be found twice.
-                if matches!(self.scheme, Scheme::StochasticDisks { .. }) && count < 3 {
+                if self.scheme.partners() == PartnerSelection::Overlap && count < 3 {
                     1
                 } else {
                     count

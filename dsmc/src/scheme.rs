@@ -12,6 +12,95 @@ pub enum Neighbourhood {
     Cells(u32),
 }
 
+/// Displacement of the partners of a collision within a cell, along the momentum that each
+/// receives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Displacement {
+    /// No displacement.
+    None,
+    /// Displacement by the contact distance d: Alexander, Garcia & Alder, Phys. Rev. Lett. 74, 5212
+    /// (1995), doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then that of elastic
+    /// hard particles, times 2r/(1 + r) for restitution r, which shortens the momentum that is
+    /// carried.
+    Diameter,
+    /// Displacement by d (1 + r)/(2r), which compensates for the shorter momentum. Not for
+    /// restitution 0.
+    Inelastic,
+}
+
+/// Distance at which a wall stops a particle: zero or the particle's radius.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WallClearance {
+    /// The wall stops the centre: particles are points for walls, as in the dilute gas.
+    #[default]
+    Centre,
+    /// The wall stops the surface: the centre stays one radius away.
+    Radius,
+}
+
+/// Selection of the partner of a collision: the algorithm that a scheme uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartnerSelection {
+    /// No partners: particles do not collide.
+    None,
+    /// Any other simulator of the cell.
+    WithinCell,
+    /// A simulator of the cell at the contact distance along a random line of centres.
+    ContactCell,
+    /// A simulator that overlaps, here or in a neighbouring cell.
+    Overlap,
+    /// A simulator within a radius around the point of contact, or the nearest to it.
+    AroundContact,
+}
+
+/// Dependence of the collision rate on density.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactLaw {
+    /// chi = 1: the rate of the dilute gas.
+    Dilute,
+    /// chi = V/(V - `V_0`), `V_0` the volume of the particles at random close packing.
+    FreeVolume,
+    /// chi of [`Space::contact_value`], as in Enskog's theory.
+    Enskog,
+}
+
+/// Density window of a scheme: where the packing fraction of its contact value is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DensityWindow {
+    /// A stated neighbourhood.
+    Fixed(Neighbourhood),
+    /// A length that follows from the number of simulators per particle: at least three diameters,
+    /// or about one with many simulators.
+    Adaptive,
+}
+
+/// Properties of a scheme: all that tells it from the others with the same partner selection.
+#[derive(Clone, Copy, Debug)]
+pub struct SchemeProperties {
+    /// Name in file names and tables.
+    pub name: &'static str,
+    /// Selection of partners.
+    pub partners: PartnerSelection,
+    /// Dependence of the collision rate on density.
+    pub contact: ContactLaw,
+    /// Density window.
+    pub window: DensityWindow,
+    /// Default displacement of partners.
+    pub displacement: Displacement,
+    /// Default number of time steps in a mean free time and in a cell crossing.
+    pub steps_per_cell_crossing: f64,
+    /// Default limit of chi.
+    pub max_contact_value: f64,
+    /// Default clearance of walls: centres of point-like particles, surfaces of hard ones.
+    pub clearance: WallClearance,
+    /// True if partners in a uniform shear flow count as a contact distance apart, as in Enskog's
+    /// theory. The flow between them then contributes to their approach speed, and they carry
+    /// momentum over that distance. Other pairs within a cell are treated as points.
+    pub feels_flow: bool,
+    /// Branch of the random streams of a replica: schemes draw different numbers.
+    pub random_branch: u64,
+}
+
 /// Collision scheme: which pairs collide, and how often.
 ///
 /// Collision rates per pair are those of kinetic theory times chi. The first four draw pairs within
@@ -97,53 +186,160 @@ impl Scheme {
         Self::ALL.into_iter().find(|scheme| scheme.name() == name)
     }
 
-    /// Name used in file names and tables.
-    pub fn name(self) -> &'static str {
+    /// Properties of the scheme.
+    pub const fn properties(self) -> SchemeProperties {
+        /// Limit of chi of schemes without their own: beyond that of any packing.
+        const UNLIMITED: f64 = 1e3;
+        /// Properties that most schemes within cells share.
+        const WITHIN_CELL: SchemeProperties = SchemeProperties {
+            name: "",
+            partners: PartnerSelection::WithinCell,
+            contact: ContactLaw::Enskog,
+            window: DensityWindow::Fixed(Neighbourhood::Mean),
+            displacement: Displacement::Diameter,
+            steps_per_cell_crossing: 4.0,
+            max_contact_value: 10.0,
+            clearance: WallClearance::Radius,
+            feels_flow: false,
+            random_branch: 0,
+        };
+        /// Properties that most schemes with partners across cells share.
+        const CROSS_CELL: SchemeProperties = SchemeProperties {
+            displacement: Displacement::None,
+            ..WITHIN_CELL
+        };
+        /// Properties of schemes of points.
+        const DILUTE: SchemeProperties = SchemeProperties {
+            contact: ContactLaw::Dilute,
+            displacement: Displacement::None,
+            max_contact_value: 1.0,
+            clearance: WallClearance::Centre,
+            ..WITHIN_CELL
+        };
         match self {
-            Self::Collisionless => "collisionless",
-            Self::Boltzmann => "boltzmann",
-            Self::FreeVolume => "free-volume",
-            Self::Enskog(_) => "enskog",
-            Self::Esmc(_) => "esmc",
-            Self::StochasticDisks { .. } => "stochastic-disks",
-            Self::ContactPoint { .. } => "contact-point",
+            Self::Collisionless => SchemeProperties {
+                name: "collisionless",
+                partners: PartnerSelection::None,
+                random_branch: 0,
+                ..DILUTE
+            },
+            Self::Boltzmann => SchemeProperties {
+                name: "boltzmann",
+                random_branch: 1,
+                ..DILUTE
+            },
+            Self::FreeVolume => SchemeProperties {
+                name: "free-volume",
+                contact: ContactLaw::FreeVolume,
+                window: DensityWindow::Fixed(Neighbourhood::Cells(0)),
+                random_branch: 2,
+                ..WITHIN_CELL
+            },
+            Self::Enskog(neighbourhood) => SchemeProperties {
+                name: "enskog",
+                window: DensityWindow::Fixed(neighbourhood),
+                feels_flow: true,
+                random_branch: 3,
+                ..WITHIN_CELL
+            },
+            Self::Esmc(neighbourhood) => SchemeProperties {
+                name: "esmc",
+                partners: PartnerSelection::ContactCell,
+                window: DensityWindow::Fixed(neighbourhood),
+                steps_per_cell_crossing: 8.0,
+                random_branch: 4,
+                ..CROSS_CELL
+            },
+            Self::StochasticDisks { .. } => SchemeProperties {
+                name: "stochastic-disks",
+                partners: PartnerSelection::Overlap,
+                window: DensityWindow::Fixed(Neighbourhood::Cells(2)),
+                steps_per_cell_crossing: 20.0,
+                max_contact_value: UNLIMITED,
+                random_branch: 5,
+                ..CROSS_CELL
+            },
+            Self::ContactPoint { .. } => SchemeProperties {
+                name: "contact-point",
+                partners: PartnerSelection::AroundContact,
+                window: DensityWindow::Adaptive,
+                max_contact_value: 100.0,
+                random_branch: 6,
+                ..CROSS_CELL
+            },
         }
     }
 
-    /// Returns true if partners are drawn by position, also from other cells.
-    pub fn is_across(self) -> bool {
+    /// Scheme with other settings of its own; those that it does not have are ignored.
+    #[must_use]
+    pub fn with_settings(self, settings: SchemeSettings) -> Self {
+        match self {
+            Self::Enskog(default) => Self::Enskog(settings.neighbourhood.unwrap_or(default)),
+            Self::Esmc(default) => Self::Esmc(settings.neighbourhood.unwrap_or(default)),
+            Self::StochasticDisks { stiffness } => Self::StochasticDisks {
+                stiffness: settings.stiffness.unwrap_or(stiffness),
+            },
+            Self::ContactPoint { radius } => Self::ContactPoint {
+                radius: settings.radius.or(radius),
+            },
+            Self::Collisionless | Self::Boltzmann | Self::FreeVolume => self,
+        }
+    }
+
+    /// Rate of collisions of overlapping simulators, over that at which dilute ones would have
+    /// Enskog's rate; 1 for schemes without overlap.
+    pub(crate) const fn stiffness(self) -> f64 {
+        match self {
+            Self::StochasticDisks { stiffness } => stiffness,
+            _ => 1.0,
+        }
+    }
+
+    /// Name used in file names and tables.
+    pub const fn name(self) -> &'static str {
+        self.properties().name
+    }
+
+    /// Selection of partners.
+    pub const fn partners(self) -> PartnerSelection {
+        self.properties().partners
+    }
+
+    /// Returns true if partners are drawn by position, also from other cells. Their collisions
+    /// carry momentum over the distance of the partners, as those of exact particles do, and their
+    /// virial is part of the pressure. Partners within a cell are treated as points.
+    pub fn is_cross_cell(self) -> bool {
         matches!(
-            self,
-            Self::Esmc(_) | Self::StochasticDisks { .. } | Self::ContactPoint { .. }
+            self.partners(),
+            PartnerSelection::ContactCell
+                | PartnerSelection::Overlap
+                | PartnerSelection::AroundContact
         )
     }
 
-    /// Returns true if collisions carry momentum over the distance of the partners, as those of
-    /// exact particles do; their virial is then part of the pressure. Partners within a cell are
-    /// treated as points.
-    pub fn carries(self) -> bool {
-        self.is_across()
-    }
-
-    /// Returns true if partners in a uniform shear flow count as a contact distance apart, as in
-    /// Enskog's theory. The flow between them then contributes to their approach speed, and they
-    /// carry momentum over that distance. Other pairs within a cell are treated as points.
-    pub fn feels_flow(self) -> bool {
-        matches!(self, Self::Enskog(_))
-    }
-
-    /// Returns true if the number of candidate pairs follows from a bound of the approach speed.
-    pub(crate) fn bounds_trials(self) -> bool {
-        !matches!(self, Self::StochasticDisks { .. })
+    /// Returns true if the collision rate is that of a dilute gas at any density.
+    pub fn is_dilute(self) -> bool {
+        self.properties().contact == ContactLaw::Dilute
     }
 
     /// Factor chi at a packing fraction, before any limit.
     pub fn contact_value<S: Space>(self, packing_fraction: f64) -> f64 {
-        match self {
-            Self::Collisionless | Self::Boltzmann => 1.0,
-            Self::FreeVolume if packing_fraction >= S::RANDOM_CLOSE_PACKING => f64::INFINITY,
-            Self::FreeVolume => 1.0 / (1.0 - packing_fraction / S::RANDOM_CLOSE_PACKING),
-            _ => S::contact_value(packing_fraction),
+        match self.properties().contact {
+            ContactLaw::Dilute => 1.0,
+            ContactLaw::FreeVolume if packing_fraction >= S::RANDOM_CLOSE_PACKING => f64::INFINITY,
+            ContactLaw::FreeVolume => 1.0 / (1.0 - packing_fraction / S::RANDOM_CLOSE_PACKING),
+            ContactLaw::Enskog => S::contact_value(packing_fraction),
         }
     }
+}
+
+/// Settings that only some schemes have; `None` for the default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SchemeSettings {
+    /// Density window of [`Scheme::Enskog`] and [`Scheme::Esmc`].
+    pub neighbourhood: Option<Neighbourhood>,
+    /// Stiffness of [`Scheme::StochasticDisks`].
+    pub stiffness: Option<f64>,
+    /// Partner radius of [`Scheme::ContactPoint`] \[length\].
+    pub radius: Option<f64>,
 }

@@ -13,11 +13,11 @@ use crate::cross_cell::{self, ContactDistance, Rates};
 use crate::density::{Density, Gas};
 use crate::engine::{Constants, Engine};
 use crate::grid::Grid;
-use crate::parameters::{Displacement, EngineError, Parameters};
+use crate::parameters::{EngineError, Parameters};
 use crate::particle::{DisplacementTracking, SimulatorOf, is_good};
 use crate::random_counts::draw_whole;
 use crate::replicate_start;
-use crate::scheme::Scheme;
+use crate::scheme::{Displacement, PartnerSelection, Scheme};
 use crate::start_means::Means;
 use crate::tally::{CellCount, CollisionCounters, StepBounds, Unit};
 use crate::threads::Pool;
@@ -278,7 +278,7 @@ where
             simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
         let mut engine = Self {
-            rates: matches!(parameters.scheme, Scheme::ContactPoint { .. })
+            rates: (parameters.scheme.partners() == PartnerSelection::AroundContact)
                 .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(sizes), radius)),
             density,
             arm,
@@ -471,7 +471,7 @@ pub(crate) fn require_room<P: ParticleModel>(
     const LEAST: f64 = 3.0;
     let mut axes = (0..P::Space::DIMENSION).map(|axis| (axis, surroundings.width(axis)));
     match axes.find(|(_, width)| *width < LEAST) {
-        Some((axis, width)) if matches!(scheme, Scheme::ContactPoint { .. }) => {
+        Some((axis, width)) if scheme.partners() == PartnerSelection::AroundContact => {
             let scheme = scheme.name();
             Err(EngineError::Narrow {
                 axis,
@@ -496,7 +496,7 @@ pub(crate) fn check_choices<P: ParticleModel>(
         return Err(EngineError::Individuals);
     }
     let is_sheared = scene.field().shear_rate() != 0.0;
-    if is_sheared && parameters.scheme.is_across() {
+    if is_sheared && parameters.scheme.is_cross_cell() {
         let scheme = parameters.scheme.name();
         return Err(EngineError::Sheared { scheme });
     }

@@ -17,7 +17,7 @@ use crate::features::PROCESSES;
 use crate::flight::Flight;
 use crate::particle::{DisplacementTracking, covered};
 use crate::pause::Pause;
-use crate::scheme::Scheme;
+use crate::scheme::PartnerSelection;
 use crate::sweep::sweep;
 use crate::tally::{Counts, StepBounds, Unit};
 use crate::threads::is_parallel;
@@ -140,7 +140,7 @@ where
     fn step_length(&self) -> f64 {
         let width = self.grid.width();
         // Cross-cell schemes search partners anew in each step, so crossing a cell does not matter.
-        let axes = if self.parameters.scheme.is_across() {
+        let axes = if self.parameters.scheme.is_cross_cell() {
             0
         } else {
             P::Space::DIMENSION
@@ -200,7 +200,7 @@ where
         let begin = self.time + 0.5 * step;
         self.move_walls(begin);
         let parallel = is_parallel(self.simulators);
-        let across = self.parameters.scheme.is_across();
+        let across = self.parameters.scheme.is_cross_cell();
         let around = self.density.looks_around();
         let weighs = self.weighs_anew();
         let settled = was_settled || around || across || weighs;
@@ -213,7 +213,7 @@ where
         if around {
             self.look_around(parallel);
         }
-        if !self.parameters.scheme.is_across() {
+        if !self.parameters.scheme.is_cross_cell() {
             self.grid.slide(flight);
         }
         let unit = Unit::of(self.stock.twice_energy(self.unit));
@@ -232,7 +232,7 @@ where
             moment_ratio: self.constants.moment_ratio,
             flow: Flow {
                 rate: self.scene.field().shear_rate(),
-                is_felt: self.parameters.scheme.feels_flow(),
+                is_felt: self.parameters.scheme.properties().feels_flow,
             },
             heating: 2.0 * self.scene.restitution().max_added_speed(),
             partner_radius: self.constants.partner_radius,
@@ -246,7 +246,7 @@ where
             parallel,
             stop: self.stop.interrupt(),
         };
-        if self.parameters.scheme.is_across() {
+        if self.parameters.scheme.is_cross_cell() {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
             let (peers, rates) = (peers(self.share.as_ref()), self.rates.as_ref());
             let halo_copies = &self.halo_copies;
@@ -448,7 +448,7 @@ where
         };
         let reach = self.density.reach();
         // Wide margin of schemes that read the density between a simulator and its partner.
-        let is_wide = matches!(self.density.scheme(), Scheme::Esmc(_))
+        let is_wide = self.density.scheme().partners() == PartnerSelection::ContactCell
             || self.density.weighing() == DensityKernel::Triangle;
         let others = match &self.share {
             Some(share) if PROCESSES => share.units_around(grid, tiles, reach, is_wide, contents),

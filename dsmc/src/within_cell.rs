@@ -11,9 +11,9 @@ use crate::boundary::{BoundaryGeometry, CutCell};
 use crate::density::Density;
 use crate::extrema::{larger, smaller};
 use crate::grid::Grid;
-use crate::parameters::Displacement;
 use crate::particle::{DisplacementTracking, SimulatorOf, covered, index};
 use crate::random_counts::{draw_pair, draw_whole};
+use crate::scheme::Displacement;
 use crate::tally::{CollisionCounters, StepBounds};
 use crate::tile::Tile;
 

@@ -73,9 +73,7 @@ pub use observer::{EachCollision, Observer, Recorder};
 pub use particle::Particle;
 pub use physics::{ParticleModel, Scene, SpinOf, VectorOf};
 pub use recent_contacts::RecentContacts;
-pub use restitution::{
-    Constant, DeltaModel, Law, Material, PerPair, Restitution, Separation, Viscoelastic,
-};
+pub use restitution::*;
 pub use shear_work::ShearWork;
 pub use simulation::{BoundaryFlux, Budget, Census, Failure, Moments, Particles, Simulation, Work};
 pub use sizes::{Monodisperse, Polydisperse, Sizes};

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 use stosszahl_dsmc::Parameters;
-use stosszahl_gas::{EventDriven, GasError, MonteCarlo, Scheme};
+use stosszahl_gas::{EventDriven, GasError, MonteCarlo, Scheme, SchemeSettings};
 use stosszahl_model::{Collision, Interrupt, Observer, Simulation};
 
 use crate::arrays::{WORDS, column, vectors, write_collision};
@@ -166,13 +166,11 @@ fn scheme(name: &str, stiffness: Option<f64>, radius: Option<f64>) -> PyResult<S
         let text = format!("scheme {name:?} is not known; allowed: {names}");
         return Err(raised("GasError", &text));
     };
-    Ok(match scheme {
-        Scheme::StochasticDisks { stiffness: own } => Scheme::StochasticDisks {
-            stiffness: stiffness.unwrap_or(own),
-        },
-        Scheme::ContactPoint { .. } => Scheme::ContactPoint { radius },
-        other => other,
-    })
+    Ok(scheme.with_settings(SchemeSettings {
+        stiffness,
+        radius,
+        ..SchemeSettings::default()
+    }))
 }
 
 #[pymethods]

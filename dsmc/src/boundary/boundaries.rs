@@ -5,21 +5,11 @@ use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
 
 use super::inflow::Inflow;
 use super::weights::Weights;
-use crate::parameters::{Displacement, EngineError, Parameters};
-use crate::scheme::{Neighbourhood, Scheme};
+use crate::parameters::{EngineError, Parameters};
+use crate::scheme::{DensityWindow, Displacement, Neighbourhood, WallClearance};
 
 /// Smallest free fraction of a box; a box without room counts as having this much.
 const LEAST_SHARE: f64 = 1e-9;
-
-/// Distance at which a wall stops a particle: zero or the particle's radius.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum WallClearance {
-    /// The wall stops the centre: particles are points for walls, as in the dilute gas.
-    #[default]
-    Centre,
-    /// The wall stops the surface: the centre stays one radius away.
-    Radius,
-}
 
 /// Boundary conditions of a run: faces, inflows, obstacles and weights. The default is a periodic
 /// box.
@@ -118,14 +108,15 @@ impl<S: Space> Boundaries<S> {
             }
         }
         let is_plain = self.weights.is_uniform() && self.obstacles.is_empty();
-        if !is_plain && scheme.is_across() {
+        if !is_plain && scheme.is_cross_cell() {
             return Err(EngineError::Boundary {
                 scheme: scheme.name(),
                 what: "weights or obstacles",
                 allowed: "schemes within cells: collisionless, boltzmann, free-volume, enskog",
             });
         }
-        if !self.obstacles.is_empty() && scheme == Scheme::Enskog(Neighbourhood::Mean) {
+        let is_mean = scheme.properties().window == DensityWindow::Fixed(Neighbourhood::Mean);
+        if !self.obstacles.is_empty() && is_mean && !scheme.is_dilute() {
             return Err(EngineError::Boundary {
                 scheme: scheme.name(),
                 what: "the mean density of the whole box, and obstacles",

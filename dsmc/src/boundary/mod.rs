@@ -15,7 +15,7 @@ mod surroundings;
 mod travel;
 mod weights;
 
-pub use boundaries::{Boundaries, WallClearance};
+pub use boundaries::Boundaries;
 pub use inflow::Inflow;
 pub(crate) use ledgers::ExactLedgers;
 pub use ledgers::{Ledgers, Transfer};

@@ -5,7 +5,7 @@ use stosszahl_model::{Face, ParticleModel, Sizes, Space, VectorOf, Walls};
 
 use nalgebra::vector;
 
-use super::boundaries::{Boundaries, WallClearance};
+use super::boundaries::Boundaries;
 use super::cut_cells::{CentreLimits, CutCell, CutCells, LEAST_ROOM};
 use super::inflow::{Inflow, Source};
 use super::obstacles::Standing;
@@ -15,6 +15,7 @@ use crate::density::Density;
 use crate::grid::{Grid, Place};
 use crate::parameters::EngineError;
 use crate::particle::{DisplacementTracking, SimulatorOf};
+use crate::scheme::WallClearance;
 
 /// Boundaries of a run on its grid: walls, inflows, obstacles, weights, and the free fraction of
 /// each cell.
@@ -210,7 +211,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
     /// Passes the free fractions of cells to the local density. Schemes that pair within a cell use
     /// that of particle centres, cross-cell schemes that of particle bodies.
     pub(crate) fn leave_room(&self, density: &mut Density<P::Space>) {
-        let across = density.scheme().is_across();
+        let across = density.scheme().is_cross_cell();
         let bodies = |cell| {
             if across {
                 self.body_room(cell)

@@ -4,7 +4,7 @@ use stosszahl_model::{ParticleModel, Sizes};
 
 use super::arm::ContactDistance;
 use crate::grid::Grid;
-use crate::scheme::Scheme;
+use crate::scheme::{PartnerSelection, Scheme};
 
 /// Largest range of the search for the nearest particle \[cells on each side\].
 pub(super) const WIDEST: i64 = 3;
@@ -12,12 +12,12 @@ pub(super) const WIDEST: i64 = 3;
 /// Largest distance beyond a tile at which its collisions read particles \[length\]; zero for pairs
 /// within cells. `cell`: widest side of a cell.
 pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f64 {
-    match scheme {
-        Scheme::ContactPoint { .. } => {
+    match scheme.partners() {
+        PartnerSelection::AroundContact => {
             ContactDistance::LONGEST * diameter + radius.max(WIDEST as f64 * cell) + cell
         }
-        Scheme::Esmc(_) | Scheme::StochasticDisks { .. } => diameter + cell,
-        _ => 0.0,
+        PartnerSelection::ContactCell | PartnerSelection::Overlap => diameter + cell,
+        PartnerSelection::None | PartnerSelection::WithinCell => 0.0,
     }
 }
 
@@ -56,7 +56,7 @@ pub(super) fn ranges<P: ParticleModel>(
     let all = grid.counts().into_iter().max().unwrap_or(1) as usize;
     let largest = sizes.largest_radius();
     let longest = largest + mean_radius;
-    if let Scheme::ContactPoint { .. } = scheme {
+    if scheme.partners() == PartnerSelection::AroundContact {
         let spread = if sizes.are_equal() {
             0.0
         } else {

@@ -13,7 +13,7 @@ use super::tile_collider::TileCollider;
 use super::tile_collisions::bounds_around;
 use crate::features::PROCESSES;
 use crate::particle::{DisplacementTracking, covered};
-use crate::scheme::Scheme;
+use crate::scheme::PartnerSelection;
 use crate::tally::{CollisionCounters, StepBounds};
 use crate::threads::{Pool, each_of};
 use crate::tile::Tile;
@@ -73,7 +73,7 @@ where
             return bounds;
         }
         let sizes = self.scene.sizes();
-        if matches!(self.density.scheme(), Scheme::Esmc(_)) {
+        if self.density.scheme().partners() == PartnerSelection::ContactCell {
             for cell in 0..tile.cells() {
                 let own = covered::<P>(sizes, tile.members(cell).iter().map(|member| member.tag));
                 let (chi, ..) = self.density.contact_value(tile.cell_at(cell), own);

@@ -16,6 +16,7 @@ use super::report::{Bounds, Report};
 use super::tile_neighbourhood::TileNeighbourhood;
 use crate::density::{DensityKernel, FreeVolumeFactors};
 use crate::particle::{DisplacementTracking, covered, index};
+use crate::scheme::PartnerSelection;
 use crate::within_cell::CollisionContext;
 
 /// Collider of the particles of one tile with partners in that tile and in its neighbours. Created
@@ -127,7 +128,7 @@ where
             rates,
             arm,
             bounds,
-            moves: kernel.density.scheme().bounds_trials(),
+            moves: kernel.density.scheme().partners() != PartnerSelection::Overlap,
             around,
             patch,
             cells: Vec::new(),

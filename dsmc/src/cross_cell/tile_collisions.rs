@@ -16,7 +16,7 @@ use crate::extrema::smaller;
 use crate::grid::{Grid, OFFSETS, offset};
 use crate::particle::DisplacementTracking;
 use crate::random_counts::draw_whole;
-use crate::scheme::Scheme;
+use crate::scheme::PartnerSelection;
 
 /// Target number of simulators in a piece of a line of cells.
 ///
@@ -107,14 +107,15 @@ where
             if self.moves {
                 self.patch.bound_line([line.row, line.layer]);
             }
-            match (kernel.density.scheme(), &mut around_points) {
-                (Scheme::ContactPoint { .. }, Some(trials)) => {
+            match (kernel.density.scheme().partners(), &mut around_points) {
+                (PartnerSelection::AroundContact, Some(trials)) => {
                     self.for_trials(line, columns, &mut stream, trials);
                 }
-                (Scheme::Esmc(_), _) => {
+                (PartnerSelection::ContactCell, _) => {
                     self.for_trials(line, columns, &mut stream, &mut in_cells);
                 }
-                (Scheme::StochasticDisks { stiffness }, _) => {
+                (PartnerSelection::Overlap, _) => {
+                    let stiffness = kernel.density.scheme().stiffness();
                     for column in 0..columns {
                         if let Some(mut cell) = self.cell(line, columns, column) {
                             let before = (self.report.tally.collisions, self.report.tally.virial);

@@ -51,7 +51,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
             ..
         } = self.constants;
         let scheme = self.parameters.scheme;
-        let is_across = scheme.is_across();
+        let is_across = scheme.is_cross_cell();
         is_across.then(|| {
             margin::<P>(
                 scheme,

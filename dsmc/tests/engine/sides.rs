@@ -502,7 +502,10 @@ fn bodies_that_cannot_be_told_apart_are_refused() {
     };
     let said = refusal(one(), copies).to_string();
     assert!(said.contains("a state for each simulator"), "{said}");
-    for scheme in Scheme::ALL.into_iter().filter(|scheme| scheme.is_across()) {
+    for scheme in Scheme::ALL
+        .into_iter()
+        .filter(|scheme| scheme.is_cross_cell())
+    {
         let across = Parameters {
             scheme,
             ..PARAMETERS

@@ -10,6 +10,7 @@ mod delta;
 mod material;
 mod normal_law;
 mod per_pair;
+mod threshold;
 mod viscoelastic;
 
 pub use constant::Constant;
@@ -17,6 +18,7 @@ pub use delta::DeltaModel;
 pub use material::Material;
 pub use normal_law::{Restitution, Separation};
 pub use per_pair::PerPair;
+pub use threshold::ThresholdModel;
 pub use viscoelastic::Viscoelastic;
 
 /// Declares the laws that are chosen at run time: one line each.
@@ -60,6 +62,8 @@ laws! {
     Viscoelastic(Viscoelastic),
     /// Constant restitution, with a speed that every contact adds.
     Delta(DeltaModel),
+    /// Constant restitution, with elastic contacts below a threshold of the approach speed.
+    Threshold(ThresholdModel),
     /// One law for each pair of species.
     Pairs(PerPair<Law>),
 }
@@ -81,6 +85,16 @@ impl Law {
         match self {
             Self::Delta(law) => Some(*law),
             _ => None,
+        }
+    }
+
+    /// Coefficient of restitution that stands for the law in theory at a normal approach speed:
+    /// without the speed that contacts add. `None` if pairs have laws of their own.
+    pub fn coefficient(&self, approach: f64) -> Option<f64> {
+        match self {
+            Self::Delta(law) => Some(law.coefficient()),
+            Self::Pairs(_) => None,
+            other => Some(other.normal(approach)),
         }
     }
 

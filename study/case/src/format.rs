@@ -15,12 +15,14 @@ mod engines;
 mod gas;
 mod nature;
 mod question;
+mod restitution;
 mod thermostat;
 
 pub use domain::*;
 pub use engines::*;
 pub use gas::*;
 pub use question::*;
+pub use restitution::*;
 pub use thermostat::*;
 
 /// A case: a gas, a box, forces, engines, and what is measured.

@@ -3,7 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
-use stosszahl_dsmc::{Boundaries, Displacement, Parameters, Scheme, WallClearance};
+use stosszahl_dsmc::{Boundaries, Displacement, Parameters, PartnerSelection, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation};
@@ -183,10 +183,7 @@ impl MonteCarlo {
         need_memory(gas.particles.all.len(), RUNNING)?;
         let boundaries = Boundaries {
             walls: gas.walls.clone(),
-            clearance: match parameters.scheme {
-                Scheme::Boltzmann | Scheme::Collisionless => WallClearance::Centre,
-                _ => WallClearance::Radius,
-            },
+            clearance: parameters.scheme.properties().clearance,
             ..Boundaries::default()
         };
         let parts = stosszahl_dsmc::Gas {
@@ -200,7 +197,7 @@ impl MonteCarlo {
         Ok(Self {
             simulation: stosszahl_dsmc::simulate(&parts, starts)?,
             gas: gas.clone(),
-            collides: parameters.scheme != Scheme::Collisionless,
+            collides: parameters.scheme.partners() != PartnerSelection::None,
         })
     }
 }

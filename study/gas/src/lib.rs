@@ -29,7 +29,7 @@ mod reach;
 
 pub use builder::{Gas, GasBuilder};
 pub use engines::{EventDriven, MonteCarlo};
-pub use stosszahl_dsmc::Scheme;
+pub use stosszahl_dsmc::{Scheme, SchemeSettings};
 use stosszahl_model::format_short;
 pub use stosszahl_model::walls::{Face, Rebound, Wall};
 pub use stosszahl_model::{Law, Rough, Simulation};

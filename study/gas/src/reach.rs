@@ -1,7 +1,7 @@
 //! Times that a gas can be advanced to.
 
 use stosszahl_model::walls::{Face, Rebound, Vibration};
-use stosszahl_model::{Law, Simulation, format_short};
+use stosszahl_model::{Law, Restitution as _, Simulation, format_short};
 
 use crate::{Gas, GasError};
 
@@ -58,7 +58,7 @@ pub(crate) fn check_time(
 /// Returns true if collisions take energy out of the gas and nothing else adds any.
 fn cools(gas: &Gas) -> bool {
     let law = &gas.grains.restitution;
-    let may_add = matches!(law, Law::Delta(_) | Law::Pairs(_));
+    let may_add = law.max_added_speed() > 0.0 || matches!(law, Law::Pairs(_));
     let dissipates = !law.is_elastic() || gas.grains.rough.is_some();
     dissipates && !may_add && gas.grains.gravity.is_none() && heat(gas) == 0.0
 }

@@ -20,7 +20,7 @@ use stosszahl_model::{Interrupt, Particles, transport};
 use crate::check::Planned;
 use crate::follow::PartError;
 use crate::measure::Measure;
-use crate::plan::{EngineKind, EnginePlan, Plan, PlanError, in_cells};
+use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
 use crate::run::{Options, RunError};
 use crate::unsaved::{InMemoryRun, collision_rate, energies, measures, resized};
 use crate::words::percent;
@@ -126,15 +126,17 @@ fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<Strin
     };
     let (mut case, mut words) = (plan.case.clone(), Vec::new());
     for engine in &small.engines {
-        let (Some(asked), Some(written)) = (engine.parameters(), in_cells(&mut case, engine.name))
-        else {
+        let (Some(asked), Some(written)) = (
+            engine.parameters(),
+            case.engine.monte_carlo_mut(engine.name),
+        ) else {
             continue;
         };
         let choice = search.choose(engine, *asked)?;
         written.simulators_per_particle =
             Some(u64::from(choice.parameters.simulators_per_particle));
         let steps = Some(choice.parameters.steps_per_cell_crossing);
-        if choice.parameters.scheme.is_across() {
+        if choice.parameters.scheme.is_cross_cell() {
             written.steps_per_mean_free_time = steps;
         } else {
             written.steps_per_cell_crossing = steps;

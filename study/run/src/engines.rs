@@ -348,15 +348,7 @@ fn branch(plan: &Plan, scheme: Scheme) -> u64 {
     if !plan.has_thermal_units() {
         return IN_UNITS_OF_CASE;
     }
-    match scheme {
-        Scheme::Collisionless => 0,
-        Scheme::Boltzmann => 1,
-        Scheme::FreeVolume => 2,
-        Scheme::Enskog(_) => 3,
-        Scheme::Esmc(_) => 4,
-        Scheme::StochasticDisks { .. } => 5,
-        Scheme::ContactPoint { .. } => 6,
-    }
+    scheme.properties().random_branch
 }
 
 /// Rule of aggregation and fragmentation of the case; `None` without one.

@@ -122,7 +122,7 @@ fn threads(log: &mut TrialLog) -> Done {
             }
         }
         if ends.iter().any(|end| *end != ends[0]) {
-            must!(log, setup.parameters.scheme.is_across(); "another gas with other tiles");
+            must!(log, setup.parameters.scheme.is_cross_cell(); "another gas with other tiles");
             other.push(setup.name);
         }
     }

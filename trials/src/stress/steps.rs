@@ -41,7 +41,7 @@ fn violations(log: &mut TrialLog) -> Done {
         run.engine.hold_step(5.0);
         run.steps(5);
         let (violations, trials) = (run.tally().majorant_violations, run.tally().trials);
-        let good = if run.setup.parameters.scheme.is_across() {
+        let good = if run.setup.parameters.scheme.is_cross_cell() {
             violations == 0 || !run.setup.is_stochastic_disks()
         } else {
             violations > 0

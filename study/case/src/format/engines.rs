@@ -40,6 +40,111 @@ pub struct Engines {
     pub homogeneous: Option<Homogeneous>,
 }
 
+/// Monte Carlo scheme of the format: the engine's name, the keys of its table, and which gases it
+/// fits.
+pub struct SchemeFormat {
+    /// Name of the engine.
+    pub engine: &'static str,
+    /// Keys of its table that other schemes may lack.
+    own_keys: &'static [&'static str],
+    /// True if partners are sought across cells.
+    pub is_cross_cell: bool,
+    /// True if the scheme is of disks alone.
+    pub is_planar: bool,
+    /// Returns the table of a case.
+    pub table: fn(&Engines) -> &Option<MonteCarlo>,
+    /// Returns the table of a case, to be changed.
+    pub table_mut: fn(&mut Engines) -> &mut Option<MonteCarlo>,
+}
+
+impl SchemeFormat {
+    /// Returns all keys of the scheme's table.
+    pub fn keys(&self) -> Vec<&'static str> {
+        /// Keys of all schemes.
+        const ALL: &[&str] = &["simulators_per_particle", "wall_contact"];
+        /// Keys of schemes with partners within a cell.
+        const WITHIN_CELL: &[&str] = &[
+            "cell_size",
+            "steps_per_cell_crossing",
+            "displacement",
+            "weights",
+        ];
+        /// Keys of schemes with partners across cells.
+        const CROSS_CELL: &[&str] = &["steps_per_mean_free_time"];
+        let shared = if self.is_cross_cell {
+            CROSS_CELL
+        } else {
+            WITHIN_CELL
+        };
+        [ALL, shared, self.own_keys].concat()
+    }
+}
+
+impl Engines {
+    /// Returns the table of an engine in cells, to be changed; `None` if the case does not have it.
+    pub fn monte_carlo_mut(&mut self, engine: &str) -> Option<&mut MonteCarlo> {
+        let format = SCHEMES.iter().find(|scheme| scheme.engine == engine)?;
+        (format.table_mut)(self).as_mut()
+    }
+}
+
+/// Monte Carlo schemes in cells, in the order of tables and reports.
+pub static SCHEMES: [SchemeFormat; 6] = [
+    SchemeFormat {
+        engine: "dsmc-boltzmann",
+        own_keys: &[],
+        is_cross_cell: false,
+        is_planar: false,
+        table: |all| &all.boltzmann,
+        table_mut: |all| &mut all.boltzmann,
+    },
+    SchemeFormat {
+        engine: "dsmc-free-volume",
+        own_keys: &["max_contact_value"],
+        is_cross_cell: false,
+        is_planar: false,
+        table: |all| &all.free_volume,
+        table_mut: |all| &mut all.free_volume,
+    },
+    SchemeFormat {
+        engine: "dsmc-enskog",
+        own_keys: &["max_contact_value", "density_window"],
+        is_cross_cell: false,
+        is_planar: false,
+        table: |all| &all.enskog,
+        table_mut: |all| &mut all.enskog,
+    },
+    SchemeFormat {
+        engine: "dsmc-esmc",
+        own_keys: &["cell_size", "max_contact_value", "density_window"],
+        is_cross_cell: true,
+        is_planar: false,
+        table: |all| &all.esmc,
+        table_mut: |all| &mut all.esmc,
+    },
+    SchemeFormat {
+        engine: "dsmc-stochastic-disks",
+        own_keys: &["stiffness"],
+        is_cross_cell: true,
+        is_planar: true,
+        table: |all| &all.stochastic_disks,
+        table_mut: |all| &mut all.stochastic_disks,
+    },
+    SchemeFormat {
+        engine: "dsmc-contact-point",
+        own_keys: &[
+            "cell_size",
+            "max_contact_value",
+            "partner_radius",
+            "simulator_start",
+        ],
+        is_cross_cell: true,
+        is_planar: false,
+        table: |all| &all.contact_point,
+        table_mut: |all| &mut all.contact_point,
+    },
+];
+
 /// Exact event-driven hard disks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

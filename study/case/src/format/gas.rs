@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::restitution::Restitution;
+
 /// Gas: its dimension, its particles, and their contacts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -27,8 +29,9 @@ pub struct Gas {
     /// Root of the mean squared speed at the start; it replaces `temperature`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rms_speed: Option<f64>,
-    /// Normal restitution: a constant from 0 to 1, where 1 is elastic, a viscoelastic law, or the
-    /// Delta model, whose contacts also heat.
+    /// Normal restitution: a constant from 0 to 1, where 1 is elastic, a constant with elastic
+    /// contacts below a threshold of speed, a viscoelastic law, or the Delta model, whose contacts
+    /// also heat.
     #[serde(default)]
     pub restitution: Restitution,
     /// Tangential restitution, from -1 (smooth) to 1 (perfectly rough). Without it particles are
@@ -62,66 +65,6 @@ impl Gas {
     /// Returns the volume of the simulated gas: the volume over the particles per simulator.
     pub fn simulated_volume(&self) -> Option<f64> {
         Some(self.volume? / self.particles_per_simulator.unwrap_or(1.0))
-    }
-}
-
-/// Normal restitution.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum Restitution {
-    /// The same restitution at every approach speed.
-    Constant(#[schemars(range(min = 0.0, max = 1.0))] f64),
-    /// The Delta model: a pair that approaches at the normal speed g separates at
-    /// `coefficient * g + 2 * delta`.
-    Delta(DeltaModel),
-    /// Restitution that falls with the approach speed.
-    Viscoelastic(Viscoelastic),
-}
-
-impl Default for Restitution {
-    fn default() -> Self {
-        Self::Constant(1.0)
-    }
-}
-
-/// Contacts that dissipate and heat (Brito, Risso & Soto 2013): a shaken shallow layer seen from
-/// above.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct DeltaModel {
-    /// Share of the normal approach speed that is kept.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub coefficient: f64,
-    /// Speed Delta, in the unit of the case; a contact adds twice this to the normal speed of
-    /// separation.
-    #[schemars(range(min = 0.0))]
-    pub delta: f64,
-}
-
-/// Viscoelastic particles: their dissipation strength, or the constants of their material.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Viscoelastic {
-    /// Dissipation strength `(A kappa^(2/5))^(1/2)`; speeds are in units of the case, which are thermal speeds of the start where
-    /// temperature and mass are 1.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub viscoelastic: Option<f64>,
-    /// Young's modulus Y, in units of the case: an energy per volume. With it each pair of species
-    /// has the strength that follows from its sizes and masses.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub young_modulus: Option<f64>,
-    /// Poisson's ratio of the material.
-    #[schemars(extend("exclusiveMinimum" = -1.0, "maximum" = 0.5))]
-    pub poisson_ratio: Option<f64>,
-    /// Viscosities of shear and of bulk of the material, each an energy times a time per volume.
-    #[schemars(extend("items" = json!({"type": "number", "minimum": 0.0})))]
-    pub viscosities: Option<[f64; 2]>,
-}
-
-impl Viscoelastic {
-    /// Returns Young's modulus, Poisson's ratio and the viscosities, if they are given.
-    pub fn material(&self) -> Option<(f64, f64, [f64; 2])> {
-        Some((self.young_modulus?, self.poisson_ratio?, self.viscosities?))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Questions about a case that its defaults, checks and measurements follow from.
 
-use super::{Case, Face, FaceWord, Restitution};
+use super::{Case, Face, FaceWord};
 
 impl Case {
     /// Returns true if the gas has positions in a box; without one it is homogeneous by
@@ -45,20 +45,18 @@ impl Case {
     /// Returns true if contacts conserve energy: a restitution of 1, and for particles that spin a
     /// tangential restitution of 1 or -1.
     pub fn is_elastic(&self) -> bool {
-        let is_elastic = |law: &Restitution| *law == Restitution::Constant(1.0);
         let tangential = self.gas.tangential_restitution;
-        is_elastic(&self.gas.restitution)
-            && self.pair.iter().all(|pair| is_elastic(&pair.restitution))
+        self.gas.restitution.is_elastic()
+            && self.pair.iter().all(|pair| pair.restitution.is_elastic())
             && tangential.is_none_or(|tangential| tangential.abs() == 1.0)
     }
 
     /// Returns true for a uniform gas that contacts alone cool: not elastic, without a
     /// thermostat, a shear flow or contacts that heat.
     pub fn cools_freely(&self) -> bool {
-        let heats = matches!(self.gas.restitution, Restitution::Delta(_));
         self.is_uniform()
             && !self.is_elastic()
-            && !heats
+            && !self.gas.restitution.heats()
             && self.thermostat.is_none()
             && !self.is_sheared()
     }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Case, Restitution};
+use super::Case;
 
 /// Question of a case. Its quantity is the headline, the first figure of the report, and the map of
 /// a sweep.
@@ -86,11 +86,7 @@ impl Case {
             .map_or(String::new(), |number| format!("{number} "));
         let packing = self.domain.as_ref().and_then(|one| one.packing_fraction);
         let packing = packing.map_or(String::new(), |packing| format!(", packing {packing}"));
-        let law = match self.gas.restitution {
-            Restitution::Constant(restitution) => format!("restitution {restitution}"),
-            Restitution::Viscoelastic(_) => "viscoelastic".to_owned(),
-            Restitution::Delta(_) => "delta model".to_owned(),
-        };
+        let law = self.gas.restitution.title();
         format!("{what} of {number}{particles}{packing}, {law}")
     }
 }

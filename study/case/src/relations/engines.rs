@@ -1,74 +1,25 @@
 //! Checks of engines: which gases they fit, and which keys they have.
 
 use super::{Checked, Relations};
-use crate::format::{Copies, FACES, Face, FaceWord, MonteCarlo, Neighbourhood, Weights};
-
-/// Keys of all Monte Carlo schemes.
-const ALL: &[&str] = &["simulators_per_particle", "wall_contact"];
-
-/// Keys of schemes with partners within a cell.
-const WITHIN: &[&str] = &[
-    "cell_size",
-    "steps_per_cell_crossing",
-    "displacement",
-    "weights",
-];
-
-/// Keys of each scheme besides those, and whether its partners lie across cells.
-const SCHEMES: [(&str, &[&str], bool); 6] = [
-    ("dsmc-boltzmann", &[], false),
-    ("dsmc-free-volume", &["max_contact_value"], false),
-    (
-        "dsmc-enskog",
-        &["max_contact_value", "density_window"],
-        false,
-    ),
-    (
-        "dsmc-esmc",
-        &[
-            "cell_size",
-            "steps_per_mean_free_time",
-            "max_contact_value",
-            "density_window",
-        ],
-        true,
-    ),
-    (
-        "dsmc-stochastic-disks",
-        &["steps_per_mean_free_time", "stiffness"],
-        true,
-    ),
-    (
-        "dsmc-contact-point",
-        &[
-            "cell_size",
-            "steps_per_mean_free_time",
-            "max_contact_value",
-            "partner_radius",
-            "simulator_start",
-        ],
-        true,
-    ),
-];
+use crate::format::{
+    Copies, FACES, Face, FaceWord, MonteCarlo, Neighbourhood, SCHEMES, SchemeFormat, Weights,
+};
 
 impl Relations<'_> {
     pub(super) fn engines(&self) -> Checked {
         let case = self.case;
         let engine = &case.engine;
-        let schemes: [&Option<MonteCarlo>; 6] = [
-            &engine.boltzmann,
-            &engine.free_volume,
-            &engine.enskog,
-            &engine.esmc,
-            &engine.stochastic_disks,
-            &engine.contact_point,
-        ];
-        let monte_carlo = schemes.iter().filter(|scheme| scheme.is_some()).count();
+        let schemes = || {
+            SCHEMES
+                .iter()
+                .map(|scheme| (scheme, (scheme.table)(engine)))
+        };
+        let monte_carlo = schemes().filter(|(_, written)| written.is_some()).count();
         if !case.has_box() {
             let allowed = "this engine needs a [box]; without one it is dsmc-homogeneous";
             self.without(&["engine.ed"], allowed)?;
-            for (name, _, _) in SCHEMES {
-                self.without(&[&format!("engine.{name}")], allowed)?;
+            for scheme in &SCHEMES {
+                self.without(&[&format!("engine.{}", scheme.engine)], allowed)?;
             }
             return Ok(());
         }
@@ -76,7 +27,7 @@ impl Relations<'_> {
             &["engine.dsmc-homogeneous"],
             "this engine is for gases without a [box]",
         )?;
-        let names: Vec<&str> = SCHEMES.iter().map(|scheme| scheme.0).collect();
+        let names: Vec<&str> = SCHEMES.iter().map(|scheme| scheme.engine).collect();
         self.ensure(
             monte_carlo > 0 || engine.ed.is_some(),
             "engine",
@@ -107,9 +58,9 @@ impl Relations<'_> {
             "accuracy",
             "an accuracy is that of Monte Carlo engines: at least one",
         )?;
-        for ((name, keys, across), scheme) in SCHEMES.into_iter().zip(schemes) {
-            if let Some(scheme) = scheme {
-                self.scheme(name, keys, across, scheme)?;
+        for (scheme, written) in schemes() {
+            if let Some(written) = written {
+                self.scheme(scheme, written)?;
             }
         }
         if let Some(accuracy) = &case.accuracy {
@@ -122,27 +73,26 @@ impl Relations<'_> {
         Ok(())
     }
 
-    fn scheme(&self, name: &str, own: &[&str], across: bool, scheme: &MonteCarlo) -> Checked {
+    fn scheme(&self, format: &SchemeFormat, scheme: &MonteCarlo) -> Checked {
         let case = self.case;
-        let shared: &[&str] = if across { &[] } else { WITHIN };
-        let known: Vec<&str> = [ALL, shared, own].concat();
+        let (name, keys) = (format.engine, format.keys());
         let table = self.table["engine"][name].as_table();
         for key in table.into_iter().flat_map(|table| table.keys()) {
             let allowed = format!(
                 "{name} does not have this key; its keys are {}",
-                known.join(", ")
+                keys.join(", ")
             );
             self.ensure(
-                known.contains(&key.as_str()),
+                keys.contains(&key.as_str()),
                 format!("engine.{name}.{key}"),
                 allowed,
             )?;
         }
         let free = case.obstacle.is_empty();
         self.ensure(
-            free || !across,
+            free || !format.is_cross_cell,
             format!("engine.{name}"),
-            "obstacles go with dsmc-boltzmann, dsmc-free-volume, dsmc-enskog and ed",
+            format!("obstacles go with {} and ed", within_cell().join(", ")),
         )?;
         let is_mean = matches!(scheme.density_window, Some(Neighbourhood::Whole(_)));
         self.ensure(
@@ -150,7 +100,7 @@ impl Relations<'_> {
             format!("engine.{name}.density_window"),
             "a number of cells, whose density ends at obstacles; the mean of the whole box does not",
         )?;
-        let disks = name != "dsmc-stochastic-disks" || self.dimension() == 2;
+        let disks = !format.is_planar || self.dimension() == 2;
         let allowed = "stochastic disks are disks: gas.dimension = 2";
         self.ensure(disks, format!("engine.{name}"), allowed)?;
         let coherent = scheme.simulator_start == Some(Copies::Coherent);
@@ -180,4 +130,10 @@ impl Relations<'_> {
             "this key needs walls or obstacles",
         )
     }
+}
+
+/// Names of the engines with partners within a cell.
+pub(super) fn within_cell() -> Vec<&'static str> {
+    let within = SCHEMES.iter().filter(|scheme| !scheme.is_cross_cell);
+    within.map(|scheme| scheme.engine).collect()
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Checked, MOST, MOST_MASSES, Relations};
 use crate::error::brief_number;
-use crate::format::{Distribution, Placement, Restitution, Rounding, Units, Velocities};
+use crate::format::{Distribution, Placement, Rounding, Units, Velocities};
 
 impl Relations<'_> {
     /// Checks that the number of particles is given in one way.
@@ -117,25 +117,16 @@ impl Relations<'_> {
         species.collect()
     }
 
-    /// Checks that a viscoelastic law has its strength, or all constants of a material.
+    /// Checks that each law of restitution has the keys that go together.
     pub(super) fn laws(&self) -> Checked {
         let pairs = self.case.pair.iter().enumerate();
         let of_pairs = pairs
             .map(|(index, pair)| (format!("pair.{}.restitution", index + 1), pair.restitution));
         let general = ("gas.restitution".to_owned(), self.case.gas.restitution);
         for (key, law) in std::iter::once(general).chain(of_pairs) {
-            let Restitution::Viscoelastic(law) = law else {
-                continue;
-            };
-            let constants = [
-                law.young_modulus.is_some(),
-                law.poisson_ratio.is_some(),
-                law.viscosities.is_some(),
-            ];
-            let all = |given: bool| constants.iter().all(|one| *one == given);
-            let good = all(law.viscoelastic.is_none());
-            let allowed = "{ viscoelastic = STRENGTH }, or the constants of a material: young_modulus, poisson_ratio and viscosities";
-            self.ensure(good, key, allowed)?;
+            if let Some(allowed) = law.fault() {
+                return self.refuse(key, allowed);
+            }
         }
         Ok(())
     }

@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
+use super::engines::within_cell;
 use super::{Checked, Relations};
 use crate::error::brief_number;
 use crate::format::{
-    Displacement, FACES, Face, FaceWord, PairCorrelation, Placement, Restitution, Wall,
+    Displacement, FACES, Face, FaceWord, PairCorrelation, Placement, Restitution, SCHEMES, Wall,
 };
 
 impl Relations<'_> {
@@ -88,20 +89,25 @@ impl Relations<'_> {
         self.ensure(case.obstacle.is_empty(), key, allowed)?;
         let allowed = "a flow without [gravity], along which a periodic gas would fall for ever";
         self.ensure(case.gravity.is_none(), key, allowed)?;
-        let allowed = "exact disks and Monte Carlo within cells: [engine.ed], [engine.dsmc-boltzmann], [engine.dsmc-free-volume] and \
-                       [engine.dsmc-enskog]; the other schemes look for partners across the edge of the box, which slides";
-        let engine = &case.engine;
-        let across = [
-            engine.esmc.is_some(),
-            engine.stochastic_disks.is_some(),
-            engine.contact_point.is_some(),
-        ];
-        self.ensure(!across.contains(&true), key, allowed)?;
-        for (name, written) in [
-            ("dsmc-boltzmann", &engine.boltzmann),
-            ("dsmc-free-volume", &engine.free_volume),
-            ("dsmc-enskog", &engine.enskog),
-        ] {
+        let within = within_cell();
+        let within: Vec<String> = within
+            .iter()
+            .map(|name| format!("[engine.{name}]"))
+            .collect();
+        let allowed = format!(
+            "exact disks and Monte Carlo within cells: [engine.ed] and {}; the other schemes look for partners across the edge of \
+             the box, which slides",
+            within.join(", ")
+        );
+        let written = || {
+            SCHEMES
+                .iter()
+                .map(|scheme| (scheme, (scheme.table)(&case.engine)))
+        };
+        let across = written().any(|(scheme, table)| scheme.is_cross_cell && table.is_some());
+        self.ensure(!across, key, allowed)?;
+        for (scheme, written) in written().filter(|(scheme, _)| !scheme.is_cross_cell) {
+            let name = scheme.engine;
             let is_displaced = written
                 .as_ref()
                 .and_then(|one| one.displacement.as_ref())

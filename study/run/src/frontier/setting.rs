@@ -3,13 +3,15 @@
 //! Replicas are not varied: n of them lower the noise by √n and leave the bias, so their error
 //! follows from that of one (see [`stosszahl_analysis::accuracy`]).
 
+use stosszahl_case::format::{SCHEMES, SchemeFormat};
 use stosszahl_dsmc::{
-    Copies, Displacement, Neighbourhood, Parameters, Scheme, WallClearance, Weights,
+    Copies, Displacement, Neighbourhood, Parameters, PartnerSelection, Scheme, WallClearance,
+    Weights,
 };
 use stosszahl_model::kinetic;
 use stosszahl_results::engine_title;
 
-use crate::plan::{EngineKind, EnginePlan, IN_CELLS, Plan};
+use crate::plan::{EngineKind, EnginePlan, Plan};
 
 /// Step of a sequence of settings whose error falls by theory as a power of h.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,8 +45,10 @@ pub(super) fn engine(kind: EngineKind) -> EnginePlan {
         EngineKind::Homogeneous(_) => "dsmc-homogeneous",
         EngineKind::MonteCarlo(parameters) => {
             let name = parameters.scheme.name();
-            let of_scheme = |engine: &&str| engine.strip_prefix("dsmc-") == Some(name);
-            IN_CELLS.into_iter().find(of_scheme).unwrap_or(IN_CELLS[0])
+            let of_scheme =
+                |format: &&SchemeFormat| format.engine.strip_prefix("dsmc-") == Some(name);
+            let format = SCHEMES.iter().find(of_scheme).unwrap_or(&SCHEMES[0]);
+            format.engine
         }
     };
     EnginePlan {
@@ -139,11 +143,13 @@ impl Setting {
             Some(parameters) => {
                 let copies = f64::from(parameters.simulators_per_particle);
                 let steps = plan.expected_steps(parameters) * disks * copies;
-                match parameters.scheme {
-                    Scheme::Esmc(_) => ESMC * steps,
-                    Scheme::StochasticDisks { .. } => OVERLAP * steps,
-                    Scheme::ContactPoint { .. } => FLIGHT * steps + AROUND * collisions * copies,
-                    _ => WITHIN * steps,
+                match parameters.scheme.partners() {
+                    PartnerSelection::ContactCell => ESMC * steps,
+                    PartnerSelection::Overlap => OVERLAP * steps,
+                    PartnerSelection::AroundContact => {
+                        FLIGHT * steps + AROUND * collisions * copies
+                    }
+                    PartnerSelection::None | PartnerSelection::WithinCell => WITHIN * steps,
                 }
             }
         };

@@ -19,7 +19,7 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_dsmc::{Displacement, Parameters, Scheme};
+use stosszahl_dsmc::{Displacement, Parameters, PartnerSelection};
 use stosszahl_results::{Table, table};
 
 use super::over;
@@ -200,7 +200,7 @@ impl Budget<'_> {
 
     fn monte_carlo(&self, parameters: &Parameters) -> Vec<Source> {
         let path = self.plan.mean_free_path();
-        let within = !parameters.scheme.is_across();
+        let within = !parameters.scheme.is_cross_cell();
         let cell = within.then(|| {
             let width = self.plan.cell(parameters)[0] / path;
             let reason = "cells carry momentum across their width: error of the viscosity";
@@ -243,7 +243,7 @@ impl Budget<'_> {
 
     fn simulators(&self, parameters: &Parameters) -> Option<Source> {
         let plan = self.plan;
-        if let Scheme::ContactPoint { .. } = parameters.scheme {
+        if parameters.scheme.partners() == PartnerSelection::AroundContact {
             let packing = plan.packing_fraction;
             let (partners, excess) = in_space!(plan.dimension, S => (
                 parameters.partners::<S>(packing, 1.0),
@@ -262,7 +262,7 @@ impl Budget<'_> {
         let (value, estimate) = ((count, "simulators"), RATE_ERROR_IN_A_CELL / count);
         let reason = "pairs of a cell are few and meet again: error of the collision rate";
         let source = Source::new("simulators per cell", value, estimate, reason);
-        (!parameters.scheme.is_across()).then_some(source)
+        (!parameters.scheme.is_cross_cell()).then_some(source)
     }
 
     fn separation(&self, within: bool, path: f64) -> Source {

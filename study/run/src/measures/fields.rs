@@ -134,7 +134,7 @@ impl Measure for Fields {
             periodic: plan.periodic(),
             carries: match &engine.kind {
                 EngineKind::EventDriven { .. } => true,
-                EngineKind::MonteCarlo(parameters) => parameters.scheme.carries(),
+                EngineKind::MonteCarlo(parameters) => parameters.scheme.is_cross_cell(),
                 EngineKind::Homogeneous(_) => false,
             },
             record: Record {

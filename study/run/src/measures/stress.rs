@@ -6,7 +6,6 @@ use serde::Deserialize;
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_analysis::statistics::Moments as Spread;
 use stosszahl_analysis::stress::{StressIntegrals, StressRecorder, kinetic_stress};
-use stosszahl_dsmc::Scheme;
 use stosszahl_model::Observer;
 use stosszahl_results::{Estimate, Table, table};
 
@@ -141,8 +140,8 @@ fn pressure_theory(plan: &Plan, engine: &EnginePlan, temperature: f64) -> Option
     }
     if let EngineKind::MonteCarlo(parameters) = &engine.kind {
         match parameters.scheme {
-            scheme if scheme.carries() => {}
-            Scheme::Boltzmann => return Some(1.0),
+            scheme if scheme.is_cross_cell() => {}
+            scheme if scheme.is_dilute() => return Some(1.0),
             // Their displacements are a choice, and with them their pressure.
             _ => return None,
         }
@@ -275,7 +274,7 @@ impl Measure for Stress {
 
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
         let apart = match &engine.kind {
-            EngineKind::MonteCarlo(parameters) => parameters.scheme.feels_flow(),
+            EngineKind::MonteCarlo(parameters) => parameters.scheme.properties().feels_flow,
             _ => true,
         };
         let options: Options = measure::chosen(plan, self.name());

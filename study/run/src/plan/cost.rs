@@ -252,7 +252,7 @@ impl Plan {
             }
             EngineKind::MonteCarlo(parameters) => {
                 // With partners across cells 28 bytes more of a simulator were found in the plane.
-                let held = if parameters.scheme.is_across() {
+                let held = if parameters.scheme.is_cross_cell() {
                     3.0
                 } else {
                     2.0
@@ -358,7 +358,7 @@ impl Plan {
             }
             EngineKind::Homogeneous(Selection::SingleMajorant) => TRIALS[1],
             EngineKind::MonteCarlo(parameters) => {
-                TRIALS[usize::from(parameters.scheme.is_across())]
+                TRIALS[usize::from(parameters.scheme.is_cross_cell())]
             }
         };
         // Diameter, square of the speed, and share of each class; the largest of all particles may
@@ -400,7 +400,7 @@ impl Plan {
             EngineKind::EventDriven { .. } => self.exact_seconds(pairs),
             EngineKind::MonteCarlo(parameters) => {
                 let copies = engine.copies() as f64;
-                let across = if parameters.scheme.is_across() {
+                let across = if parameters.scheme.is_cross_cell() {
                     copies * pairs / COLLISIONS_ACROSS_PER_SECOND
                 } else {
                     0.0
@@ -431,7 +431,7 @@ impl Plan {
     pub fn expected_steps(&self, parameters: &stosszahl_dsmc::Parameters) -> f64 {
         // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
         let mut step = self.scheme_path(parameters) / 1.25;
-        if !parameters.scheme.is_across() {
+        if !parameters.scheme.is_cross_cell() {
             step = step.min(self.cell(parameters)[0] / 4.5);
         }
         let until = self.case.run.until;

@@ -6,13 +6,13 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use stosszahl_case::Case;
-use stosszahl_case::format::{Placement, Restitution, TimeUnit, Velocities};
+use stosszahl_case::format::{Placement, TimeUnit, Velocities};
 use stosszahl_model::initial::{
     self, Arrangement, PlacementError, SEQUENTIAL_LIMIT, StartFile, VelocityDistribution,
 };
 use stosszahl_model::{
-    Domain, Grains, Law, Monodisperse, Plane, Polydisperse, Restitution as _, Rough,
-    SizeDistribution, Space as _, Species, Volume, kinetic, transport,
+    Domain, Grains, Law, Monodisperse, Plane, Polydisperse, Rough, SizeDistribution, Space as _,
+    Species, Volume, kinetic, transport,
 };
 
 use super::boundaries;
@@ -78,11 +78,9 @@ impl Plan {
             2 => contact_value(gas.packing),
             _ => Volume::contact_value(gas.packing.min(0.74)),
         };
-        let restitution = match &law {
-            Law::Viscoelastic(law) => law.normal(PI.sqrt() * thermal_speed),
-            Law::Delta(law) => law.coefficient(),
-            other => other.constant().unwrap_or_else(|| general(case)),
-        };
+        let mean_approach = PI.sqrt() * thermal_speed;
+        let restitution =
+            (law.coefficient(mean_approach)).unwrap_or_else(|| case.gas.restitution.coefficient());
         let mut plan = Self {
             case: case.clone(),
             dimension,
@@ -234,9 +232,10 @@ impl Plan {
 
     /// Refuses packings that hard particles cannot have.
     fn check_density(&self) -> Result<(), PlanError> {
-        let hard = self.engines.iter().any(|engine| {
-            (engine.parameters()).is_none_or(|one| one.scheme != stosszahl_dsmc::Scheme::Boltzmann)
-        });
+        let hard = self
+            .engines
+            .iter()
+            .any(|engine| (engine.parameters()).is_none_or(|one| !one.scheme.is_dilute()));
         let closest = self.closest_packing();
         let fits = self.packing_fraction <= closest * (1.0 + 1e-9);
         let part = if self.case.obstacle.is_empty() {
@@ -318,7 +317,8 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let Some((lengths, packing)) = given else {
         return Ok(Cow::Borrowed(case));
     };
-    let critical = transport::critical_length(packing, contact_value(packing), general(case));
+    let restitution = case.gas.restitution.coefficient();
+    let critical = transport::critical_length(packing, contact_value(packing), restitution);
     let aspect = domain.map_or(1.0, |domain| domain.aspect_ratio);
     let number = (packing * (aspect * (lengths * critical).powi(2)) / FRAC_PI_4).round();
     let found = format!("{} ({} disks)", short(lengths), short(number));
@@ -346,15 +346,6 @@ fn temperature(case: &Case) -> Result<f64, PlanError> {
     let allowed = "a speed whose temperature is a number";
     PlanError::require(temperature.is_normal(), "gas.rms_speed", speed, allowed)?;
     Ok(temperature)
-}
-
-/// Returns the constant of `gas.restitution`, for estimates of gases with a law for each pair.
-fn general(case: &Case) -> f64 {
-    match case.gas.restitution {
-        Restitution::Constant(coefficient) => coefficient,
-        Restitution::Delta(law) => law.coefficient,
-        Restitution::Viscoelastic(_) => 1.0,
-    }
 }
 
 fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {

@@ -3,10 +3,11 @@
 use stosszahl_case::Case;
 use stosszahl_case::format::{
     Copies as WrittenCopies, Displacement as WrittenDisplacement, Inelastic, MonteCarlo,
-    Neighbourhood as WrittenNeighbourhood, WallsActOn,
+    Neighbourhood as WrittenNeighbourhood, SCHEMES, SchemeFormat, WallsActOn,
 };
 use stosszahl_dsmc::{
-    Copies, Displacement, Neighbourhood, Parameters, Scheme, WallClearance, Weights,
+    Copies, Displacement, Neighbourhood, Parameters, PartnerSelection, Scheme, SchemeSettings,
+    WallClearance, Weights,
 };
 use stosszahl_model::{Space, transport};
 
@@ -37,13 +38,13 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
             weights: Weights::uniform(),
         });
     }
-    for name in IN_CELLS {
-        let written = in_cells(&mut plan.case.clone(), name).cloned();
-        let Some((written, scheme)) = written.zip(scheme_of(name)) else {
+    for format in &SCHEMES {
+        let (Some(written), Some(scheme)) = ((format.table)(&written), scheme_of(format.engine))
+        else {
             continue;
         };
-        let dimension = plan.dimension;
-        let engine = in_space!(dimension, S => monte_carlo::<S>(plan, name, &written, scheme));
+        let engine =
+            in_space!(plan.dimension, S => monte_carlo::<S>(plan, format.engine, written, scheme));
         list.push(engine?);
     }
     if !plan.has_box() {
@@ -57,16 +58,6 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
     Ok(list)
 }
 
-/// The engines in cells, in their order: `dsmc-` and the name of the scheme.
-pub(crate) const IN_CELLS: [&str; 6] = [
-    "dsmc-boltzmann",
-    "dsmc-free-volume",
-    "dsmc-enskog",
-    "dsmc-esmc",
-    "dsmc-stochastic-disks",
-    "dsmc-contact-point",
-];
-
 /// Simulators in a cell of a flow, and most simulators in all, where the case says nothing: some 100 MB.
 const TEN: f64 = 10.0;
 const MOST_SIMULATORS: f64 = 1_048_576.0;
@@ -74,21 +65,6 @@ const MOST_SIMULATORS: f64 = 1_048_576.0;
 /// The scheme of an engine in cells, with its own settings.
 fn scheme_of(engine: &str) -> Option<Scheme> {
     Scheme::named(engine.strip_prefix("dsmc-")?)
-}
-
-/// Returns the table of an engine in cells, as written in the case.
-pub(crate) fn in_cells<'a>(case: &'a mut Case, name: &str) -> Option<&'a mut MonteCarlo> {
-    let engines = &mut case.engine;
-    let written = match name {
-        "dsmc-boltzmann" => &mut engines.boltzmann,
-        "dsmc-free-volume" => &mut engines.free_volume,
-        "dsmc-enskog" => &mut engines.enskog,
-        "dsmc-esmc" => &mut engines.esmc,
-        "dsmc-stochastic-disks" => &mut engines.stochastic_disks,
-        "dsmc-contact-point" => &mut engines.contact_point,
-        _ => return None,
-    };
-    written.as_mut()
 }
 
 /// Simulators in a cell with which the rate of a scheme within cells is off by less than a per cent: its error is a third over that number.
@@ -104,22 +80,14 @@ fn monte_carlo<S: Space>(
     scheme: Scheme,
 ) -> Result<EnginePlan, PlanError> {
     let unit = plan.scale.length;
-    let neighbourhood = |default| match written.density_window {
-        Some(WrittenNeighbourhood::Cells(cells)) => Neighbourhood::Cells(cells as u32),
-        Some(WrittenNeighbourhood::Whole(_)) => Neighbourhood::Mean,
-        None => default,
-    };
-    let scheme = match scheme {
-        Scheme::Enskog(default) => Scheme::Enskog(neighbourhood(default)),
-        Scheme::Esmc(default) => Scheme::Esmc(neighbourhood(default)),
-        Scheme::StochasticDisks { stiffness } => Scheme::StochasticDisks {
-            stiffness: written.stiffness.unwrap_or(stiffness),
-        },
-        Scheme::ContactPoint { .. } => Scheme::ContactPoint {
-            radius: written.partner_radius.map(|radius| radius / unit),
-        },
-        other => other,
-    };
+    let scheme = scheme.with_settings(SchemeSettings {
+        neighbourhood: written.density_window.map(|window| match window {
+            WrittenNeighbourhood::Cells(cells) => Neighbourhood::Cells(cells as u32),
+            WrittenNeighbourhood::Whole(_) => Neighbourhood::Mean,
+        }),
+        stiffness: written.stiffness,
+        radius: written.partner_radius.map(|radius| radius / unit),
+    });
     let mut parameters = Parameters::for_scheme(scheme);
     parameters.displacement = match written.displacement {
         Some(WrittenDisplacement::Switch(false)) => Displacement::None,
@@ -140,14 +108,14 @@ fn monte_carlo<S: Space>(
     parameters.max_contact_value =
         (written.max_contact_value).unwrap_or(parameters.max_contact_value);
     let diameter = 2.0 * plan.mean_radius();
-    let chaotic = matches!(scheme, Scheme::ContactPoint { .. });
+    let chaotic = scheme.partners() == PartnerSelection::AroundContact;
     parameters.simulators_per_particle = match written.simulators_per_particle {
         Some(simulators) => simulators as u32,
         None if chaotic => {
             Parameters::enough_for_chaos::<S>(scheme, plan.packing_fraction, diameter, plan.count())
         }
         // A case that chooses the cells also chooses their simulators.
-        None if !plan.is_uniform() && !scheme.is_across() && written.cell_size.is_none() => {
+        None if !plan.is_uniform() && !scheme.is_cross_cell() && written.cell_size.is_none() => {
             plan.simulators_of_flow(plan.resolving_cell(scheme))
         }
         None if written.cell_size.is_none() => plan.enough_simulators(&parameters),
@@ -162,7 +130,7 @@ fn monte_carlo<S: Space>(
     };
     parameters.cell_size = match written.cell_size {
         Some(size) => Some(size / unit),
-        None if !plan.is_uniform() && !scheme.is_across() => {
+        None if !plan.is_uniform() && !scheme.is_cross_cell() => {
             Some(plan.cell_of_flow(scheme, parameters.simulators_per_particle))
         }
         None => None,
@@ -177,26 +145,22 @@ fn monte_carlo<S: Space>(
 
 /// Where walls and obstacles act on the particles of an engine in cells.
 fn clearance(written: &MonteCarlo, scheme: Scheme) -> WallClearance {
-    let centre = match written.wall_contact {
-        Some(place) => place == WallsActOn::Centre,
-        None => scheme == Scheme::Boltzmann,
-    };
-    if centre {
-        WallClearance::Centre
-    } else {
-        WallClearance::Radius
+    match written.wall_contact {
+        Some(WallsActOn::Centre) => WallClearance::Centre,
+        Some(WallsActOn::Radius) => WallClearance::Radius,
+        None => scheme.properties().clearance,
     }
 }
 
 /// A radius if an engine of the case keeps surfaces of particles from walls and obstacles, none if all keep centres.
 pub(super) fn widest_clearance(case: &Case) -> WallClearance {
-    let mut case = case.clone();
-    let by_radius = |name: &&str| {
-        let written = in_cells(&mut case, name).cloned();
-        let engine = written.zip(scheme_of(name));
-        engine.is_some_and(|(written, scheme)| clearance(&written, scheme) == WallClearance::Radius)
+    let by_radius = |format: &SchemeFormat| {
+        let engine = (format.table)(&case.engine)
+            .as_ref()
+            .zip(scheme_of(format.engine));
+        engine.is_some_and(|(written, scheme)| clearance(written, scheme) == WallClearance::Radius)
     };
-    if IN_CELLS.iter().any(by_radius) || case.engine.ed.is_some() {
+    if SCHEMES.iter().any(by_radius) || case.engine.ed.is_some() {
         WallClearance::Radius
     } else {
         WallClearance::Centre
@@ -240,9 +204,10 @@ impl Plan {
     pub fn flow_path(&self, scheme: Scheme) -> f64 {
         let densest = if self.dimension == 2 { 0.6 } else { 0.5 };
         let packing = self.packing_fraction.min(densest);
-        let chi = match scheme {
-            Scheme::Boltzmann => 1.0,
-            _ => in_space!(self.dimension, S => S::contact_value(packing)),
+        let chi = if scheme.is_dilute() {
+            1.0
+        } else {
+            in_space!(self.dimension, S => S::contact_value(packing))
         };
         self.dilute_mean_free_path() / chi
     }
@@ -251,7 +216,7 @@ impl Plan {
     /// dense schemes.
     fn resolving_cell(&self, scheme: Scheme) -> f64 {
         let half = 0.5 * self.flow_path(scheme);
-        if scheme == Scheme::Boltzmann {
+        if scheme.is_dilute() {
             half
         } else {
             let radii = self.species.iter().map(|one| one.radius);
@@ -281,10 +246,10 @@ impl Plan {
         const MOST: f64 = 1024.0;
         const MOST_IN_ALL: f64 = (1 << 20) as f64;
         let each = self.simulators_per_cell(one) / f64::from(one.simulators_per_particle);
-        let wanted = match one.scheme {
+        let wanted = match one.scheme.partners() {
             _ if !self.is_uniform() => 1.0,
-            Scheme::Esmc(_) => ENOUGH_FOR_ESMC,
-            Scheme::Boltzmann | Scheme::FreeVolume | Scheme::Enskog(_) => ENOUGH_IN_A_CELL / each,
+            PartnerSelection::ContactCell => ENOUGH_FOR_ESMC,
+            PartnerSelection::WithinCell => ENOUGH_IN_A_CELL / each,
             _ => 1.0,
         };
         let most = (MOST_IN_ALL / self.count() as f64).clamp(1.0, MOST);

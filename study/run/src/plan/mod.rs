@@ -51,7 +51,6 @@ pub use cost::{
 };
 pub(crate) use data::in_space;
 pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
-pub(crate) use engines::{IN_CELLS, in_cells};
 pub(crate) use notable::RATE_ERROR_IN_A_CELL;
 pub use region::Region;
 pub use times::logarithmic;

@@ -1,7 +1,7 @@
 //! Warnings about a case before it is run, and quantities that follow from it.
 
 use stosszahl_case::format::{Face, Placement, Velocities, VelocityWord};
-use stosszahl_dsmc::{Copies, Parameters, Scheme};
+use stosszahl_dsmc::{ContactLaw, Copies, Parameters, PartnerSelection};
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
 use stosszahl_model::kinetic;
 use stosszahl_results::engine_title;
@@ -199,7 +199,7 @@ impl Plan {
 
     fn notable_engine(&self, engine: &EnginePlan, parameters: &Parameters, list: &mut Vec<String>) {
         let name = engine_title(engine.name);
-        if let Scheme::ContactPoint { .. } = parameters.scheme {
+        if parameters.scheme.partners() == PartnerSelection::AroundContact {
             let diameter = 2.0 * self.mean_radius();
             let (scheme, packing) = (parameters.scheme, self.packing_fraction);
             let (wanted, excess) = in_space!(self.dimension, S => (
@@ -230,7 +230,7 @@ impl Plan {
             }
             return;
         }
-        if parameters.scheme.is_across() {
+        if parameters.scheme.is_cross_cell() {
             return;
         }
         if let Some(simulators) = self.few_in_a_flow(parameters) {
@@ -275,7 +275,7 @@ impl Plan {
         };
         let name = engine_title(engine.name);
         if !self.is_uniform() {
-            if parameters.scheme.is_across() {
+            if parameters.scheme.is_cross_cell() {
                 return None;
             }
             let few = self.few_in_a_flow(parameters);
@@ -287,24 +287,24 @@ impl Plan {
             return (!reasons.is_empty()).then(|| format!("{name} has {}", reasons.join(" and ")));
         }
         let each = f64::from(parameters.simulators_per_particle);
-        let (error, has) = match parameters.scheme {
-            Scheme::Collisionless => return None,
-            Scheme::StochasticDisks { .. } => {
+        let (error, has) = match parameters.scheme.partners() {
+            PartnerSelection::None => return None,
+            PartnerSelection::Overlap => {
                 return Some(format!(
                     "{name} is a fluid of penetrable disks, whose collision rate is not that of hard disks"
                 ));
             }
-            Scheme::Esmc(_) => (
+            PartnerSelection::ContactCell => (
                 ENERGY_OVER_RATE * RATE_ERROR_OF_ESMC / each,
                 format!("{} simulators per particle", short(each)),
             ),
-            Scheme::ContactPoint { .. } => {
+            PartnerSelection::AroundContact => {
                 let diameter = 2.0 * self.mean_radius();
                 let excess = in_space!(self.dimension, S => parameters
                     .excess_of_repeated_pairs::<S>(self.packing_fraction, diameter, self.restitution));
                 (excess, format!("{} simulators per particle", short(each)))
             }
-            Scheme::Boltzmann | Scheme::FreeVolume | Scheme::Enskog(_) => {
+            PartnerSelection::WithinCell => {
                 let simulators = self.simulators_per_cell(parameters);
                 (
                     ENERGY_OVER_RATE * RATE_ERROR_IN_A_CELL / simulators,
@@ -329,9 +329,9 @@ impl Plan {
                 list.push(format!(
                     "{reason}: its comparisons are void. {}",
                     match engine.parameters().map(|one| one.scheme) {
-                        Some(Scheme::StochasticDisks { .. }) =>
+                        Some(scheme) if scheme.partners() == PartnerSelection::Overlap =>
                             "A larger stiffness brings it nearer to hard disks",
-                        Some(scheme) if scheme.is_across() =>
+                        Some(scheme) if scheme.is_cross_cell() =>
                             "More simulators_per_particle make the error smaller",
                         _ =>
                             "More simulators_per_particle or a larger cell_size make the error smaller",
@@ -362,7 +362,7 @@ impl Plan {
     pub fn rate_ratio(&self, engine: &EnginePlan) -> f64 {
         let known = engine
             .parameters()
-            .filter(|one| matches!(one.scheme, Scheme::Boltzmann | Scheme::FreeVolume));
+            .filter(|one| one.scheme.properties().contact != ContactLaw::Enskog);
         known.map_or(1.0, |one| {
             let packing = self.packing_fraction;
             let chi = in_space!(self.dimension, S => one.scheme.contact_value::<S>(packing));
@@ -520,7 +520,7 @@ impl Plan {
                 f64::from(parameters.simulators_per_particle),
                 "1",
             );
-            if let Scheme::ContactPoint { .. } = parameters.scheme {
+            if parameters.scheme.partners() == PartnerSelection::AroundContact {
                 let coherent = f64::from(u8::from(parameters.copies == Copies::Coherent));
                 own(
                     "partner_radius",

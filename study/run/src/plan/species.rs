@@ -5,7 +5,8 @@ use stosszahl_case::Case;
 use stosszahl_case::format::{Continuous, Distribution, Restitution, Rounding, Species as Written};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Constant, DeltaModel, Invalid, Kind as Like, Law, Material, PerPair, Viscoelastic,
+    Constant, DeltaModel, Invalid, Kind as Like, Law, Material, PerPair, ThresholdModel,
+    Viscoelastic,
 };
 
 use super::data::{Class, PlanError, SpeciesPlan};
@@ -288,7 +289,7 @@ const MOST_IN_PAIRS: usize = 4096;
 pub(super) fn law(case: &Case, gas: &Gas) -> Result<Law, PlanError> {
     let species = gas.species.len();
     let one = |key: &str, written: Restitution, pair| one_law(key, written, gas, pair);
-    let material = is_material(case.gas.restitution);
+    let material = case.gas.restitution.is_of_material();
     let first = one("gas.restitution", case.gas.restitution, [0, 0])?;
     if case.pair.is_empty() && !(material && species > 1) {
         return Ok(first);
@@ -321,12 +322,6 @@ pub(super) fn law(case: &Case, gas: &Gas) -> Result<Law, PlanError> {
         .map_err(|error| PlanError::new("pair", error.found, error.allowed))
 }
 
-/// Returns true if a law follows from the constants of a material, so that unlike pairs have unlike
-/// laws.
-fn is_material(written: Restitution) -> bool {
-    matches!(written, Restitution::Viscoelastic(law) if law.material().is_some())
-}
-
 /// Returns the law of a key between two species.
 fn one_law(key: &str, written: Restitution, gas: &Gas, pair: [usize; 2]) -> Result<Law, PlanError> {
     let refused = |error: Invalid| PlanError::new(key, error.found, error.allowed);
@@ -337,6 +332,12 @@ fn one_law(key: &str, written: Restitution, gas: &Gas, pair: [usize; 2]) -> Resu
         Restitution::Delta(law) => {
             let delta = law.delta / gas.scale.speed();
             return DeltaModel::new(law.coefficient, delta)
+                .map(Law::from)
+                .map_err(refused);
+        }
+        Restitution::Threshold(law) => {
+            let threshold = law.elastic_below / gas.scale.speed();
+            return ThresholdModel::new(law.coefficient, threshold)
                 .map(Law::from)
                 .map_err(refused);
         }

@@ -4,7 +4,6 @@ use stosszahl_analysis::theory::rough::{RoughGas, Temperatures};
 use stosszahl_analysis::theory::sonine::MOST_ROUGH_ORDERS;
 use stosszahl_analysis::theory::{Column, Layer, TheoryError};
 use stosszahl_case::format::{Face, FaceWord, Wall, WallsActOn};
-use stosszahl_dsmc::Scheme;
 use stosszahl_model::Space as _;
 
 use crate::plan::{EngineKind, EnginePlan, Plan, SpeciesPlan, in_space};
@@ -45,7 +44,7 @@ fn spin_temperature(plan: &Plan) -> f64 {
 
 /// Whether particles collide as often as those of a dilute gas, however dense theirs is.
 pub fn is_dilute(engine: &EnginePlan) -> bool {
-    matches!(&engine.kind, EngineKind::MonteCarlo(one) if one.scheme == Scheme::Boltzmann)
+    matches!(&engine.kind, EngineKind::MonteCarlo(one) if one.scheme.is_dilute())
 }
 
 /// Temperatures of translation and rotation at some engine times, of a homogeneous gas of equal rough particles at the
