@@ -1,18 +1,12 @@
 //! The command line as typed.
 
-use std::path::PathBuf;
-use std::time::Duration;
-
-use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Args, Parser, Subcommand};
 
 use crate::bench::{BenchDsmc, BenchEd, BenchMixture};
-use crate::{TrialRow, calibrate, docs, validate};
-
-fn names(trials: &[TrialRow]) -> PossibleValuesParser {
-    let value = |trial: &TrialRow| PossibleValue::new(trial.name).help(trial.tried);
-    PossibleValuesParser::new(trials.iter().map(value))
-}
+use crate::calibrate::Calibrate;
+use crate::docs::Docs;
+use crate::stress::StressCases;
+use crate::validate::{ValidateAll, ValidateDsmc};
 
 /// Hard cases, claims about accuracy, and speed of the engines of stosszahl.
 #[derive(Debug, Parser)]
@@ -76,34 +70,6 @@ pub enum Command {
     Validate(ValidateArguments),
 }
 
-/// `stosszahl-trials calibrate`.
-#[derive(Clone, Debug, Args)]
-pub struct Calibrate {
-    /// Only this part; may be repeated [default: all].
-    #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = names(calibrate::TRIALS))]
-    pub part: Vec<String>,
-    /// Fewer replicas, and 20 elastic cases in place of 500.
-    #[arg(long)]
-    pub quick: bool,
-}
-
-/// `stosszahl-trials docs`.
-#[derive(Clone, Debug, Args)]
-pub struct Docs {
-    /// Only this block; may be repeated [default: the cheap ones].
-    #[arg(value_name = "NAME", value_parser = docs::names())]
-    pub name: Vec<String>,
-    /// Change nothing, and say what is wrong.
-    #[arg(long)]
-    pub check: bool,
-    /// All blocks, also those that take hours of a core.
-    #[arg(long, conflicts_with_all = ["check", "name"])]
-    pub costly: bool,
-    /// Resume runs in results/docs that were stopped, and use those that are complete.
-    #[arg(long, conflicts_with = "check")]
-    pub resume: bool,
-}
-
 /// `stosszahl-trials validate`, of the whole or of one engine.
 #[derive(Debug, Args)]
 pub struct ValidateArguments {
@@ -113,28 +79,6 @@ pub struct ValidateArguments {
     /// The whole.
     #[command(flatten)]
     pub all: ValidateAll,
-}
-
-fn duration(text: &str) -> Result<Duration, String> {
-    humantime::parse_duration(text)
-        .map_err(|error| format!("{error}; allowed is a time such as 90s, 5m or 1h"))
-}
-
-/// `stosszahl-trials validate` of the whole.
-#[derive(Clone, Debug, Args)]
-pub struct ValidateAll {
-    /// Only this part; may be repeated [default: all].
-    #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = names(validate::TRIALS))]
-    pub part: Vec<String>,
-    /// The selection of five minutes.
-    #[arg(long)]
-    pub quick: bool,
-    /// Begin no further part after this time: 90s, 5m or 1h [default: none].
-    #[arg(long, value_name = "TIME", value_parser = duration)]
-    pub budget: Option<Duration>,
-    /// Markdown page to write; it is complete after each part.
-    #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
 }
 
 /// `stosszahl-trials validate` of one engine.
@@ -151,24 +95,6 @@ pub enum Validate {
                       stosszahl-trials validate dsmc --scheme enskog --out DIR  tables of one scheme"
     )]
     Dsmc(ValidateDsmc),
-}
-
-/// `stosszahl-trials validate dsmc`.
-#[derive(Clone, Debug, Args)]
-pub struct ValidateDsmc {
-    /// Only this part; may be repeated [default: all].
-    #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = names(validate::parts::TRIALS))]
-    pub part: Vec<String>,
-    /// Only this scheme; may be repeated [default: all].
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    pub scheme: Vec<String>,
-    /// Few and small gases: errors are too wide for most verdicts, and unresolved claims do not
-    /// fail.
-    #[arg(long)]
-    pub quick: bool,
-    /// Folder for validation.csv and validation.md.
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
 }
 
 /// `stosszahl-trials stress`.
@@ -208,23 +134,6 @@ pub enum Stress {
                       stosszahl-trials stress walls --case fast-wall     only this one"
     )]
     Walls(StressCases),
-}
-
-/// Selection of hard cases, and the form of their report.
-#[derive(Clone, Debug, Args)]
-pub struct StressCases {
-    /// Only this case; may be repeated, or name several with commas between them.
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    pub case: Vec<String>,
-    /// Print the names of the cases with what they try and what must hold, and run none.
-    #[arg(long)]
-    pub list: bool,
-    /// Longer runs of the cases that have them; progress goes to standard error.
-    #[arg(long)]
-    pub long: bool,
-    /// Print one JSON array, one object for each case.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `stosszahl-trials stress ed`.

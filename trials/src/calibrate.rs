@@ -13,6 +13,7 @@
 use std::fmt::Display;
 use std::path::Path;
 
+use clap::Args;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -25,10 +26,20 @@ use stosszahl_study::judge::{self, Comparison, ImpactTest, Pair, Places, Rule, U
 use stosszahl_study::power::FOUND;
 use stosszahl_study::{Options, run_case};
 
-use crate::arguments::Calibrate;
-use crate::commands::say;
+use crate::terminal::{say, trial_names};
 use crate::trial::{ENDLESS, chosen};
 use crate::{Done, Effort, TrialError, TrialLog};
+
+/// `stosszahl-trials calibrate`.
+#[derive(Clone, Debug, Args)]
+pub struct Calibrate {
+    /// Only this part; may be repeated [default: all].
+    #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(TRIALS))]
+    pub part: Vec<String>,
+    /// Fewer replicas, and 20 elastic cases in place of 500.
+    #[arg(long)]
+    pub quick: bool,
+}
 
 trials! {
     "energies" => energies,

@@ -5,14 +5,8 @@ use std::process::ExitCode;
 
 use crate::arguments::{Arguments, Bench, Command, Stress, Validate};
 use crate::bench::Work;
+use crate::terminal::say;
 use crate::{Done, calibrate, docs, stress, validate};
-
-/// Prints a line at once.
-pub(crate) fn say(text: &str) {
-    let mut out = io::stdout();
-    // A closed standard output ends nothing.
-    let _ = writeln!(out, "{text}").and_then(|()| out.flush());
-}
 
 fn bench(work: &dyn Work, json: bool) -> Done {
     say(&work.measure()?.text(json));

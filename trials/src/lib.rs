@@ -18,6 +18,7 @@ mod findings;
 pub mod gas;
 pub mod stress;
 pub mod table;
+mod terminal;
 pub mod three_disks;
 mod trouble;
 pub mod validate;

@@ -9,7 +9,6 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 use stosszahl_results::Scale;
 
-use crate::draw::{Canvas, Plot, axes, chart_size};
 use crate::scale::{Frame, Tick, extent, shows};
 
 /// Axis of a chart: label, scale, and range.
@@ -44,7 +43,8 @@ impl ChartAxis {
         Frame::around(self.scale, self.span.or(data).unwrap_or((1.0, 1.0)), exact)
     }
 
-    fn ticks(&self, frame: &Frame) -> Vec<Tick> {
+    /// Ticks of the axis.
+    pub(crate) fn ticks(&self, frame: &Frame) -> Vec<Tick> {
         if self.names.is_empty() {
             return frame.ticks();
         }
@@ -264,7 +264,8 @@ impl Chart {
         common
     }
 
-    fn frames(&self) -> (Frame, Frame) {
+    /// Coordinate ranges of the axes.
+    pub(crate) fn frames(&self) -> (Frame, Frame) {
         // Steps and bars end at the end of the axis.
         let steps = self.points().any(|point| point.end > point.x);
         (
@@ -273,28 +274,8 @@ impl Chart {
         )
     }
 
-    /// Draws the chart; `description` is its text for screen readers.
-    pub(crate) fn plot(&self, description: String) -> Plot {
-        let (x, y) = self.frames();
-        let ticks = [self.x.ticks(&x), self.y.ticks(&y)];
-        let canvas = Canvas {
-            x,
-            y,
-            size: chart_size(),
-        };
-        Plot {
-            description,
-            height: crate::draw::HEIGHT,
-            content: canvas.chart(
-                self,
-                &axes(canvas.size, &ticks, [&self.x.label, &self.y.label], true),
-            ),
-            data: self.data(),
-        }
-    }
-
     /// Numbers of the chart in JSON, for the script that makes it interactive.
-    fn data(&self) -> Value {
+    pub(crate) fn data(&self) -> Value {
         let (x, y) = self.frames();
         let axis = |axis: &ChartAxis, frame: Frame| {
             json!({

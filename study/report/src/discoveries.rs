@@ -24,6 +24,10 @@ pub struct Corrected {
     pub kind: VerdictKind,
 }
 
+/// Numbers of all points, each with its own and its corrected interval; `None` where nothing is
+/// compared or the comparison is void.
+pub(crate) type Numbers = Vec<Option<(ComparedNumber, Corrected)>>;
+
 /// Interval of a number at a level, and its decision.
 fn at(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
     let freedom = one.degrees_of_freedom.map(|count| count as usize);

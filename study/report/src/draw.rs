@@ -121,6 +121,28 @@ pub(crate) fn axes(
     }
 }
 
+impl Chart {
+    /// Draws the chart; `description` is its text for screen readers.
+    pub(crate) fn plot(&self, description: String) -> Plot {
+        let (x, y) = self.frames();
+        let ticks = [self.x.ticks(&x), self.y.ticks(&y)];
+        let canvas = Canvas {
+            x,
+            y,
+            size: chart_size(),
+        };
+        Plot {
+            description,
+            height: HEIGHT,
+            content: canvas.chart(
+                self,
+                &axes(canvas.size, &ticks, [&self.x.label, &self.y.label], true),
+            ),
+            data: self.data(),
+        }
+    }
+}
+
 /// Coordinate system of the area inside a chart's frame.
 pub(crate) struct Canvas {
     pub x: Frame,

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use stosszahl_results::{Cell, Column, Role, Stored, Sweep, Table, headlines};
 
-use crate::sweep::{Numbers, text};
+use crate::discoveries::Numbers;
+use crate::words::setting;
 
 /// Returns true if a key column is a time, of which the last value is taken.
 fn is_time(name: &str) -> bool {
@@ -132,7 +133,7 @@ pub(crate) fn summary(
                 value.as_f64().map_or(Cell::Empty, Cell::Number)
             }
             None => Cell::Empty,
-            other => Cell::Text(text(other)),
+            other => Cell::Text(setting(other)),
         }));
         let verdicts = stored
             .as_ref()

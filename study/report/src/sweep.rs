@@ -12,11 +12,11 @@ use stosszahl_results::{
     SWEEP_TABLE, Scale, Stored, Sweep, SweepPoint, Table, Verdict, VerdictKind, headlines,
 };
 
-use crate::discoveries::{Corrected, corrected};
+use crate::discoveries::{Numbers, corrected};
 use crate::figure::{Drawn, draw};
 use crate::page;
 use crate::sheet::sheet;
-use crate::words::{self, number};
+use crate::words;
 use crate::{Guard, Report, ReportError, run, summary};
 
 /// Name of the column with the point of a row.
@@ -143,17 +143,6 @@ fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
         .collect()
 }
 
-pub(crate) fn text(value: Option<&Value>) -> String {
-    match value {
-        None => "–".to_owned(),
-        Some(Value::String(text)) => text.clone(),
-        Some(Value::Number(value)) => value
-            .as_f64()
-            .map_or(value.to_string(), |value| number(value, 5)),
-        Some(other) => other.to_string(),
-    }
-}
-
 /// First headline of a point.
 fn conclusion(stored: &Stored) -> Option<&Verdict> {
     headlines(&stored.manifest.verdicts).first().copied()
@@ -168,10 +157,6 @@ fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     });
     files.collect()
 }
-
-/// Numbers of all points, each with its own and its corrected interval; `None` where nothing is
-/// compared or the comparison is void.
-pub(crate) type Numbers = Vec<Option<(ComparedNumber, Corrected)>>;
 
 /// Corrects the numbers of all points for multiple testing.
 fn corrections(points: &[Option<Stored>]) -> Numbers {
@@ -262,7 +247,7 @@ fn overview(
             } }
             tbody { @for (((point, stored), judged), number) in sweep.points.iter().zip(points).zip(numbers).zip(1..) { tr {
                 td.text { @if stored.is_some() { a href=(link(&point.name)) title=(point.name) { (number) } } @else { (number) } }
-                @for key in keys { td { (text(point.values.get(*key))) } }
+                @for key in keys { td { (words::setting(point.values.get(*key))) } }
                 @if some {
                     @match judged {
                         Some((number, corrected)) => {
@@ -344,7 +329,7 @@ fn gather(
                 let mut cells = vec![Cell::Text(point.name.clone())];
                 cells.extend(keys.iter().map(|key| match point.values.get(*key) {
                     Some(Value::Number(value)) => value.as_f64().map_or(Cell::Empty, Cell::Number),
-                    other => Cell::Text(text(other)),
+                    other => Cell::Text(words::setting(other)),
                 }));
                 cells.extend(row.iter().cloned());
                 all.rows.push(cells);

@@ -1,5 +1,6 @@
 //! Number formats for readers.
 
+use serde_json::Value;
 use stosszahl_results::with_decimals;
 
 /// Formats a number with about `digits` significant digits; a dash if it is not finite.
@@ -72,5 +73,17 @@ pub(crate) fn spread<T: Clone>(items: &[T], most: usize) -> Vec<T> {
         (count, most) => (0..most)
             .map(|i| items[(i * (count - 1) + (most - 1) / 2) / (most - 1)].clone())
             .collect(),
+    }
+}
+
+/// Formats a value of a key of a sweep; a dash for none.
+pub(crate) fn setting(value: Option<&Value>) -> String {
+    match value {
+        None => "–".to_owned(),
+        Some(Value::String(text)) => text.clone(),
+        Some(Value::Number(value)) => value
+            .as_f64()
+            .map_or(value.to_string(), |value| number(value, 5)),
+        Some(other) => other.to_string(),
     }
 }

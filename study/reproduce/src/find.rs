@@ -8,14 +8,10 @@ use stosszahl_study::measures::over;
 use toml::Value;
 
 use crate::ReproduceError;
-use crate::plan::{NumberLocation, Source, same_name};
+use crate::number_location::{COLLISIONS, NumberLocation, SECONDS, Source, same_name};
 
 /// Name of the column that distinguishes replicas.
 const REPLICA: &str = "replica";
-/// Name of the quantity of computing time of all engines and replicas \[s\].
-pub(crate) const SECONDS: &str = "seconds";
-/// Name of the quantity of collisions of all engines and replicas.
-pub(crate) const COLLISIONS: &str = "collisions";
 /// Largest relative distance of a number from that of a row: times have three digits in words.
 const NEAR: f64 = 4e-3;
 

@@ -7,7 +7,8 @@ use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind};
 use stosszahl_study::judge::{self, Said, digits, short, with_error};
 
 use crate::find::{Results, quotient};
-use crate::plan::{Item, NumberLocation, Reproduction, Source, drawn_number};
+use crate::number_location::{NumberLocation, Source};
+use crate::plan::{Item, Reproduction, drawn_number};
 
 /// Claim with the number found.
 pub struct Outcome<'a> {

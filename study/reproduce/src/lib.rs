@@ -22,6 +22,7 @@ mod cases;
 mod find;
 mod folder;
 mod judged;
+mod number_location;
 mod plan;
 
 use std::io;

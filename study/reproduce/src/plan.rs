@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use stosszahl_case::paper::{Claim, Errors, PaperFigure, number};
+use stosszahl_case::paper::{Claim, PaperFigure, number};
 use stosszahl_case::{CaseError, CaseFile, PaperFile, Point};
 use stosszahl_results::Table;
 use stosszahl_study::check;
@@ -13,7 +13,7 @@ use toml::Value;
 
 use crate::ReproduceError;
 use crate::cases::read;
-use crate::find::{COLLISIONS, SECONDS};
+use crate::number_location::{COLLISIONS, NumberLocation, SECONDS, Source, same_name};
 
 /// Requested part of a paper.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,30 +64,6 @@ pub(crate) struct Item<'a> {
     pub said: Said,
     /// True if the paper is corrected here.
     pub corrected: bool,
-}
-
-/// Place of a number in the results.
-#[derive(Clone, Debug)]
-pub(crate) struct NumberLocation<'a> {
-    /// Name of the run.
-    pub run: &'a str,
-    /// Name of the point of its sweep; empty without one.
-    pub point: String,
-    /// Quantity that follows from the case, or a table and its column.
-    pub source: Source<'a>,
-    /// Key columns and their values.
-    pub keys: BTreeMap<&'a str, Value>,
-    /// Source of the standard error.
-    pub errors: Errors,
-}
-
-/// Source of a number.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Source<'a> {
-    /// Quantity that follows from a case.
-    Derived(&'a str),
-    /// Table and its column.
-    Column(&'a str, &'a str),
 }
 
 /// Cost of a figure, and its missing parts.
@@ -431,11 +407,6 @@ impl<'a> Reproduction<'a> {
         }
         Ok(())
     }
-}
-
-/// Returns true if two names of a quantity are equal, with spaces or without.
-pub(crate) fn same_name(a: &str, b: &str) -> bool {
-    a.replace('_', " ") == b.replace('_', " ")
 }
 
 /// Returns true if a name means a table with figures, or one figure of it.

@@ -21,7 +21,8 @@ use crate::check::Planned;
 use crate::follow::PartError;
 use crate::measure::Measure;
 use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
-use crate::run::{Options, RunError};
+use crate::run::error::RunError;
+use crate::run::options::Options;
 use crate::unsaved::{InMemoryRun, collision_rate, energies, measures, resized};
 use crate::words::percent;
 
@@ -41,35 +42,6 @@ const FIRST: u64 = 1 << 34;
 const COOLING: f64 = 1.0;
 /// Duration of the pilot in mean free times, for an elastic gas.
 const ELASTIC: f64 = 20.0;
-
-/// Refuses a target where theory does not give the error.
-///
-/// # Errors
-/// [`PlanError`] names what the case has.
-pub(crate) fn check(plan: &Plan) -> Result<(), PlanError> {
-    let found = if plan.case.accuracy.is_none() {
-        return Ok(());
-    } else if plan.dimension != 2 {
-        "spheres"
-    } else if !plan.is_uniform() {
-        "walls, openings, obstacles or gravity"
-    } else if plan.is_rough() {
-        "particles that spin"
-    } else if plan.is_sheared() {
-        "a shear flow"
-    } else if plan.case.thermostat.is_some() {
-        "a driven gas"
-    } else if !plan.has_theory() {
-        "several sizes or masses, or a restitution that depends on the speed"
-    } else if plan.engines.iter().all(|one| one.parameters().is_none()) {
-        "no Monte Carlo engine in cells"
-    } else {
-        return Ok(());
-    };
-    let allowed = "a uniform gas of equal smooth disks with one coefficient of restitution, cooling freely or elastic: theory says what \
-                   the error of its pilot is";
-    Err(PlanError::new("accuracy.target", found, allowed))
-}
 
 /// Chooses the resolution of all points that ask for an accuracy.
 ///

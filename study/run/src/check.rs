@@ -7,7 +7,6 @@ use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
 use stosszahl_model::Invalid;
 use stosszahl_results::{Cell, Role, Table, engine_title};
 
-use crate::accuracy;
 use crate::engines;
 use crate::measure::{BadOption, CompletedRun, Measure, ReplicaRecords, share_of_others};
 use crate::measures;
@@ -98,7 +97,7 @@ impl<'a> Planned<'a> {
     ) -> Result<Self, CaseError> {
         let folder = file.path.parent().unwrap_or(std::path::Path::new(""));
         let plan = Plan::within(case, folder, free).map_err(|error| refused(point, &error))?;
-        accuracy::check(&plan).map_err(|error| refused(point, &error))?;
+        check_accuracy(&plan).map_err(|error| refused(point, &error))?;
         engines::check(&plan).map_err(|error| refused(point, &error))?;
         let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
         let planned = Self {
@@ -367,6 +366,35 @@ pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
         })?;
     }
     Ok(list)
+}
+
+/// Refuses an accuracy target where theory does not give the error.
+///
+/// # Errors
+/// [`PlanError`] names what the case has.
+fn check_accuracy(plan: &Plan) -> Result<(), PlanError> {
+    let found = if plan.case.accuracy.is_none() {
+        return Ok(());
+    } else if plan.dimension != 2 {
+        "spheres"
+    } else if !plan.is_uniform() {
+        "walls, openings, obstacles or gravity"
+    } else if plan.is_rough() {
+        "particles that spin"
+    } else if plan.is_sheared() {
+        "a shear flow"
+    } else if plan.case.thermostat.is_some() {
+        "a driven gas"
+    } else if !plan.has_theory() {
+        "several sizes or masses, or a restitution that depends on the speed"
+    } else if plan.engines.iter().all(|one| one.parameters().is_none()) {
+        "no Monte Carlo engine in cells"
+    } else {
+        return Ok(());
+    };
+    let allowed = "a uniform gas of equal smooth disks with one coefficient of restitution, cooling freely or elastic: theory says what \
+                   the error of its pilot is";
+    Err(PlanError::new("accuracy.target", found, allowed))
 }
 
 /// Converts a plan error to one that shows where the key is written.

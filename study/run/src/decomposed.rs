@@ -7,7 +7,6 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
 use stosszahl_dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl_model::random::Streams;
@@ -15,49 +14,11 @@ use stosszahl_model::random::Streams;
 use crate::check::Planned;
 use crate::engines::hold;
 use crate::follow::Part;
-use crate::plan::EnginePlan;
-use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory_of_each};
-
-/// Processes that hold the gases of a point together, as the first of them sees them.
-#[derive(Clone)]
-pub struct RankGroup {
-    ranks: Arc<dyn Ranks>,
-    point: usize,
-}
-
-/// Gas that all processes hold next.
-#[derive(Serialize, Deserialize)]
-struct Call {
-    point: usize,
-    replica: u64,
-    /// Name of the engine.
-    engine: String,
-}
-
-/// Sends a call to all other processes; `None` ends their part of the run.
-fn send_call(ranks: &dyn Ranks, call: Option<&Call>) {
-    // Fails only for types without a length.
-    from_first(ranks, postcard::to_stdvec(&call).unwrap_or_default());
-}
-
-impl RankGroup {
-    /// Number of processes.
-    pub(crate) fn size(&self) -> usize {
-        self.ranks.size()
-    }
-
-    /// Calls the other processes to the gas of an engine, and returns all of them.
-    pub(crate) fn call(&self, replica: u64, engine: &EnginePlan) -> &Arc<dyn Ranks> {
-        let (point, engine) = (self.point, engine.name.to_owned());
-        let call = Call {
-            point,
-            replica,
-            engine,
-        };
-        send_call(&*self.ranks, Some(&call));
-        &self.ranks
-    }
-}
+use crate::rank_group::{Call, RankGroup, send_call};
+use crate::run::error::RunError;
+use crate::run::options::Options;
+use crate::run::summary::Summary;
+use crate::run::{Opened, prepare, require_memory_of_each};
 
 /// Guard that ends the part of the other processes when it is dropped.
 struct Release<'a>(&'a dyn Ranks);
@@ -117,10 +78,7 @@ pub fn run_decomposed(
         .build()?;
     let mut points = Vec::new();
     for job in opened.jobs(file, &planned, options) {
-        let group = RankGroup {
-            ranks: ranks.clone(),
-            point: job.number,
-        };
+        let group = RankGroup::new(ranks.clone(), job.number);
         points.push(pool.install(|| job.run(Some(&group)))?);
     }
     Ok(opened.summary(points))

@@ -16,11 +16,12 @@ use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
 
-use crate::decomposed::RankGroup;
 use crate::measure::Needs;
 use crate::measures;
-use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
-use crate::start::{self, StartError};
+use crate::plan::{EngineKind, EnginePlan, Plan, PlanError, threads_each};
+use crate::rank_group::RankGroup;
+use crate::start;
+use crate::start::error::StartError;
 use crate::words::short;
 
 /// Branch of the random streams of Monte Carlo next to walls, which draw from that of exact dynamics, in
@@ -168,11 +169,6 @@ pub fn begin(
         plan.engines.len() * plan.case.replicas as usize,
     ));
     Ok(gas)
-}
-
-/// Number of threads of the present pool for each of several parts that run side by side.
-pub fn threads_each(parts: usize) -> usize {
-    (rayon::current_num_threads() / parts.max(1)).max(1)
 }
 
 /// Serves a part of a decomposed gas that the root process begins, until that ends it.

@@ -17,12 +17,12 @@ use stosszahl_model::{Budget, Failure, Interrupt, Moments, Observer, Particles, 
 
 use crate::collision_rate::RateWindow;
 use crate::control::{Content, Control, Rollback, Set};
-use crate::decomposed::RankGroup;
 use crate::engines::{self, From as Source};
 use crate::kicks::StochasticDrive;
 use crate::measure::{CompletedRun, Measure, Moment, Needs, Probe, Stop};
 use crate::measures::extended_xyz;
 use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::rank_group::RankGroup;
 use crate::schedule::{ScheduledEvent, schedule};
 use crate::start::{Preparation, StartError, StartReport};
 

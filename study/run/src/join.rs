@@ -18,9 +18,10 @@ use crate::follow::PartError;
 use crate::journal::Journal;
 use crate::point::Job;
 use crate::replica_task::{ReplicaTask, seconds};
-use crate::run::{
-    Opened, Options, PointSummary, RunError, Summary, prepare, require_memory_of_each,
-};
+use crate::run::error::RunError;
+use crate::run::options::Options;
+use crate::run::summary::{PointSummary, Summary};
+use crate::run::{Opened, prepare, require_memory_of_each};
 
 /// Name of the task of writing the tables of a point.
 const FINISH: &str = "finish";

@@ -32,6 +32,7 @@ pub mod plan;
 mod point;
 pub mod power;
 mod question;
+mod rank_group;
 mod replica_task;
 pub mod run;
 pub mod schedule;

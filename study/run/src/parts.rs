@@ -15,7 +15,10 @@ use stosszahl_results::Folder;
 use crate::check::format;
 use crate::journal::{Journal, JournalOwner};
 use crate::replica_task::ReplicaTask;
-use crate::run::{Opened, Options, RunError, Summary, prepare, require_memory_of_each, run_ids};
+use crate::run::error::RunError;
+use crate::run::options::Options;
+use crate::run::summary::Summary;
+use crate::run::{Opened, prepare, require_memory_of_each, run_ids};
 
 /// Name of the file that describes a part.
 const PART_FILE: &str = "part.json";

@@ -4,22 +4,7 @@ use rand::{Rng, RngExt};
 use stosszahl_model::{Interrupt, Space, Vector};
 
 use crate::plan::{Confinement, Region};
-use crate::start::StartError;
-
-/// Error of a particle that finds no free position.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "particle {particle} of {count} finds no place in {trials} trials; fewer or smaller particles, or a larger box, are needed \
-     (random addition jams near a packing fraction of 0.5 in the plane and 0.35 in space)"
-)]
-pub struct PlacementFailed {
-    /// Index of the particle.
-    pub particle: usize,
-    /// Number of particles to place.
-    pub count: usize,
-    /// Number of positions tried.
-    pub trials: usize,
-}
+use crate::start::error::{PlacementFailed, StartError};
 
 /// Exclusion rule of initial positions, between particles and at walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

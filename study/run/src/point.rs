@@ -16,7 +16,6 @@ use stosszahl_results::{
 
 use crate::check::Planned;
 use crate::control::WriteGuard;
-use crate::decomposed::RankGroup;
 use crate::follow::PartError;
 use crate::gauge::ProgressEstimate;
 use crate::journal::{self, Journal, JournalOwner};
@@ -24,8 +23,11 @@ use crate::judge;
 use crate::measure::{CompletedRun, ReplicaRecords};
 use crate::plan::Plan;
 use crate::question;
+use crate::rank_group::RankGroup;
 use crate::replica_task::{self, Replica, ReplicaTask, TaskContext};
-use crate::run::{Options, PointSummary, RunError};
+use crate::run::error::RunError;
+use crate::run::options::Options;
+use crate::run::summary::PointSummary;
 use crate::start::StartReport;
 
 /// Fraction of collisions in cells with limited chi from which it is reported.

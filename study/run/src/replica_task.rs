@@ -20,11 +20,11 @@ use crate::check::Planned;
 use crate::control::{
     CheckpointFile, CheckpointOrigin, Content, Control, Progress, Set, WriteGuard,
 };
-use crate::decomposed::RankGroup;
 use crate::follow::{Elsewhere, Part, PartError, Saved, prepare};
 use crate::measure::CompletedRun;
 use crate::plan::{EnginePlan, Plan};
-use crate::run::RunError;
+use crate::rank_group::RankGroup;
+use crate::run::error::RunError;
 use crate::start::{Preparation, StartReport, is_prepared};
 
 /// Piece of work: one replica of one point.

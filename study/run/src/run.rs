@@ -1,183 +1,32 @@
 //! Run of all points, replicas and engines of a case into a results folder.
 
+pub(crate) mod error;
+pub(crate) mod options;
+pub(crate) mod summary;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use rayon::prelude::*;
-use stosszahl_case::{CaseError, CaseFile};
-use stosszahl_model::Interrupt;
-use stosszahl_model::snapshot::SnapshotError;
-use stosszahl_results::{
-    Existing, FORMAT, Folder, Keys, ResultsError, RunId, Sweep, SweepPoint, Verdict,
-};
+use stosszahl_case::CaseFile;
+use stosszahl_results::{FORMAT, Folder, Keys, ResultsError, RunId, Sweep, SweepPoint};
 
 use crate::accuracy;
 use crate::check::{Planned, check_within, level};
-use crate::control::Progress;
-use crate::follow::PartError;
-use crate::plan::{Plan, available_memory, available_threads};
+use crate::plan::{Plan, available_threads};
 use crate::point::{Job, as_json};
 
-/// Largest number of threads of a run.
-const MOST_THREADS: usize = 1024;
+use error::MOST_THREADS;
+pub use error::RunError;
+pub use options::Options;
+pub use summary::{PointSummary, Summary};
+
 /// Keys of a case that do not affect the folder, and those that only change how results are shown.
 const KEYS: Keys<'static> = Keys {
     ignored: &["run.checkpoint_seconds"],
     output: &["title", "question", "verdict", "measure.fields.windows"],
 };
-/// Options of a run.
-pub struct Options<'a> {
-    /// Results folder; `results/NAME` of the case file by default.
-    pub out: Option<PathBuf>,
-    /// Treatment of an existing results folder.
-    pub existing: Existing,
-    /// Number of threads; all cores by default.
-    pub threads: Option<usize>,
-    /// True to ignore the memory limit.
-    pub ignore_memory_limit: bool,
-    /// Interrupt that stops the run within a second.
-    pub stop: &'a Interrupt,
-    /// Receiver of progress messages.
-    pub progress: &'a dyn Progress,
-    /// Commit from which the program was built, for the manifest; may be empty.
-    pub commit: &'a str,
-}
-
-impl Options<'_> {
-    /// Memory limit of the run \[bytes\]; `None` if unknown or ignored.
-    pub(crate) fn free_memory(&self) -> Option<f64> {
-        available_memory().filter(|_| !self.ignore_memory_limit)
-    }
-}
-
-/// Results of a run.
-#[derive(Clone, Debug)]
-pub struct Summary {
-    /// Path of the results folder.
-    pub folder: PathBuf,
-    /// True if the run is a sweep.
-    pub is_sweep: bool,
-    /// Points, in the order of the case.
-    pub points: Vec<PointSummary>,
-    /// Results folder, which no other process writes into until this is dropped; write the report
-    /// before.
-    pub held: Arc<Folder>,
-    /// True if this process must write the report: one of those that share the folder.
-    pub is_reporter: bool,
-}
-
-/// Results of one point of a run.
-#[derive(Clone, Debug)]
-pub struct PointSummary {
-    /// Name of the point; empty without a sweep.
-    pub name: String,
-    /// Folder of the point.
-    pub folder: PathBuf,
-    /// True if the point was complete before.
-    pub was_complete: bool,
-    /// Wall time of the point in this call \[s\].
-    pub seconds: f64,
-    /// Verdicts, the most important first.
-    pub verdicts: Vec<Verdict>,
-    /// Choices that the program made, with the reasons.
-    pub choices: Vec<String>,
-    /// Warnings about the point, in words.
-    pub warnings: Vec<String>,
-}
-
-/// Error that ends a run early.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RunError {
-    /// Case that cannot be run.
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    /// Error of the results folder.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// Journal that cannot be written or read.
-    #[error(transparent)]
-    Journal(#[from] SnapshotError),
-    /// Number of threads out of range.
-    #[error("{found} threads; allowed: from 1 to {MOST_THREADS}")]
-    Threads {
-        /// Requested number of threads.
-        found: usize,
-    },
-    /// Threads that cannot be started.
-    #[error("threads: {0}")]
-    Pool(#[from] rayon::ThreadPoolBuildError),
-    /// Failed pilot run of `[accuracy]`.
-    #[error("pilot of accuracy.target: {0}")]
-    Pilot(#[source] PartError),
-    /// Memory above the limit.
-    #[error(
-        "the run needs about {:.1} GiB and {:.1} GiB are free; fewer particles, simulators or threads need less; \
-         --ignore-memory-limit runs it all the same",
-        needed / 1_073_741_824.0, available / 1_073_741_824.0
-    )]
-    Memory {
-        /// Estimated memory of the whole process \[bytes\].
-        needed: f64,
-        /// Free memory \[bytes\].
-        available: f64,
-    },
-    /// Missing replicas, or a part of a run that cannot be read.
-    #[error("{0}")]
-    Incomplete(String),
-    /// The processes that share a run cannot go on together.
-    #[error("{0}")]
-    Processes(String),
-    /// No gas of the case can be held by several processes.
-    #[error(
-        "no gas of this case can be held by several processes; allowed: Monte Carlo engines in cells, [engine.dsmc-...] with a \
-         [box]. Several processes share the replicas of any case with `stosszahl run --join`"
-    )]
-    NothingToDecompose,
-    /// One replica failed, or all of them.
-    #[error("replica {replica}, {part}: {source}")]
-    Replica {
-        /// Number of the replica, from 0.
-        replica: u64,
-        /// Name of the part: `start`, or the engine.
-        part: String,
-        /// Error of the part.
-        source: Box<PartError>,
-    },
-}
-
-impl RunError {
-    /// Returns true if the run only stopped because it was asked to.
-    pub fn is_interruption(&self) -> bool {
-        let source = match self {
-            Self::Replica { source, .. } => source,
-            Self::Pilot(source) => source,
-            _ => return false,
-        };
-        source.is_interruption()
-    }
-
-    /// Returns true if the case is at fault and cannot be started.
-    pub fn is_refusal(&self) -> bool {
-        match self {
-            Self::Case(_)
-            | Self::Threads { .. }
-            | Self::Memory { .. }
-            | Self::Incomplete(_)
-            | Self::NothingToDecompose => true,
-            Self::Replica { source, .. } => source.is_refusal(),
-            Self::Pilot(source) => source.is_refusal(),
-            _ => false,
-        }
-    }
-
-    /// Returns true if the gas itself cannot continue.
-    pub(crate) fn is_of_gas(&self) -> bool {
-        matches!(self, Self::Replica { source, .. } if source.is_of_gas())
-    }
-}
-
 /// Runs all points of a case into a results folder.
 ///
 /// # Errors

@@ -1,6 +1,8 @@
 //! Initial state of a replica, shared by all engines: placement, velocities, and elastic
 //! equilibration.
 
+pub(crate) mod error;
+
 use nalgebra::{Vector2, Vector3};
 use rand::Rng;
 use rand::seq::SliceRandom;
@@ -8,18 +10,19 @@ use serde::{Deserialize, Serialize};
 use stosszahl_analysis::equilibrium::{self, Outcome};
 use stosszahl_case::format::{Placement, Velocities};
 use stosszahl_ed::Dissipation;
-use stosszahl_model::initial::{self, Arrangement, PlacementError};
+use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Budget, Collision, Domain, Failure, Free, Grains, Interrupt, Law, Observer, Particle,
-    ParticleState, Particles, Plane, Polydisperse, Rough, Scene, Simulation, SizeDistribution,
-    Sizes as _, Smooth, Space, State, Surface, Vector as _, Volume,
+    Budget, Collision, Domain, Free, Grains, Interrupt, Law, Observer, Particle, ParticleState,
+    Particles, Plane, Polydisperse, Rough, Scene, Simulation, SizeDistribution, Sizes as _, Smooth,
+    Space, State, Surface, Vector as _, Volume,
 };
 
 use crate::control::Content;
-use crate::engines::threads_each;
-use crate::places::{ExclusionRule, PlacementFailed, Places};
-use crate::plan::{Confinement, Plan, PlanError};
+use crate::places::{ExclusionRule, Places};
+use crate::plan::{Confinement, Plan, threads_each};
+
+pub use error::{PlacementFailed, StartError};
 
 /// Number of bins in the test for uniform impact parameters.
 const BINS: usize = 20;
@@ -46,77 +49,6 @@ pub struct StartReport {
     pub equilibrated: Option<bool>,
     /// Equilibration tests of the last block.
     pub tests: Vec<Outcome>,
-}
-
-/// Error with which a start cannot be made.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// Particle that finds no free position.
-    #[error(transparent)]
-    PlacementFailed(#[from] PlacementFailed),
-    /// Interruption of the start by a stop request.
-    #[error("stopped")]
-    Interrupted,
-    /// Lattice, or several sizes, that do not fit.
-    #[error("start.placement: {0}")]
-    Placement(#[source] PlacementError),
-    /// Overlap of particles, which is an error of the program.
-    #[error("particles {} and {} of the start overlap by {depth}", pair[0], pair[1])]
-    Overlap {
-        /// Indices of the pair.
-        pair: [usize; 2],
-        /// Depth of the overlap.
-        depth: f64,
-    },
-    /// Plan without such a box.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// Invalid sizes or sides.
-    #[error(transparent)]
-    Invalid(#[from] stosszahl_model::Invalid),
-    /// Elastic dynamics that cannot start or continue.
-    #[error("elastic equilibration: {0}")]
-    Dynamics(#[from] stosszahl_ed::EngineError),
-    /// Elastic dynamics that fails within a segment.
-    #[error("elastic equilibration: {0}")]
-    Failure(#[from] Failure),
-}
-
-impl From<PlacementError> for StartError {
-    fn from(error: PlacementError) -> Self {
-        match error {
-            PlacementError::Interrupted => Self::Interrupted,
-            other => Self::Placement(other),
-        }
-    }
-}
-
-impl StartError {
-    /// Returns true if the case is at fault.
-    pub(crate) fn is_refusal(&self) -> bool {
-        match self {
-            Self::PlacementFailed(_) | Self::Placement(_) | Self::Plan(_) | Self::Invalid(_) => {
-                true
-            }
-            Self::Dynamics(error) => !matches!(error, stosszahl_ed::EngineError::Checkpoint(_)),
-            Self::Interrupted | Self::Overlap { .. } | Self::Failure(_) => false,
-        }
-    }
-
-    /// Converts lengths, times and speeds of the error to the units of the case.
-    pub(crate) fn in_units(self, plan: &Plan) -> Self {
-        match self {
-            Self::Dynamics(error) => Self::Dynamics(error.in_units(&plan.message_units())),
-            Self::Failure(failure) => Self::Failure(plan.told(failure)),
-            Self::Placement(error) => Self::Placement(error.in_units(plan.scale.length)),
-            Self::Overlap { pair, depth } => Self::Overlap {
-                pair,
-                depth: depth * plan.scale.length,
-            },
-            Self::PlacementFailed(_) | Self::Interrupted | Self::Plan(_) | Self::Invalid(_) => self,
-        }
-    }
 }
 
 /// Start in preparation, as a checkpoint holds it.

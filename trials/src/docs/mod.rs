@@ -21,10 +21,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use clap::Args;
 use stosszahl_model::snapshot::write_whole;
 
-use crate::arguments::Docs;
-use crate::commands::say;
+use crate::terminal::say;
 use crate::{Done, TrialError};
 
 pub use block::{Block, Head, find, is_open, names as block_names, outside, replace};
@@ -32,6 +32,23 @@ pub use compare::differences;
 pub use entries::{ENTRIES, Engine, Entry, Made, Source};
 use entries::{VERSIONS, versions};
 pub use results::Results;
+
+/// `stosszahl-trials docs`.
+#[derive(Clone, Debug, Args)]
+pub struct Docs {
+    /// Only this block; may be repeated [default: the cheap ones].
+    #[arg(value_name = "NAME", value_parser = names())]
+    pub name: Vec<String>,
+    /// Change nothing, and say what is wrong.
+    #[arg(long)]
+    pub check: bool,
+    /// All blocks, also those that take hours of a core.
+    #[arg(long, conflicts_with_all = ["check", "name"])]
+    pub costly: bool,
+    /// Resume runs in results/docs that were stopped, and use those that are complete.
+    #[arg(long, conflicts_with = "check")]
+    pub resume: bool,
+}
 
 /// Root of the repository.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");

@@ -28,10 +28,28 @@ mod still;
 mod ties;
 mod walls;
 
-use crate::arguments::StressCases;
-use crate::commands::say;
+use clap::Args;
+
+use crate::terminal::say;
 use crate::trial::chosen;
 use crate::{Done, Effort, TrialError, TrialRow};
+
+/// Selection of hard cases, and the form of their report.
+#[derive(Clone, Debug, Args)]
+pub struct StressCases {
+    /// Only this case; may be repeated, or name several with commas between them.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub case: Vec<String>,
+    /// Print the names of the cases with what they try and what must hold, and run none.
+    #[arg(long)]
+    pub list: bool,
+    /// Longer runs of the cases that have them; progress goes to standard error.
+    #[arg(long)]
+    pub long: bool,
+    /// Print one JSON array, one object for each case.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Returns all trials of the event-driven engine, in the order in which they are run.
 pub fn event_driven() -> Vec<TrialRow> {

@@ -13,10 +13,10 @@ use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_dsmc::Parameters;
 use stosszahl_model::{kinetic, transport};
 
-use super::cooling::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
 use super::gas::{advance, energy, monte_carlo, start};
 use super::over_seeds;
 use super::schemes::{Method, Quantity, Setting};
+use super::small_gas::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
 use crate::table::{Place, estimate, mean};
 use crate::{Done, Effort, TrialError, TrialLog};
 

@@ -8,48 +8,19 @@
 //! has them too.
 
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_analysis::theory::{Component, Contact, Mixture, TheoryError};
-use stosszahl_model::{Constant, kinetic, transport};
+use stosszahl_model::{kinetic, transport};
 
 use super::over_seeds;
 use super::schemes::{Quantity, Setting};
+use super::small_gas::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
 use super::subject::{Course, Exact, Gas, Simulated, Subject};
 use crate::table::{Place, against, mean, over};
 use crate::{Done, TrialError, TrialLog};
-
-/// Packing fraction of the gas.
-pub(super) const PACKING: f64 = 0.25;
-/// Coefficient of restitution.
-pub(super) const RESTITUTION: f64 = 0.8;
-/// Number of disks.
-pub(super) const DISKS: usize = 48;
-/// Number of elastic collisions of each disk before: RSA is close to equilibrium, and the box is
-/// small.
-pub(super) const EQUILIBRATE: f64 = 50.0;
-
-/// a2 of the homogeneous cooling state of the Boltzmann equation at this restitution, in six Sonine
-/// orders: -0.0262, where the simplest formula has -0.0219.
-pub(super) fn cumulant() -> Result<f64, TheoryError> {
-    let disk = Component {
-        mass: 1.0,
-        diameter: 1.0,
-        density: 1.0,
-    };
-    let law = Constant::new(RESTITUTION).unwrap_or(Constant::ELASTIC);
-    let gas = Mixture::new(2, vec![disk], law, Contact::Dilute)?;
-    // Time of some thirty collisions per particle.
-    let found = gas.expand(6, &[1.0], &[100.0])?;
-    Ok(found[0].fourth_cumulants[0])
-}
 
 /// Sample times over `t_0`.
 const TIMES: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 /// Number of simulators per disk at which the noise of few simulators vanishes.
 const MANY: u32 = 64;
-
-pub(super) fn haff_time() -> f64 {
-    kinetic::haff_time(PACKING, RESTITUTION, kinetic::contact_value(PACKING))
-}
 
 /// Returns the courses of replicas of a subject, and their seconds.
 fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), TrialError> {

@@ -19,6 +19,7 @@ mod elastic;
 pub mod exact;
 mod gas;
 pub mod schemes;
+mod small_gas;
 mod spheres;
 mod structure;
 pub mod subject;
@@ -28,20 +29,56 @@ mod whole;
 use std::fmt::Write as _;
 use std::fs;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use clap::Args;
 use rayon::prelude::*;
 use stosszahl_model::snapshot::write_whole;
 
-use crate::arguments::{ValidateAll, ValidateDsmc};
-use crate::commands::say;
 use crate::docs;
 use crate::table::{Row, Verdict, csv, markdown};
+use crate::terminal::{parse_duration, say, trial_names};
 use crate::trial::{ENDLESS, chosen};
 use crate::{Done, Effort, TrialError, TrialRow};
 use schemes::METHODS;
 
 pub use whole::TRIALS;
+
+/// `stosszahl-trials validate` of the whole.
+#[derive(Clone, Debug, Args)]
+pub struct ValidateAll {
+    /// Only this part; may be repeated [default: all].
+    #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(TRIALS))]
+    pub part: Vec<String>,
+    /// The selection of five minutes.
+    #[arg(long)]
+    pub quick: bool,
+    /// Begin no further part after this time: 90s, 5m or 1h [default: none].
+    #[arg(long, value_name = "TIME", value_parser = parse_duration)]
+    pub budget: Option<Duration>,
+    /// Markdown page to write; it is complete after each part.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// `stosszahl-trials validate dsmc`.
+#[derive(Clone, Debug, Args)]
+pub struct ValidateDsmc {
+    /// Only this part; may be repeated [default: all].
+    #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(parts::TRIALS))]
+    pub part: Vec<String>,
+    /// Only this scheme; may be repeated [default: all].
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub scheme: Vec<String>,
+    /// Few and small gases: errors are too wide for most verdicts, and unresolved claims do not
+    /// fail.
+    #[arg(long)]
+    pub quick: bool,
+    /// Folder for validation.csv and validation.md.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
 
 /// Parts of the validation of the schemes.
 pub mod parts {

@@ -13,8 +13,9 @@ use stosszahl_dsmc::Parameters;
 use stosszahl_model::{Particles, Plane, Simulation, kinetic, transport};
 
 use super::gas::{advance, energy, exact, monte_carlo, start};
+use super::over_seeds;
 use super::schemes::CONTACT_POINT;
-use super::{cooling, over_seeds};
+use super::small_gas;
 use crate::table::{Place, mean};
 use crate::{Done, TrialError, TrialLog};
 
@@ -236,7 +237,7 @@ fn cooling(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
     }
     let found = over(&courses, |course| course.cumulants.last().copied())?;
     let what = format!("a2 at t/t0 = {}", COOLING_TIMES[1]);
-    log.add(here.row(what, cooling::cumulant()?, found, Some(0.01)));
+    log.add(here.row(what, small_gas::cumulant()?, found, Some(0.01)));
     Ok(())
 }
 

@@ -12,10 +12,10 @@ use stosszahl_analysis::relaxation::decay_rate;
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_model::{Simulation, kinetic, transport};
 
-use super::cooling::{PACKING, RESTITUTION, haff_time};
 use super::gas::{advance, amplitudes, exact, kick, modes, monte_carlo, start, waves};
 use super::over_seeds;
 use super::schemes::{Quantity, Setting};
+use super::small_gas::{PACKING, RESTITUTION, haff_time};
 use crate::table::{Place, against, mean};
 use crate::{Done, TrialError, TrialLog};
 

@@ -7,7 +7,7 @@ use stosszahl_model::snapshot::SnapshotError;
 use crate::control::Interrupted;
 use crate::engines::BeginError;
 use crate::plan::PlanError;
-use crate::start::StartError;
+use crate::start::error::StartError;
 
 /// Error that ends a part of a run early.
 #[derive(Debug, thiserror::Error)]

@@ -4,9 +4,10 @@
 use stosszahl_analysis::accuracy::Accuracy;
 use stosszahl_results::{Estimate, Table, table};
 
-use super::measure::{Sample, median};
+use super::measure::median;
 use super::quantity::{Kind, Quantity};
 use super::reference::Reference;
+use super::run_record::Sample;
 use super::setting::Setting;
 use crate::plan::Plan;
 

@@ -10,7 +10,7 @@ use stosszahl_results::{
     Existing, Folder, FolderWorker, Keys, ResultsError, RunId, TaskClaim, TaskStates,
 };
 
-use super::measure::RunRecord;
+use super::run_record::RunRecord;
 use super::{FrontierError, Options};
 use crate::journal::{Journal, JournalOwner};
 use crate::plan::Plan;

@@ -13,13 +13,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
-use serde::{Deserialize, Serialize};
 use stosszahl_model::{Interrupt, Particle, Particles};
 use stosszahl_results::FolderWorker;
 
 use super::FrontierError;
 use super::kept_runs::{KeptRuns, RunKey, task_of};
 use super::quantity::{MEASURES, observe};
+use super::run_record::{Found, RunRecord, Sample};
 use super::setting::{Setting, engine};
 use crate::measure::Measure;
 use crate::plan::{EngineKind, Plan, PlanError};
@@ -35,23 +35,6 @@ const STARTS: usize = 1 << 29;
 pub(super) const REFERENCE: u64 = 1 << 32;
 /// First replica of tests on fresh seeds.
 pub(super) const FRESH: u64 = 1 << 33;
-
-/// Result of one run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Sample {
-    /// Values of the quantities, in their order.
-    pub values: Vec<f64>,
-    /// Number of pair collisions; of simulators where simulators collide.
-    pub collisions: u64,
-    /// Number of steps of a Monte Carlo engine; 0 for exact dynamics.
-    pub steps: u64,
-    /// Memory of the engine \[bytes\].
-    pub bytes: usize,
-    /// CPU time of the start, the engine and its measurements \[s\].
-    pub core_seconds: f64,
-    /// Wall time of the start, the engine and its measurements \[s\].
-    pub wall_seconds: f64,
-}
 
 /// Requested runs of a setting.
 #[derive(Clone, Debug)]
@@ -193,9 +176,6 @@ fn replica_name(replica: u64) -> String {
         _ => format!("replica {} of fresh seeds", replica - FRESH),
     }
 }
-
-/// Result of a run, or the reason why it failed.
-type Found = Result<Sample, String>;
 
 /// Queue of jobs of a group, and the results so far.
 struct Bench<'a> {
@@ -387,14 +367,6 @@ struct Order {
     replica: u64,
     /// True if the start is kept for other settings.
     shares: bool,
-}
-
-/// Result of one run, and its cost.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct RunRecord {
-    found: Found,
-    /// CPU time \[s\].
-    spent: f64,
 }
 
 /// Returns the key under which a run is kept: all that its values depend on besides the case.

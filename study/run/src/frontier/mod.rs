@@ -26,6 +26,7 @@ mod orders;
 mod quantity;
 mod recommend;
 mod reference;
+mod run_record;
 mod setting;
 mod sweep;
 

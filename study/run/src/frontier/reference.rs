@@ -14,8 +14,9 @@ use stosszahl_case::format::Engines;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 
 use super::FrontierError;
-use super::measure::{REFERENCE, Sample, Task, Workshop};
+use super::measure::{REFERENCE, Task, Workshop};
 use super::quantity::{Quantity, theory};
+use super::run_record::Sample;
 use super::setting::Setting;
 use crate::plan::Plan;
 

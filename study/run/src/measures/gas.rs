@@ -38,7 +38,7 @@ impl Measure for Gas {
     }
 
     fn kept_per_particle(&self, plan: &Plan) -> f64 {
-        if super::species::has_correlation(plan) {
+        if has_correlation(plan) {
             size_of::<[f64; 3]>() as f64
         } else {
             0.0
@@ -60,7 +60,7 @@ impl Measure for Gas {
         Box::new(GasProbe {
             grouping: plan.grouping(),
             displacement: has_displacement(plan),
-            correlation: super::species::has_correlation(plan),
+            correlation: has_correlation(plan),
             until: plan.case.run.until,
             record: Record::default(),
         })
@@ -70,6 +70,14 @@ impl Measure for Gas {
         let records: Vec<&Record> = runs.records(0);
         vec![table(&rows(plan, &records)), replicas(&records)]
     }
+}
+
+/// Name of the measure of the velocity correlation.
+pub(super) const CORRELATION: &str = "velocity_correlation";
+
+/// Returns true if the correlation of the velocities with those of the start is measured.
+pub(super) fn has_correlation(plan: &Plan) -> bool {
+    plan.case.measure.contains_key(CORRELATION) && plan.case.aggregation.is_none()
 }
 
 /// Refuses a measurement that only a gas without positions has.

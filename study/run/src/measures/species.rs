@@ -3,7 +3,7 @@
 use stosszahl_dsmc::homogeneous::Moments;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
-use super::gas::{self, Record, Sample, against, measured};
+use super::gas::{self, CORRELATION, Record, Sample, against, has_correlation, measured};
 use super::tau;
 use crate::measure::{self, BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::Plan;
@@ -14,8 +14,6 @@ pub struct Species;
 
 /// The correlation of the velocities with those of the start, in the table of the species.
 pub struct VelocityCorrelation;
-
-const CORRELATION: &str = "velocity_correlation";
 
 impl Measure for Species {
     described!(
@@ -49,11 +47,6 @@ impl Measure for VelocityCorrelation {
         lasting_only(plan)?;
         self.read(plan)
     }
-}
-
-/// Whether the correlation of the velocities with those of the start is measured.
-pub(super) fn has_correlation(plan: &Plan) -> bool {
-    plan.case.measure.contains_key(CORRELATION) && plan.case.aggregation.is_none()
 }
 
 /// Refuses a measurement of particles that last, but in a gas without positions whose particles do not stick.

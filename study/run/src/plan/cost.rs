@@ -448,6 +448,11 @@ fn sampled<T>(all: &[T]) -> impl Iterator<Item = &T> {
     all.iter().step_by(all.len().div_ceil(MOST_KINDS).max(1))
 }
 
+/// Number of threads of the present pool for each of several parts that run side by side.
+pub fn threads_each(parts: usize) -> usize {
+    (rayon::current_num_threads() / parts.max(1)).max(1)
+}
+
 /// Number of threads that the system offers.
 pub fn available_threads() -> usize {
     thread::available_parallelism().map_or(1, usize::from)

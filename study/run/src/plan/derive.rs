@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use stosszahl_case::Case;
 use stosszahl_case::format::{Placement, TimeUnit, Velocities};
@@ -20,6 +20,7 @@ use super::cost::available_memory;
 use super::data::{Class, Plan, PlanError, Scale, SpeciesPlan, in_space};
 use super::engines;
 use super::free_volume::{covered_area, factor_of_radii, free_volume, uncovered_volume};
+use super::gas::Gas;
 use super::species::{self, Particles};
 use super::start_file;
 use super::theory::{dilute_path, rates};
@@ -260,25 +261,6 @@ impl Plan {
         }
         Ok(())
     }
-}
-
-/// Gas of any of the three kinds of start.
-pub(super) struct Gas {
-    pub(super) species: Vec<SpeciesPlan>,
-    pub(super) classes: Vec<Class>,
-    pub(super) sizes: SizeDistribution,
-    /// Number of the species of each particle, if species are not in blocks.
-    pub(super) numbers: Option<Arc<[u32]>>,
-    pub(super) mean_mass: f64,
-    /// Temperature of the start, in the units of the case \[energy\].
-    pub(super) temperature: f64,
-    pub(super) lengths: [f64; 3],
-    pub(super) volume: f64,
-    pub(super) packing: f64,
-    pub(super) scale: Scale,
-    pub(super) file: Option<StartFile>,
-    /// Changes of the values of the case, in sentences.
-    pub(super) choices: Vec<String>,
 }
 
 impl Gas {

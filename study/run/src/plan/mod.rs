@@ -36,6 +36,7 @@ mod engines;
 mod file_species;
 mod flow_numbers;
 mod free_volume;
+mod gas;
 mod notable;
 mod plausible;
 mod region;
@@ -48,6 +49,7 @@ mod times;
 pub(crate) use confinement::Confinement;
 pub use cost::{
     Cost, EngineCost, Kept, Looks, RuntimeEstimate, available_memory, available_threads,
+    threads_each,
 };
 pub(crate) use data::in_space;
 pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};

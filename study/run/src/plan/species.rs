@@ -10,7 +10,7 @@ use stosszahl_model::{
 };
 
 use super::data::{Class, PlanError, SpeciesPlan};
-use super::derive::Gas;
+use super::gas::Gas;
 
 /// Number of classes of like size in a group, if there are as many particles: theory of one size
 /// for each of 12 groups of a wide distribution is off by 3 %.

@@ -12,9 +12,9 @@ use crate::words::short;
 
 use super::confinement::Confinement;
 use super::data::{Plan, PlanError, Scale, in_space};
-use super::derive::Gas;
 use super::file_species::FileSpecies;
 use super::free_volume::{free_volume, uncovered_volume};
+use super::gas::Gas;
 use super::species::Particles;
 
 /// Largest overlap of a start that counts as rounding, over the mean diameter.

@@ -1,0 +1,32 @@
+//! Record of one run of a frontier, as its journal holds it.
+
+use serde::{Deserialize, Serialize};
+
+/// Result of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Sample {
+    /// Values of the quantities, in their order.
+    pub values: Vec<f64>,
+    /// Number of pair collisions; of simulators where simulators collide.
+    pub collisions: u64,
+    /// Number of steps of a Monte Carlo engine; 0 for exact dynamics.
+    pub steps: u64,
+    /// Memory of the engine \[bytes\].
+    pub bytes: usize,
+    /// CPU time of the start, the engine and its measurements \[s\].
+    pub core_seconds: f64,
+    /// Wall time of the start, the engine and its measurements \[s\].
+    pub wall_seconds: f64,
+}
+
+/// Result of a run, or the reason why it failed.
+pub(crate) type Found = Result<Sample, String>;
+
+/// Result of one run, and its cost.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct RunRecord {
+    /// Sample of the run, or why there is none.
+    pub(crate) found: Found,
+    /// CPU time \[s\].
+    pub(crate) spent: f64,
+}

@@ -1,0 +1,27 @@
+//! Gas of a case in the course of planning: species, sizes, box and units.
+
+use std::sync::Arc;
+
+use stosszahl_model::SizeDistribution;
+use stosszahl_model::initial::StartFile;
+
+use super::data::{Class, Scale, SpeciesPlan};
+
+/// Gas of a case, from its keys or from a start file.
+pub(super) struct Gas {
+    pub(super) species: Vec<SpeciesPlan>,
+    pub(super) classes: Vec<Class>,
+    pub(super) sizes: SizeDistribution,
+    /// Number of the species of each particle, if species are not in blocks.
+    pub(super) numbers: Option<Arc<[u32]>>,
+    pub(super) mean_mass: f64,
+    /// Temperature of the start, in the units of the case \[energy\].
+    pub(super) temperature: f64,
+    pub(super) lengths: [f64; 3],
+    pub(super) volume: f64,
+    pub(super) packing: f64,
+    pub(super) scale: Scale,
+    pub(super) file: Option<StartFile>,
+    /// Changes of the values of the case, in sentences.
+    pub(super) choices: Vec<String>,
+}

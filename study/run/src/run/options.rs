@@ -1,0 +1,34 @@
+//! Options of a run, besides its case.
+
+use std::path::PathBuf;
+
+use stosszahl_model::Interrupt;
+use stosszahl_results::Existing;
+
+use crate::control::Progress;
+use crate::plan::available_memory;
+
+/// Options of a run.
+pub struct Options<'a> {
+    /// Results folder; `results/NAME` of the case file by default.
+    pub out: Option<PathBuf>,
+    /// Treatment of an existing results folder.
+    pub existing: Existing,
+    /// Number of threads; all cores by default.
+    pub threads: Option<usize>,
+    /// True to ignore the memory limit.
+    pub ignore_memory_limit: bool,
+    /// Interrupt that stops the run within a second.
+    pub stop: &'a Interrupt,
+    /// Receiver of progress messages.
+    pub progress: &'a dyn Progress,
+    /// Commit from which the program was built, for the manifest; may be empty.
+    pub commit: &'a str,
+}
+
+impl Options<'_> {
+    /// Memory limit of the run \[bytes\]; `None` if unknown or ignored.
+    pub(crate) fn free_memory(&self) -> Option<f64> {
+        available_memory().filter(|_| !self.ignore_memory_limit)
+    }
+}

@@ -1,0 +1,92 @@
+//! Errors with which the initial state of a replica cannot be made.
+
+use stosszahl_model::Failure;
+use stosszahl_model::initial::PlacementError;
+
+use crate::plan::{Plan, PlanError};
+
+/// Error of a particle that finds no free position.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "particle {particle} of {count} finds no place in {trials} trials; fewer or smaller particles, or a larger box, are needed \
+     (random addition jams near a packing fraction of 0.5 in the plane and 0.35 in space)"
+)]
+pub struct PlacementFailed {
+    /// Index of the particle.
+    pub particle: usize,
+    /// Number of particles to place.
+    pub count: usize,
+    /// Number of positions tried.
+    pub trials: usize,
+}
+
+/// Error with which a start cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// Particle that finds no free position.
+    #[error(transparent)]
+    PlacementFailed(#[from] PlacementFailed),
+    /// Interruption of the start by a stop request.
+    #[error("stopped")]
+    Interrupted,
+    /// Lattice, or several sizes, that do not fit.
+    #[error("start.placement: {0}")]
+    Placement(#[source] PlacementError),
+    /// Overlap of particles, which is an error of the program.
+    #[error("particles {} and {} of the start overlap by {depth}", pair[0], pair[1])]
+    Overlap {
+        /// Indices of the pair.
+        pair: [usize; 2],
+        /// Depth of the overlap.
+        depth: f64,
+    },
+    /// Plan without such a box.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// Invalid sizes or sides.
+    #[error(transparent)]
+    Invalid(#[from] stosszahl_model::Invalid),
+    /// Elastic dynamics that cannot start or continue.
+    #[error("elastic equilibration: {0}")]
+    Dynamics(#[from] stosszahl_ed::EngineError),
+    /// Elastic dynamics that fails within a segment.
+    #[error("elastic equilibration: {0}")]
+    Failure(#[from] Failure),
+}
+
+impl From<PlacementError> for StartError {
+    fn from(error: PlacementError) -> Self {
+        match error {
+            PlacementError::Interrupted => Self::Interrupted,
+            other => Self::Placement(other),
+        }
+    }
+}
+
+impl StartError {
+    /// Returns true if the case is at fault.
+    pub(crate) fn is_refusal(&self) -> bool {
+        match self {
+            Self::PlacementFailed(_) | Self::Placement(_) | Self::Plan(_) | Self::Invalid(_) => {
+                true
+            }
+            Self::Dynamics(error) => !matches!(error, stosszahl_ed::EngineError::Checkpoint(_)),
+            Self::Interrupted | Self::Overlap { .. } | Self::Failure(_) => false,
+        }
+    }
+
+    /// Converts lengths, times and speeds of the error to the units of the case.
+    pub(crate) fn in_units(self, plan: &Plan) -> Self {
+        match self {
+            Self::Dynamics(error) => Self::Dynamics(error.in_units(&plan.message_units())),
+            Self::Failure(failure) => Self::Failure(plan.told(failure)),
+            Self::Placement(error) => Self::Placement(error.in_units(plan.scale.length)),
+            Self::Overlap { pair, depth } => Self::Overlap {
+                pair,
+                depth: depth * plan.scale.length,
+            },
+            Self::PlacementFailed(_) | Self::Interrupted | Self::Plan(_) | Self::Invalid(_) => self,
+        }
+    }
+}
