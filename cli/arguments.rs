@@ -28,7 +28,8 @@ pub const VERSION: &str = if env!("STOSSZAHL_COMMIT").is_empty() {
     after_help = "Begin with:\n  stosszahl check cases/quick.toml     what a case means, before it is run\n  \
                   stosszahl run cases/quick.toml       the case and its report\n  \
                   stosszahl schema > case.schema.json  for completion in an editor\n\n\
-                  Exit codes: 0 done, 1 the run failed, 2 the input was refused, 130 stopped (continue with --resume)."
+                  Exit codes: 0 done, 1 the run failed, 2 the input was refused, 75 stopped by --stop-after,\n\
+                  130 stopped by a signal (continue both with --resume)."
 )]
 pub struct Arguments {
     /// Command to run.
@@ -50,6 +51,7 @@ pub enum Command {
     #[command(after_help = "Begin with:\n  stosszahl run quick\n  \
                             stosszahl run quick --join & stosszahl run quick --join & wait\n  \
                             srun --ntasks 8 stosszahl run CASE --join --threads 4\n  \
+                            stosszahl run CASE --stop-after 3h50m\n  \
                             stosszahl run quick --part 1/2; stosszahl run quick --part 2/2; stosszahl merge results/quick-part-*")]
     Run {
         /// Case, results folder and options of the run.
@@ -273,9 +275,20 @@ pub struct RunArguments {
     /// Start even if the case needs more memory than is free.
     #[arg(long)]
     pub ignore_memory_limit: bool,
+    /// Stop after this time, such as 90s or 3h50m, with exit code 75: what is done is kept, and the
+    /// run can be continued. For jobs with a walltime [default: none].
+    #[arg(long, value_name = "TIME")]
+    pub stop_after: Option<humantime::Duration>,
     /// Amount of output at the end.
     #[command(flatten)]
     pub printed: Printed,
+}
+
+impl RunArguments {
+    /// Time after which the run stops; `None` for no limit.
+    pub fn time_limit(&self) -> Option<Duration> {
+        self.stop_after.map(Duration::from)
+    }
 }
 
 /// Sharing of a results folder by several processes.

@@ -22,7 +22,7 @@ pub use crate::error::CommandError;
 pub use crate::run::{STOPPED_RUN, run};
 use crate::run::{merge, run_on_threads};
 pub(crate) use crate::terminal::say;
-pub use crate::terminal::{listen, note, outlive_file_limits};
+pub use crate::terminal::{TimeLimit, listen, note, outlive_file_limits};
 
 use crate::init as template;
 use crate::progress::Display;
@@ -77,6 +77,8 @@ pub fn ended(done: Result<(), CommandError>) -> ExitCode {
         | CommandError::Frontier(FrontierError::Invalid(error)) => {
             note(&error.report(io::stderr().is_terminal()));
         }
+        // What was asked for is no error.
+        CommandError::OutOfTime => {}
         _ => explain(&error),
     }
     ExitCode::from(error.exit_code())

@@ -10,7 +10,7 @@ use crate::reproduction::ReproduceError;
 use crate::results::ResultsError;
 use crate::study::RunError;
 use crate::study::frontier::FrontierError;
-use crate::terminal::STOPPED;
+use crate::terminal::{OUT_OF_TIME, STOPPED};
 
 /// Failure of a command of the command line.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +21,9 @@ pub enum CommandError {
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// The run reached its time limit.
+    #[error("stopped by --stop-after")]
+    OutOfTime,
     /// The report cannot be built.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -86,6 +89,7 @@ impl CommandError {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Run(error) if error.is_interruption() => STOPPED,
+            Self::OutOfTime => OUT_OF_TIME,
             Self::Frontier(FrontierError::Interrupted) => STOPPED,
             Self::Run(RunError::Results(error)) | Self::Results(error) if !error.is_system() => 2,
             Self::Frontier(error) if error.is_refusal() => 2,

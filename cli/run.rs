@@ -17,7 +17,7 @@ use crate::study::{
     Options, PointSummary, Progress, RunError, RunPart, Summary, merge_parts, read_part, run_case,
     run_joined, run_part,
 };
-use crate::terminal::{line, listen, note, say};
+use crate::terminal::{TimeLimit, line, listen, note, say};
 
 /// Message of a run that was stopped.
 pub const STOPPED_RUN: &str = "stopped; --resume goes on from the checkpoints";
@@ -83,21 +83,27 @@ pub fn run(
     progress: &dyn Progress,
     runs: impl FnOnce(&CaseFile, &Options<'_>) -> Result<Summary, RunError>,
 ) -> Result<(), CommandError> {
+    let limit = TimeLimit::start(arguments.time_limit(), stop, STOPPED_RUN);
     let summary = runs(file, &options_of(arguments, stop, progress));
-    finish(summary, &arguments.printed, STOPPED_RUN)
+    let summary = summary.map_err(|error| ended_early(error, &limit, STOPPED_RUN))?;
+    finish(&summary, &arguments.printed)
 }
 
-/// Writes the report of a run, and prints the results; prints `stopped` if the run was stopped.
-fn finish(
-    summary: Result<Summary, RunError>,
-    printed: &Printed,
-    stopped: &str,
-) -> Result<(), CommandError> {
-    let summary = summary.inspect_err(|error| {
-        if error.is_interruption() {
-            note(stopped);
-        }
-    })?;
+/// Converts the error of a run, and prints `stopped` if the run was only stopped.
+fn ended_early(error: RunError, limit: &TimeLimit, stopped: &str) -> CommandError {
+    if !error.is_interruption() {
+        return error.into();
+    }
+    note(stopped);
+    if limit.is_reached() {
+        CommandError::OutOfTime
+    } else {
+        error.into()
+    }
+}
+
+/// Writes the report of a run, and prints the results.
+fn finish(summary: &Summary, printed: &Printed) -> Result<(), CommandError> {
     let page = if summary.is_reporter {
         write_held_report(&summary.held)?
     } else {
@@ -222,14 +228,17 @@ fn run_beside(
     lost_after: Duration,
 ) -> Result<(), CommandError> {
     let (stop, display) = (listen(STOPPED_JOINED), display_of(&arguments.printed));
+    let limit = TimeLimit::start(arguments.time_limit(), &stop, STOPPED_JOINED);
     let options = options_of(arguments, &stop, &display);
     let summary = run_joined(file, &options, lost_after);
-    finish(summary, &arguments.printed, STOPPED_JOINED)
+    let summary = summary.map_err(|error| ended_early(error, &limit, STOPPED_JOINED))?;
+    finish(&summary, &arguments.printed)
 }
 
 /// Runs a part of the replicas of a case.
 fn run_share(arguments: &RunArguments, file: &CaseFile, part: RunPart) -> Result<(), CommandError> {
     let (stop, display) = (listen(STOPPED_RUN), display_of(&arguments.printed));
+    let limit = TimeLimit::start(arguments.time_limit(), &stop, STOPPED_RUN);
     let mut options = options_of(arguments, &stop, &display);
     options.out.get_or_insert_with(|| {
         let name = file.path.file_stem().unwrap_or_else(|| "case".as_ref());
@@ -238,11 +247,7 @@ fn run_share(arguments: &RunArguments, file: &CaseFile, part: RunPart) -> Result
         Path::new("results").join(name)
     });
     let done = run_part(file, &arguments.case.overrides(), part, &options);
-    let done = done.inspect_err(|error| {
-        if error.is_interruption() {
-            note(STOPPED_RUN);
-        }
-    })?;
+    let done = done.map_err(|error| ended_early(error, &limit, STOPPED_RUN))?;
     let folder = done.folder.display();
     if !arguments.printed.quiet {
         say(&format!(
@@ -274,5 +279,10 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
         commit: env!("STOSSZAHL_COMMIT"),
     };
     let summary = merge_parts(&file, &arguments.folders, &options);
-    finish(summary, &arguments.printed, "stopped")
+    let summary = summary.inspect_err(|error| {
+        if error.is_interruption() {
+            note("stopped");
+        }
+    })?;
+    finish(&summary, &arguments.printed)
 }

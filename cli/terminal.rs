@@ -2,8 +2,8 @@
 
 use std::io::{self, IsTerminal, Write as _};
 use std::process;
-#[cfg(unix)]
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -11,6 +11,9 @@ use crate::model::Interrupt;
 
 /// Exit code of a command that was asked to stop, as shells have it for an interrupt.
 pub(crate) const STOPPED: u8 = 130;
+/// Exit code of a run that ended at its time limit, as `sysexits.h` has it for failures that are
+/// temporary.
+pub(crate) const OUT_OF_TIME: u8 = 75;
 /// Longest time that a command that was asked to stop may take, unless it is saving.
 const GRACE: Duration = Duration::from_millis(750);
 
@@ -75,17 +78,47 @@ pub fn listen(said: &'static str) -> Interrupt {
         if asked.is_raised() {
             process::exit(STOPPED.into());
         }
-        asked.raise();
-        let (asked, began) = (asked.clone(), Instant::now());
-        thread::spawn(move || {
-            while began.elapsed() < GRACE || asked.is_held() {
-                thread::sleep(Duration::from_millis(20));
-            }
-            if !said.is_empty() {
-                note(said);
-            }
-            process::exit(STOPPED.into());
-        });
+        let asked = asked.clone();
+        thread::spawn(move || end_soon(&asked, said, STOPPED));
     });
     interrupt
+}
+
+/// Raises an interrupt, and ends the process with `code` if the work does not end within the grace
+/// period, which a save extends.
+fn end_soon(interrupt: &Interrupt, said: &str, code: u8) {
+    interrupt.raise();
+    let began = Instant::now();
+    while began.elapsed() < GRACE || interrupt.is_held() {
+        thread::sleep(Duration::from_millis(20));
+    }
+    if !said.is_empty() {
+        note(said);
+    }
+    process::exit(code.into());
+}
+
+/// Time limit of a run.
+pub struct TimeLimit(Arc<AtomicBool>);
+
+impl TimeLimit {
+    /// Starts the clock, if there is a limit. At its end the interrupt is raised; work that does
+    /// not end within the grace period ends as by a signal, with the message `said`.
+    pub fn start(limit: Option<Duration>, interrupt: &Interrupt, said: &'static str) -> Self {
+        let is_reached = Arc::<AtomicBool>::default();
+        if let Some(limit) = limit {
+            let (interrupt, reached) = (interrupt.clone(), is_reached.clone());
+            thread::spawn(move || {
+                thread::sleep(limit);
+                reached.store(true, Ordering::Relaxed);
+                end_soon(&interrupt, said, OUT_OF_TIME);
+            });
+        }
+        Self(is_reached)
+    }
+
+    /// Returns true if the limit was reached.
+    pub(crate) fn is_reached(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
 }

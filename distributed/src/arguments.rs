@@ -11,7 +11,8 @@ use stosszahl::arguments::RunArguments;
     after_help = "Begin with:\n  mpirun -n 4 stosszahl-mpi run CASE\n  srun stosszahl-mpi run CASE --threads 8\n\n\
                   All processes need the results folder. Replicas and points of sweeps need no MPI: `stosszahl run CASE --join`, \
                   started any number of times, shares them.\n\n\
-                  Exit codes: 0 done, 1 the run failed, 2 the input was refused, 130 stopped (continue with --resume)."
+                  Exit codes: 0 done, 1 the run failed, 2 the input was refused, 75 stopped by --stop-after,\n\
+                  130 stopped by a signal (continue both with --resume)."
 )]
 pub struct Arguments {
     /// Command to run.

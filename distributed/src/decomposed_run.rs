@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use stosszahl::arguments::RunArguments;
-use stosszahl::commands::{self, STOPPED_RUN, listen, note};
+use stosszahl::commands::{self, STOPPED_RUN, TimeLimit, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl::progress::Display;
 use stosszahl::results::Existing;
@@ -66,6 +66,7 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
 /// Follows the first process, which reports the errors of all.
 fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
     let stop = listen("");
+    let _limit = TimeLimit::start(arguments.time_limit(), &stop, "");
     // No case, if the first process could not read it.
     let Some(Some(case)) = read::<Option<Case>>(&from_first(&**ranks, Vec::new())) else {
         return;

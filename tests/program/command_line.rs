@@ -588,6 +588,25 @@ fn two_processes_do_not_share_a_folder() {
     desk.done("run case.toml --out out --force --until 1");
 }
 
+/// A run that reaches its time limit is kept, and resumes to the same bytes.
+#[test]
+fn a_run_ends_at_its_time_limit_and_goes_on() {
+    let desk = Desk::new(COOLING);
+    let case = "run case.toml --set gas.number=3000 --until 30 --out";
+    let ended = desk.say(&format!("{case} pieces --stop-after 50ms"));
+    // The end of the run, if this thread sleeps for longer than the run takes.
+    assert!(
+        matches!(ended.code, Some(75 | 0)),
+        "{:?}: {}",
+        ended.code,
+        ended.err
+    );
+    desk.done(&format!("{case} pieces --resume"));
+    desk.done(&format!("{case} whole"));
+    assert_same(&desk.path("whole"), &desk.path("pieces"));
+    desk.refused("run case.toml --stop-after soon", &["--stop-after"]);
+}
+
 /// An interrupted run is kept, and resumes to the same bytes.
 #[cfg(unix)]
 #[test]
