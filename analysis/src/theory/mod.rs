@@ -11,6 +11,7 @@
 //! | [`rough`] | how do rough particles share and lose their energy? |
 //! | [`bath`] | in which steady state do white noise and drag keep a gas? |
 //! | [`delta_model`] | at which temperature do contacts heat as much as they dissipate? |
+//! | [`uniform_shear`] | which temperature and stress does a dilute gas reach in a shear flow? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
 //! All of it but [`sonine`] takes velocities for Maxwellian (first Sonine order); how far a gas is
@@ -28,6 +29,7 @@ pub mod integrate;
 pub mod mixture;
 pub mod rough;
 pub mod sonine;
+pub mod uniform_shear;
 
 pub use barometric::{Column, Layer};
 pub use bath::BathState;
@@ -38,6 +40,7 @@ pub use elastic_disks::ElasticDisks;
 pub use error::TheoryError;
 pub use mixture::{Mixture, Moment, Rates};
 pub use rough::{RoughGas, Temperatures};
+pub use uniform_shear::UniformShear;
 
 #[cfg(test)]
 mod tests;

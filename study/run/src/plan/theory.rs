@@ -1,6 +1,8 @@
 //! Kinetic theory of a case.
 
-use stosszahl_analysis::theory::{Component, Contact, Mixture, Moment, TheoryError, delta_model};
+use stosszahl_analysis::theory::{
+    Component, Contact, Mixture, Moment, TheoryError, UniformShear, delta_model,
+};
 use stosszahl_case::format::{PairCorrelation, TimeUnit, Velocities};
 use stosszahl_model::{Law, Restitution as _, Space as _, Volume, kinetic};
 
@@ -214,6 +216,9 @@ impl Plan {
         if self.case.bath().is_some() {
             return self.collisions_in_bath(time);
         }
+        if let Some(collisions) = self.collisions_in_flow(time) {
+            return collisions;
+        }
         if !self.is_uniform() {
             return rate * self.engine_time(time);
         }
@@ -274,6 +279,36 @@ impl Plan {
             return self.steady_guess().filter(|_| self.has_theory());
         }
         self.steady_state().map(|moment| moment.temperatures[0])
+    }
+
+    /// Collisions per particle up to a time of the case in a uniform shear flow, by the kinetic
+    /// model of dilute gases at the collision rate of this density; `None` without a flow. The
+    /// model knows no stress of collisions, so dense gases collide more often.
+    fn collisions_in_flow(&self, time: f64) -> Option<f64> {
+        let (flow, rate) = self.shear_flow()?;
+        let chi = self.contact_value;
+        let total: f64 = self
+            .classes
+            .iter()
+            .map(|one| one.count as f64 * one.mass)
+            .sum();
+        let speed = (self.temperature * self.count() as f64 / total).sqrt();
+        let relaxation = chi * self.shear_relaxation() * speed;
+        let found = flow.after(rate, relaxation, self.engine_time(time)).ok()?;
+        Some(found.elapsed / self.mean_free_time)
+    }
+
+    /// Uniform shear flow of a dilute gas with the restitution of this one, and its rate in engine
+    /// units; `None` without a flow.
+    pub(crate) fn shear_flow(&self) -> Option<(UniformShear, f64)> {
+        let rate = self.grains.shear_rate?;
+        Some((UniformShear::new(self.dimension, self.restitution), rate))
+    }
+
+    /// Relaxation rate of stresses in a dilute gas at T = m = 1, in engine units.
+    pub(crate) fn shear_relaxation(&self) -> f64 {
+        let density = self.count() as f64 / self.volume;
+        UniformShear::relaxation_rate(self.dimension, density, 2.0 * self.mean_radius())
     }
 
     /// Returns true if contacts heat, so that a gas without walls or bath reaches a steady state.
