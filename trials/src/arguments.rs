@@ -58,8 +58,9 @@ pub enum Command {
     ///
     /// Without names it makes the cheap ones, in some ten seconds. --check compares the cheap ones
     /// with new runs, number by number within their errors. Of the costly ones it says whether an
-    /// engine behind them has another statistics version by now. The exit code is 1 if something
-    /// does not hold.
+    /// engine behind them has another statistics version by now. Of blocks with a file in docs/data
+    /// it says whether the text follows from the file. The exit code is 1 if something does not
+    /// hold.
     Docs(Docs),
     /// Measure everything that the program claims about accuracy, and say what holds.
     ///
@@ -69,7 +70,7 @@ pub enum Command {
     #[command(
         args_conflicts_with_subcommands = true,
         after_help = "Begin with:\n  stosszahl-trials validate --quick                    five minutes\n  \
-                      stosszahl-trials validate --out validation.md        the page with the table\n  \
+                      stosszahl-trials validate --out validation.md        the page, and data/validation.csv\n  \
                       stosszahl-trials validate --part exact,engines       only these\n  \
                       stosszahl-trials validate dsmc --quick               every Monte Carlo scheme"
     )]
@@ -99,6 +100,18 @@ pub struct Docs {
     /// All blocks, also those that take hours of a core.
     #[arg(long, conflicts_with_all = ["check", "name"])]
     pub costly: bool,
+    /// Numbers that are not of new runs.
+    #[command(flatten)]
+    pub stored: DocsStored,
+}
+
+/// Stored numbers that `stosszahl-trials docs` may take in place of new runs.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct DocsStored {
+    /// Run nothing: write the text of blocks whose table is a file in docs/data again, from that
+    /// file.
+    #[arg(long, conflicts_with_all = ["check", "name", "costly", "resume"])]
+    pub from_files: bool,
     /// Resume runs in results/docs that were stopped, and use those that are complete.
     #[arg(long, conflicts_with = "check")]
     pub resume: bool,
@@ -132,7 +145,8 @@ pub struct ValidateAll {
     /// Begin no further part after this time: 90s, 5m or 1h [default: none].
     #[arg(long, value_name = "TIME", value_parser = duration)]
     pub budget: Option<Duration>,
-    /// Markdown page to write; it is complete after each part.
+    /// Markdown page to write, with the table data/validation.csv next to it; both are complete
+    /// after each part.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
