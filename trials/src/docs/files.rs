@@ -127,3 +127,36 @@ pub fn generated_rows(page: &str) -> usize {
     };
     names(page).into_iter().map(rows).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::docs::DATA;
+    use crate::table::{Place, estimate};
+
+    #[test]
+    fn a_file_agrees_within_errors() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let root = folder.path();
+        let rows = |part, found| {
+            let place = Place::new(part, "scheme", "setting", 0.25, 1.0);
+            table::table(&[place.row("rate", 1.0, estimate(found, 0.01), None)])
+        };
+        fs::create_dir_all(root.join(DATA)).expect("a folder");
+        let made = typed("validation", &rows("elastic", 1.0)).expect("a table");
+        for (file, content) in &made.files {
+            fs::write(root.join(file), content).expect("a file");
+        }
+        let faults = |part, found| {
+            let found = moved(root, "validation", &rows(part, found));
+            found.expect("a file").len()
+        };
+        assert_eq!(faults("elastic", 1.0), 0);
+        // 5.7 errors of the difference are 0.081.
+        assert_eq!(faults("elastic", 1.05), 0);
+        assert_eq!(faults("elastic", 1.1), 1);
+        assert_eq!(faults("cooling", 1.0), 1);
+    }
+}
