@@ -80,7 +80,7 @@ fn closest(rows: &[Row<'_>]) -> Result<String, TrialError> {
                 row.words("quantity")?,
                 row.words("scheme")?,
                 row.words("setting")?,
-                row.number("packing")?,
+                (1e4 * row.number("packing")?).round() / 1e4,
             );
         }
     }
