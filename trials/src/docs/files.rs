@@ -105,7 +105,8 @@ fn words(table: &Table) -> String {
         for (cell, column) in row.iter().zip(&table.columns) {
             let shown = match cell {
                 Cell::Text(text) => text.clone(),
-                Cell::Number(number) => format!("{number:?}"),
+                // In a file the last digit is no rounding.
+                Cell::Number(number) => format!("{number:.20}"),
                 Cell::Count(count) => count.to_string(),
                 Cell::Empty => "-".to_owned(),
             };
