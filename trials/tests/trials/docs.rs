@@ -4,10 +4,16 @@
 use std::fs;
 use std::path::Path;
 
+use stosszahl_trials::TrialError;
 use stosszahl_trials::docs::{
-    DATA, ENTRIES, Head, Make, ROOT, ROWS_OF_A_PAGE, Results, Source, block_names, faults, find,
-    generated_rows, is_open, outside, pages, replace, stale, stale_typed, strays, unfounded,
+    self, DATA, ENTRIES, Entry, Head, Make, ROOT, ROWS_OF_A_PAGE, Results, Source, block_names,
+    find, generated_rows, is_open, outside, pages, replace, stale, stale_typed, strays, unfounded,
 };
+
+/// Lists the differences between a block, or its file, and results.
+fn faults(page: &str, entry: &Entry, results: &Results) -> Result<Vec<String>, TrialError> {
+    docs::faults(Path::new(ROOT), page, entry, results)
+}
 
 fn read(file: &str) -> String {
     fs::read_to_string(Path::new(ROOT).join(file)).expect("a page")
@@ -170,18 +176,17 @@ fn a_planted_number_is_found() {
     let empty = "<!-- docs quick: to be made -->\n<!-- end of quick -->\n";
     let page = replace(empty, &head, &made.text).expect("a page");
     assert!(stale(&page, entry).is_empty());
-    let faults = |page: &str| faults(Path::new(ROOT), page, entry, &second).expect("results");
-    assert_eq!(faults(&page), [""; 0]);
+    assert_eq!(faults(&page, entry, &second).expect("results"), [""; 0]);
 
     let row = made.text.lines().nth(2).expect("a row");
     let cell = row.split('|').nth(2).expect("a cell").trim();
     let (value, error) = cell.split_once(" ± ").expect("an error");
     let [value, error]: [f64; 2] = [value, error].map(|text| text.parse().expect("a number"));
     let planted = page.replace(cell, &format!("{:.4} ± {error:.4}", value + 20.0 * error));
-    let found = faults(&planted);
+    let found = faults(&planted, entry, &second).expect("results");
     assert!(found.len() == 1 && found[0].contains(cell), "{found:?}");
     let word = page.replace("free volume", "free lunch");
-    assert_eq!(faults(&word).len(), 1);
+    assert_eq!(faults(&word, entry, &second).expect("results").len(), 1);
 
     let version = entry.statistics()[1].1;
     let later = page.replace(&format!("dsmc={version}"), &format!("dsmc={}", version + 1));
