@@ -149,7 +149,8 @@ impl Interval {
 /// Quotient a/b at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quotient {
-    /// Quotient of the means over replicas, with its jackknife error.
+    /// Jackknife estimate of the quotient of the means over replicas, through its logarithm, with
+    /// its error.
     pub quotient: Estimate,
     /// Normal-equivalent z of log(a/b); `None` for a single replica.
     pub z: Option<f64>,

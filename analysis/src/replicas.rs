@@ -86,7 +86,8 @@ pub(crate) fn add_terms<const N: usize>(sums: &mut [f64; N], terms: &[f64; N]) {
     }
 }
 
-/// Ratio of the means of paired values, with its jackknife error; `None` without pairs.
+/// Jackknife estimate of the ratio of the means of paired values, with its error; `None` without
+/// pairs.
 ///
 /// ```
 /// use stosszahl_analysis::replicas::ratio_of_means;

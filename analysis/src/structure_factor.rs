@@ -139,7 +139,7 @@ pub struct Shell {
     pub wave_number: f64,
     /// Mean over the modes of S(k).
     pub value: f64,
-    /// Number of modes. Half of them are independent: S(-k) = S(k).
+    /// Number of modes, one of each pair k and -k: S(-k) = S(k).
     pub modes: usize,
 }
 
@@ -207,7 +207,6 @@ fn average(modes: impl Iterator<Item = (usize, f64, f64)>, largest: usize) -> St
     for shell in &mut shells {
         shell.wave_number /= shell.modes as f64;
         shell.value /= shell.modes as f64;
-        shell.modes *= 2;
     }
     StructureFactor { shells }
 }
@@ -242,7 +241,7 @@ struct PlannedMode {
 /// assert_eq!(plan.lattice(), [32, 32]);
 /// let shells = plan.measure(&points, 1.0)?.shells;
 /// assert!(shells[6].value.abs() < 1e-12);
-/// assert!((shells[7].value * shells[7].modes as f64 - 4.0 * 64.0).abs() < 1e-9);
+/// assert!((shells[7].value * shells[7].modes as f64 - 2.0 * 64.0).abs() < 1e-9);
 /// # Ok::<(), stosszahl_analysis::Error>(())
 /// ```
 pub struct StructureFactorPlan {

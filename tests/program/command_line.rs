@@ -63,7 +63,7 @@ fn a_comparison_gives_tables_and_a_report() {
         fourth_cumulant_se,replicas\n\
         comparison engine_a,engine_b,time,energy_ratio_a,energy_ratio_b,energy_ratio_a_over_b,\
         energy_ratio_a_over_b_se,energy_ratio_a_over_b_low,energy_ratio_a_over_b_high,z,verdict,replicas\n\
-        structure_factor engine,time,k,structure_factor,structure_factor_se,modes\n\
+        structure_factor engine,time,mode_number,structure_factor,structure_factor_se,modes\n\
         pair_correlation engine,time,r_over_d,g,g_se\n\
         impact_parameter engine,window_start,window_end,bin_low,bin_high,count,density,density_se,density_theory\n\
         impact_parameter_summary engine,window_start,window_end,collisions,slope,slope_se,mean_b_over_d,\

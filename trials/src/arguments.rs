@@ -52,8 +52,9 @@ pub enum Command {
     ///
     /// Without names it makes the cheap ones, in some ten seconds. --check compares the cheap ones
     /// with new runs, number by number within their errors. Of the costly ones it says whether an
-    /// engine behind them has another statistics version by now. The exit code is 1 if something
-    /// does not hold.
+    /// engine behind them has another statistics version by now. Of blocks with a file in docs/data
+    /// it says whether the text follows from the file. The exit code is 1 if something does not
+    /// hold.
     Docs(Docs),
     /// Measure everything that the program claims about accuracy, and say what holds.
     ///
@@ -63,7 +64,7 @@ pub enum Command {
     #[command(
         args_conflicts_with_subcommands = true,
         after_help = "Begin with:\n  stosszahl-trials validate --quick                    five minutes\n  \
-                      stosszahl-trials validate --out validation.md        the page with the table\n  \
+                      stosszahl-trials validate --out validation.md        the page, and data/validation.csv\n  \
                       stosszahl-trials validate --part exact,engines       only these\n  \
                       stosszahl-trials validate dsmc --quick               every Monte Carlo scheme"
     )]

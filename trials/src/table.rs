@@ -2,14 +2,13 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
 use stosszahl_analysis::statistics::Estimate;
+use stosszahl_results as results;
 
 use crate::TrialError;
 
 /// Verdict of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Claimed, and within the tolerance, with an error bar of at most half of it.
     Pass,
@@ -149,28 +148,26 @@ fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> Ver
     }
 }
 
-/// Columns of the table as comma-separated values.
-const COLUMNS: &str = "part,scheme,setting,packing,quantity,expected,found,standard_error,tolerance,verdict,seconds,default";
+/// Formats tolerance, expected value, found value and its error: in powers of ten where four
+/// decimals show nothing.
+pub(crate) fn numbers(tolerance: Option<f64>, values: [f64; 3]) -> [String; 4] {
+    let small = tolerance.is_some_and(|tolerance| tolerance < 1e-6);
+    let show = |value: f64| {
+        if small {
+            format!("{value:.1e}")
+        } else {
+            results::unsigned_zero(format!("{value:.4}"))
+        }
+    };
+    let within = tolerance.map_or_else(|| "-".to_owned(), show);
+    let [expected, found, error] = values.map(show);
+    [within, expected, found, error]
+}
 
 impl Row {
-    /// Formats tolerance, expected value, found value and its error: in powers of ten where four
-    /// decimals show nothing.
     fn numbers(&self) -> [String; 4] {
-        let small = self.tolerance.is_some_and(|tolerance| tolerance < 1e-6);
-        let show = |value: f64| {
-            if small {
-                format!("{value:.1e}")
-            } else {
-                stosszahl_results::unsigned_zero(format!("{value:.4}"))
-            }
-        };
-        let within = self.tolerance.map_or_else(|| "-".to_owned(), show);
-        [
-            within,
-            show(self.expected),
-            show(self.found),
-            show(self.standard_error),
-        ]
+        let values = [self.expected, self.found, self.standard_error];
+        numbers(self.tolerance, values)
     }
 
     /// Formats one line for the terminal.
@@ -257,19 +254,40 @@ pub fn markdown(rows: &[Row]) -> String {
     text
 }
 
-/// Formats the table as comma-separated values.
-pub(crate) fn csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
-    let mut writer = csv::WriterBuilder::new()
-        .has_headers(false)
-        .from_writer(Vec::new());
-    writer.write_record(COLUMNS.split(','))?;
-    for row in rows {
-        let values = (row.expected, row.found, row.standard_error, row.tolerance);
-        let last = (row.verdict, row.place.seconds, row.place.default);
-        writer.serialize((row.place.names(), &row.quantity, values, last))?;
+/// Creates the table of claims without rows.
+pub(crate) fn columns() -> results::Table {
+    results::table! {
+        "validation", "Claims about accuracy: what was expected, what was found, and the verdict.";
+        key "part", "", "Part of the validation";
+        key "scheme", "", "Name of the scheme";
+        key "setting", "", "Resolution of the scheme";
+        key "packing", "1", "Packing fraction of the gas";
+        key "quantity", "", "Measured quantity, with its unit";
+        note "expected", "of the quantity", "Expected value, from theory or the other engine";
+        estimate "found", "of the quantity", "Value found";
+        note "tolerance", "of the quantity", "Largest deviation that is claimed; empty if nothing is claimed";
+        note "verdict", "", "pass, fail, unresolved or measured";
+        note "seconds", "s", "Computing time of the runs behind the row, which rows may share";
+        note "default", "", "true if the row belongs to the default scheme";
     }
-    let done = writer.into_inner();
-    done.map_err(|error| error.into_error().into())
+}
+
+/// Creates the table of claims from its rows.
+pub(crate) fn table(rows: &[Row]) -> results::Table {
+    let mut table = columns();
+    for row in rows {
+        let (part, scheme, setting, packing) = row.place.names();
+        let error = row.standard_error;
+        let found = results::Estimate::of(row.found, Some(error).filter(|one| one.is_finite()));
+        table.add((
+            (part, scheme, setting),
+            (packing, &*row.quantity),
+            (row.expected, found, row.tolerance),
+            (&*row.verdict.name().to_lowercase(), row.place.seconds),
+            if row.place.default { "true" } else { "false" },
+        ));
+    }
+    table
 }
 
 #[cfg(test)]
@@ -303,7 +321,9 @@ mod tests {
         let rows = [place.row("rate", 1.0, found.expect("two values"), Some(0.01))];
         assert_eq!(rows[0].verdict, Verdict::Pass);
         assert_eq!(markdown(&rows).lines().count(), 3);
-        let text = String::from_utf8(csv(&rows).expect("a table")).expect("text");
+        let text = table(&rows).to_csv().expect("a table");
+        let text = String::from_utf8(text).expect("text");
         assert!(text.starts_with("part,scheme") && text.contains("elastic,a,single,0.25"));
+        assert!(text.contains(",0.01,pass,1.0,true"), "{text}");
     }
 }

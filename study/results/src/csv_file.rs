@@ -106,8 +106,12 @@ impl Table {
         write().map_err(|error| fault(&path(), &error))
     }
 
-    /// Reads the rows of this table, which has columns but no rows yet.
-    pub(crate) fn read_rows(&mut self, path: &Path) -> Result<(), ResultsError> {
+    /// Reads the rows of this table, which has columns but no rows yet, from a CSV file.
+    ///
+    /// # Errors
+    /// [`ResultsError`] if the file cannot be read, has other columns, or a cell is not of its
+    /// column.
+    pub fn read_rows(&mut self, path: &Path) -> Result<(), ResultsError> {
         let mut reader = ReaderBuilder::new()
             .flexible(true)
             .from_path(path)

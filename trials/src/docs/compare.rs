@@ -18,17 +18,20 @@ enum Token<'a> {
     },
 }
 
-/// Half of the last digit of a number as it is written.
-fn half_digit(text: &str) -> f64 {
-    let digits = text.split_once('.').map_or(0, |(_, digits)| digits.len());
-    0.5 * 10_f64.powi(-(digits as i32))
+/// Half of the last digit of a number as it is written; `None` if its exponent cannot be read.
+fn half_digit(text: &str) -> Option<f64> {
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
+    let digits = mantissa
+        .split_once('.')
+        .map_or(0, |(_, digits)| digits.len());
+    Some(0.5 * 10_f64.powi(exponent.parse::<i32>().ok()? - digits as i32))
 }
 
 fn tokens(text: &str) -> Vec<Token<'_>> {
     let words: Vec<&str> = text.split_whitespace().collect();
     let number = |word: &str| {
         let bare = word.trim_end_matches([',', '.', ';', ')']);
-        Some((bare.parse::<f64>().ok()?, half_digit(bare)))
+        Some((bare.parse::<f64>().ok()?, half_digit(bare)?))
     };
     let (mut list, mut at) = (Vec::new(), 0);
     while at < words.len() {
@@ -112,5 +115,11 @@ mod tests {
         ] {
             assert_eq!(differences(planted, text).len(), 1, "{planted}");
         }
+        // The last digit of 6.0e-15 is no tenth.
+        assert_eq!(
+            differences("6.0e-15 ± 1.0e-16", "8.0e-15 ± 1.0e-16").len(),
+            1
+        );
+        assert!(differences("1.207e7 ± 1e3", "1.208e7 ± 1e3").is_empty());
     }
 }

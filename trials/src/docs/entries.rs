@@ -6,7 +6,9 @@ use std::mem::take;
 use stosszahl_report::drawings;
 use stosszahl_results::{Figure, Line, Table};
 
+use super::data::{Made, Make};
 use super::results::{Key, Measured, Results};
+use super::verdicts::VERDICTS;
 use super::{gases, map, papers};
 use crate::TrialError;
 
@@ -22,7 +24,7 @@ pub struct Entry {
     pub engines: &'static [Engine],
     /// True if `--check` makes the block again, in some ten seconds.
     pub is_cheap: bool,
-    /// Function that makes the text and the files.
+    /// Maker of the text and the files.
     pub make: Make,
 }
 
@@ -45,24 +47,6 @@ impl Source {
     }
 }
 
-/// Text and files of an entry.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Made {
-    /// Text in Markdown.
-    pub text: String,
-    /// Pictures and tables: their paths from the root, and their content.
-    pub files: Vec<(&'static str, String)>,
-}
-
-impl From<String> for Made {
-    fn from(text: String) -> Self {
-        Self {
-            text,
-            files: Vec::new(),
-        }
-    }
-}
-
 /// Engine in the first line of a block: its name and its current statistics version.
 pub type Engine = (&'static str, u32);
 
@@ -79,10 +63,19 @@ const HOMOGENEOUS: Engine = (
 /// All engines, each with its statistics version.
 pub(super) const VERSIONS: [Engine; 4] = [ED, DSMC, HALFWAY, HOMOGENEOUS];
 
-type Make = fn(&Results) -> Result<Made, TrialError>;
+/// Creates a block of text that runs the bundled case of its name, and that a check does not make
+/// again.
+const fn entry(
+    name: &'static str,
+    file: &'static str,
+    engines: &'static [Engine],
+    make: fn(&Results) -> Result<Made, TrialError>,
+) -> Entry {
+    made_by(name, file, engines, Make::Text(make))
+}
 
 /// Creates a block that runs the bundled case of its name, and that a check does not make again.
-const fn entry(
+const fn made_by(
     name: &'static str,
     file: &'static str,
     engines: &'static [Engine],
@@ -108,6 +101,17 @@ impl Entry {
     /// Returns the current statistics versions of the engines.
     pub fn statistics(&self) -> Vec<(String, u32)> {
         versions(self.engines)
+    }
+
+    /// Makes the text and the files from results.
+    ///
+    /// # Errors
+    /// The results lack a number.
+    pub fn made(&self, results: &Results) -> Result<Made, TrialError> {
+        match &self.make {
+            Make::Text(make) => make(results),
+            Make::Data { table, data } => data.made(self.name, &table(results)?),
+        }
     }
 
     const fn of(mut self, source: Source) -> Self {
@@ -157,21 +161,16 @@ pub const ENTRIES: &[Entry] = &[
         EXACT,
         gases::transport,
     ),
-    entry("haff-3d", MIXTURES, WITHOUT_POSITIONS, gases::verdicts),
-    entry(
-        "mixture-cooling",
-        MIXTURES,
-        WITHOUT_POSITIONS,
-        gases::verdicts,
-    ),
-    entry("binary-disks", MIXTURES, BOTH, gases::verdicts),
-    entry("sedimentation-disks", FLOWS, BOTH, gases::verdicts),
-    entry("vibrated-box", FLOWS, BOTH, gases::verdicts),
-    entry("channel-disks", FLOWS, BOTH, gases::verdicts),
-    entry("flow-past-disk", FLOWS, &[DSMC], gases::verdicts),
+    made_by("haff-3d", MIXTURES, WITHOUT_POSITIONS, VERDICTS),
+    made_by("mixture-cooling", MIXTURES, WITHOUT_POSITIONS, VERDICTS),
+    made_by("binary-disks", MIXTURES, BOTH, VERDICTS),
+    made_by("sedimentation-disks", FLOWS, BOTH, VERDICTS),
+    made_by("vibrated-box", FLOWS, BOTH, VERDICTS),
+    made_by("channel-disks", FLOWS, BOTH, VERDICTS),
+    made_by("flow-past-disk", FLOWS, &[DSMC], VERDICTS),
     entry("papers", "docs/reproduce.md", ALL_BUT_HALFWAY, papers::all).of(Source::Papers),
-    entry("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::kawasaki).of(Source::Papers),
-    entry("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::bodrova).of(Source::Papers),
+    made_by("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::KAWASAKI).of(Source::Papers),
+    made_by("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::BODROVA).of(Source::Papers),
     entry("evidence", PAIRED, BOTH, evidence).of(LUDING),
     entry("map-onset", map::PAGE, EXACT, map::onset),
 ];
@@ -358,6 +357,6 @@ fn evidence(results: &Results) -> Result<Made, TrialError> {
     );
     Ok(Made {
         text,
-        files: vec![(EVIDENCE, picture)],
+        files: vec![(EVIDENCE.to_owned(), picture)],
     })
 }

@@ -1,7 +1,8 @@
 //! Blocks of gases with positions: transport, pairs near contact, and exact disks against the
 //! contact-point scheme.
 
-use super::entries::{Made, against, of_window, table};
+use super::data::Made;
+use super::entries::{against, of_window, table};
 use super::results::{Key, Results};
 use crate::TrialError;
 
@@ -157,25 +158,4 @@ pub(super) fn ladder(results: &Results) -> Result<Made, TrialError> {
         "rate of exact disks",
     ];
     Ok(table(&header, &rows).into())
-}
-
-/// Makes the block of the verdicts of a run, or of each point of a sweep, in the words of the
-/// program.
-pub(super) fn verdicts(results: &Results) -> Result<Made, TrialError> {
-    let mut rows = Vec::new();
-    for point in results.points() {
-        for verdict in results.verdicts(point)? {
-            let topic = if point.is_empty() {
-                verdict.topic.clone()
-            } else {
-                format!("{}: {}", point.replace('_', " "), verdict.topic)
-            };
-            rows.push(vec![
-                verdict.kind.name().to_owned(),
-                topic,
-                verdict.sentence.clone(),
-            ]);
-        }
-    }
-    Ok(table(&["verdict", "of", "the program says"], &rows).into())
 }

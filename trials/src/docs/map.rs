@@ -12,7 +12,8 @@ use std::f64::consts::PI;
 use stosszahl_model::kinetic;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
-use super::entries::{Made, table as markdown};
+use super::data::{Made, text as csv_text};
+use super::entries::table as markdown;
 use super::results::{Key, Measured, Results, Row};
 use crate::TrialError;
 use crate::three_disks;
@@ -147,12 +148,11 @@ fn figure(title: &'static str, column: &'static str, label: &'static str, chaos:
 
 /// Combines a text with a table as files: CSV and its two figures.
 fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, TrialError> {
-    let csv = String::from_utf8_lossy(&table.to_csv()?).into_owned();
-    let mut files = vec![(names[0], csv)];
+    let mut files = vec![(names[0].to_owned(), csv_text(table)?)];
     for (figure, name) in table.figures.iter().zip(&names[1..]) {
         let drawn = stosszahl_report::drawing(table, figure);
         let drawn = drawn.ok_or_else(|| TrialError::failed(format!("{name}: nothing to draw")))?;
-        files.push((*name, drawn));
+        files.push(((*name).to_owned(), drawn));
     }
     Ok(Made { text, files })
 }

@@ -8,14 +8,22 @@
 //! refused once an engine that it rests on gives other means. The same holds of blocks that no
 //! entry makes, whose first line says from which cases their numbers were typed in. A block that
 //! shows nothing yet is named but is no fault.
+//!
+//! A long table is a file `docs/data/NAME.csv`. The block then has counts, what differs and a link
+//! ([`DataTable`]). A check makes that text again from the file. Of cheap entries it also compares
+//! the file with the numbers that are found.
 
+mod accuracy;
 mod block;
 mod compare;
+mod data;
 mod entries;
+mod files;
 mod gases;
 mod map;
 mod papers;
 mod results;
+mod verdicts;
 
 use std::fs;
 use std::path::Path;
@@ -23,14 +31,17 @@ use std::process::Command;
 
 use clap::Args;
 use stosszahl_model::snapshot::write_whole;
+use stosszahl_results::Table;
 
 use crate::terminal::say;
 use crate::{Done, TrialError};
 
 pub use block::{Block, Head, find, is_open, names as block_names, outside, replace};
 pub use compare::differences;
-pub use entries::{ENTRIES, Engine, Entry, Made, Source};
+pub use data::{DataTable, FOLDER as DATA, Made, Make};
+pub use entries::{ENTRIES, Engine, Entry, Source};
 use entries::{VERSIONS, versions};
+pub use files::{ROWS_OF_A_PAGE, generated_rows, unfounded};
 pub use results::Results;
 
 /// `stosszahl-trials docs`.
@@ -45,6 +56,18 @@ pub struct Docs {
     /// All blocks, also those that take hours of a core.
     #[arg(long, conflicts_with_all = ["check", "name"])]
     pub costly: bool,
+    /// Numbers that are not of new runs.
+    #[command(flatten)]
+    pub stored: DocsStored,
+}
+
+/// Stored numbers that `stosszahl-trials docs` may take in place of new runs.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct DocsStored {
+    /// Run nothing: write the text of blocks whose table is a file in docs/data again, from that
+    /// file.
+    #[arg(long, conflicts_with_all = ["check", "name", "costly", "resume"])]
+    pub from_files: bool,
     /// Resume runs in results/docs that were stopped, and use those that are complete.
     #[arg(long, conflicts_with = "check")]
     pub resume: bool,
@@ -65,6 +88,9 @@ pub(crate) fn names() -> clap::builder::PossibleValuesParser {
 /// Runs the command: makes blocks again, or checks them.
 pub(crate) fn command(asked: &Docs) -> Done {
     let root = Path::new(ROOT);
+    if asked.stored.from_files {
+        return rewrite(root);
+    }
     let chosen = ENTRIES.iter().filter(|entry| match &asked.name[..] {
         [] => asked.check || asked.costly || entry.is_cheap,
         names => names.iter().any(|name| name == entry.name),
@@ -73,7 +99,7 @@ pub(crate) fn command(asked: &Docs) -> Done {
     for entry in chosen {
         let place = format!("{} in {}", entry.name, entry.file);
         if !asked.check {
-            make(root, entry, asked.resume)?;
+            make(root, entry, asked.stored.resume)?;
             say(&format!("made  {place}"));
         } else if is_open(&fs::read_to_string(root.join(entry.file))?, entry.name) {
             say(&format!("open  {place}: not made yet"));
@@ -82,10 +108,17 @@ pub(crate) fn command(asked: &Docs) -> Done {
         }
     }
     if asked.check && asked.name.is_empty() {
+        let mut names = Vec::new();
         for file in pages(root)? {
-            for (name, found) in stale_typed(&fs::read_to_string(root.join(&file))?) {
+            let page = fs::read_to_string(root.join(&file))?;
+            for (name, mut found) in stale_typed(&page) {
+                found.extend(unfounded(root, &page, &name));
                 faults += tell(&format!("{name} in {file}, typed in"), &found);
             }
+            names.extend(block_names(&page));
+        }
+        for file in strays(root, &names)? {
+            faults += tell(&file, &["no block has this name".to_owned()]);
         }
     }
     match faults {
@@ -94,6 +127,25 @@ pub(crate) fn command(asked: &Docs) -> Done {
             "{some} faults; `stosszahl-trials docs NAME` makes a block again, and CHANGELOG says why its numbers moved"
         ))),
     }
+}
+
+/// Formats the text of all blocks with a file again, from their files.
+fn rewrite(root: &Path) -> Done {
+    for file in pages(root)? {
+        let path = root.join(&file);
+        let mut page = fs::read_to_string(&path)?;
+        for name in block_names(&page) {
+            let text = files::text(root, &name)?;
+            let made = text.zip(find(&page, &name));
+            let made = made.and_then(|(text, block)| replace(&page, &block.head, &text));
+            if let Some(made) = made.filter(|made| *made != page) {
+                page = made;
+                write_whole(&path, page.as_bytes())?;
+                say(&format!("made  {name} in {file}"));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Prints the faults of a block; returns their number.
@@ -163,7 +215,7 @@ fn outdated(head: &Head, now: &[(String, u32)]) -> Vec<String> {
 /// Makes the block of an entry, and its files.
 fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
     let (results, commit) = run(root, entry, resume)?;
-    let made = (entry.make)(&results)?;
+    let made = entry.made(&results)?;
     // The page may have changed meanwhile.
     let path = root.join(entry.file);
     let text = fs::read_to_string(&path)?;
@@ -175,7 +227,7 @@ fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
         typed: None,
     };
     for (file, content) in &made.files {
-        write_whole(&root.join(file), content.as_bytes())?;
+        write(&root.join(file), content)?;
     }
     let text = replace(&text, &head, &made.text)
         .ok_or_else(|| TrialError::failed(format!("{}: no block {}", entry.file, entry.name)))?;
@@ -185,12 +237,13 @@ fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
 /// Lists the faults of the block of an entry; empty if there are none.
 fn check(root: &Path, entry: &Entry) -> Result<Vec<String>, TrialError> {
     let text = fs::read_to_string(root.join(entry.file))?;
-    let stale = stale(&text, entry);
+    let mut stale = stale(&text, entry);
+    stale.extend(unfounded(root, &text, entry.name));
     if !stale.is_empty() || !entry.is_cheap {
         return Ok(stale);
     }
     let (results, _) = run(root, entry, false)?;
-    faults(&text, entry, &results)
+    faults(root, &text, entry, &results)
 }
 
 /// Lists the faults of the block of an entry in a page that new results cannot cure; empty if there
@@ -209,13 +262,48 @@ pub fn stale(page: &str, entry: &Entry) -> Vec<String> {
     unnamed.chain(outdated(&block.head, &now)).collect()
 }
 
-/// Lists the differences between the block of an entry in a page and results.
+/// Lists the differences between the block of an entry in a page, or its file, and results.
 ///
 /// # Errors
-/// The results lack a number that the block shows.
-pub fn faults(page: &str, entry: &Entry, results: &Results) -> Result<Vec<String>, TrialError> {
-    let there = find(page, entry.name).map_or(String::new(), |block| block.text);
-    Ok(differences(&there, &(entry.make)(results)?.text))
+/// The results lack a number that the block shows, or its file cannot be read.
+pub fn faults(
+    root: &Path,
+    page: &str,
+    entry: &Entry,
+    results: &Results,
+) -> Result<Vec<String>, TrialError> {
+    match &entry.make {
+        Make::Text(make) => {
+            let there = find(page, entry.name).map_or(String::new(), |block| block.text);
+            Ok(differences(&there, &make(results)?.text))
+        }
+        Make::Data { table, .. } => files::moved(root, entry.name, &table(results)?),
+    }
+}
+
+/// Lists the files of tables that belong to none of these blocks.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn strays(root: &Path, names: &[String]) -> Result<Vec<String>, TrialError> {
+    let known: Vec<String> = names.iter().map(|name| data::path(name)).collect();
+    let mut found = Vec::new();
+    for entry in fs::read_dir(root.join(DATA))? {
+        let file = format!("{DATA}/{}", entry?.file_name().to_string_lossy());
+        if !known.contains(&file) {
+            found.push(file);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Writes a file of a block, in a folder that is made where it is missing.
+fn write(path: &Path, content: &str) -> Done {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    Ok(write_whole(path, content.as_bytes())?)
 }
 
 /// Runs the case of an entry into `results/docs`; returns its results, and their commit.
@@ -228,8 +316,17 @@ fn run(root: &Path, entry: &Entry, resume: bool) -> Result<(Results, String), Tr
     }
 }
 
-/// Formats the page of another command as a block of this commit and of the current engines.
-pub(crate) fn typed(name: &str, command: &str, text: &str) -> String {
+/// Writes the table of another command next to its page, as `data/NAME.csv`, and returns the block
+/// of the page, of this commit and of the current engines.
+///
+/// # Errors
+/// No block has this name, or the file cannot be written.
+pub(crate) fn typed(
+    name: &str,
+    command: &str,
+    table: &Table,
+    page: &Path,
+) -> Result<String, TrialError> {
     let root = Path::new(ROOT);
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
     let head = Head {
@@ -239,7 +336,12 @@ pub(crate) fn typed(name: &str, command: &str, text: &str) -> String {
         statistics: versions(&VERSIONS),
         typed: Some(command.to_owned()),
     };
-    head.around(text)
+    let made = files::typed(name, table)?;
+    for (file, content) in &made.files {
+        let beside = Path::new(file).strip_prefix("docs")?;
+        write(&page.with_file_name("").join(beside), content)?;
+    }
+    Ok(head.around(&made.text))
 }
 
 /// Returns the day of a commit.

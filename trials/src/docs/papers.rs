@@ -1,6 +1,11 @@
 //! Blocks of reproduced papers: number of claims by verdict, and the values found.
 
-use super::entries::{Made, table};
+use std::fmt::Write as _;
+
+use stosszahl_results::{Estimate, Table};
+
+use super::data::{DataTable, Made, Make, count};
+use super::entries::table as markdown;
 use super::results::{Measured, Results, Row};
 use crate::TrialError;
 
@@ -20,11 +25,11 @@ pub(super) fn all(results: &Results) -> Result<Made, TrialError> {
     }
     Ok(format!(
         "{}\nWhat differs:\n\n{}",
-        table(
+        markdown(
             &["paper", "claims", "agree", "differ", "undecided", "void"],
             &counts
         ),
-        table(
+        markdown(
             &["paper", "figure", "claim", "where", "paper says", "found"],
             &differences
         )
@@ -32,43 +37,128 @@ pub(super) fn all(results: &Results) -> Result<Made, TrialError> {
     .into())
 }
 
-/// Makes the table of all claims of one paper.
-fn claims(results: &Results, paper: &str) -> Result<Made, TrialError> {
-    let mut rows = Vec::new();
-    for claim in results.rows(paper, "claims", &[])? {
-        let mut cells = row(&claim)?;
-        cells.push(claim.words("verdict")?.to_owned());
-        rows.push(cells);
+/// Maker of the block of the claims of Kawasaki (1985).
+pub(super) const KAWASAKI: Make = Make::Data {
+    table: |results| claims(results, "kawasaki-1985"),
+    data: DataTable {
+        columns,
+        summary: |table, link| summary(table, link, &KAWASAKI_PARTS),
+    },
+};
+
+/// Maker of the block of the claims of Bodrova & Osinsky (2024).
+pub(super) const BODROVA: Make = Make::Data {
+    table: |results| claims(results, "bodrova-2024"),
+    data: DataTable {
+        columns,
+        summary: |table, link| summary(table, link, &BODROVA_PARTS),
+    },
+};
+
+/// Part of a paper: its words, and the figures that belong to it.
+type PaperPart = (&'static str, &'static [&'static str]);
+
+const KAWASAKI_PARTS: [PaperPart; 3] = [
+    (
+        "columns under gravity, Figs. 3.1 to 3.4",
+        &["3.1", "3.2", "3.3", "3.4"],
+    ),
+    ("rough grains that cool, Figs. 3.5 and 3.6", &["3.5", "3.6"]),
+    (
+        "channels, Figs. 5.2 to 5.6",
+        &["5.2", "5.3", "5.4", "5.5", "5.6"],
+    ),
+];
+
+const BODROVA_PARTS: [PaperPart; 8] = [
+    ("1: equal sizes, unlike masses", &["1"]),
+    ("2: few heavy particles, from the cooling state", &["2"]),
+    ("3: three species", &["3"]),
+    ("4: very many sizes", &["4"]),
+    ("5: tracers", &["5"]),
+    ("6: temperatures of a hundred sizes", &["6"]),
+    ("7 and 8: viscoelastic particles", &["7", "8"]),
+    ("I: number of collisions, energy", &["Table I"]),
+];
+
+fn columns() -> Table {
+    stosszahl_results::table! {
+        "claims", "What a paper claims, and what was found.";
+        key "figure", "", "Figure or table of the paper";
+        key "claim", "", "The claim in words";
+        key "place", "", "Where the number stands: point, table, column and row";
+        note "relation", "", "What the paper says of the number: equal, above, below; or what it should say: corrected";
+        estimate "paper", "of the column", "The number of the paper, its bound, or its correction";
+        estimate "found", "of the column", "The number that was found";
+        note "margin", "of the column", "Largest deviation that counts as agreement";
+        note "verdict", "", "agree, differ, undecided or void";
     }
-    let header = ["figure", "claim", "where", "paper says", "found", "verdict"];
-    Ok(table(&header, &rows).into())
 }
 
-/// Makes the block of the claims of Kawasaki (1985).
-pub(super) fn kawasaki(results: &Results) -> Result<Made, TrialError> {
-    claims(results, "kawasaki-1985")
+/// Creates the table of all claims of one paper.
+fn claims(results: &Results, paper: &str) -> Result<Table, TrialError> {
+    let mut table = columns();
+    for claim in results.rows(paper, "claims", &[])? {
+        let estimate = |column: &str| Estimate {
+            value: claim.maybe(column),
+            standard_error: claim.maybe(&format!("{column}_se")),
+            ..Estimate::default()
+        };
+        table.add((
+            (claim.words("figure")?, claim.words("claim")?),
+            (claim.words("place")?, claim.words("relation")?),
+            (estimate("paper"), estimate("found")),
+            claim.maybe("margin"),
+            claim.words("verdict")?,
+        ));
+    }
+    Ok(table)
 }
 
-/// Makes the block of the claims of Bodrova & Osinsky (2024).
-pub(super) fn bodrova(results: &Results) -> Result<Made, TrialError> {
-    claims(results, "bodrova-2024")
+/// Formats the number of claims of each part by verdict, and all claims that differ.
+fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, TrialError> {
+    let mut left: Vec<Row<'_>> = Row::all(table).collect();
+    let all = left.len();
+    let (mut counts, mut differences) = (Vec::new(), String::new());
+    for (words, figures) in parts {
+        let mut own = Vec::new();
+        for claim in std::mem::take(&mut left) {
+            let is_own = figures.contains(&claim.words("figure")?);
+            if is_own { &mut own } else { &mut left }.push(claim);
+        }
+        counts.push(counted(words, &own)?);
+        for claim in own {
+            if claim.words("verdict")? == "differ" {
+                let [figure, claim, _, paper, found] = row(&claim)?;
+                let _ = writeln!(
+                    differences,
+                    "- {figure}: {claim}. The paper has {paper}, found is {found}."
+                );
+            }
+        }
+    }
+    if let Some(claim) = left.first() {
+        let figure = claim.words("figure")?;
+        return Err(TrialError::failed(format!("figure {figure} is in no part")));
+    }
+    let header = ["part", "claims", "agree", "differ", "undecided", "void"];
+    Ok(format!(
+        "{}\n[All {all} claims]({link}). What differs, by figure:\n\n{differences}",
+        markdown(&header, &counts),
+    ))
 }
 
 /// Counts claims by verdict, as cells of a table.
 fn counted(name: &str, claims: &[Row<'_>]) -> Result<Vec<String>, TrialError> {
     let mut cells = vec![name.to_owned(), claims.len().to_string()];
     for verdict in ["agree", "differ", "undecided", "void"] {
-        let mut count = 0;
-        for claim in claims {
-            count += usize::from(claim.words("verdict")? == verdict);
-        }
-        cells.push(count.to_string());
+        cells.push(count(claims, "verdict", verdict)?.to_string());
     }
     Ok(cells)
 }
 
 /// Formats a claim as a row: figure, claim, place, value of the paper and value found.
-fn row(claim: &Row<'_>) -> Result<Vec<String>, TrialError> {
+fn row(claim: &Row<'_>) -> Result<[String; 5], TrialError> {
     let number = |column: &str| {
         let value = claim.maybe(column)?;
         let error = claim
@@ -83,7 +173,7 @@ fn row(claim: &Row<'_>) -> Result<Vec<String>, TrialError> {
         "corrected" => format!("{paper} (corrected)"),
         _ => paper,
     };
-    Ok(vec![
+    Ok([
         claim.words("figure")?.to_owned(),
         claim.words("claim")?.to_owned(),
         format!("`{}`", claim.words("place")?),

@@ -283,7 +283,12 @@ pub(crate) struct Row<'a> {
     cells: &'a [Cell],
 }
 
-impl Row<'_> {
+impl<'a> Row<'a> {
+    /// Returns all rows of a table.
+    pub(crate) fn all(table: &'a Table) -> impl Iterator<Item = Self> {
+        table.rows.iter().map(move |cells| Self { table, cells })
+    }
+
     /// Returns the number in a column.
     pub(crate) fn number(&self, column: &str) -> Result<f64, TrialError> {
         let cell = self.table.find(column).map(|place| &self.cells[place]);
@@ -292,7 +297,7 @@ impl Row<'_> {
     }
 
     /// Returns the words in a column; empty for an empty cell.
-    pub(crate) fn words(&self, column: &str) -> Result<&str, TrialError> {
+    pub(crate) fn words(&self, column: &str) -> Result<&'a str, TrialError> {
         let cell = self.table.find(column).map(|place| &self.cells[place]);
         match cell {
             Some(Cell::Text(text)) => Ok(text),

@@ -29,7 +29,7 @@ mod whole;
 use std::fmt::Write as _;
 use std::fs;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -37,7 +37,7 @@ use rayon::prelude::*;
 use stosszahl_model::snapshot::write_whole;
 
 use crate::docs;
-use crate::table::{Row, Verdict, csv, markdown};
+use crate::table::{Row, Verdict, markdown, table};
 use crate::terminal::{parse_duration, say, trial_names};
 use crate::trial::{ENDLESS, chosen};
 use crate::{Done, Effort, TrialError, TrialRow};
@@ -57,7 +57,8 @@ pub struct ValidateAll {
     /// Begin no further part after this time: 90s, 5m or 1h [default: none].
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub budget: Option<Duration>,
-    /// Markdown page to write; it is complete after each part.
+    /// Markdown page to write, with the table data/validation.csv next to it; both are complete
+    /// after each part.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
@@ -202,25 +203,23 @@ impl Outcome {
         rows.iter().map(|place| place.seconds).sum()
     }
 
-    /// Formats the page of the whole.
-    fn page(&self, quick: bool) -> String {
+    /// Writes the page of the whole, and its table next to it.
+    fn write(&self, path: &Path, quick: bool) -> Done {
         let option = if quick { " --quick" } else { "" };
+        let command = format!("stosszahl-trials validate{option}");
+        let block = docs::typed("validation", &command, &table(&self.rows), path)?;
         let mut text = format!(
-            "# Validation\n\nWritten by `stosszahl-trials validate{option}`, version {}. A claim passes if the value is \
-             within its tolerance and the standard error at most half of that; with a wider error it is unresolved, and what \
-             is not claimed is measured. Starts and streams have fixed seeds, so only times differ between two runs.\n\n",
+            "# Validation\n\nWritten by `{command}`, version {}. A claim passes if the value is within its tolerance and \
+             the standard error at most half of that; with a wider error it is unresolved, and what is not claimed is \
+             measured. Starts and streams have fixed seeds, so only times differ between two runs.\n\n{block}\n",
             env!("CARGO_PKG_VERSION")
         );
-        let mut rows = markdown(&self.rows);
         // Writing to a string cannot fail.
         for missing in &self.missing {
-            let _ = writeln!(rows, "\nMissing: {missing}.");
+            let _ = writeln!(text, "\nMissing: {missing}.");
         }
-        let _ = writeln!(rows, "\n{}", self.verdict().0);
-        let command = format!("stosszahl-trials validate{option}");
-        text += &docs::typed("validation", &command, &rows);
-        text.push('\n');
-        text
+        let _ = writeln!(text, "\n{}", self.verdict().0);
+        Ok(write_whole(path, text.as_bytes())?)
     }
 }
 
@@ -235,7 +234,7 @@ pub(crate) fn command(asked: &ValidateAll) -> Done {
     let parts = chosen(TRIALS, |part| part.name, "part", &asked.part)?;
     let whole = Outcome::of(&parts, &effort, asked.budget, |whole| match &asked.out {
         None => Ok(()),
-        Some(path) => Ok(write_whole(path, whole.page(asked.quick).as_bytes())?),
+        Some(path) => whole.write(path, asked.quick),
     })?;
     let (verdict, holds) = whole.verdict();
     say(&verdict);
@@ -261,7 +260,7 @@ pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
         };
         fs::create_dir_all(folder)
             .map_err(|error| TrialError::failed(format!("{}: {error}", folder.display())))?;
-        write_whole(&folder.join("validation.csv"), &csv(&all.rows)?)?;
+        write_whole(&folder.join("validation.csv"), &table(&all.rows).to_csv()?)?;
         Ok(write_whole(
             &folder.join("validation.md"),
             markdown(&all.rows).as_bytes(),

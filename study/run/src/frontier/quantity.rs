@@ -19,7 +19,7 @@ use crate::unsaved::{collision_rate, energies, window};
 const DECADES: i32 = 2;
 /// Number of times in each decade.
 const TIMES_PER_DECADE: u64 = 3;
-/// Largest wave number `k = L/wavelength` of the structure factor at low k, and number of the
+/// Largest mode number `L/wavelength` of the structure factor at low k, and number of the
 /// shells up to it.
 const LOW_WAVE_NUMBERS: i64 = 4;
 /// Measures that runs make.

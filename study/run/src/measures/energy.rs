@@ -252,7 +252,7 @@ fn comparison(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
         key "time", "time", "Time since the start";
         value "energy_ratio_a", "1", "K/K(0) of the first";
         value "energy_ratio_b", "1", "K/K(0) of the second";
-        estimate "energy_ratio_a_over_b", "1", "Quotient of the means over replicas, with its jackknife error";
+        estimate "energy_ratio_a_over_b", "1", "Jackknife estimate of the quotient of the means over replicas, through its logarithm";
         note "energy_ratio_a_over_b_low", "1", "Lower end of its interval, all times together at the level of the verdict";
         note "energy_ratio_a_over_b_high", "1", "Upper end";
         note "z", "1", "Difference from one in standard errors of a normal number: paired t test";

@@ -22,7 +22,7 @@ pub struct IntermediateScattering;
 pub struct Options {
     /// The time to which the density is compared.
     pub from: f64,
-    /// Shells of wave numbers k = L/wavelength, those that round to the same whole number.
+    /// Shells of mode numbers L/wavelength, those that round to the same whole number.
     pub wave_numbers: Vec<u64>,
     /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,
@@ -128,14 +128,14 @@ impl Measure for IntermediateScattering {
         let mut table = table! {
             "intermediate_scattering", "Correlation of density waves with those of a chosen time.";
             key "engine", "", "Engine";
-            key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+            key "mode_number", "1", "Mode number L/wavelength, mean of the shell";
             key "lag", "time", "Time since the beginning of the measurement";
             estimate "scattering", "1", "F(k, t) = <rho(k, t) rho*(k, 0)>/N of the disks; the structure factor at the beginning";
             estimate "correlation", "1", "F(k, t)/F(k, 0), quotient of the means over replicas";
             note "modes", "1", "Wave vectors that were averaged, one of each pair k and -k";
             note "replicas", "1", "Replicas";
         }
-        .figure(figure.panels(&["k"]).line("forgotten", 0.0));
+        .figure(figure.panels(&["mode_number"]).line("forgotten", 0.0));
         let numbers = shells.wave_numbers();
         for (engine, records) in runs.each::<Record>(plan) {
             let times = records.first().map_or(&[][..], |one| &one.scattering);

@@ -37,7 +37,7 @@ fn temperatures(gas: &dyn Simulation, grouping: Grouping) -> Vec<f64> {
     all.into_iter().map(mean).collect()
 }
 
-/// Ratio of the means over replicas of two numbers, with its jackknife error.
+/// Jackknife estimate of the ratio of the means over replicas of two numbers, with its error.
 fn ratio(sums: &[[f64; 2]]) -> Estimate {
     over(of_sums(sums, |[a, b]| a / b).into_iter().map(Some))
 }

@@ -27,7 +27,7 @@ pub struct Options {
     pub times: Option<Vec<f64>>,
     /// Time between looks from the start on, in place of `times`.
     pub interval: Option<f64>,
-    /// Largest k = L/wavelength.
+    /// Largest mode number L/wavelength.
     pub largest_wave_number: u64,
     /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,
@@ -286,7 +286,7 @@ impl Measure for HydrodynamicSpectra {
 fn spectra_table() -> Table {
     let figure = |column, title, label| {
         let (x, y) = (
-            Axis::logarithmic("k", "k = L/wavelength"),
+            Axis::logarithmic("mode_number", "mode number L/wavelength"),
             Axis::logarithmic(column, label),
         );
         Figure::curves(title, x, y).panels(&["time"])
@@ -296,7 +296,7 @@ fn spectra_table() -> Table {
         "spectra", "Spectra of density, flow and temperature by shells of wave numbers.";
         key "engine", "", "Engine";
         key "time", "time", "Time since the start";
-        key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+        key "mode_number", "1", "Mode number L/wavelength, mean of the shell";
         estimate "s_nn", "1", "Structure factor of the disks";
         with_theory "s_perp", "1", "Shear: squared flow across k over that of thermal noise at the temperature of the moment; with several simulators for each disk over that of theirs";
         with_theory "s_par", "1", "Sound: the same of the flow along k";
@@ -317,7 +317,7 @@ fn steady_table() -> Table {
     table! {
         "steady_spectra", "Spectra of a gas in a bath, averaged over all looks in the second half of the run.";
         key "engine", "", "Engine";
-        key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+        key "mode_number", "1", "Mode number L/wavelength, mean of the shell";
         estimate "s_nn", "1", "Structure factor of the disks";
         with_theory "s_perp", "1", "Shear, as in spectra.csv; theory is linear fluctuating hydrodynamics of the steady state";
         with_theory "s_par", "1", "Sound, as in spectra.csv";
@@ -329,7 +329,7 @@ fn steady_table() -> Table {
     .figure(
         Figure::curves(
             "Spectrum of shear in the steady state",
-            Axis::logarithmic("k", "k = L/wavelength"),
+            Axis::logarithmic("mode_number", "mode number L/wavelength"),
             Axis::logarithmic("s_perp", "S_perp(k)"),
         )
         .line("equilibrium", 1.0),
@@ -399,7 +399,7 @@ fn growth_table() -> Table {
         key "engine", "", "Engine";
         key "window_start", "time", "First of the two times";
         key "window_end", "time", "Second";
-        key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+        key "mode_number", "1", "Mode number L/wavelength, mean of the shell";
         with_theory "exponent", "1", "Growth of the amplitude over the thermal speed, as a power of 1 + t/t0 with the t0 of Haff's law; in gases that do not cool its rate over the unit of time. By regression of each amplitude on itself at the first time, so that noise adds nothing";
         note "modes", "1", "Wave vectors of the shell, one of each pair k and -k";
         note "replicas", "1", "Replicas";
@@ -407,7 +407,7 @@ fn growth_table() -> Table {
     .figure(
         Figure::curves(
             "Growth of shear modes",
-            Axis::linear("k", "k = L/wavelength"),
+            Axis::linear("mode_number", "mode number L/wavelength"),
             Axis::linear("exponent", "growth exponent"),
         )
         .panels(&["window_start", "window_end"])
@@ -463,7 +463,7 @@ fn decay_table() -> Table {
     table! {
         "shear_decay", "Growth of shear modes in a stationary gas, over all pairs of successive times that are as far apart as the first two.";
         key "engine", "", "Engine";
-        key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+        key "mode_number", "1", "Mode number L/wavelength, mean of the shell";
         with_theory "exponent", "1", "Growth of the amplitude over the thermal speed, as in growth.csv";
         estimate "viscosity_over_enskog", "1", "Shear viscosity that this growth means, over Enskog's at this restitution: of waves of this length, after the time between two looks";
         note "pairs", "1", "Pairs of times";
@@ -472,7 +472,7 @@ fn decay_table() -> Table {
     .figure(
         Figure::curves(
             "Viscosity by the decay of shear modes",
-            Axis::linear("k", "k = L/wavelength"),
+            Axis::linear("mode_number", "mode number L/wavelength"),
             Axis::linear("viscosity_over_enskog", "viscosity over Enskog's"),
         )
         .line("Enskog", 1.0),

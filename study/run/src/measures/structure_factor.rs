@@ -33,7 +33,7 @@ pub struct Options {
     pub assignment: Sharing,
     /// Divide out the shape of the assignment.
     pub correction: bool,
-    /// Largest k = L/wavelength.
+    /// Largest mode number L/wavelength.
     pub largest_wave_number: u64,
 }
 
@@ -179,16 +179,16 @@ impl Measure for StructureFactors {
     fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Structure factor",
-            Axis::logarithmic("k", "k = L/wavelength"),
+            Axis::logarithmic("mode_number", "mode number L/wavelength"),
             Axis::logarithmic("structure_factor", "S(k)"),
         );
         let table = table! {
             "structure_factor", "Structure factor by shells of wave numbers.";
             key "engine", "", "Engine";
             key "time", "time", "Time since the start";
-            key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+            key "mode_number", "1", "Mode number L/wavelength, mean of the shell";
             estimate "structure_factor", "1", "Structure factor S(k); one for an ideal gas";
-            note "modes", "1", "Wave vectors in the shell";
+            note "modes", "1", "Wave vectors of the shell, one of each pair k and -k";
         }
         .figure(figure.panels(&["time"]).line("ideal gas", 1.0));
         vec![by_time(table, plan, runs, |found: &StructureFactor| {
