@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use stosszahl_results::Table;
 
 use super::data::count;
-use super::entries::table as markdown;
 use super::results::Row;
+use super::tables::table as markdown;
 use crate::TrialError;
 use crate::table::numbers;
 

@@ -1,6 +1,5 @@
 //! All blocks: the page, the case and the text of each.
 
-use std::fmt::Write as _;
 use std::mem::take;
 
 use stosszahl_report::drawings;
@@ -8,6 +7,7 @@ use stosszahl_results::{Figure, Line, Table};
 
 use super::data::{Made, Make};
 use super::results::{Key, Measured, Results};
+use super::tables::{against, of_window, table};
 use super::verdicts::VERDICTS;
 use super::{gases, map, papers};
 use crate::TrialError;
@@ -175,57 +175,6 @@ pub const ENTRIES: &[Entry] = &[
     entry("map-onset", map::PAGE, EXACT, map::onset),
 ];
 
-/// Formats a table of Markdown.
-pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
-    let mut text = format!(
-        "| {} |\n|{}\n",
-        header.join(" | "),
-        "---|".repeat(header.len())
-    );
-    for row in rows {
-        // Escape of a bar, which would end the cell.
-        let cells: Vec<String> = row.iter().map(|cell| cell.replace('|', "\\|")).collect();
-        let _ = writeln!(text, "| {} |", cells.join(" | "));
-    }
-    text
-}
-
-/// Makes a table of the energy of exact disks, and its ratio to that of other engines, given as
-/// name and words.
-pub(super) fn against(
-    results: &Results,
-    times: &[f64],
-    others: &[(&str, &str)],
-) -> Result<Made, TrialError> {
-    let row = |&time: &f64| -> Result<Vec<String>, TrialError> {
-        let keys = [("engine", Key::Is("ed")), ("time", Key::At(time))];
-        let exact = results.row("", "energy", &keys)?;
-        let ratio = exact.measured("energy_ratio")?;
-        let haff = ratio.over(exact.number("energy_ratio_theory")?);
-        let mut cells = vec![format!("{time}"), ratio.text(), haff.text()];
-        for &(other, _) in others {
-            let keys = [
-                ("engine_a", Key::Is("ed")),
-                ("engine_b", Key::Is(other)),
-                ("time", Key::At(time)),
-            ];
-            let quotient = results
-                .row("", "comparison", &keys)?
-                .measured("energy_ratio_a_over_b")?;
-            cells.push(quotient.text());
-        }
-        Ok(cells)
-    };
-    let rows: Vec<Vec<String>> = times.iter().map(row).collect::<Result<_, _>>()?;
-    let words: Vec<String> = others
-        .iter()
-        .map(|(_, words)| format!("ED / {words}"))
-        .collect();
-    let mut header = vec!["time t/t0", "ED: K/K(0)", "ED over Haff"];
-    header.extend(words.iter().map(String::as_str));
-    Ok(table(&header, &rows).into())
-}
-
 fn quick(results: &Results) -> Result<Made, TrialError> {
     let others = [
         ("dsmc-free-volume", "free volume"),
@@ -268,14 +217,6 @@ const ENGINES: [(&str, &str); 3] = [
     ("dsmc-free-volume", "free volume"),
     ("dsmc-enskog", "Enskog scheme"),
 ];
-
-pub(super) fn of_window(engine: &str, [start, end]: [f64; 2]) -> [(&'static str, Key<'_>); 3] {
-    [
-        ("engine", Key::Is(engine)),
-        ("window_start", Key::At(start)),
-        ("window_end", Key::At(end)),
-    ]
-}
 
 fn slopes(results: &Results) -> Result<Made, TrialError> {
     let mut rows = Vec::new();

@@ -2,8 +2,8 @@
 //! contact-point scheme.
 
 use super::data::Made;
-use super::entries::{against, of_window, table};
 use super::results::{Key, Results};
+use super::tables::{against, of_window, table};
 use crate::TrialError;
 
 /// Scheme that has Enskog's rate and pressure, with words for it.

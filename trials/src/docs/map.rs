@@ -13,8 +13,8 @@ use stosszahl_model::kinetic;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::data::{Made, text as csv_text};
-use super::entries::table as markdown;
 use super::results::{Key, Measured, Results, Row};
+use super::tables::table as markdown;
 use crate::TrialError;
 use crate::three_disks;
 

@@ -23,6 +23,7 @@ mod gases;
 mod map;
 mod papers;
 mod results;
+mod tables;
 mod verdicts;
 
 use std::fs;

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use stosszahl_results::{Estimate, Table};
 
 use super::data::{DataTable, Made, Make, count};
-use super::entries::table as markdown;
 use super::results::{Measured, Results, Row};
+use super::tables::table as markdown;
 use crate::TrialError;
 
 /// Makes the block of all papers: number of claims by verdict, and the claims that differ.

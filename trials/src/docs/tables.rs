@@ -1,0 +1,67 @@
+//! Tables of Markdown that several blocks have.
+
+use std::fmt::Write as _;
+
+use super::data::Made;
+use super::results::{Key, Results};
+use crate::TrialError;
+
+/// Formats a table of Markdown.
+pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
+    let mut text = format!(
+        "| {} |\n|{}\n",
+        header.join(" | "),
+        "---|".repeat(header.len())
+    );
+    for row in rows {
+        // Escape of a bar, which would end the cell.
+        let cells: Vec<String> = row.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+    }
+    text
+}
+
+/// Makes a table of the energy of exact disks, and its ratio to that of other engines, given as
+/// name and words.
+pub(super) fn against(
+    results: &Results,
+    times: &[f64],
+    others: &[(&str, &str)],
+) -> Result<Made, TrialError> {
+    let row = |&time: &f64| -> Result<Vec<String>, TrialError> {
+        let keys = [("engine", Key::Is("ed")), ("time", Key::At(time))];
+        let exact = results.row("", "energy", &keys)?;
+        let ratio = exact.measured("energy_ratio")?;
+        let haff = ratio.over(exact.number("energy_ratio_theory")?);
+        let mut cells = vec![format!("{time}"), ratio.text(), haff.text()];
+        for &(other, _) in others {
+            let keys = [
+                ("engine_a", Key::Is("ed")),
+                ("engine_b", Key::Is(other)),
+                ("time", Key::At(time)),
+            ];
+            let quotient = results
+                .row("", "comparison", &keys)?
+                .measured("energy_ratio_a_over_b")?;
+            cells.push(quotient.text());
+        }
+        Ok(cells)
+    };
+    let rows: Vec<Vec<String>> = times.iter().map(row).collect::<Result<_, _>>()?;
+    let words: Vec<String> = others
+        .iter()
+        .map(|(_, words)| format!("ED / {words}"))
+        .collect();
+    let mut header = vec!["time t/t0", "ED: K/K(0)", "ED over Haff"];
+    header.extend(words.iter().map(String::as_str));
+    Ok(table(&header, &rows).into())
+}
+
+/// Keys of a row of an engine and a window of time.
+pub(super) fn of_window(engine: &str, [start, end]: [f64; 2]) -> [(&'static str, Key<'_>); 3] {
+    [
+        ("engine", Key::Is(engine)),
+        ("window_start", Key::At(start)),
+        ("window_end", Key::At(end)),
+    ]
+}
