@@ -173,8 +173,9 @@ pub enum Units {
 pub struct Start {
     /// Placement of the particles.
     pub placement: Placement,
-    /// File with positions or velocities, `.csv` or `.xyz`, relative to the case file; with
-    /// placement or velocities = "file".
+    /// File with positions or velocities: CSV (`.csv`), extended XYZ (`.xyz`), a dump of LAMMPS
+    /// (`.dump`, `.lammpstrj`) or a file of EDMD (`.sph`), relative to the case file; with placement
+    /// or velocities = "file".
     #[schemars(length(min = 1))]
     pub file: Option<String>,
     /// Corners `[[x0, y0], [x1, y1]]` of the region in which the particles lie, of three numbers in

@@ -147,7 +147,7 @@ impl Relations<'_> {
         self.ensure(
             start.file.is_some() == (placed_by_file || start.velocities == Velocities::FILE),
             "start.file",
-            "a .csv or .xyz file; given with placement = \"file\" or velocities = \"file\", always and only",
+            "a .csv, .xyz, .dump or .sph file; given with placement = \"file\" or velocities = \"file\", always and only",
         )?;
         self.cumulant()?;
         if let Some(file) = &start.file {
@@ -156,10 +156,14 @@ impl Relations<'_> {
                 .extension()
                 .and_then(|ending| ending.to_str())
                 .unwrap_or("");
-            let known = ["csv", "xyz"]
+            let known = ["csv", "xyz", "extxyz", "dump", "lammpstrj", "sph"]
                 .iter()
                 .any(|one| ending.eq_ignore_ascii_case(one));
-            self.ensure(known, "start.file", "a start file ends with .csv or .xyz")?;
+            self.ensure(
+                known,
+                "start.file",
+                "a start file ends with .csv, .xyz, .extxyz, .dump, .lammpstrj or .sph",
+            )?;
             let missing = format!(
                 "a start file exists, but there is no file {}",
                 path.display()

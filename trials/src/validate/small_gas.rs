@@ -21,7 +21,7 @@ pub(super) fn cumulant() -> Result<f64, TheoryError> {
         diameter: 1.0,
         density: 1.0,
     };
-    let law = Constant::new(RESTITUTION).unwrap_or(Constant::ELASTIC);
+    let law = Constant::new(RESTITUTION)?;
     let gas = Mixture::new(2, vec![disk], law, Contact::Dilute)?;
     // Time of some thirty collisions per particle.
     let found = gas.expand(6, &[1.0], &[100.0])?;

@@ -1,0 +1,152 @@
+//! Starts in the text dumps of LAMMPS: one frame of an orthogonal box, whose atoms have `x y z`
+//! (or scaled `xs ys zs`) and, optionally, `vx vy vz`, `omegax omegay omegaz`, `radius` or
+//! `diameter`, `mass` and `type`. Further columns are ignored.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use super::rows::{Columns, Components, FileError, Rows, Source, StartFile};
+
+/// Box of a dump.
+struct DumpBox {
+    lower: Vector3<f64>,
+    lengths: [f64; 3],
+    periodic: [bool; 3],
+}
+
+/// Reads a start in a text dump of LAMMPS.
+pub(super) fn read_dump(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(index, line)| (index + 1, line));
+    let (mut count, mut domain) = (None, None);
+    loop {
+        let Some((line, item)) = lines.next() else {
+            let last = text.lines().count();
+            return Err(source.error(last, "the end of the file", "`ITEM: ATOMS`"));
+        };
+        if let Some(columns) = item.strip_prefix("ITEM: ATOMS") {
+            let (Some(count), Some(domain)) = (count, domain) else {
+                let expected = "`ITEM: NUMBER OF ATOMS` and `ITEM: BOX BOUNDS` before";
+                return Err(source.error(line, "`ITEM: ATOMS`", expected));
+            };
+            return atoms(source, (line, columns), &domain, count, &mut lines);
+        } else if item.starts_with("ITEM: NUMBER OF ATOMS") {
+            let (line, number) = lines.next().unwrap_or((line + 1, ""));
+            let parsed = number.trim().parse::<usize>().ok();
+            let refused = || source.error(line, format!("`{number}`"), "the number of atoms");
+            count = Some(parsed.ok_or_else(refused)?);
+        } else if let Some(ends) = item.strip_prefix("ITEM: BOX BOUNDS") {
+            domain = Some(bounds(source, line, ends, &mut lines)?);
+        } else if item.starts_with("ITEM:") {
+            // The time, its number of step, the units.
+            lines.next();
+        } else {
+            return Err(source.error(line, format!("`{item}`"), "a line `ITEM: ...`"));
+        }
+    }
+}
+
+/// Reads the bounds of the box, after the words for its faces.
+fn bounds<'a>(
+    source: &Source<'_>,
+    header: usize,
+    faces: &str,
+    lines: &mut impl Iterator<Item = (usize, &'a str)>,
+) -> Result<DumpBox, FileError> {
+    let words: Vec<&str> = faces.split_whitespace().collect();
+    if words
+        .iter()
+        .any(|word| ["xy", "xz", "yz", "abc"].contains(word))
+    {
+        let found = format!("`ITEM: BOX BOUNDS{faces}`");
+        return Err(source.error(header, found, "a rectangular box"));
+    }
+    let mut domain = DumpBox {
+        lower: Vector3::zeros(),
+        lengths: [0.0; 3],
+        // Old dumps do not say; their boxes are periodic.
+        periodic: [0, 1, 2].map(|axis| words.get(axis).is_none_or(|word| *word == "pp")),
+    };
+    for (axis, names) in [["xlo", "xhi"], ["ylo", "yhi"], ["zlo", "zhi"]]
+        .iter()
+        .enumerate()
+    {
+        let (line, row) = lines.next().unwrap_or((header + axis + 1, ""));
+        let mut values = row.split_whitespace();
+        let low = source.number(line, names[0], values.next())?;
+        let high = source.number(line, names[1], values.next())?;
+        if high <= low {
+            return Err(source.error(line, format!("`{row}`"), "a lower and a higher bound"));
+        }
+        domain.lower[axis] = low;
+        domain.lengths[axis] = high - low;
+    }
+    Ok(domain)
+}
+
+/// Reads the atoms, after the names of their columns.
+fn atoms<'a>(
+    source: &Source<'_>,
+    (header, names): (usize, &str),
+    domain: &DumpBox,
+    count: usize,
+    lines: &mut impl Iterator<Item = (usize, &'a str)>,
+) -> Result<StartFile, FileError> {
+    let columns: HashMap<&str, usize> = (names.split_whitespace().enumerate())
+        .map(|(column, name)| (name, column))
+        .collect();
+    let single = |name: &str| columns.get(name).copied();
+    let vector = |names: [&str; 3]| -> Option<Components> {
+        let found = names.map(single);
+        (found[0].is_some() && found[1].is_some()).then_some(found)
+    };
+    let scaled = vector(["xs", "ys", "zs"]);
+    let placed = vector(["x", "y", "z"]);
+    let position = placed.or(scaled).ok_or_else(|| {
+        let expected = "columns `x y z` or `xs ys zs` among them";
+        source.error(header, format!("`ITEM: ATOMS{names}`"), expected)
+    })?;
+    let diameter = single("diameter").filter(|_| single("radius").is_none());
+    let table = Columns {
+        position: Some(position),
+        velocity: vector(["vx", "vy", "vz"]),
+        spin: vector(["omegax", "omegay", "omegaz"]),
+        radius: single("radius").or(diameter),
+        mass: single("mass"),
+        kind: single("type"),
+        weight: None,
+    };
+    let mut rows = Rows::new(source, Some(domain.lengths), table);
+    rows.start.periodic = Some(domain.periodic);
+    for number in 0..count {
+        let Some((line, row)) = lines.next() else {
+            let found = format!("the end of the file after {number} atoms");
+            return Err(source.error(header + number, found, format!("{count} atoms")));
+        };
+        let values: Vec<&str> = row.split_whitespace().collect();
+        rows.push(line, |column| values.get(column).copied())?;
+    }
+    if let Some((line, row)) = lines.find(|(_, row)| !row.trim().is_empty()) {
+        let expected = format!("nothing after {count} atoms (one frame)");
+        return Err(source.error(line, format!("`{row}`"), expected));
+    }
+    let mut start = rows.finish()?;
+    for place in start.positions.iter_mut().flatten() {
+        *place = if placed.is_some() {
+            *place - domain.lower
+        } else {
+            place.component_mul(&Vector3::from(domain.lengths))
+        };
+    }
+    if diameter.is_some() {
+        start
+            .radii
+            .iter_mut()
+            .flatten()
+            .for_each(|radius| *radius *= 0.5);
+    }
+    Ok(start)
+}

@@ -1,0 +1,242 @@
+//! Rows of a start file on their way into a [`StartFile`], and the errors that name their lines.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+
+/// Content of a start file, as written; components that the file lacks are zero.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StartFile {
+    /// Side lengths of the box \[length\], the third 0 where the file names two; `None` without a
+    /// box.
+    pub lengths: Option<[f64; 3]>,
+    /// Periodicity by axis; `None` where the file does not state it.
+    pub periodic: Option<[bool; 3]>,
+    /// Centres \[length\], if the file has them.
+    pub positions: Option<Vec<Vector3<f64>>>,
+    /// Velocities \[length/time\], if the file has them.
+    pub velocities: Option<Vec<Vector3<f64>>>,
+    /// Angular velocities \[1/time\], if the file has them.
+    pub spins: Option<Vec<Vector3<f64>>>,
+    /// Radii \[length\], if the file has them.
+    pub radii: Option<Vec<f64>>,
+    /// Masses, if the file has them.
+    pub masses: Option<Vec<f64>>,
+    /// Names of the species of the particles, if the file has them.
+    pub types: Option<Vec<String>>,
+    /// Weights: numbers of particles that each particle of the file stands for, if the file has
+    /// them.
+    pub weights: Option<Vec<f64>>,
+}
+
+impl StartFile {
+    /// Number of particles.
+    pub fn count(&self) -> usize {
+        let placed = self.positions.as_ref().or(self.velocities.as_ref());
+        placed.map_or(0, Vec::len)
+    }
+}
+
+/// Reason why a start file could not be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FileError {
+    /// The file could not be read.
+    #[error("{}: {source}", path.display())]
+    Unreadable {
+        /// Path of the file.
+        path: PathBuf,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+    /// A line has wrong content.
+    #[error("{}:{line}: found {found}; expected {expected}", path.display())]
+    Content {
+        /// Path of the file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// Text found.
+        found: String,
+        /// Expected content.
+        expected: String,
+    },
+}
+
+/// Largest number of a start file: squares and ratios of such numbers are still finite.
+const LARGEST: f64 = 1e100;
+
+/// Most characters in the name of a species.
+const LONGEST_NAME: usize = 40;
+
+/// Path of a file that is read, for its errors.
+pub(super) struct Source<'a> {
+    pub(super) path: &'a Path,
+}
+
+impl Source<'_> {
+    /// Error of a line.
+    pub(super) fn error(
+        &self,
+        line: usize,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> FileError {
+        FileError::Content {
+            path: self.path.to_owned(),
+            line,
+            found: found.into(),
+            expected: expected.into(),
+        }
+    }
+
+    /// Number in a column.
+    pub(super) fn number(
+        &self,
+        line: usize,
+        name: &str,
+        text: Option<&str>,
+    ) -> Result<f64, FileError> {
+        let text = text
+            .ok_or_else(|| self.error(line, "too few columns", format!("a value of `{name}`")))?;
+        match text.trim().parse::<f64>() {
+            Ok(value) if value.abs() <= LARGEST => Ok(value),
+            _ => Err(self.error(
+                line,
+                format!("{name} = {text}"),
+                "a finite number up to 1e100",
+            )),
+        }
+    }
+
+    /// Number above zero in a column.
+    pub(super) fn positive(
+        &self,
+        line: usize,
+        name: &str,
+        text: Option<&str>,
+    ) -> Result<f64, FileError> {
+        let value = self.number(line, name, text)?;
+        if value >= 1.0 / LARGEST {
+            Ok(value)
+        } else {
+            Err(self.error(
+                line,
+                format!("{name} = {value}"),
+                "a number above zero (from 1e-100)",
+            ))
+        }
+    }
+
+    /// Name of a species in a column.
+    pub(super) fn name(&self, line: usize, text: Option<&str>) -> Result<String, FileError> {
+        let name = text.unwrap_or("").trim();
+        let plain = !name.chars().any(char::is_control) && name.chars().count() <= LONGEST_NAME;
+        if !plain || name.is_empty() || name == "all" {
+            let expected = format!("a name of 1 to {LONGEST_NAME} characters other than \"all\"");
+            return Err(self.error(line, format!("type = `{name}`"), expected));
+        }
+        Ok(name.to_owned())
+    }
+}
+
+/// Columns of the components of a vector, some of which may be absent.
+pub(super) type Components = [Option<usize>; 3];
+
+/// Columns of the quantities in a file.
+#[derive(Default)]
+pub(super) struct Columns {
+    pub(super) position: Option<Components>,
+    pub(super) velocity: Option<Components>,
+    pub(super) spin: Option<Components>,
+    pub(super) radius: Option<usize>,
+    pub(super) mass: Option<usize>,
+    pub(super) kind: Option<usize>,
+    pub(super) weight: Option<usize>,
+}
+
+/// Rows on their way into a [`StartFile`].
+pub(super) struct Rows<'a> {
+    source: &'a Source<'a>,
+    columns: Columns,
+    last_line: usize,
+    pub(super) start: StartFile,
+}
+
+impl<'a> Rows<'a> {
+    /// Begins a start without rows.
+    pub(super) fn new(source: &'a Source<'a>, lengths: Option<[f64; 3]>, columns: Columns) -> Self {
+        let start = StartFile {
+            lengths,
+            periodic: None,
+            positions: columns.position.map(|_| Vec::new()),
+            velocities: columns.velocity.map(|_| Vec::new()),
+            spins: columns.spin.map(|_| Vec::new()),
+            radii: columns.radius.map(|_| Vec::new()),
+            masses: columns.mass.map(|_| Vec::new()),
+            types: columns.kind.map(|_| Vec::new()),
+            weights: columns.weight.map(|_| Vec::new()),
+        };
+        Self {
+            source,
+            columns,
+            last_line: 2,
+            start,
+        }
+    }
+
+    /// Adds the row of a line, given the text in each of its columns.
+    pub(super) fn push<'b>(
+        &mut self,
+        line: usize,
+        value: impl Fn(usize) -> Option<&'b str>,
+    ) -> Result<(), FileError> {
+        let (source, columns) = (self.source, &self.columns);
+        self.last_line = line;
+        let vector = |names: [&str; 3], columns: Components| -> Result<Vector3<f64>, FileError> {
+            let mut found = Vector3::zeros();
+            for ((component, name), column) in found.iter_mut().zip(names).zip(columns) {
+                if let Some(column) = column {
+                    *component = source.number(line, name, value(column))?;
+                }
+            }
+            Ok(found)
+        };
+        let start = &mut self.start;
+        let vectors = [
+            (["x", "y", "z"], columns.position, &mut start.positions),
+            (["vx", "vy", "vz"], columns.velocity, &mut start.velocities),
+            (["wx", "wy", "wz"], columns.spin, &mut start.spins),
+        ];
+        for (names, columns, list) in vectors {
+            if let (Some(list), Some(columns)) = (list, columns) {
+                list.push(vector(names, columns)?);
+            }
+        }
+        let numbers = [
+            ("radius", columns.radius, &mut start.radii),
+            ("mass", columns.mass, &mut start.masses),
+            ("weight", columns.weight, &mut start.weights),
+        ];
+        for (name, column, list) in numbers {
+            if let (Some(list), Some(column)) = (list, column) {
+                list.push(source.positive(line, name, value(column))?);
+            }
+        }
+        if let (Some(list), Some(column)) = (&mut start.types, columns.kind) {
+            list.push(source.name(line, value(column))?);
+        }
+        Ok(())
+    }
+
+    /// Ends the rows.
+    pub(super) fn finish(self) -> Result<StartFile, FileError> {
+        if self.start.count() == 0 {
+            return Err(self
+                .source
+                .error(self.last_line, "no particle", "at least one"));
+        }
+        Ok(self.start)
+    }
+}

@@ -1,0 +1,47 @@
+//! Starts in the `.sph` files of EDMD: the number of particles, the sides of the box, and a line
+//! `LABEL x y z radius` for each particle. Labels are names of species.
+
+use super::rows::{Columns, FileError, Rows, Source, StartFile};
+
+/// Reads a start in a `.sph` file.
+pub(super) fn read_sph(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(index, line)| (index + 1, line));
+    let (_, first) = lines.next().unwrap_or((1, ""));
+    // A time may follow.
+    let count = first
+        .split_whitespace()
+        .next()
+        .and_then(|word| word.parse().ok());
+    let count: usize =
+        count.ok_or_else(|| source.error(1, format!("`{first}`"), "the number of particles"))?;
+    let (_, sides) = lines.next().unwrap_or((2, ""));
+    let mut words = sides.split_whitespace();
+    let lengths = [
+        source.positive(2, "Lx", words.next())?,
+        source.positive(2, "Ly", words.next())?,
+        source.number(2, "Lz", words.next())?,
+    ];
+    let columns = Columns {
+        position: Some([1, 2, 3].map(Some)),
+        radius: Some(4),
+        kind: Some(0),
+        ..Columns::default()
+    };
+    let mut rows = Rows::new(source, Some(lengths), columns);
+    for number in 0..count {
+        let Some((line, row)) = lines.next() else {
+            let found = format!("the end of the file after {number} particles");
+            return Err(source.error(number + 2, found, format!("{count} particles")));
+        };
+        let values: Vec<&str> = row.split_whitespace().collect();
+        rows.push(line, |column| values.get(column).copied())?;
+    }
+    if let Some((line, row)) = lines.find(|(_, row)| !row.trim().is_empty()) {
+        let expected = format!("nothing after {count} particles (one frame)");
+        return Err(source.error(line, format!("`{row}`"), expected));
+    }
+    rows.finish()
+}
