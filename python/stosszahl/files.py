@@ -59,6 +59,7 @@ class Trajectory(Sequence[Snapshot]):
         ending      format                                                     needs
         ==========  =========================================================  =======================
         ``.xyz``    extended XYZ: OVITO, ASE
+        ``.dump``   text dump of LAMMPS: LAMMPS, OVITO, MDAnalysis
         ``.npz``    NumPy arrays: time, box, positions, velocities, ...
         ``.gsd``    GSD, schema hoomd: HOOMD-blue, OVITO, freud                ``gsd``
         ``.h5``     H5MD: MDAnalysis, pyh5md                                   ``h5py``
@@ -171,6 +172,33 @@ def write_xyz(path: Path, all_: list[Snapshot]) -> None:
             file.writelines(" ".join(map(repr, row)) + "\n" for row in zip(*columns))
 
 
+DUMPED = {
+    "velocities": "vx vy vz",
+    "radii": "radius",
+    "masses": "mass",
+    "spins": "omegax omegay omegaz",
+    "weights": "weight",
+}
+"""Columns of a dump of LAMMPS, by the name of the array."""
+
+
+def write_dump(path: Path, all_: list[Snapshot]) -> None:
+    with open(path, "w", encoding="utf-8") as file:
+        for step, one in enumerate(all_):
+            # Types of LAMMPS are counted from 1.
+            types = np.ones(len(one), int) if one.species is None else one.species + 1
+            names, columns = "id type x y z", [np.arange(1, len(one) + 1).tolist(), types.tolist(), *one.arrays()["positions"].T.tolist()]
+            for name, array in one.arrays().items():
+                if name in DUMPED:
+                    names += f" {DUMPED[name]}"
+                    columns.extend(np.atleast_2d(array.T).tolist())
+            faces = " ".join("pp" if is_ else "ff" for is_ in one.periodic)
+            bounds = "".join(f"0 {side!r}\n" for side in one.box)
+            head = f"ITEM: TIMESTEP\n{step}\nITEM: TIME\n{one.time!r}\nITEM: NUMBER OF ATOMS\n{len(one)}\n"
+            file.write(f"{head}ITEM: BOX BOUNDS {faces}\n{bounds}ITEM: ATOMS {names}\n")
+            file.writelines(" ".join(map(repr, row)) + "\n" for row in zip(*columns))
+
+
 def alike(all_: list[Snapshot], what: str, of: Callable[[Snapshot], Any]) -> None:
     if any(not np.array_equal(of(one), of(all_[0])) for one in all_):
         raise ResultsError(f"snapshots differ in {what}; allowed in this format: the same in all of them")
@@ -272,4 +300,4 @@ def write_h5md(path: Path, all_: list[Snapshot]) -> None:
         series(box, "edges", arrays["box"])
 
 
-WRITERS = {".xyz": write_xyz, ".npz": write_npz, ".gsd": write_gsd, ".h5": write_h5md}
+WRITERS = {".xyz": write_xyz, ".dump": write_dump, ".npz": write_npz, ".gsd": write_gsd, ".h5": write_h5md}

@@ -34,6 +34,28 @@ def test_extended_xyz_with_ase(frames, tmp_path):
     assert read[0].pbc.tolist() == [True, False, False] and read[0].cell.lengths().tolist() == [30, 20, 1]
 
 
+def test_dump_with_ase_and_as_a_start(frames, tmp_path):
+    ase_io = pytest.importorskip("ase.io")
+    read = ase_io.read(frames.write(tmp_path / "x.dump"), index=":", format="lammps-dump-text")
+    assert [np.array_equal(one.positions, atoms.positions) for one, atoms in zip(frames, read)] == [True] * len(TIMES)
+    assert read[0].pbc.tolist() == [True, False, False] and read[0].cell.lengths().tolist() == [30, 20, 1]
+    # One frame is a start file: the same microstate in an engine.
+    file = frames[2:].write(tmp_path / "one.dump")
+    case = {
+        "format": 2,
+        "title": "a start from a dump",
+        "gas": {"restitution": 0.9},
+        "start": {"placement": "file", "velocities": "file", "file": str(file)},
+        "walls": {"y": {"restitution": 1.0}},
+        "run": {"time_unit": "case", "until": 1.0},
+        "engine": {"ed": {}},
+        "measure": {"snapshots": {"times": [0.0]}},
+    }
+    results = stosszahl.run(case, out=tmp_path / "out")
+    assert np.array_equal(results.snapshots[0].positions, frames[2].positions)
+    assert np.array_equal(results.snapshots[0].velocities, frames[2].velocities)
+
+
 def test_gsd(frames, tmp_path):
     hoomd = pytest.importorskip("gsd.hoomd")
     with hoomd.open(frames.write(tmp_path / "x.gsd")) as file:
