@@ -1,12 +1,15 @@
 //! Collisions at contact, against molecular chaos at the local granular temperature: where chaos breaks, and whether partners know each
 //! other or only share a flow.
 
-use serde::Deserialize;
+mod contact_values;
+
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::contact_value::ContactFlux;
 use stosszahl_analysis::contacts::{
     BYTES_PER_SIMULATOR, Contacts, DISTANCES, EDGES, LONGEST_RING, MOST_BETWEEN, NEAR, ORDERS, Sums,
 };
 use stosszahl_analysis::replicas::of_sums;
-use stosszahl_model::Observer;
+use stosszahl_model::{Collision, Observer};
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
 use super::impact_parameters::{Spans, spans};
@@ -28,8 +31,22 @@ pub struct Options {
     pub windows: Option<Spans>,
 }
 
-/// Windows of one engine and replica; none before the start.
-type Record = Option<Contacts>;
+/// Sums of one engine and replica, in windows.
+#[derive(Serialize, Deserialize)]
+struct ContactSums {
+    contacts: Contacts,
+    flux: ContactFlux,
+}
+
+impl Observer for ContactSums {
+    fn collisions(&mut self, batch: &[Collision]) {
+        self.contacts.collisions(batch);
+        self.flux.collisions(batch);
+    }
+}
+
+/// Sums of one engine and replica; `None` before the start.
+type Record = Option<ContactSums>;
 
 struct ContactProbe {
     spans: Vec<[f64; 2]>,
@@ -45,22 +62,25 @@ impl Probe for ContactProbe {
 
     fn begin(&mut self, moment: &mut Moment<'_>) {
         let time = moment.simulation.time();
-        let record = self
-            .record
-            .insert(Contacts::new(&self.spans, moment.particles()));
-        record.look(time, moment.particles());
+        let (particles, temperature) = (moment.particles(), moment.temperature());
+        let contacts = Contacts::new(&self.spans, particles);
+        let (dimension, number) = (particles.dimension, contacts.particles());
+        let flux = ContactFlux::new(&self.spans, dimension, number, time, temperature);
+        let record = self.record.insert(ContactSums { contacts, flux });
+        record.contacts.look(time, particles);
     }
 
     fn stop(&mut self, stop: &Stop) {
         if let Some(record) = &mut self.record {
-            record.synchronise(stop.temperature);
+            record.contacts.synchronise(stop.temperature);
+            record.flux.synchronise(stop.time, stop.temperature);
         }
     }
 
     fn sample(&mut self, moment: &mut Moment<'_>) {
         let time = moment.simulation.time();
         if let Some(record) = &mut self.record {
-            record.look(time, moment.particles());
+            record.contacts.look(time, moment.particles());
         }
     }
 
@@ -158,7 +178,9 @@ impl Measure for AtContact {
                 }
             }
         }
-        tables.into()
+        let [chaos, meetings, velocities] = tables;
+        let values = contact_values::table(plan, runs, &self.spans(plan));
+        vec![chaos, values, meetings, velocities]
     }
 
     /// Whether partners near contact know each other in the last window, or only share a flow.
@@ -192,7 +214,7 @@ impl Measure for AtContact {
 fn sums(records: &[&Record], number: usize) -> Vec<(Sums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     known
-        .map(|one| (one.windows[number].1, one.particles()))
+        .map(|one| (one.contacts.windows[number].1, one.contacts.particles()))
         .collect()
 }
 
@@ -250,13 +272,13 @@ fn velocities_table() -> Table {
     )
 }
 
-/// The sums above and below the line, of one replica and its number of particles.
-type Pick<'a> = dyn Fn(&(Sums, f64)) -> [f64; 2] + 'a;
+/// Sums above and below the line of a ratio, of one replica.
+type Pick<'a, T> = dyn Fn(&T) -> [f64; 2] + 'a;
 
 /// A ratio of two sums, after `of`.
 struct Quantity {
     name: String,
-    sums: Box<Pick<'static>>,
+    sums: Box<Pick<'static, (Sums, f64)>>,
     of: fn(f64) -> f64,
     theory: Option<f64>,
 }
@@ -267,8 +289,8 @@ impl Quantity {
     }
 }
 
-/// A ratio over the replicas; none where nothing is known.
-fn ratio(all: &[(Sums, f64)], sums: impl Fn(&(Sums, f64)) -> [f64; 2]) -> Option<Estimate> {
+/// Returns a ratio of sums over the replicas; `None` where nothing is known.
+fn ratio<T>(all: &[T], sums: impl Fn(&T) -> [f64; 2]) -> Option<Estimate> {
     let found = over(pseudo(all, &sums, |ratio| ratio));
     found.value.map(|_| found)
 }
@@ -279,7 +301,7 @@ fn share(all: &[(Sums, f64)], of: impl Fn(&Sums) -> f64) -> Option<Estimate> {
 }
 
 /// Pseudo-values of a function of a ratio of sums over the replicas; none where nothing is known.
-fn pseudo(all: &[(Sums, f64)], sums: &Pick<'_>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
+fn pseudo<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
     let each: Vec<[f64; 2]> = all
         .iter()
         .map(sums)
