@@ -50,6 +50,7 @@
 //! ([`cusp`]). A polynomial through bins of g(r) misses it.
 
 use std::f64::consts::{PI, TAU};
+use std::mem;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Observer};
@@ -126,6 +127,25 @@ impl FluxWindow {
     pub fn of(&self, species: [usize; 2]) -> Flux {
         let known = self.kinds.get(pair_index(species));
         known.copied().unwrap_or_default()
+    }
+
+    /// Takes the sums so far out of the window, which goes on without them.
+    #[must_use]
+    pub fn take(&mut self) -> Self {
+        Self {
+            span: self.span,
+            exposure: mem::take(&mut self.exposure),
+            kinds: mem::take(&mut self.kinds),
+        }
+    }
+
+    /// Creates a window without sums.
+    pub fn new(span: [f64; 2]) -> Self {
+        Self {
+            span,
+            exposure: 0.0,
+            kinds: Vec::new(),
+        }
     }
 
     /// Adds the same window of another replica, or of another part of the time.
@@ -207,13 +227,8 @@ impl ContactFlux {
         time: f64,
         temperature: f64,
     ) -> Self {
-        let window = |&span| FluxWindow {
-            span,
-            exposure: 0.0,
-            kinds: Vec::new(),
-        };
         Self {
-            windows: spans.iter().map(window).collect(),
+            windows: spans.iter().map(|&span| FluxWindow::new(span)).collect(),
             dimension,
             number,
             temperature,

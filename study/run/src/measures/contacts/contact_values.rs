@@ -4,7 +4,7 @@ use stosszahl_analysis::contact_value::{Flux, FluxWindow, number_of_pairs, separ
 use stosszahl_analysis::theory::contact;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
-use super::{ContactSums, Record, ratio};
+use super::{Observed, Record, ratio};
 use crate::measure::ReplicaRecords;
 use crate::plan::{EnginePlan, Plan};
 
@@ -23,6 +23,7 @@ fn empty() -> Table {
         with_theory "rate_contact_value", "1", "Contact value χ from the collision rate, as if the normal speeds of colliding pairs were Maxwellian; theory is Enskog's";
         estimate "rate_ratio", "1", "Contact value from the collision rate over Enskog's";
         estimate "flux_over_rate", "1", "Contact value g(d+) over (1 + r)/(2 r) times that from the collision rate; 1 if approach speeds of colliding pairs are Maxwellian";
+        estimate "contact_value_elastic", "1", "Pair correlation at contact of the elastic twin: exact disks of the same start with restitution 1, at as many collisions per particle";
         note "replicas", "1", "Replicas";
     }
     .figure(
@@ -53,20 +54,23 @@ pub(super) fn table(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) 
     }
     let theory = enskog(plan);
     for (engine, records) in runs.each::<Record>(plan) {
-        let known: Vec<&ContactSums> = records.iter().filter_map(|one| one.as_ref()).collect();
+        let known: Vec<&Observed> = records.iter().filter_map(|one| one.as_ref()).collect();
         for (number, &span) in spans.iter().enumerate() {
             for b in 0..plan.species.len() {
                 for a in 0..=b {
                     let chi = theory.as_ref().map(|all| all[a * plan.species.len() + b]);
-                    let one = |sums: &&ContactSums| sums.flux.windows[number].clone();
+                    let one = |one: &&Observed| one.own.flux.windows[number].clone();
                     let windows: Vec<FluxWindow> = known.iter().map(one).collect();
+                    let one = |one: &&Observed| Some(one.elastic.get(number)?.1.clone());
+                    let elastic: Vec<FluxWindow> = known.iter().filter_map(one).collect();
                     let pair = Pair::new(plan, engine, [a, b], chi);
                     let collisions: f64 = (windows.iter())
                         .map(|window| window.of([a, b]).collisions)
                         .sum();
                     if let Some(values) = pair.values(&windows) {
                         let key = (engine.name, span, [a, b].map(|one| one as u64 + 1));
-                        table.add((key, collisions, values, windows.len()));
+                        let twin = pair.total(&elastic).unwrap_or_default();
+                        table.add(((key, collisions), values, twin, windows.len()));
                     }
                 }
             }
@@ -113,14 +117,22 @@ impl Pair {
         }
     }
 
+    /// Returns a sum over its value where the contact value is one; `None` without collisions.
+    fn over_norm(&self, windows: &[FluxWindow], sum: &dyn Fn(&Flux) -> f64) -> Option<Estimate> {
+        ratio(windows, |window: &FluxWindow| {
+            let norm = window.norm(self.dimension, self.pairs, self.volume);
+            [sum(&window.of(self.species)), norm]
+        })
+    }
+
+    /// Returns g(d+) by flux.
+    fn total(&self, windows: &[FluxWindow]) -> Option<Estimate> {
+        self.over_norm(windows, &|sums| sums.approaching + sums.separating)
+    }
+
     /// Returns the values of the table over the windows of all replicas; `None` without collisions.
     fn values(&self, windows: &[FluxWindow]) -> Option<[Estimate; 6]> {
-        let over_norm = |sum: &dyn Fn(&Flux) -> f64| {
-            ratio(windows, |window: &FluxWindow| {
-                let norm = window.norm(self.dimension, self.pairs, self.volume);
-                [sum(&window.of(self.species)), norm]
-            })
-        };
+        let over_norm = |sum: &dyn Fn(&Flux) -> f64| self.over_norm(windows, sum);
         let chi = self.chi;
         let (half, total) = (
             chi.map(|chi| 0.5 * chi),
@@ -144,9 +156,7 @@ impl Pair {
             over_norm(&|sums| sums.separating)
                 .unwrap_or_default()
                 .against(after),
-            over_norm(&|sums| sums.approaching + sums.separating)
-                .unwrap_or_default()
-                .against(total),
+            self.total(windows).unwrap_or_default().against(total),
             rate.against(chi),
             chi.map(|chi| rate.times(1.0 / chi)).unwrap_or_default(),
             flux.unwrap_or_default(),
