@@ -32,10 +32,12 @@ use stosszahl_model::{Collision, Observer, Particles};
 
 mod history;
 mod pairs;
+mod sums;
 
-use history::History;
 pub use history::{BYTES_PER_SIMULATOR, LONGEST_RING, MEMORY, MOST_BETWEEN};
+use history::{History, Past};
 use pairs::each_pair;
+pub use sums::{Acquaintance, MetSums, Products, Sums};
 
 /// Mean number of disks in a cell, over which local flow and temperature are taken.
 pub const LOCAL: f64 = 24.0;
@@ -68,76 +70,6 @@ pub fn moment_of_chaos(order: i32, temperature: f64, reduced_mass: f64) -> f64 {
 fn bias(power: f64, freedom: f64) -> f64 {
     let half = 0.5 * freedom;
     (ln_gamma(half + power) - ln_gamma(half) - power * half.ln()).exp()
-}
-
-/// Sums over the collisions and pairs of one window of time. Results are ratios of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sums {
-    /// Number of physical collisions: each counts the weight of its simulators.
-    pub physical: f64,
-    /// Number of physical collisions whose local temperature is known.
-    pub known: f64,
-    /// Sums of the powers [`ORDERS`] of the normal speed before contact.
-    pub before: [f64; 4],
-    /// Sums of the powers [`ORDERS`] of the normal speed after contact.
-    pub after: [f64; 4],
-    /// Sums of the powers before contact that molecular chaos expects.
-    pub chaos: [f64; 4],
-    /// Number of collisions of slow and of fast pairs.
-    pub pairs: [f64; 2],
-    /// Sums of (b/d)^(D-1) of slow and of fast pairs.
-    pub impacts: [f64; 2],
-    /// Number of collisions whose partners have an index.
-    pub named: f64,
-    /// Number of collisions whose partners had their last collision with each other.
-    pub again: f64,
-    /// Number of collisions whose partners have met within the last [`MEMORY`] collisions of both.
-    pub returned: f64,
-    /// Number of returns by the collisions that both partners have had since they met.
-    pub between: [f64; MOST_BETWEEN + 1],
-    /// Number of collisions that close a ring, by its length: the number of its collisions,
-    /// including this one and the first.
-    pub rings: [f64; LONGEST_RING + 1],
-    /// Sums of the normal speed of approaching pairs near contact: real and shuffled pairs.
-    pub flux: [f64; 2],
-    /// Sums of the normal speed times (b/d)^(D-1) of approaching pairs near contact: real and
-    /// shuffled pairs.
-    pub flux_impacts: [f64; 2],
-    /// Sums of the local temperature and of that of the whole gas, flow included, over particles
-    /// whose local temperature is known.
-    pub heat: [f64; 2],
-    /// Velocity products by distance, with bin edges [`EDGES`]: real and shuffled pairs.
-    pub velocities: [[Products; 2]; DISTANCES],
-}
-
-/// Products of the velocities of both partners of pairs, along the line of centres and
-/// perpendicular to it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Products {
-    /// Sums of the products: along and perpendicular.
-    pub products: [f64; 2],
-    /// Sums of the mean squares of both velocities: along and perpendicular.
-    pub squares: [f64; 2],
-}
-
-impl Products {
-    fn add(&mut self, velocities: [Vector3<f64>; 2], along: &Vector3<f64>) {
-        let [a, b] = velocities.map(|velocity| {
-            let normal = velocity.dot(along);
-            (normal, velocity - normal * along)
-        });
-        self.products[0] += a.0 * b.0;
-        self.squares[0] += 0.5 * (a.0.powi(2) + b.0.powi(2));
-        self.products[1] += a.1.dot(&b.1);
-        self.squares[1] += 0.5 * (a.1.norm_squared() + b.1.norm_squared());
-    }
-
-    fn take(&mut self, other: &Self) {
-        for axis in 0..2 {
-            self.products[axis] += other.products[axis];
-            self.squares[axis] += other.squares[axis];
-        }
-    }
 }
 
 /// Local flow and temperature in cells.
@@ -374,14 +306,7 @@ impl Contacts {
             }
         });
         for (_, all) in self.windows.iter_mut().filter(|(span, _)| inside(span)) {
-            for kind in 0..2 {
-                all.flux[kind] += sums.flux[kind];
-                all.flux_impacts[kind] += sums.flux_impacts[kind];
-                all.heat[kind] += sums.heat[kind];
-                for (all, sums) in all.velocities.iter_mut().zip(&sums.velocities) {
-                    all[kind].take(&sums[kind]);
-                }
-            }
+            all.merge(&sums);
         }
     }
 
@@ -396,15 +321,7 @@ impl Contacts {
         for (_, sums) in self.windows.iter_mut().filter(|(span, _)| inside(span)) {
             sums.physical += collision.weight;
             if let Some(past) = past {
-                sums.named += 1.0;
-                if let Some(between) = past.between {
-                    sums.again += f64::from(u8::from(between == 0));
-                    sums.returned += 1.0;
-                    sums.between[between] += 1.0;
-                }
-                if let Some(length) = past.ring {
-                    sums.rings[length] += 1.0;
-                }
+                sums.note(past);
             }
             let place = self.local.places[self.local.cell(&collision.position)];
             let temperature = place.temperature * self.temperature[0] / self.temperature[1];
@@ -422,8 +339,18 @@ impl Contacts {
                 let mean = (self.dimension + 1) as f64 * temperature;
                 let fast = usize::from(mass * collision.relative_velocity.norm_squared() > mean);
                 let impact = collision.impact_square().sqrt();
+                let uniform = impact.powi(self.dimension as i32 - 1);
                 sums.pairs[fast] += 1.0;
-                sums.impacts[fast] += impact.powi(self.dimension as i32 - 1);
+                sums.impacts[fast] += uniform;
+                if let Some(Past { between, .. }) = past {
+                    let squares = [
+                        collision.normal_square(),
+                        moment_of_chaos(2, temperature, mass),
+                    ];
+                    for known in Acquaintance::of(between) {
+                        sums.met[*known as usize].add(uniform, squares);
+                    }
+                }
             }
         }
         // T = 2 K/(D N).

@@ -41,6 +41,7 @@
 
 pub mod accuracy;
 pub mod compare;
+pub mod contact_value;
 pub mod contacts;
 pub mod energy;
 pub mod equilibrium;

@@ -58,7 +58,9 @@ for end in windows[1:]:
 # %% [markdown]
 # ## An observer of one's own
 #
-# Any function of an array of collisions will do. Which pairs meet again in the exact gas, and do they graze?
+# Any function of an array of collisions will do. Which pairs meet again in the exact gas, and do they graze? Those of an elastic
+# gas at this packing do, too, and as often; its first meetings make up for it, so that all together are uniform. The measure
+# `contacts` of cases has both gases side by side.
 
 # %%
 met, again, first = set(), [], []

@@ -4,6 +4,8 @@ mod boundaries;
 mod checks;
 mod clusters;
 mod collision_log;
+#[cfg(test)]
+mod contact_tests;
 mod contacts;
 mod course;
 mod displacement;

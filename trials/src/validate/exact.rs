@@ -10,7 +10,7 @@ use stosszahl_ed::{Dissipation, Engine};
 use stosszahl_model::Budget;
 
 use super::gas::{columns, exact, start};
-use super::{bulk, over_seeds};
+use super::{bulk, contact, over_seeds};
 use crate::gas::{Disks, disks as unit_disks, disordered, particles_of, relaxed};
 use crate::table::{Place, mean};
 use crate::{Done, TrialError, TrialLog};
@@ -81,12 +81,14 @@ fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, TrialErr
     Ok(off.fold(0.0, f64::max))
 }
 
-/// Tests conservation, reversal, equation of state against the literature, and structure.
+/// Tests conservation, reversal, equation of state against the literature, structure, and contact
+/// values.
 pub(super) fn run(log: &mut TrialLog) -> Done {
     mechanics(log)?;
     state(log)?;
     structure(log)?;
-    bulk::run(log)
+    bulk::run(log)?;
+    contact::run(log)
 }
 
 fn mechanics(log: &mut TrialLog) -> Done {

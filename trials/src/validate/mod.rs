@@ -13,6 +13,7 @@
 //! table is the same in every run, whatever the number of threads.
 
 mod bulk;
+pub mod contact;
 mod convergence;
 mod cooling;
 mod elastic;

@@ -15,7 +15,7 @@ trials! {
     "literature" => literature,
         "do closed forms give printed numbers?", "to their rounding", ENDLESS;
     "exact" => exact::run,
-        "does exact dynamics conserve and reverse, and are its equation of state and structure those of hard disks?",
+        "does exact dynamics conserve and reverse, and are its equation of state, structure and contact values those of hard disks?",
         "every claim", ENDLESS;
     "engines" => engines,
         "are an elastic gas and a cooling one of both engines those of kinetic theory?", "every claim", ENDLESS;

@@ -1,39 +1,137 @@
 //! Collisions at contact, against molecular chaos at the local granular temperature: where chaos breaks, and whether partners know each
 //! other or only share a flow.
 
-use serde::Deserialize;
+mod contact_values;
+mod elastic_twin;
+
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::contact_value::{ContactFlux, FluxWindow};
 use stosszahl_analysis::contacts::{
-    BYTES_PER_SIMULATOR, Contacts, DISTANCES, EDGES, LONGEST_RING, MOST_BETWEEN, NEAR, ORDERS, Sums,
+    Acquaintance, BYTES_PER_SIMULATOR, Contacts, DISTANCES, EDGES, LONGEST_RING, MOST_BETWEEN,
+    NEAR, ORDERS, Sums,
 };
 use stosszahl_analysis::replicas::of_sums;
-use stosszahl_model::Observer;
+use stosszahl_model::{Collision, Grains, Interrupt, Observer, Particles};
 use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 
+use self::elastic_twin::{ElasticTwin, SavedTwin, TwinWindow, has_twin};
 use super::impact_parameters::{Spans, spans};
 use super::over;
 use crate::judge::{self, title};
-use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, ReplicaRecords, Stop, described, keeps_record,
-};
+use crate::measure::{self, BadOption, Measure, Moment, Probe, ReplicaRecords, Stop, described};
 use crate::plan::{EnginePlan, Plan};
 
 /// Measure of collisions at contact.
 pub struct AtContact;
 
-/// Windows.
-#[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
+/// Windows, and the elastic twin.
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
     /// Time windows \[start, end\], or "whole-run" for one. Default: those of the impact parameters.
     pub windows: Option<Spans>,
+    /// Whether exact disks that lose energy have an elastic twin: the same start with restitution 1, up to the same number of
+    /// collisions per particle. It takes as long as they do, and gives the columns that end in `_elastic`.
+    pub elastic_twin: bool,
 }
 
-/// Windows of one engine and replica; none before the start.
-type Record = Option<Contacts>;
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            windows: None,
+            elastic_twin: true,
+        }
+    }
+}
+
+/// Sums over collisions and pairs in windows.
+#[derive(Clone, Serialize, Deserialize)]
+struct WindowSums {
+    contacts: Contacts,
+    flux: ContactFlux,
+}
+
+impl WindowSums {
+    fn new(spans: &[[f64; 2]], particles: &Particles, temperature: f64) -> Self {
+        let contacts = Contacts::new(spans, particles);
+        let (dimension, number) = (particles.dimension, contacts.particles());
+        let flux = ContactFlux::new(spans, dimension, number, particles.time, temperature);
+        Self { contacts, flux }
+    }
+
+    fn synchronise(&mut self, time: f64, temperature: f64) {
+        self.contacts.synchronise(temperature);
+        self.flux.synchronise(time, temperature);
+    }
+}
+
+impl Observer for WindowSums {
+    fn collisions(&mut self, batch: &[Collision]) {
+        self.contacts.collisions(batch);
+        self.flux.collisions(batch);
+    }
+}
+
+/// Sums of one engine and replica, and of its elastic twin.
+#[derive(Serialize, Deserialize)]
+struct Observed {
+    own: WindowSums,
+    /// Number of collisions so far.
+    collisions: u64,
+    /// Time of the last sample \[time\].
+    sampled: f64,
+    /// Windows of the elastic twin; empty without one.
+    elastic: Vec<TwinWindow>,
+    /// Reason why the twin stopped early, in words.
+    failure: Option<String>,
+}
+
+impl Observer for Observed {
+    fn collisions(&mut self, batch: &[Collision]) {
+        self.collisions += batch.len() as u64;
+        self.own.collisions(batch);
+    }
+}
+
+impl Observed {
+    /// Adds sums of the twin to the windows that contain all of a time interval, or an instant.
+    fn add_elastic(&mut self, [start, end]: [f64; 2], (sums, flux): &TwinWindow) {
+        for ((all, all_flux), (span, _)) in self.elastic.iter_mut().zip(&self.own.contacts.windows)
+        {
+            let inside = start >= span[0] && end <= span[1] && start < span[1];
+            if inside {
+                all.merge(sums);
+                all_flux.merge(flux);
+            }
+        }
+    }
+
+    /// Advances the twin to the collisions of the gas at a sample, and samples both.
+    fn follow(
+        &mut self,
+        twin: &mut ElasticTwin,
+        time: f64,
+        stop: &Interrupt,
+    ) -> Result<(), stosszahl_model::Failure> {
+        twin.follow(self.collisions, stop)?;
+        if !stop.is_raised() {
+            self.add_elastic([self.sampled, time], &twin.take());
+            twin.look();
+            self.add_elastic([time; 2], &twin.take());
+        }
+        Ok(())
+    }
+}
+
+/// Sums of one engine and replica; `None` before the start.
+type Record = Option<Observed>;
 
 struct ContactProbe {
     spans: Vec<[f64; 2]>,
     record: Record,
+    /// Particles of the elastic twin and their number; `None` if there is none.
+    grains: Option<(Grains, usize)>,
+    twin: Option<ElasticTwin>,
 }
 
 impl Probe for ContactProbe {
@@ -45,32 +143,85 @@ impl Probe for ContactProbe {
 
     fn begin(&mut self, moment: &mut Moment<'_>) {
         let time = moment.simulation.time();
-        let record = self
-            .record
-            .insert(Contacts::new(&self.spans, moment.particles()));
-        record.look(time, moment.particles());
+        let (particles, temperature) = (moment.particles(), moment.temperature());
+        let mut own = WindowSums::new(&self.spans, particles, temperature);
+        own.contacts.look(time, particles);
+        let record = self.record.insert(Observed {
+            own,
+            collisions: 0,
+            sampled: time,
+            elastic: Vec::new(),
+            failure: None,
+        });
+        if let Some((grains, _)) = &self.grains {
+            match ElasticTwin::new(grains, particles) {
+                Ok(twin) => {
+                    let window = |&span| (Sums::default(), FluxWindow::new(span));
+                    record.elastic = self.spans.iter().map(window).collect();
+                    let twin = self.twin.insert(twin);
+                    record.add_elastic([time; 2], &twin.take());
+                }
+                Err(error) => record.failure = Some(error.to_string()),
+            }
+        }
     }
 
     fn stop(&mut self, stop: &Stop) {
         if let Some(record) = &mut self.record {
-            record.synchronise(stop.temperature);
+            record.own.synchronise(stop.time, stop.temperature);
         }
     }
 
     fn sample(&mut self, moment: &mut Moment<'_>) {
         let time = moment.simulation.time();
-        if let Some(record) = &mut self.record {
-            record.look(time, moment.particles());
+        let Some(record) = &mut self.record else {
+            return;
+        };
+        record.own.contacts.look(time, moment.particles());
+        if let Some(twin) = &mut self.twin
+            && let Err(failure) = record.follow(twin, time, &moment.interrupt)
+        {
+            record.failure = Some(failure.to_string());
+            self.twin = None;
+        }
+        record.sampled = time;
+        // The twin is not needed after the last window.
+        if self.spans.iter().all(|span| span[1] <= time) {
+            self.twin = None;
         }
     }
 
-    keeps_record!();
+    fn save(&self) -> Result<Vec<u8>, postcard::Error> {
+        let twin = self.twin.as_ref().map(ElasticTwin::save).transpose();
+        let twin = twin.map_err(|_| postcard::Error::SerdeSerCustom)?;
+        postcard::to_stdvec(&(&self.record, twin))
+    }
+
+    fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
+        let (record, twin): (Record, Option<SavedTwin>) = postcard::from_bytes(bytes)?;
+        self.record = record;
+        let resumed = twin
+            .zip(self.grains.as_ref())
+            .map(|(saved, (grains, count))| ElasticTwin::load(grains, *count, saved));
+        let twin = resumed.transpose();
+        self.twin = twin.map_err(|_| postcard::Error::SerdeDeCustom)?;
+        Ok(())
+    }
+
+    fn record(&self) -> &dyn std::any::Any {
+        &self.record
+    }
 }
 
 impl AtContact {
     fn spans(&self, plan: &Plan) -> Vec<[f64; 2]> {
         let options: Options = measure::chosen(plan, self.name());
         spans(plan, options.windows)
+    }
+
+    fn with_twin(&self, plan: &Plan, engine: &EnginePlan) -> bool {
+        let options: Options = measure::chosen(plan, self.name());
+        options.elastic_twin && has_twin(plan, engine)
     }
 }
 
@@ -87,7 +238,7 @@ impl Measure for AtContact {
             "",
             "a gas in a box; this one has no positions",
         )?;
-        let Options { windows } = measure::options(plan, self.name())?;
+        let Options { windows, .. } = measure::options(plan, self.name())?;
         super::impact_parameters::check_windows(windows.as_ref())
     }
 
@@ -103,16 +254,25 @@ impl Measure for AtContact {
         true
     }
 
-    fn kept_per_particle(&self, _plan: &Plan) -> f64 {
-        BYTES_PER_SIMULATOR as f64
+    fn kept_per_particle(&self, plan: &Plan) -> f64 {
+        let own = BYTES_PER_SIMULATOR as f64;
+        let mut engines = plan.engines.iter();
+        if engines.any(|engine| self.with_twin(plan, engine)) {
+            2.0 * own + elastic_twin::BYTES_PER_DISK
+        } else {
+            own
+        }
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
         let spans = self.spans(plan).into_iter();
         let spans = spans.map(|span| span.map(|edge| plan.engine_time(edge)));
+        let with_twin = self.with_twin(plan, engine);
         Box::new(ContactProbe {
             spans: spans.collect(),
             record: None,
+            grains: with_twin.then(|| (plan.grains.clone(), plan.count())),
+            twin: None,
         })
     }
 
@@ -121,44 +281,53 @@ impl Measure for AtContact {
         let [chaos, meetings, velocities] = &mut tables;
         for (engine, records) in runs.each::<Record>(plan) {
             for (number, &span) in self.spans(plan).iter().enumerate() {
-                let sums = sums(&records, number);
+                let [sums, elastic] = [sums(&records, number), elastic(&records, number)];
                 for quantity in quantities(plan) {
                     let found = over(quantity.values(&sums)).against(quantity.theory);
+                    let twin = over(quantity.values(&elastic));
                     if found.value.is_some() {
-                        chaos.add((engine.name, span, &*quantity.name, found, sums.len()));
+                        let key = (engine.name, span, &*quantity.name);
+                        chaos.add((key, found, twin, sums.len()));
                     }
                 }
                 if sums.iter().all(|(sums, _)| sums.named == 0.0) {
                     continue;
                 }
                 for length in 0..=MOST_BETWEEN {
-                    let [between, ring] = [
-                        share(&sums, move |sums| sums.between[length]),
-                        share(&sums, move |sums| {
-                            sums.rings.get(length).copied().unwrap_or_default()
-                        }),
-                    ];
+                    let between = [&sums, &elastic].map(|sums| {
+                        share(sums, move |sums| sums.between[length]).unwrap_or_default()
+                    });
                     let known = (2..=LONGEST_RING).contains(&length);
-                    let ring = ring.filter(|_| known).unwrap_or_default();
-                    let between = between.unwrap_or_default();
+                    let ring = [&sums, &elastic].map(|sums| {
+                        let ring = |sums: &Sums| sums.rings[length.min(LONGEST_RING)];
+                        share(sums, ring).filter(|_| known).unwrap_or_default()
+                    });
                     meetings.add((engine.name, span, length, between, ring, sums.len()));
                 }
                 for bin in 0..DISTANCES {
-                    let found = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(kind, axis)| {
-                        ratio(&sums, move |(sums, _)| {
+                    let correlation = |sums: &[(Sums, f64)], (kind, axis): (usize, usize)| {
+                        ratio(sums, move |(sums, _)| {
                             let one = &sums.velocities[bin][kind];
                             [one.products[axis], one.squares[axis]]
                         })
-                    });
-                    if let [Some(a), Some(b), Some(c), Some(d)] = found {
+                    };
+                    let found = [(0, 0), (0, 1), (1, 0), (1, 1)];
+                    if let [Some(a), Some(b), Some(c), Some(d)] =
+                        found.map(|one| correlation(&sums, one))
+                    {
                         let distance = 0.5 * (EDGES[bin] + EDGES[bin + 1]);
                         let edges = (EDGES[bin], EDGES[bin + 1], distance);
-                        velocities.add((engine.name, span, edges, [a, b, c, d], sums.len()));
+                        let twin = [(0, 0), (0, 1)]
+                            .map(|one| correlation(&elastic, one).unwrap_or_default());
+                        let values = ([a, b, c, d], twin);
+                        velocities.add((engine.name, span, edges, values, sums.len()));
                     }
                 }
             }
         }
-        tables.into()
+        let [chaos, meetings, velocities] = tables;
+        let values = contact_values::table(plan, runs, &self.spans(plan));
+        vec![chaos, values, meetings, velocities]
     }
 
     /// Whether partners near contact know each other in the last window, or only share a flow.
@@ -168,32 +337,73 @@ impl Measure for AtContact {
             return Vec::new();
         };
         let [start, end] = all[number].map(judge::short);
-        let one = |(engine, records): (&EnginePlan, Vec<&Record>)| {
-            let (sums, name) = (sums(&records, number), title(engine.name));
-            let slope = |wanted: &str| {
-                let known = quantities(plan);
-                let quantity = known.iter().find(|one| one.name == wanted)?;
-                let found = over(quantity.values(&sums));
-                found.value.map(|_| judge::in_units(&found, 1.0))
-            };
+        let known = quantities(plan);
+        let told = |wanted: &str, sums: &[(Sums, f64)]| {
+            let quantity = known.iter().find(|one| one.name == wanted)?;
+            let found = over(quantity.values(sums));
+            found.value.map(|_| judge::in_units(&found, 1.0))
+        };
+        let near = |(engine, records): (&EnginePlan, &[&Record])| {
+            let (sums, name) = (sums(records, number), title(engine.name));
             let sentence = format!(
                 "{name}, t = {start} to {end}: the slope of P(b/d) of pairs that approach within {NEAR} d is {}; with partners \
                  shuffled within the local flow, {}.",
-                slope("slope_near")?,
-                slope("slope_shuffled")?
+                told("slope_near", &sums)?,
+                told("slope_shuffled", &sums)?
             );
             Some(judge::note(format!("pairs near contact, {name}"), sentence))
         };
-        runs.each::<Record>(plan).filter_map(one).collect()
+        let meetings = |(engine, records): (&EnginePlan, &[&Record])| {
+            let (own, twin) = (sums(records, number), elastic(records, number));
+            let name = title(engine.name);
+            let sentence = format!(
+                "{name}, t = {start} to {end}: {} of the collisions are of partners that met within their last 8 collisions, and {} \
+                 in an elastic gas from the same start. The slope of P(b/d) of these is {}, elastic {}; of partners that have not met \
+                 {}, elastic {}.",
+                told("returned", &own)?,
+                told("returned", &twin)?,
+                told("slope_returned", &own)?,
+                told("slope_returned", &twin)?,
+                told("slope_new", &own)?,
+                told("slope_new", &twin)?
+            );
+            Some(judge::note(
+                format!("partners that meet again, {name}"),
+                sentence,
+            ))
+        };
+        let failed = |(engine, records): (&EnginePlan, &[&Record])| {
+            let mut known = records.iter().filter_map(|record| record.as_ref());
+            let failure = known.find_map(|one| one.failure.as_ref())?;
+            let name = title(engine.name);
+            let sentence = format!("The elastic twin of {name} stopped early: {failure}.");
+            Some(judge::warning(format!("elastic twin, {name}"), sentence))
+        };
+        let all: Vec<_> = runs.each::<Record>(plan).collect();
+        let each = || all.iter().map(|(engine, records)| (*engine, &records[..]));
+        let notes = each().filter_map(near).chain(each().filter_map(meetings));
+        notes.chain(each().filter_map(failed)).collect()
     }
 }
 
-/// One window of all replicas, with the number of particles and the dimension of the gas.
+/// Returns one window of all replicas, with the number of particles.
 fn sums(records: &[&Record], number: usize) -> Vec<(Sums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
-    known
-        .map(|one| (one.windows[number].1, one.particles()))
-        .collect()
+    let one = |one: &Observed| {
+        let contacts = &one.own.contacts;
+        (contacts.windows[number].1, contacts.particles())
+    };
+    known.map(one).collect()
+}
+
+/// Returns one window of the elastic twins of all replicas, with the number of particles.
+fn elastic(records: &[&Record], number: usize) -> Vec<(Sums, f64)> {
+    let known = records.iter().filter_map(|record| record.as_ref());
+    let one = |one: &Observed| {
+        let window = one.elastic.get(number)?;
+        Some((window.0, one.own.contacts.particles()))
+    };
+    known.filter_map(one).collect()
 }
 
 fn chaos_table() -> Table {
@@ -202,13 +412,15 @@ fn chaos_table() -> Table {
         key "engine", "", "Engine";
         key "window_start", "time", "Start of the window";
         key "window_end", "time", "End of the window";
-        key "quantity", "", "before_p, after_p: moment <g^p> of the normal speed before and after contact over that of chaos before it; collisions: of a particle in the window; heat: local temperature over that of the whole gas, flow included; slope_slow, slope_fast: slope of P(b/d) of pairs below and above the mean squared speed; slope_near, slope_shuffled: of approaching pairs within 1.1 d, as they are and with partners shuffled within the local flow; parallel, perpendicular: velocity correlation of pairs within 1.1 d, flow included; again: share of collisions of partners that have met no other particle since they met; returned: of those that met within their last 8 collisions; between: collisions of both between such two meetings";
-        with_theory "value", "1", "Its value; theory is molecular chaos";
+        key "quantity", "", "before_p, after_p: moment <g^p> of the normal speed before and after contact over that of chaos before it; collisions: of a particle in the window; heat: local temperature over that of the whole gas, flow included; slope_slow, slope_fast: slope of P(b/d) of pairs below and above the mean squared speed; slope_near, slope_shuffled: of approaching pairs within 1.1 d, as they are and with partners shuffled within the local flow; parallel, perpendicular: velocity correlation of pairs within 1.1 d, flow included; again: share of collisions of partners that have met no other particle since they met; returned: of those that met within their last 8 collisions; between: collisions of both between such two meetings; slope_again, slope_returned, slope_new: slope of P(b/d) of these and of partners that have not met; speed_again, speed_returned, speed_new: mean squared normal speed of them before contact over that of chaos";
+        with_theory "value", "1", "Its value; theory is molecular chaos in the Boltzmann-Grad limit, of packing 0, in which partners never meet again";
+        estimate "value_elastic", "1", "The same of the elastic twin: exact disks of the same start with restitution 1, at as many collisions per particle";
         note "replicas", "1", "Replicas";
     }
     .figure(
         Figure::curves("Contacts over molecular chaos", Axis::logarithmic("window_end", "end of the window"), Axis::linear("value", "value"))
-            .panels(&["quantity"]),
+            .panels(&["quantity"])
+            .caption("The dashed line is molecular chaos in the Boltzmann-Grad limit. An elastic gas at this packing is in the columns value_elastic."),
     )
 }
 
@@ -220,7 +432,9 @@ fn meetings_table() -> Table {
         key "window_end", "time", "End of the window";
         key "collisions", "1", "Number of collisions n";
         estimate "between", "1", "Share of collisions whose partners have met within their last 8 collisions, with n collisions of both since";
+        estimate "between_elastic", "1", "The same of the elastic twin";
         estimate "ring", "1", "Share of collisions that close a ring of n, this one and the first one included: the shortest way back to a collision from which both partners descend; n from 2 to 6";
+        estimate "ring_elastic", "1", "The same of the elastic twin";
         note "replicas", "1", "Replicas";
     }
     .figure(
@@ -242,6 +456,8 @@ fn velocities_table() -> Table {
         estimate "perpendicular", "1", "The same across the line";
         estimate "parallel_flow", "1", "The same with partners shuffled within the local flow: what flow alone gives";
         estimate "perpendicular_flow", "1", "Across the line";
+        estimate "parallel_elastic", "1", "Along the line, of the elastic twin";
+        estimate "perpendicular_elastic", "1", "Across the line, of the elastic twin";
         note "replicas", "1", "Replicas";
     }
     .figure(
@@ -250,13 +466,13 @@ fn velocities_table() -> Table {
     )
 }
 
-/// The sums above and below the line, of one replica and its number of particles.
-type Pick<'a> = dyn Fn(&(Sums, f64)) -> [f64; 2] + 'a;
+/// Sums above and below the line of a ratio, of one replica.
+type Pick<'a, T> = dyn Fn(&T) -> [f64; 2] + 'a;
 
 /// A ratio of two sums, after `of`.
 struct Quantity {
     name: String,
-    sums: Box<Pick<'static>>,
+    sums: Box<Pick<'static, (Sums, f64)>>,
     of: fn(f64) -> f64,
     theory: Option<f64>,
 }
@@ -267,8 +483,8 @@ impl Quantity {
     }
 }
 
-/// A ratio over the replicas; none where nothing is known.
-fn ratio(all: &[(Sums, f64)], sums: impl Fn(&(Sums, f64)) -> [f64; 2]) -> Option<Estimate> {
+/// Returns a ratio of sums over the replicas; `None` where nothing is known.
+fn ratio<T>(all: &[T], sums: impl Fn(&T) -> [f64; 2]) -> Option<Estimate> {
     let found = over(pseudo(all, &sums, |ratio| ratio));
     found.value.map(|_| found)
 }
@@ -279,7 +495,7 @@ fn share(all: &[(Sums, f64)], of: impl Fn(&Sums) -> f64) -> Option<Estimate> {
 }
 
 /// Pseudo-values of a function of a ratio of sums over the replicas; none where nothing is known.
-fn pseudo(all: &[(Sums, f64)], sums: &Pick<'_>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
+fn pseudo<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
     let each: Vec<[f64; 2]> = all
         .iter()
         .map(sums)
@@ -297,6 +513,14 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
     fn near(all: &Sums, axis: usize) -> [f64; 2] {
         let [one, _] = &all.velocities[0];
         [one.products[axis], one.squares[axis]]
+    }
+    fn met(all: &Sums, which: Acquaintance) -> [f64; 2] {
+        let one = &all.met[which as usize];
+        [one.impacts, one.count]
+    }
+    fn speeds(all: &Sums, which: Acquaintance) -> [f64; 2] {
+        let one = &all.met[which as usize];
+        [one.squares, one.chaos]
     }
     fn slope(mean: f64) -> f64 {
         12.0 * (mean - 0.5)
@@ -345,6 +569,24 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
         one("again", zero, as_is, |(all, _)| [all.again, all.named]),
         one("returned", zero, as_is, |(all, _)| {
             [all.returned, all.named]
+        }),
+        one("slope_again", None, slope, |(all, _)| {
+            met(all, Acquaintance::Again)
+        }),
+        one("slope_returned", None, slope, |(all, _)| {
+            met(all, Acquaintance::Returned)
+        }),
+        one("slope_new", None, slope, |(all, _)| {
+            met(all, Acquaintance::New)
+        }),
+        one("speed_again", None, as_is, |(all, _)| {
+            speeds(all, Acquaintance::Again)
+        }),
+        one("speed_returned", None, as_is, |(all, _)| {
+            speeds(all, Acquaintance::Returned)
+        }),
+        one("speed_new", None, as_is, |(all, _)| {
+            speeds(all, Acquaintance::New)
         }),
         one("between", None, as_is, |(all, _)| {
             let collisions = all.between.iter().enumerate();

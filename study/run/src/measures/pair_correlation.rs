@@ -11,8 +11,8 @@ use crate::plan::{EnginePlan, Plan};
 /// Measure of the pair correlation g(r).
 pub struct PairCorrelations;
 
-/// Width of the bins, in diameters.
-const BIN: f64 = 0.05;
+/// Most bins.
+const MOST_BINS: f64 = 1e5;
 
 /// Options of the pair correlation.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
@@ -22,6 +22,9 @@ pub struct Options {
     pub times: Option<Vec<f64>>,
     /// Largest distance, in mean diameters.
     pub range: f64,
+    /// Width of the bins, in mean diameters. g(r) of inelastic particles has a cusp at contact, `sqrt(r - d)`; the value at
+    /// contact itself is in `contact_values.csv` of the measure `contacts`.
+    pub bin_width: f64,
 }
 
 impl Default for Options {
@@ -29,6 +32,7 @@ impl Default for Options {
         Self {
             times: None,
             range: 6.0,
+            bin_width: 0.05,
         }
     }
 }
@@ -52,7 +56,11 @@ impl Measure for PairCorrelations {
         let options: Options = measure::options(plan, self.name())?;
         let allowed = "a range above 1, in diameters";
         let good = options.range > 1.0 && options.range.is_finite();
-        measure::require(good, "range", allowed)
+        measure::require(good, "range", allowed)?;
+        let width = options.bin_width;
+        let good = width > 0.0 && width <= options.range && options.range / width <= MOST_BINS;
+        let allowed = "a width above 0 and up to the range, in diameters; 100 000 bins at most";
+        measure::require(good, "bin_width", allowed)
     }
 
     fn times(&self, plan: &Plan) -> Vec<f64> {
@@ -61,13 +69,16 @@ impl Measure for PairCorrelations {
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let d = mean_diameter(plan);
-        let range = measure::chosen::<Options>(plan, self.name()).range * d;
+        let Options {
+            range, bin_width, ..
+        } = measure::chosen(plan, self.name());
+        let (range, width) = (range * d, bin_width * d);
         let sides = plan.lengths[..plan.dimension].to_vec();
         Box::new(Recorder::new(Record::new(), move |record, moment| {
             let range = sides
                 .iter()
                 .fold(range, |range, side| range.min(0.499_999 * side));
-            let bins = ((range / (BIN * d)).round() as usize).max(1);
+            let bins = ((range / width).round() as usize).max(1);
             let found = Pairs::new(&sides, range, bins, &moment.interrupt).and_then(|mut pairs| {
                 moment.simulation.reduce_neighbourhoods(range, &mut pairs);
                 pairs.correlation(d)

@@ -40,7 +40,7 @@ pub(super) fn measure(name: &str) -> &'static dyn Measure {
 }
 
 /// Disks on a lattice with random velocities (and spins), the same for all engines and different for each replica.
-fn start(plan: &Plan, seed: u64) -> Particles {
+pub(super) fn start(plan: &Plan, seed: u64) -> Particles {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut number = || stream.random_range(-1.0..1.0);
     let count = plan.count();

@@ -1,0 +1,165 @@
+//! Table of the contact value of the pair correlation, from the flux of colliding pairs.
+
+use stosszahl_analysis::contact_value::{Flux, FluxWindow, number_of_pairs, separation_factor};
+use stosszahl_analysis::theory::contact;
+use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+
+use super::{Observed, Record, ratio};
+use crate::measure::ReplicaRecords;
+use crate::plan::{EnginePlan, Plan};
+
+fn empty() -> Table {
+    table! {
+        "contact_values", "Pair correlation at contact, from the normal speeds of colliding pairs and from their rate.";
+        key "engine", "", "Engine";
+        key "window_start", "time", "Start of the window";
+        key "window_end", "time", "End of the window";
+        key "species_a", "1", "Number of one species, from 1";
+        key "species_b", "1", "Number of the other, not below the first";
+        note "collisions", "1", "Collisions, over all replicas";
+        with_theory "approaching", "1", "Part of g(d+) of pairs that approach, from the mean of 1/g over collisions; theory is half of Enskog's contact value";
+        with_theory "separating", "1", "Part of g(d+) of pairs that separate, from the mean of 1/g after contact; theory is that before over the restitution r";
+        with_theory "contact_value", "1", "Pair correlation at contact g(d+), the sum of both parts; theory is Enskog's contact value times (1 + r)/(2 r)";
+        with_theory "rate_contact_value", "1", "Contact value χ from the collision rate, as if the normal speeds of colliding pairs were Maxwellian; theory is Enskog's";
+        estimate "rate_ratio", "1", "Contact value from the collision rate over Enskog's";
+        estimate "flux_over_rate", "1", "Contact value g(d+) over (1 + r)/(2 r) times that from the collision rate; 1 if approach speeds of colliding pairs are Maxwellian";
+        estimate "contact_value_elastic", "1", "Pair correlation at contact of the elastic twin: exact disks of the same start with restitution 1, at as many collisions per particle";
+        note "replicas", "1", "Replicas";
+    }
+    .figure(
+        Figure::curves(
+            "Contact value",
+            Axis::logarithmic("window_end", "end of the window"),
+            Axis::linear("contact_value", "g(d+)"),
+        )
+        .panels(&["species_a", "species_b"])
+        .caption("Pair correlation at contact by flux, with standard errors over replicas. The dashed line is Enskog's contact value times (1 + r)/(2 r)."),
+    )
+}
+
+/// Returns Enskog's contact values of all pairs of species, by rows; `None` where species are of
+/// particles of several sizes.
+fn enskog(plan: &Plan) -> Option<Vec<f64>> {
+    let mixture = plan.mixture().ok()?;
+    let components = mixture.components();
+    let values = contact::values(plan.dimension, components, plan.contact()).ok()?;
+    (components.len() == plan.species.len()).then_some(values)
+}
+
+/// Returns the table of all engines and windows; without rows where places are not alike.
+pub(super) fn table(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
+    let mut table = empty();
+    if !plan.is_uniform_box() {
+        return table;
+    }
+    let theory = enskog(plan);
+    for (engine, records) in runs.each::<Record>(plan) {
+        let known: Vec<&Observed> = records.iter().filter_map(|one| one.as_ref()).collect();
+        for (number, &span) in spans.iter().enumerate() {
+            for b in 0..plan.species.len() {
+                for a in 0..=b {
+                    let chi = theory.as_ref().map(|all| all[a * plan.species.len() + b]);
+                    let one = |one: &&Observed| one.own.flux.windows[number].clone();
+                    let windows: Vec<FluxWindow> = known.iter().map(one).collect();
+                    let one = |one: &&Observed| Some(one.elastic.get(number)?.1.clone());
+                    let elastic: Vec<FluxWindow> = known.iter().filter_map(one).collect();
+                    let pair = Pair::new(plan, engine, [a, b], chi);
+                    let collisions: f64 = (windows.iter())
+                        .map(|window| window.of([a, b]).collisions)
+                        .sum();
+                    if let Some(values) = pair.values(&windows) {
+                        let key = (engine.name, span, [a, b].map(|one| one as u64 + 1));
+                        let twin = pair.total(&elastic).unwrap_or_default();
+                        table.add(((key, collisions), values, twin, windows.len()));
+                    }
+                }
+            }
+        }
+    }
+    table
+}
+
+/// Pair of species of an engine.
+struct Pair {
+    species: [usize; 2],
+    dimension: usize,
+    volume: f64,
+    /// Number of pairs of particles.
+    pairs: f64,
+    /// Enskog's contact value.
+    chi: Option<f64>,
+    /// Factor of g(d+) over the contact value: 1 for an elastic pair.
+    factor: Option<f64>,
+    /// Collision rate without correlations over that of Maxwellian pairs at the temperature of the
+    /// gas; `None` in mixtures, whose species have their own temperatures.
+    sonine: Option<f64>,
+}
+
+impl Pair {
+    fn new(plan: &Plan, engine: &EnginePlan, species: [usize; 2], chi: Option<f64>) -> Self {
+        let counts = species.map(|one| plan.species[one].count as f64);
+        let weight = 1.0 / engine.copies() as f64;
+        let factor = plan.law.constant().map(separation_factor);
+        let simulators = (plan.count() * engine.copies()) as f64;
+        let sonine = plan.has_theory().then(|| {
+            // The gas as a whole is at rest, which takes the energy of one particle from it.
+            let at_rest = (simulators / (simulators - 1.0)).sqrt();
+            at_rest * (1.0 - plan.fourth_cumulant() / 16.0)
+        });
+        Self {
+            species,
+            dimension: plan.dimension,
+            volume: plan.volume,
+            pairs: number_of_pairs(species[0] == species[1], counts, weight),
+            chi,
+            factor: factor.filter(|factor| factor.is_finite()),
+            sonine,
+        }
+    }
+
+    /// Returns a sum over its value where the contact value is one; `None` without collisions.
+    fn over_norm(&self, windows: &[FluxWindow], sum: &dyn Fn(&Flux) -> f64) -> Option<Estimate> {
+        ratio(windows, |window: &FluxWindow| {
+            let norm = window.norm(self.dimension, self.pairs, self.volume);
+            [sum(&window.of(self.species)), norm]
+        })
+    }
+
+    /// Returns g(d+) by flux.
+    fn total(&self, windows: &[FluxWindow]) -> Option<Estimate> {
+        self.over_norm(windows, &|sums| sums.approaching + sums.separating)
+    }
+
+    /// Returns the values of the table over the windows of all replicas; `None` without collisions.
+    fn values(&self, windows: &[FluxWindow]) -> Option<[Estimate; 6]> {
+        let over_norm = |sum: &dyn Fn(&Flux) -> f64| self.over_norm(windows, sum);
+        let chi = self.chi;
+        let (half, total) = (
+            chi.map(|chi| 0.5 * chi),
+            chi.zip(self.factor).map(|(a, b)| a * b),
+        );
+        let after = total.zip(half).map(|(total, half)| total - half);
+        let rate = self.sonine.and_then(|sonine| {
+            let found = over_norm(&|sums| sums.rate)?;
+            Some(found.times(1.0 / sonine))
+        });
+        let rate = rate.unwrap_or_default();
+        let flux = self.sonine.zip(self.factor).and_then(|(sonine, factor)| {
+            let found = ratio(windows, |window: &FluxWindow| {
+                let sums = window.of(self.species);
+                [sums.approaching + sums.separating, factor * sums.rate]
+            })?;
+            Some(found.times(sonine))
+        });
+        Some([
+            over_norm(&|sums| sums.approaching)?.against(half),
+            over_norm(&|sums| sums.separating)
+                .unwrap_or_default()
+                .against(after),
+            self.total(windows).unwrap_or_default().against(total),
+            rate.against(chi),
+            chi.map(|chi| rate.times(1.0 / chi)).unwrap_or_default(),
+            flux.unwrap_or_default(),
+        ])
+    }
+}

@@ -1,0 +1,141 @@
+//! Elastic twin of exact dynamics: the same start without dissipation, followed collision for
+//! collision.
+//!
+//! Partners meet again in every dense gas. The elastic gas at the same packing shows what of this is
+//! density and excluded area, and what is dissipation. Its trajectory does not depend on the scale
+//! of velocities, so the two gases are compared at equal numbers of collisions per particle.
+
+use std::mem;
+
+use serde::{Deserialize, Serialize};
+use serde_bytes::ByteBuf;
+use stosszahl_analysis::contact_value::FluxWindow;
+use stosszahl_analysis::contacts::Sums;
+use stosszahl_ed::{Boundaries, Dissipation, EngineError};
+use stosszahl_model::{Budget, Failure, Grains, Interrupt, Particles, Simulation};
+
+use super::WindowSums;
+use crate::plan::{EngineKind, EnginePlan, Plan};
+
+/// Memory of the engine of a twin per disk \[bytes\].
+pub(super) const BYTES_PER_DISK: f64 = 260.0;
+
+/// Sums of the twin in a window of the gas: contacts and flux.
+pub(super) type TwinWindow = (Sums, FluxWindow);
+
+/// Running twin of one replica.
+pub(super) struct ElasticTwin {
+    gas: Box<dyn Simulation>,
+    /// Time of the start \[time\].
+    start: f64,
+    /// Sums since they were last distributed over the windows.
+    sums: WindowSums,
+}
+
+/// Content of a checkpoint of a twin.
+#[derive(Serialize, Deserialize)]
+pub(super) struct SavedTwin {
+    engine: ByteBuf,
+    start: f64,
+    sums: WindowSums,
+}
+
+/// Returns true if exact disks of a case have an elastic twin: they are smooth, lose energy at
+/// contacts, and all places are alike.
+pub(super) fn has_twin(plan: &Plan, engine: &EnginePlan) -> bool {
+    matches!(engine.kind, EngineKind::EventDriven { .. })
+        && plan.is_disk_fluid()
+        && !plan.is_elastic()
+}
+
+impl ElasticTwin {
+    /// Creates the twin of disks at their start.
+    ///
+    /// # Errors
+    /// [`EngineError`] if the disks overlap.
+    pub(super) fn new(grains: &Grains, start: &Particles) -> Result<Self, EngineError> {
+        let periodic = Boundaries::periodic();
+        let gas = stosszahl_ed::simulate(grains, Dissipation::Elastic, &periodic, start)?;
+        let always = [f64::NEG_INFINITY, f64::INFINITY];
+        let mut sums = WindowSums::new(&[always], start, start.temperature());
+        sums.contacts.look(start.time, start);
+        Ok(Self {
+            gas,
+            start: start.time,
+            sums,
+        })
+    }
+
+    /// Takes the sums since the last call, of a sample or of the collisions between two samples.
+    pub(super) fn take(&mut self) -> TwinWindow {
+        let flux = self.sums.flux.windows[0].take();
+        (mem::take(&mut self.sums.contacts.windows[0].1), flux)
+    }
+
+    /// Advances until the twin has had as many collisions as the gas, on average: to the time at
+    /// which its rate so far gives them. So it is looked at between collisions.
+    ///
+    /// # Errors
+    /// [`Failure`] if the twin cannot be advanced.
+    pub(super) fn follow(&mut self, collisions: u64, stop: &Interrupt) -> Result<(), Failure> {
+        self.gas.set_stop_flag(stop);
+        let mut left = collisions.saturating_sub(self.gas.work().collisions);
+        if left == 0 {
+            return Ok(());
+        }
+        if self.gas.work().collisions == 0 {
+            let budget = Budget::Collisions(left.div_ceil(2));
+            self.gas.advance(f64::INFINITY, budget, &mut self.sums)?;
+            left /= 2;
+        }
+        let done = self.gas.work().collisions as f64;
+        let passed = self.gas.time() - self.start;
+        if done > 0.0 && !self.gas.is_interrupted() {
+            let until = self.gas.time() + left as f64 * passed / done;
+            self.gas.advance(until, Budget::Unlimited, &mut self.sums)?;
+        }
+        if !self.gas.is_interrupted() {
+            let (time, temperature) = (self.gas.time(), self.gas.temperature());
+            self.sums.synchronise(time, temperature);
+        }
+        Ok(())
+    }
+
+    /// Samples local temperatures and pairs of the twin.
+    pub(super) fn look(&mut self) {
+        let particles = self.gas.particles();
+        self.sums.contacts.look(particles.time, &particles);
+    }
+
+    /// Returns the content of a checkpoint.
+    ///
+    /// # Errors
+    /// [`Failure`] if memory does not suffice.
+    pub(super) fn save(&self) -> Result<SavedTwin, Failure> {
+        Ok(SavedTwin {
+            engine: ByteBuf::from(self.gas.checkpoint()?),
+            start: self.start,
+            sums: self.sums.clone(),
+        })
+    }
+
+    /// Resumes a twin of disks from a checkpoint.
+    ///
+    /// # Errors
+    /// [`EngineError`] if the checkpoint is damaged.
+    pub(super) fn load(
+        grains: &Grains,
+        count: usize,
+        saved: SavedTwin,
+    ) -> Result<Self, EngineError> {
+        let (periodic, never) = (Boundaries::periodic(), Interrupt::default());
+        let elastic = Dissipation::Elastic;
+        let bytes = &saved.engine;
+        let gas = stosszahl_ed::resume(grains, count, elastic, &periodic, bytes, &never)?;
+        Ok(Self {
+            gas,
+            start: saved.start,
+            sums: saved.sums,
+        })
+    }
+}

@@ -1,0 +1,190 @@
+//! Contact value of the pair correlation: g(d+) from the flux of colliding pairs, against the
+//! collision rate and Enskog's theory.
+//!
+//! Claimed are the contact value of elastic disks, and under molecular chaos the factor (1 + r)/(2
+//! r) over that of the collision rate. Of exact inelastic disks both are measured: partners that
+//! are about to collide approach more slowly than the temperature says, so that the flux is higher.
+
+use stosszahl_analysis::contact_value::{ContactFlux, number_of_pairs, separation_factor};
+use stosszahl_analysis::replicas::ratio_of_means;
+use stosszahl_analysis::statistics::Estimate;
+use stosszahl_dsmc::Parameters;
+use stosszahl_model::{Budget, Simulation, kinetic};
+
+use super::gas::{exact, monte_carlo, start};
+use super::over_seeds;
+use super::schemes::METHODS;
+use crate::table::Place;
+use crate::{Done, TrialError, TrialLog};
+
+/// Packing fractions.
+const PACKINGS: [f64; 3] = [0.05, 0.25, 0.5];
+/// Collisions of each disk before a gas is observed: a2 has settled.
+const SETTLE: u64 = 5;
+/// Simulators for each disk of the gas under chaos.
+const SIMULATORS: u32 = 16;
+
+/// Gas of unit disks to observe.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject {
+    /// Number of disks.
+    pub disks: usize,
+    /// Packing fraction.
+    pub packing: f64,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// Collisions of each disk that are observed.
+    pub collisions: u64,
+}
+
+/// Contact values of a gas, over its seeds.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactValue {
+    /// Contact value χ from the collision rate.
+    pub rate: Estimate,
+    /// Contact value g(d+) by flux.
+    pub flux: Estimate,
+    /// Contact value by flux over (1 + r)/(2 r) times that from the rate.
+    pub flux_over_rate: Estimate,
+    /// CPU time \[s\].
+    pub seconds: f64,
+}
+
+impl Subject {
+    /// Returns the sums of the rate and of the flux of a gas, and their value where the contact
+    /// value is one.
+    fn follow(&self, mut gas: Box<dyn Simulation>) -> Result<[f64; 3], TrialError> {
+        let (simulators, disks) = (gas.count() as f64, self.disks as f64);
+        let of_each = |number: u64| Budget::Collisions(number * gas_pairs(simulators));
+        gas.advance(f64::INFINITY, of_each(SETTLE), &mut ())?;
+        let (time, temperature) = (gas.time(), gas.temperature());
+        let span = [time, f64::INFINITY];
+        let mut flux = ContactFlux::new(&[span], 2, disks, time, temperature);
+        gas.advance(f64::INFINITY, of_each(self.collisions), &mut flux)?;
+        flux.synchronise(gas.time(), gas.temperature());
+        let window = &flux.windows[0];
+        let pairs = number_of_pairs(true, [disks; 2], disks / simulators);
+        let norm = window.norm(2, pairs, gas.particles().volume());
+        // The gas as a whole is at rest.
+        let sonine = 1.0 - kinetic::fourth_cumulant(2, self.restitution) / 16.0;
+        let expected = sonine * (simulators / (simulators - 1.0)).sqrt();
+        let sums = window.of([0, 0]);
+        Ok([
+            sums.rate / expected,
+            sums.approaching + sums.separating,
+            norm,
+        ])
+    }
+
+    /// Measures the contact values of exact disks.
+    ///
+    /// # Errors
+    /// [`TrialError`] if the gas cannot be made or followed.
+    pub fn exact(&self, seeds: u64) -> Result<ContactValue, TrialError> {
+        let all = over_seeds(0..seeds, |seed| {
+            let start = start(self.disks, self.packing, seed, 20.0)?;
+            self.follow(exact(&start, self.restitution)?)
+        })?;
+        self.found(all)
+    }
+
+    /// Measures the contact values under molecular chaos: Monte Carlo at Enskog's rate in one cell.
+    ///
+    /// # Errors
+    /// [`TrialError`] if the gas cannot be made or followed.
+    pub fn chaos(&self, seeds: u64) -> Result<ContactValue, TrialError> {
+        let enskog = METHODS.iter().find(|method| method.name == "enskog");
+        let method = enskog.ok_or_else(|| TrialError::failed("no scheme enskog"))?;
+        let all = over_seeds(0..seeds, |seed| {
+            let start = start(self.disks, self.packing, seed, 5.0)?;
+            let parameters = Parameters {
+                cell_size: Some(start.lengths[0]),
+                simulators_per_particle: SIMULATORS,
+                ..method.parameters
+            };
+            self.follow(monte_carlo(&start, self.restitution, parameters, seed)?)
+        })?;
+        self.found(all)
+    }
+
+    fn found(&self, (all, seconds): (Vec<[f64; 3]>, f64)) -> Result<ContactValue, TrialError> {
+        let ratio = |of: &dyn Fn(&[f64; 3]) -> (f64, f64)| {
+            let pairs: Vec<(f64, f64)> = all.iter().map(of).collect();
+            ratio_of_means(&pairs).ok_or_else(|| TrialError::failed("no gas"))
+        };
+        let factor = separation_factor(self.restitution);
+        Ok(ContactValue {
+            rate: ratio(&|[rate, _, norm]| (*rate, *norm))?,
+            flux: ratio(&|[_, flux, norm]| (*flux, *norm))?,
+            flux_over_rate: ratio(&|[rate, flux, _]| (*flux, factor * rate))?,
+            seconds,
+        })
+    }
+}
+
+/// Number of pair collisions in which each simulator collides once.
+fn gas_pairs(simulators: f64) -> u64 {
+    (0.5 * simulators).ceil() as u64
+}
+
+/// Measures contact values of exact disks and under chaos.
+pub(super) fn run(log: &mut TrialLog) -> Done {
+    let more = if log.effort.quick { 1 } else { 4 };
+    let what = "g(d+) by flux over (1 + r)/(2 r) χ of the collision rate";
+    for packing in PACKINGS {
+        let chi = kinetic::contact_value(packing);
+        let elastic = Subject {
+            disks: 1000,
+            packing,
+            restitution: 1.0,
+            collisions: 50,
+        };
+        let found = elastic.exact(40 * more)?;
+        let here = Place::new(
+            "exact",
+            "event-driven",
+            "1000 disks",
+            packing,
+            found.seconds,
+        );
+        log.add(here.row("g(d+) by flux", chi, found.flux, Some(0.004 * chi)));
+        log.add(here.row(
+            "χ of the collision rate",
+            chi,
+            found.rate,
+            Some(0.003 * chi),
+        ));
+        let cooling = Subject {
+            restitution: 0.8,
+            collisions: 5,
+            ..elastic
+        };
+        let found = cooling.exact(200 * more)?;
+        let here = Place::new(
+            "exact",
+            "event-driven",
+            "1000 disks, r = 0.8, 5 to 10 collisions of each",
+            packing,
+            found.seconds,
+        );
+        let factor = separation_factor(0.8);
+        log.add(here.row("g(d+) by flux", factor * chi, found.flux, None));
+        log.add(here.row("χ of the collision rate", chi, found.rate, None));
+        log.add(here.row(what, 1.0, found.flux_over_rate, None));
+        let chaos = Subject {
+            disks: 100,
+            collisions: 100,
+            ..cooling
+        };
+        let found = chaos.chaos(16 * more)?;
+        let here = Place::new(
+            "exact",
+            "enskog",
+            "r = 0.8, one cell",
+            packing,
+            found.seconds,
+        );
+        log.add(here.row(what, 1.0, found.flux_over_rate, Some(0.005)));
+    }
+    Ok(())
+}
