@@ -5,6 +5,7 @@
 //! | [`mixture`] | how do the species of a mixture cool, and how far do they get? |
 //! | [`sonine`] | and if their velocities are not Maxwellian? |
 //! | [`cooling_state`] | which temperature ratios does cooling lead to, and what follows in closed form? |
+//! | [`cooling_factors`] | by how much do these velocities change the rates of a gas that cools? |
 //! | [`contact`] | how does density raise collision rates? |
 //! | [`barometric`] | in which equilibrium does a gas settle that falls to the floor of its box? |
 //! | [`elastic_disks`] | how does a fluid of elastic disks carry momentum and heat? |
@@ -14,13 +15,14 @@
 //! | [`uniform_shear`] | which temperature and stress does a dilute gas reach in a shear flow? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
-//! All of it but [`sonine`] takes velocities for Maxwellian (first Sonine order); how far a gas is
+//! All of it but [`sonine`] and [`cooling_factors`] takes velocities for Maxwellian (first Sonine order); how far a gas is
 //! from that is measured by its fourth cumulant.
 
 pub mod barometric;
 pub mod bath;
 mod component;
 pub mod contact;
+pub mod cooling_factors;
 pub mod cooling_state;
 pub mod delta_model;
 pub mod elastic_disks;
@@ -35,6 +37,7 @@ pub use barometric::{Column, Layer};
 pub use bath::BathState;
 pub use component::Component;
 pub use contact::Contact;
+pub use cooling_factors::CoolingFactors;
 pub use cooling_state::CoolingState;
 pub use elastic_disks::ElasticDisks;
 pub use error::TheoryError;

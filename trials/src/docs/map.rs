@@ -5,10 +5,12 @@
 //! of few particles is left. Each point has two such boxes, which shows the effect of the box. The
 //! cooling rate is relative to that of chaos at the squared speed of the colliding pairs, because
 //! thermal shear waves lower that speed, the more the wider the box is. It is also relative to that
-//! of N elastic disks ([`of_few`]).
+//! of N elastic disks ([`of_few`]). Chaos stands for the homogeneous cooling state of Enskog's
+//! equation, whose velocities are not Maxwellian ([`CoolingFactors`]).
 
 use std::f64::consts::PI;
 
+use stosszahl_analysis::theory::CoolingFactors;
 use stosszahl_model::kinetic;
 use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
@@ -20,6 +22,11 @@ use crate::three_disks;
 
 /// Path of the page from the root.
 pub(super) const PAGE: &str = "docs/map.md";
+/// Sonine orders of the velocities under chaos: two more change a cooling rate by 5e-4 at r = 0.5,
+/// where the series converges worst.
+const ORDERS: usize = 8;
+/// Number of errors beyond which two boxes of a point disagree.
+const APART: f64 = 3.0;
 
 /// Results of one box: the rows of its windows.
 struct Gas<'a> {
@@ -50,10 +57,15 @@ impl<'a> Gas<'a> {
         self.impacts[window].measured("slope")
     }
 
+    /// Returns the factors of the homogeneous cooling state under chaos.
+    fn chaos(&self) -> Result<CoolingFactors, TrialError> {
+        Ok(CoolingFactors::of(2, self.at[1], ORDERS)?)
+    }
+
     /// Cooling rate over chaos at the squared speed of pairs in the last window, over that of the
     /// same number of elastic disks.
     fn cooling(&self) -> Result<Measured, TrialError> {
-        let unit = of_few(self.disks, self.at[0]);
+        let unit = of_few(self.disks, self.at[0]) * self.chaos()?.at_pair_speed();
         Ok(self.late("at_pair_speed")?.over(unit))
     }
 
@@ -110,7 +122,7 @@ fn gases(results: &Results) -> Result<Vec<Gas<'_>>, TrialError> {
 }
 
 /// Formats a table of Markdown with a row for each restitution and a column for each packing.
-fn matrix(cells: &[(Place, Measured)]) -> String {
+fn matrix(cells: &[(Place, String)]) -> String {
     let values = |axis: usize| {
         let mut all: Vec<f64> = cells.iter().map(|cell| cell.0[axis]).collect();
         all.sort_by(f64::total_cmp);
@@ -123,7 +135,7 @@ fn matrix(cells: &[(Place, Measured)]) -> String {
     let row = |&r: &f64| {
         let cell = |&phi: &f64| {
             let found = cells.iter().find(|cell| cell.0 == [phi, r]);
-            found.map_or(String::new(), |cell| cell.1.text())
+            found.map_or(String::new(), |cell| cell.1.clone())
         };
         let own = [r.to_string()].into_iter();
         own.chain(packings.iter().map(cell)).collect::<Vec<_>>()
@@ -133,6 +145,21 @@ fn matrix(cells: &[(Place, Measured)]) -> String {
         &header.iter().map(String::as_str).collect::<Vec<_>>(),
         &rows,
     )
+}
+
+/// Returns true if the results of two boxes differ by more than three errors.
+fn disagree([narrow, wide]: [Measured; 2]) -> bool {
+    (narrow.value - wide.value).abs() > APART * narrow.error.hypot(wide.error)
+}
+
+/// Formats the result of the wider box; both results without an error if they disagree, because
+/// neither is then that of the gas.
+fn of_boxes([narrow, wide]: [Measured; 2]) -> String {
+    if disagree([narrow, wide]) {
+        format!("{:.4} … {:.4}", narrow.value, wide.value)
+    } else {
+        wide.text()
+    }
 }
 
 /// Creates a figure of a column against 1 - r, with a curve for each packing.
@@ -157,10 +184,57 @@ fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, T
     Ok(Made { text, files })
 }
 
+/// Results of the two boxes of a point, the narrower first.
+#[derive(Clone, Copy, Debug)]
+struct UniformPoint {
+    at: Place,
+    disks: [u64; 2],
+    /// Slope of P(b/d) in the first two collisions of a disk, of both boxes together.
+    first: Measured,
+    slope: [Measured; 2],
+    cooling: [Measured; 2],
+    /// Impact ratio, correlation ratio, speed ratio and dissipation ratio of the wider box.
+    factors: [Measured; 4],
+}
+
+impl UniformPoint {
+    fn of(narrow: &Gas<'_>, wide: &Gas<'_>) -> Result<Self, TrialError> {
+        let last = narrow.impacts.len() - 1;
+        let chaos = wide.chaos()?;
+        Ok(Self {
+            at: wide.at,
+            disks: [narrow.disks as u64, wide.disks as u64],
+            first: mean(narrow.slope(0)?, wide.slope(0)?),
+            slope: [narrow.slope(last)?, wide.slope(last)?],
+            cooling: [narrow.cooling()?, wide.cooling()?],
+            factors: [
+                wide.late("impact_ratio")?,
+                wide.late("correlation_ratio")?,
+                wide.late("speed_ratio")?.over(chaos.pair_speed),
+                wide.late("dissipation_ratio")?.over(chaos.cooling_rate()),
+            ],
+        })
+    }
+}
+
 /// Makes the block of boxes narrower than the critical length.
 pub(super) fn uniform(results: &Results) -> Result<Made, TrialError> {
+    let all = gases(results)?;
+    let mut points = Vec::new();
+    for narrow in &all {
+        // Each place has a narrow box and a wide one.
+        let is_wider = |b: &&Gas<'_>| b.at == narrow.at && b.disks > narrow.disks;
+        if let Some(wide) = all.iter().find(is_wider) {
+            points.push(UniformPoint::of(narrow, wide)?);
+        }
+    }
+    uniform_block(&points)
+}
+
+/// Formats the points of boxes narrower than the critical length.
+fn uniform_block(points: &[UniformPoint]) -> Result<Made, TrialError> {
     let mut table = table! {
-        "map", "Exact disks that cool in boxes narrower than the critical length, against molecular chaos.";
+        "map", "Exact disks that cool in boxes narrower than the critical length, against the homogeneous cooling state under molecular chaos.";
         key "packing_fraction", "1", "Packing fraction";
         key "restitution", "1", "Restitution";
         key "inelasticity", "1", "1 - r";
@@ -173,54 +247,36 @@ pub(super) fn uniform(results: &Results) -> Result<Made, TrialError> {
         estimate "cooling", "1", "The same in the wider box";
         estimate "impact_ratio", "1", "Mean of 1 - b^2/d^2 over its value under chaos, wider box";
         estimate "correlation_ratio", "1", "Correlation of relative speed and impact parameter, wider box";
-        estimate "speed_ratio", "1", "Squared speed of pairs over its value at the total kinetic energy, wider box";
+        estimate "speed_ratio", "1", "Squared speed of pairs over its value under chaos at the total kinetic energy, wider box";
         estimate "dissipation_ratio", "1", "Cooling rate over that of chaos at the total kinetic energy, wider box";
     }
     .figure(figure("Grazing collisions: slope of P(b/d)", "slope", "slope of P(b/d)", 0.0))
     .figure(figure("Cooling rate over chaos at the same speed of pairs", "cooling", "cooling rate over chaos", 1.0));
-    let (mut slopes, mut cooling) = (Vec::new(), Vec::new());
-    let (mut apart, mut widest) = ([0; 2], [0.0_f64; 2]);
-    let all = gases(results)?;
-    for a in &all {
-        // Each place has a narrow box and a wide one.
-        let at = a.at;
-        let Some(b) = all.iter().find(|b| b.at == at && b.disks > a.disks) else {
-            continue;
-        };
-        let last = a.impacts.len() - 1;
-        let [slope_a, slope] = [a.slope(last)?, b.slope(last)?];
-        let [rate_a, rate] = [a.cooling()?, b.cooling()?];
-        let differ = |one: Measured, other: Measured| {
-            usize::from((one.value - other.value).abs() > 3.0 * one.error.hypot(other.error))
-        };
-        apart = [
-            apart[0] + differ(slope_a, slope),
-            apart[1] + differ(rate_a, rate),
-        ];
-        widest = [widest[0].max(slope.error), widest[1].max(rate.error)];
+    for point in points {
+        let [packing, restitution] = point.at;
+        let [narrow, wide] = [0, 1].map(|n| [point.slope[n], point.cooling[n]]);
         table.add((
-            (at[0], at[1], 1.0 - at[1]),
-            [a.disks, b.disks].map(|disks| disks as u64),
-            estimate(mean(a.slope(0)?, b.slope(0)?)),
-            [slope_a, slope, rate_a, rate].map(estimate),
-            [b.late("impact_ratio")?, b.late("correlation_ratio")?].map(estimate),
-            [b.late("speed_ratio")?, b.late("dissipation_ratio")?].map(estimate),
+            (packing, restitution, 1.0 - restitution),
+            point.disks,
+            estimate(point.first),
+            [narrow[0], wide[0], narrow[1], wide[1]].map(estimate),
+            point.factors.map(estimate),
         ));
-        slopes.push((at, slope));
-        cooling.push((at, rate));
     }
+    let column = |of: fn(&UniformPoint) -> [Measured; 2]| {
+        let cells: Vec<_> = points.iter().map(|p| (p.at, of_boxes(of(p)))).collect();
+        let apart = points.iter().filter(|p| disagree(of(p))).count();
+        let widest = points.iter().map(|p| of(p)[1].error).fold(0.0, f64::max);
+        (matrix(&cells), apart, widest)
+    };
+    let (slopes, slopes_apart, slope_error) = column(|point| point.slope);
+    let (rates, rates_apart, rate_error) = column(|point| point.cooling);
     let text = format!(
-        "Slope of P(b/d) from 10 to 100 collisions of a disk; 0 is chaos:\n\n{}\n\
-         Cooling rate over that of chaos at the same squared speed of pairs; 1 is chaos:\n\n{}\n\
-         Between the two boxes the slopes differ by more than three errors at {} of {} points, and the cooling rates at {}. The widest error of a \
-         slope is {:.4}, and of a cooling rate {:.4}.\n",
-        matrix(&slopes),
-        matrix(&cooling),
-        apart[0],
-        slopes.len(),
-        apart[1],
-        widest[0],
-        widest[1],
+        "Slope of P(b/d) from 10 to 100 collisions of a disk; 0 is chaos:\n\n{slopes}\n\
+         Cooling rate over that of chaos at the same squared speed of pairs; 1 is chaos:\n\n{rates}\n\
+         Where two numbers stand, the narrower and the wider box differ by more than three errors, and neither is the gas's: slopes at {slopes_apart} \
+         of {count} points, cooling rates at {rates_apart}. The widest error of a slope is {slope_error:.4}, and of a cooling rate {rate_error:.4}.\n",
+        count = points.len(),
     );
     let names = [
         "docs/map-uniform.csv",
@@ -230,10 +286,34 @@ pub(super) fn uniform(results: &Results) -> Result<Made, TrialError> {
     made(text, &table, names)
 }
 
+/// Results of a box of 4000 disks.
+#[derive(Clone, Copy, Debug)]
+struct WavePoint {
+    at: Place,
+    slope: Measured,
+    dissipation: Measured,
+    at_pair_speed: Measured,
+}
+
 /// Makes the block of boxes of 4000 disks.
 pub(super) fn waves(results: &Results) -> Result<Made, TrialError> {
+    let mut points = Vec::new();
+    for gas in gases(results)? {
+        let chaos = gas.chaos()?;
+        points.push(WavePoint {
+            at: gas.at,
+            slope: gas.slope(gas.impacts.len() - 1)?,
+            dissipation: gas.late("dissipation_ratio")?.over(chaos.cooling_rate()),
+            at_pair_speed: gas.late("at_pair_speed")?.over(chaos.at_pair_speed()),
+        });
+    }
+    waves_block(&points)
+}
+
+/// Formats the points of boxes of 4000 disks.
+fn waves_block(points: &[WavePoint]) -> Result<Made, TrialError> {
     let mut table = table! {
-        "map-waves", "Exact disks that cool in boxes of 4000, against molecular chaos, from 5 to 30 t0.";
+        "map-waves", "Exact disks that cool in boxes of 4000, against the homogeneous cooling state under molecular chaos, from 5 to 30 t0.";
         key "packing_fraction", "1", "Packing fraction";
         key "restitution", "1", "Restitution";
         key "inelasticity", "1", "1 - r";
@@ -243,22 +323,21 @@ pub(super) fn waves(results: &Results) -> Result<Made, TrialError> {
     }
     .figure(figure("Slope of P(b/d), 4000 disks, 5 to 30 t0", "slope", "slope of P(b/d)", 0.0))
     .figure(figure("Cooling rate over chaos, 4000 disks, 5 to 30 t0", "dissipation_ratio", "cooling rate over chaos", 1.0));
-    let (mut slopes, mut cooling) = (Vec::new(), Vec::new());
-    for gas in gases(results)? {
-        let at = gas.at;
-        let slope = gas.slope(gas.impacts.len() - 1)?;
-        let rate = gas.late("dissipation_ratio")?;
+    for point in points {
+        let [packing, restitution] = point.at;
         table.add((
-            (at[0], at[1], 1.0 - at[1]),
-            [slope, rate, gas.late("at_pair_speed")?].map(estimate),
+            (packing, restitution, 1.0 - restitution),
+            [point.slope, point.dissipation, point.at_pair_speed].map(estimate),
         ));
-        slopes.push((at, slope));
-        cooling.push((at, rate));
     }
+    let cells = |of: fn(&WavePoint) -> Measured| {
+        let cells: Vec<_> = points.iter().map(|p| (p.at, of(p).text())).collect();
+        matrix(&cells)
+    };
     let text = format!(
         "Slope of P(b/d) from 5 to 30 t0:\n\n{}\nCooling rate over that of chaos at the total kinetic energy, from 5 to 30 t0:\n\n{}",
-        matrix(&slopes),
-        matrix(&cooling),
+        cells(|point| point.slope),
+        cells(|point| point.dissipation),
     );
     let names = [
         "docs/map-waves.csv",
@@ -277,13 +356,12 @@ const SAMPLES: u64 = 20_000_000;
 /// Makes the block of the first two collisions of a disk, next to the result of three disks alone.
 pub(super) fn onset(results: &Results) -> Result<Made, TrialError> {
     let mut slopes = Vec::new();
+    let mut widest = 0.0_f64;
     for gas in gases(results)? {
-        slopes.push((gas.at, gas.slope(0)?));
+        let slope = gas.slope(0)?;
+        widest = widest.max(slope.error);
+        slopes.push((gas.at, slope.text()));
     }
-    let widest = slopes
-        .iter()
-        .map(|(_, slope)| slope.error)
-        .fold(0.0, f64::max);
     let mut restitutions: Vec<f64> = slopes.iter().map(|(at, _)| at[1]).collect();
     restitutions.sort_by(f64::total_cmp);
     restitutions.dedup();
@@ -297,7 +375,7 @@ pub(super) fn onset(results: &Results) -> Result<Made, TrialError> {
                 value: packing * order.value,
                 error: packing * order.standard_error,
             };
-            cells.push(([packing, restitution], slope));
+            cells.push(([packing, restitution], slope.text()));
         }
     }
     let text = format!(
@@ -311,7 +389,79 @@ pub(super) fn onset(results: &Results) -> Result<Made, TrialError> {
 
 #[cfg(test)]
 mod tests {
+    use stosszahl_analysis::statistics::Estimate;
+    use stosszahl_dsmc::homogeneous::{AliasTableSelection, Contact, Engine, moments};
+
     use super::*;
+    use crate::gas::{Disks, UNIT, law, particles, without_positions};
+
+    /// Number of disks without positions.
+    const DISKS: usize = 20_000;
+
+    /// Collision rate and squared speed of pairs over those of Maxwellian velocities, of disks that
+    /// cool without positions from 40 to 60 collisions of each. The rate is the number of
+    /// collisions over the integral of the root of the temperature, by the trapezoidal rule.
+    fn factors_of_a_gas(restitution: f64, seed: u64) -> [f64; 2] {
+        let scene: Disks = particles(law(restitution).expect("a law"), UNIT);
+        let extent = (DISKS as f64, DISKS);
+        let made = without_positions(scene, Contact::Dilute, extent, |_| 1.0, seed);
+        let mut engine: Engine<_, AliasTableSelection> = made.expect("a gas");
+        // Enskog's rate of Maxwellian velocities at T = m and n d^2 = 1: 2 sqrt(pi).
+        let rate = 2.0 * PI.sqrt();
+        let haff = 4.0 / ((1.0 - restitution * restitution) * rate);
+        let share = 0.25 * (1.0 - restitution * restitution);
+        let mut course = Vec::new();
+        for step in 0..=100 {
+            let collisions = 40.0 + 0.2 * f64::from(step);
+            let time = haff * (share * collisions).exp_m1();
+            engine.advance(time, u64::MAX, &mut ()).expect("it cools");
+            let temperature = moments(engine.gas(), None, None)[0].temperature;
+            let collisions = 2.0 * engine.tally().collisions as f64 / DISKS as f64;
+            course.push([time, temperature, collisions]);
+        }
+        let span = |step: &[[f64; 3]]| {
+            let [from, to] = [step[0], step[1]];
+            0.5 * (to[0] - from[0]) * (from[1].sqrt() + to[1].sqrt())
+        };
+        let speeds: f64 = course.windows(2).map(span).sum();
+        let [first, last] = [course[0], course[course.len() - 1]];
+        let collisions = last[2] - first[2];
+        let fall = (first[1] / last[1]).ln();
+        [
+            collisions / (rate * speeds),
+            fall / (2.0 * share * collisions),
+        ]
+    }
+
+    /// Disks without positions, whose collisions are chaotic by construction. Four standard errors
+    /// of eight gases; these must be small enough to see the difference to Maxwellian velocities.
+    #[test]
+    fn chaos_is_a_cooling_gas_without_positions() {
+        for restitution in [0.5, 0.9] {
+            let chaos = CoolingFactors::of(2, restitution, ORDERS).expect("factors");
+            let gases: Vec<_> = (0..8)
+                .map(|seed| factors_of_a_gas(restitution, seed))
+                .collect();
+            let wanted = [chaos.collision_rate, chaos.pair_speed];
+            for (place, wanted) in wanted.into_iter().enumerate() {
+                let values: Vec<f64> = gases.iter().map(|found| found[place]).collect();
+                let found = Estimate::over_replicas(&values).expect("many gases");
+                let error = found.standard_error.expect("many gases");
+                assert!(4.0 * error < (wanted - 1.0).abs(), "{restitution}: {error}");
+                assert!(
+                    (found.value - wanted).abs() < 4.0 * error,
+                    "{restitution}: {found:?}, not {wanted}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_that_disagree_have_no_error() {
+        let of = |value| Measured { value, error: 0.01 };
+        assert_eq!(of_boxes([of(1.0), of(1.04)]), "1.040 ± 0.010");
+        assert_eq!(of_boxes([of(1.0), of(1.05)]), "1.0000 … 1.0500");
+    }
 
     /// Collision rate of N disks in a dilute gas, `1 - 5/(8 N)`: N (N - 1)/2 pairs are 1 - 1/N of
     /// those of very many disks, and Maxwellian speeds at a given squared speed of pairs add 3/(8

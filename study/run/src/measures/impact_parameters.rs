@@ -388,7 +388,7 @@ fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 6] {
 
 fn dissipation(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
     let mut table = table! {
-        "dissipation", "The cooling rate over that of molecular chaos at the total kinetic energy, flow included, as the product of four ratios.";
+        "dissipation", "The cooling rate over that of Maxwellian velocities under molecular chaos at the total kinetic energy, flow included, as the product of four ratios.";
         key "engine", "", "Engine";
         key "window_start", "time", "Start of the window";
         key "window_end", "time", "End of the window";
