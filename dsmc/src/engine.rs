@@ -39,12 +39,12 @@ pub(crate) struct Constants {
 
 /// Assigns indices of a state to simulators, one after the other; equal ones form consecutive
 /// blocks.
-struct Places {
+struct SimulatorIndices {
     /// Next index of each block; empty if simulators have indices of their own.
     next: Vec<usize>,
 }
 
-impl Places {
+impl SimulatorIndices {
     /// Index of a simulator, the `order`-th visited.
     fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
         match self.next.get_mut(sizes.block(tag) as usize) {
@@ -124,7 +124,7 @@ where
     }
 
     /// Assignment of indices in [`Engine::state`].
-    fn places(&self) -> Places {
+    fn places(&self) -> SimulatorIndices {
         let mut counts = Vec::new();
         if !P::Sizes::UNIFORM && !P::Sizes::INDIVIDUAL {
             for simulator in self.ordered() {
@@ -139,7 +139,7 @@ where
             *sum += count;
             Some(*sum - count)
         });
-        Places {
+        SimulatorIndices {
             next: firsts.collect(),
         }
     }

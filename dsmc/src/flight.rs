@@ -6,7 +6,7 @@ use stosszahl_model::{Field, ParticleModel, Space, VectorOf};
 use crate::boundary::{BoundaryGeometry, FlightTiming, Ledgers, Origin, Passage};
 use crate::grid::{Grid, offset_number};
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
-use crate::tile::{Left, Migrant, Scratch, SendBuffer, Tile, code, fit};
+use crate::tile::{DepartedSimulator, Migrant, Scratch, SendBuffer, Tile, code, fit};
 
 /// Free flight of all simulators, between the collisions of two steps.
 pub(crate) struct Flight<'a, P: ParticleModel> {
@@ -216,7 +216,7 @@ where
         if to == tile {
             return Some(moved);
         }
-        let traveller = Left {
+        let traveller = DepartedSimulator {
             source,
             simulator: moved,
         };

@@ -125,7 +125,8 @@ pub use scheme::{
 };
 #[cfg(not(test))]
 pub use simulate::{
-    BALANCE, ExpectedGas, Gas, Left, check, resume, resume_among, serve, simulate, simulate_among,
+    BALANCE, CheckpointSource, ExpectedGas, Gas, check, resume, resume_among, serve, simulate,
+    simulate_among,
 };
 pub use tally::{CellCount, CollisionCounters};
 

@@ -18,13 +18,13 @@ use crate::tally::{CellCount, CollisionCounters, StepBounds};
 
 /// Simulator that left its tile, and the number of its source cell.
 #[derive(Clone, Copy)]
-pub(crate) struct Left<S> {
+pub(crate) struct DepartedSimulator<S> {
     pub(crate) source: u32,
     pub(crate) simulator: S,
 }
 
 /// Simulator that migrates between tiles.
-pub(crate) type Migrant<P, F> = Left<SimulatorOf<P, F>>;
+pub(crate) type Migrant<P, F> = DepartedSimulator<SimulatorOf<P, F>>;
 
 /// Simulators that left a tile, by the offset of the adjacent tile they enter, or by tile number if
 /// they flew farther.

@@ -12,7 +12,7 @@ use stosszahl_model::{Sizes, Vector, memory};
 use super::alias::split;
 use super::classes::{Bounds, bring_to_rest, joined, raised};
 use super::gas::{GONE, Gas, Grains, size_key};
-use super::selection::{Candidate, Selection, Standing};
+use super::selection::{Candidate, ProposalValidity, Selection};
 
 /// Candidate pair: indices of two particles.
 #[derive(Clone, Copy, Debug, Default)]
@@ -114,22 +114,22 @@ impl<P: Grains> Selection<P> for Bird {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
+    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
         let Some(number) = raised(gas, index, &mut self.classes) else {
-            return Standing::Kept;
+            return ProposalValidity::Kept;
         };
         self.raise(gas, number);
-        Standing::Changed
+        ProposalValidity::Changed
     }
 
-    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
+    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
         let Some((number, radius)) = joined(gas, index, &self.classes) else {
-            return Standing::Outdated;
+            return ProposalValidity::Outdated;
         };
         let square = gas.particles[index as usize].velocity.square();
         self.classes[number].admit(radius, square);
         self.raise(gas, number);
-        Standing::Changed
+        ProposalValidity::Changed
     }
 
     fn lifetime(&self) -> f64 {

@@ -12,7 +12,7 @@ use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
 use super::error::GasError;
 use super::gas::{GONE, Gas, Grains, Particle};
 use super::motion::Motion;
-use super::selection::{Candidate, Selection, Standing};
+use super::selection::{Candidate, ProposalValidity, Selection};
 use stosszahl_model::interrupt::Interruption;
 
 /// Number of proposals that are drawn ahead.
@@ -279,8 +279,8 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                     now = begin + span * ((total - left) as f64 / (total + 1) as f64);
                 }
                 let standing = self.meet(&candidate, now, stream, recorder);
-                if standing != Standing::Kept || self.tally.collisions >= last {
-                    self.clock.outdated |= standing == Standing::Outdated;
+                if standing != ProposalValidity::Kept || self.tally.collisions >= last {
+                    self.clock.outdated |= standing == ProposalValidity::Outdated;
                     let done = total - left;
                     self.tally.proposals += done;
                     if !tracked {
@@ -333,7 +333,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         time: f64,
         stream: &mut Stream,
         recorder: &mut Recorder<'_>,
-    ) -> Standing {
+    ) -> ProposalValidity {
         let pair = [candidate.first, candidate.second];
         let before = pair.map(|index| self.gas.particles[index as usize].velocity);
         let relative = before[0] - before[1];
@@ -341,7 +341,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         if line.square() == 0.0 {
             // Grazing beyond the resolution of floating-point numbers: a collision without effect.
             self.tally.collisions += 1;
-            return Standing::Kept;
+            return ProposalValidity::Kept;
         }
         for (index, velocity) in pair.iter().zip(&before) {
             self.motion.collided(*index, velocity, time);
@@ -352,10 +352,10 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
             line,
         };
         match self.contacts.meet(&mut self.gas, &meeting, stream) {
-            Outcome::Passed => Standing::Kept,
+            Outcome::Passed => ProposalValidity::Kept,
             Outcome::Bounced { changed, law } => {
                 self.record(&meeting, time, law, recorder);
-                let mut worst = Standing::Kept;
+                let mut worst = ProposalValidity::Kept;
                 for side in 0..2 {
                     if changed[side] {
                         let standing = self.selection.changed(&mut self.gas, pair[side]);
@@ -371,11 +371,11 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                     self.gas.particles[index as usize].mark = GONE;
                 }
                 self.gas.gone += 2;
-                let mut worst = Standing::Kept;
+                let mut worst = ProposalValidity::Kept;
                 for index in from..self.gas.particles.len() {
                     let standing = self.selection.added(&mut self.gas, index as u32);
                     worst = worse(worst, standing);
-                    if worst == Standing::Outdated {
+                    if worst == ProposalValidity::Outdated {
                         break;
                     }
                 }
@@ -425,11 +425,15 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
 }
 
 /// Returns the more severe of two consequences.
-fn worse(one: Standing, other: Standing) -> Standing {
+fn worse(one: ProposalValidity, other: ProposalValidity) -> ProposalValidity {
     match (one, other) {
-        (Standing::Outdated, _) | (_, Standing::Outdated) => Standing::Outdated,
-        (Standing::Changed, _) | (_, Standing::Changed) => Standing::Changed,
-        _ => Standing::Kept,
+        (ProposalValidity::Outdated, _) | (_, ProposalValidity::Outdated) => {
+            ProposalValidity::Outdated
+        }
+        (ProposalValidity::Changed, _) | (_, ProposalValidity::Changed) => {
+            ProposalValidity::Changed
+        }
+        _ => ProposalValidity::Kept,
     }
 }
 

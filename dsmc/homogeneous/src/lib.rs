@@ -59,7 +59,7 @@ pub use low_rank::LowRank;
 pub use measure::{Moments, moments, moments_by};
 pub use motion::{Displacement, Motion};
 pub use paths::{Trajectories, time_averaged};
-pub use selection::{Candidate, Selection, Standing};
+pub use selection::{Candidate, ProposalValidity, Selection};
 pub use simulate::{Homogeneous, Pick};
 pub use slots::AliasTableSelection;
 pub use sticking::{

@@ -18,7 +18,7 @@ use super::alias::split;
 use super::classes::{Bounds, bring_to_rest, joined, raised};
 use super::gas::{GONE, Gas, Grains, size_key};
 use super::kernel::powers;
-use super::selection::{Candidate, Selection, Standing};
+use super::selection::{Candidate, ProposalValidity, Selection};
 use super::tree::SumTree;
 
 /// Candidate pair: two classes and a member of each.
@@ -206,18 +206,18 @@ impl<P: Grains> Selection<P> for LowRank {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
+    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
         let Some(number) = raised(gas, index, &mut self.classes) else {
-            return Standing::Kept;
+            return ProposalValidity::Kept;
         };
         self.weigh_class(number);
         self.weigh_terms(gas);
-        Standing::Changed
+        ProposalValidity::Changed
     }
 
-    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
+    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
         let Some((number, radius)) = joined(gas, index, &self.classes) else {
-            return Standing::Outdated;
+            return ProposalValidity::Outdated;
         };
         let square = gas.particles[index as usize].velocity.square();
         let class = &mut self.classes[number];
@@ -226,7 +226,7 @@ impl<P: Grains> Selection<P> for LowRank {
         class.members.push(index);
         self.weigh_class(number);
         self.weigh_terms(gas);
-        Standing::Changed
+        ProposalValidity::Changed
     }
 
     fn lifetime(&self) -> f64 {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Vector, memory};
 
 use super::gas::{COLDEST, Gas, Grains, Particle, size_key};
-use super::selection::Standing;
+use super::selection::ProposalValidity;
 
 /// Bits of the squared speed below those of a group: eight groups per factor two, so a bound is on
 /// average 2 % above.
@@ -125,7 +125,7 @@ impl Layout {
         index: u32,
         class: u32,
         square: f64,
-    ) -> Standing {
+    ) -> ProposalValidity {
         let bin = bin(below(square), self.base);
         let first = self.bins[class as usize * WINDOW as usize + bin] as usize;
         let end = self.classes[class as usize].groups_end as usize;
@@ -142,7 +142,7 @@ impl Layout {
                 self.order[(group.first + group.length) as usize] = index;
                 group.length += 1;
                 particle.mark = number as u32;
-                return Standing::Kept;
+                return ProposalValidity::Kept;
             }
         }
         self.open(particle, index, class, square)
@@ -155,7 +155,7 @@ impl Layout {
         index: u32,
         class: u32,
         square: f64,
-    ) -> Standing {
+    ) -> ProposalValidity {
         let own = &mut self.classes[class as usize];
         if let Some(group) = self.groups.get_mut(own.extra as usize)
             && group.square >= square
@@ -164,10 +164,10 @@ impl Layout {
             self.order[(group.first + group.length) as usize] = index;
             group.length += 1;
             particle.mark = own.extra;
-            return Standing::Kept;
+            return ProposalValidity::Kept;
         }
         if self.groups.len() > 2 * self.regular + 64 {
-            return Standing::Outdated;
+            return ProposalValidity::Outdated;
         }
         own.extra = self.groups.len() as u32;
         let capacity = 1 + own.places() / 256;
@@ -183,7 +183,7 @@ impl Layout {
         self.order.resize((first + capacity) as usize, 0);
         self.order[first as usize] = index;
         particle.mark = own.extra;
-        Standing::Changed
+        ProposalValidity::Changed
     }
 
     /// Adds a particle of a new size to its class.
@@ -192,12 +192,12 @@ impl Layout {
         particle: &mut Particle<P>,
         index: u32,
         radius: f64,
-    ) -> Standing {
+    ) -> ProposalValidity {
         self.sizes_change = true;
         let key = size_key(radius);
         let place = key.wrapping_sub(self.first_key) as usize;
         let Some(joins) = self.joins.get_mut(place) else {
-            return Standing::Outdated;
+            return ProposalValidity::Outdated;
         };
         *joins += 1;
         let number = self.classes.partition_point(|class| class.key < key);
@@ -206,11 +206,11 @@ impl Layout {
             .get_mut(number)
             .filter(|class| class.key == key)
         else {
-            return Standing::Outdated;
+            return ProposalValidity::Outdated;
         };
         if class.joined >= class.join_capacity || radius > class.radius {
             self.refused = true;
-            return Standing::Outdated;
+            return ProposalValidity::Outdated;
         }
         self.joined[(class.join_first + class.joined) as usize] = index;
         class.joined += 1;

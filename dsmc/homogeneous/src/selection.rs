@@ -21,7 +21,7 @@ pub struct Candidate {
 
 /// Consequence of a change of a particle for the proposals that were drawn before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum ProposalValidity {
     /// The law of proposals is unchanged.
     Kept,
     /// The law has changed; proposals that were drawn ahead are void.
@@ -68,11 +68,11 @@ pub trait Selection<P: Grains>: Clone + Serialize + DeserializeOwned {
     fn resolve(&self, gas: &Gas<P>, draw: &Self::Draw) -> Option<Candidate>;
 
     /// Updates the selection for a new velocity of a particle.
-    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> Standing;
+    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity;
 
     /// Updates the selection for a particle that was added at the end of the list. Sizes never
     /// change: particles that merge or break are gone, and their successors are added.
-    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> Standing;
+    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity;
 
     /// Collisions per particle after which the bounds are rebuilt.
     fn lifetime(&self) -> f64;

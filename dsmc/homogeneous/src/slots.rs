@@ -26,11 +26,11 @@ use super::alias::{Alias, split};
 use super::gas::{GONE, Gas, Grains};
 use super::kernel::powers;
 use super::places::{self, Group, Layout};
-use super::selection::{Candidate, Selection, Standing};
+use super::selection::{Candidate, ProposalValidity, Selection};
 
 /// Proposal: a place for the first partner, and one for the second.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Places {
+pub struct SlotPair {
     group: u32,
     place: u32,
     class: u32,
@@ -84,7 +84,7 @@ impl AliasTableSelection {
 }
 
 impl<P: Grains> Selection<P> for AliasTableSelection {
-    type Draw = Places;
+    type Draw = SlotPair;
     const NAME: &'static str = "alias-tables";
 
     fn new() -> Self {
@@ -106,7 +106,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn draw(&self, stream: &mut impl Rng) -> Places {
+    fn draw(&self, stream: &mut impl Rng) -> SlotPair {
         let number = self.first.draw(stream);
         let group = &self.layout.groups[number as usize];
         let (offset, _) = split(stream.next_u64(), group.capacity);
@@ -116,7 +116,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
         let class = self.second[power].draw(stream);
         let places = self.layout.classes[class as usize].places();
         let (other, _) = split(stream.next_u64(), places);
-        Places {
+        SlotPair {
             group: number,
             place: group.first + offset,
             class,
@@ -125,12 +125,12 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn prefetch_index(&self, draw: &Places) {
+    fn prefetch_index(&self, draw: &SlotPair) {
         memory::prefetch(&self.layout.order, draw.place as usize);
     }
 
     #[inline]
-    fn prefetch_particles(&self, gas: &Gas<P>, draw: &Places) {
+    fn prefetch_particles(&self, gas: &Gas<P>, draw: &SlotPair) {
         let index = self.layout.order[draw.place as usize];
         memory::prefetch(&gas.particles, index as usize);
         let class = &self.layout.classes[draw.class as usize];
@@ -140,7 +140,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn resolve(&self, gas: &Gas<P>, draw: &Places) -> Option<Candidate> {
+    fn resolve(&self, gas: &Gas<P>, draw: &SlotPair) -> Option<Candidate> {
         let group = &self.layout.groups[draw.group as usize];
         if draw.place - group.first >= group.length {
             return None;
@@ -176,26 +176,26 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
+    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
         let particle = &mut gas.particles[index as usize];
         let square = particle.velocity.square();
         let group = &self.layout.groups[particle.mark as usize];
         if square <= group.square {
-            return Standing::Kept;
+            return ProposalValidity::Kept;
         }
         let class = group.class;
         let standing = self.layout.place(particle, index, class, square);
-        if standing == Standing::Changed {
+        if standing == ProposalValidity::Changed {
             self.weigh_groups();
         }
         standing
     }
 
-    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> Standing {
+    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
         let radius = gas.radius(&gas.particles[index as usize]);
         let particle = &mut gas.particles[index as usize];
         let standing = self.layout.join(particle, index, radius);
-        if standing == Standing::Changed {
+        if standing == ProposalValidity::Changed {
             self.weigh_groups();
         }
         standing
@@ -212,5 +212,5 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
     }
 }
 
-const _: () = assert!(size_of::<Places>() == 16);
+const _: () = assert!(size_of::<SlotPair>() == 16);
 const _: () = assert!(size_of::<Group>() <= 32);

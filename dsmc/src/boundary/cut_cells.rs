@@ -22,7 +22,7 @@ use nalgebra::Vector2;
 use stosszahl_model::Space;
 
 use super::convex::{ConvexPolygon, CutLine};
-use super::obstacles::{ClosedRegion, Standing};
+use super::obstacles::{ClosedRegion, ObstacleMap};
 use crate::grid::Grid;
 use crate::parameters::EngineError;
 
@@ -104,7 +104,7 @@ impl CutCells {
     ///
     /// # Errors [`EngineError::CutCell`] if a cell would be divided into too many parts.
     pub(super) fn new<S: Space>(
-        obstacles: &Standing,
+        obstacles: &ObstacleMap,
         grid: &Grid<S>,
         clearance: f64,
         limits: CentreLimits,
@@ -166,7 +166,7 @@ impl CutCells {
     /// Measures again the cells that moving walls now cut differently.
     pub(super) fn move_walls(
         &mut self,
-        obstacles: &Standing,
+        obstacles: &ObstacleMap,
         clearance: f64,
         width: Point,
         [old, new]: [CentreLimits; 2],
@@ -219,7 +219,7 @@ impl CutCell {
     fn new(
         at: [u32; 2],
         corners: [Point; 2],
-        obstacles: &Standing,
+        obstacles: &ObstacleMap,
         near: Vec<usize>,
         edges: &[[Point; 2]],
     ) -> Option<Self> {
@@ -253,7 +253,7 @@ impl CutCell {
     /// Measures the free area of each sub-cell within the limits set by walls.
     fn measure(
         &mut self,
-        obstacles: &Standing,
+        obstacles: &ObstacleMap,
         clearance: f64,
         limits: CentreLimits,
         width: Point,
@@ -478,7 +478,7 @@ mod tests {
 
     const SIDES: [f64; 2] = [12.0, 9.0];
 
-    fn standing(outlines: Vec<Outline>) -> (Standing, Grid<Plane>) {
+    fn standing(outlines: Vec<Outline>) -> (ObstacleMap, Grid<Plane>) {
         let law = Rebound::Restitutive {
             restitution: 1.0,
             slip: 1.0,
@@ -486,12 +486,12 @@ mod tests {
         let obstacle = |outline| Obstacle::new(outline, law).expect("an obstacle");
         let all: Vec<Obstacle> = outlines.into_iter().map(obstacle).collect();
         let domain = Domain::periodic(SIDES.into()).expect("a box");
-        let standing = Standing::new(&all, &domain, 0.5).expect("inside");
+        let standing = ObstacleMap::new(&all, &domain, 0.5).expect("inside");
         let grid = Grid::new(domain, [6, 6, 1], 1000, 100, 0.0);
         (standing.expect("some"), grid)
     }
 
-    fn cuts(obstacles: &Standing, grid: &Grid<Plane>, clearance: f64) -> CutCells {
+    fn cuts(obstacles: &ObstacleMap, grid: &Grid<Plane>, clearance: f64) -> CutCells {
         let limits = [Point::zeros(), SIDES.into()];
         CutCells::new(obstacles, grid, clearance, limits, [Point::zeros(); 2]).expect("few parts")
     }

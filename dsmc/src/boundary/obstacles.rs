@@ -18,7 +18,7 @@ const LEAST_CORNERS: f64 = 4.0;
 const SLACK: f64 = 1e-9;
 
 /// Obstacles in the box, with the periodic images that reach into it.
-pub(crate) struct Standing {
+pub(crate) struct ObstacleMap {
     all: Obstacles,
     /// Index of the obstacle of which each entry of `all` is an image.
     originals: Vec<usize>,
@@ -29,7 +29,7 @@ pub(crate) struct Standing {
     slack: f64,
 }
 
-impl Standing {
+impl ObstacleMap {
     /// Places obstacles in a box, for centres that stay at most `largest` away; `None` without
     /// obstacles.
     pub(crate) fn new<S: Space>(
@@ -173,14 +173,14 @@ impl Standing {
 
 /// Region closed to particle centres: some obstacles, widened by a clearance.
 pub(super) struct ClosedRegion<'a> {
-    all: &'a Standing,
+    all: &'a ObstacleMap,
     near: &'a [usize],
     clearance: f64,
 }
 
 impl<'a> ClosedRegion<'a> {
     /// Creates the closed region of the obstacles with the numbers `near`.
-    pub(super) fn new(all: &'a Standing, near: &'a [usize], clearance: f64) -> Self {
+    pub(super) fn new(all: &'a ObstacleMap, near: &'a [usize], clearance: f64) -> Self {
         Self {
             all,
             near,

@@ -5,7 +5,7 @@ use stosszahl_model::{ParticleModel, Sizes, Space, Surface, VectorOf};
 
 use super::ledgers::{Ledgers, energy};
 use super::surroundings::BoundaryGeometry;
-use super::travel::{Draws, Trip};
+use super::travel::{BoundaryFlight, Draws};
 use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::random_counts::draw_whole;
@@ -91,7 +91,7 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
         after: f64,
         ledgers: &mut Ledgers<P::Space>,
     ) -> bool {
-        let trip = Trip {
+        let trip = BoundaryFlight {
             scene: self.scene,
             surroundings: self.surroundings,
             begin: self.begin + after,

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use stosszahl_model::Space;
 
 use super::cut_cells::CutCells;
-use super::obstacles::Standing;
+use super::obstacles::ObstacleMap;
 use crate::density::{CellLayers, CutWindow, CutWindows, WindowCentre, WindowMember};
 use crate::grid::Grid;
 
@@ -14,7 +14,7 @@ type Point = Vector2<f64>;
 /// the faces along `bounded` axes. `None` if windows are single cells.
 pub(super) fn cut_windows<S: Space>(
     cuts: &CutCells,
-    obstacles: &Standing,
+    obstacles: &ObstacleMap,
     grid: &Grid<S>,
     reach: [usize; 3],
     bounded: [bool; 3],
@@ -58,7 +58,7 @@ struct SightLines<'a, S: Space> {
     reach: [i64; 2],
     bounded: [bool; 2],
     cuts: &'a CutCells,
-    obstacles: &'a Standing,
+    obstacles: &'a ObstacleMap,
 }
 
 impl<S: Space> SightLines<'_, S> {

@@ -8,7 +8,7 @@ use nalgebra::vector;
 use super::boundaries::Boundaries;
 use super::cut_cells::{CentreLimits, CutCell, CutCells, LEAST_ROOM};
 use super::inflow::{Inflow, Source};
-use super::obstacles::Standing;
+use super::obstacles::ObstacleMap;
 use super::sight;
 use super::weights::Weights;
 use crate::density::Density;
@@ -28,7 +28,7 @@ pub(crate) struct BoundaryGeometry<P: ParticleModel> {
     /// Largest inward reach of walls, vibration and clearance, by axis and side \[length\].
     depths: [[f64; 2]; 3],
     sources: Vec<Source<P>>,
-    obstacles: Option<Standing>,
+    obstacles: Option<ObstacleMap>,
     /// Weight factor of each cell, by its number; empty where all are one.
     factors: Vec<f64>,
     weights: Weights,
@@ -96,7 +96,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
             .enumerate()
             .map(|(number, inflow)| Source::new(scene, number, inflow, &walls))
             .collect::<Result<_, _>>()?;
-        let obstacles = Standing::new(&boundaries.obstacles, grid.domain(), room(largest))?;
+        let obstacles = ObstacleMap::new(&boundaries.obstacles, grid.domain(), room(largest))?;
         let mut surroundings = Self {
             faces,
             clearance: boundaries.clearance,
@@ -264,13 +264,13 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
 
     /// Obstacles in the box; `None` without any.
     #[inline]
-    pub(crate) fn obstacles(&self) -> Option<&Standing> {
+    pub(crate) fn obstacles(&self) -> Option<&ObstacleMap> {
         self.obstacles.as_ref()
     }
 
     /// Number of inflows and number of obstacles.
     pub(crate) fn numbers(&self) -> [usize; 2] {
-        let obstacles = self.obstacles.as_ref().map_or(0, Standing::count);
+        let obstacles = self.obstacles.as_ref().map_or(0, ObstacleMap::count);
         [self.sources.len(), obstacles]
     }
 

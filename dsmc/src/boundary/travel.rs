@@ -7,7 +7,7 @@ use stosszahl_model::walls::{Rebound, Touch};
 use stosszahl_model::{Face, Field, ParticleModel, Sizes, Space, Surface, Vector, VectorOf, Wall};
 
 use super::ledgers::{Ledgers, energy};
-use super::obstacles::Standing;
+use super::obstacles::ObstacleMap;
 use super::surroundings::BoundaryGeometry;
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
@@ -20,7 +20,7 @@ const MOST_TOUCHES: u32 = 1000;
 const UPWARDS: f64 = 1e-12;
 
 /// Flight of one simulator: its gas, its boundaries, and when it takes place.
-pub(crate) struct Trip<'a, P: ParticleModel> {
+pub(crate) struct BoundaryFlight<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) surroundings: &'a BoundaryGeometry<P>,
     /// Start of the flight \[time\].
@@ -56,7 +56,7 @@ impl Draws {
 }
 
 /// Next event of a flight.
-enum Next {
+enum FlightEvent {
     /// Contact with the face of an axis and a side.
     Contact(usize, usize),
     /// Release from the wall on which the simulator rests along an axis, as the wall turns.
@@ -77,7 +77,7 @@ struct Rest {
 
 /// State of a simulator during its flight.
 struct Motion<'a, 'b, P: ParticleModel> {
-    trip: &'a Trip<'b, P>,
+    trip: &'a BoundaryFlight<'b, P>,
     mass: f64,
     radius: f64,
     /// Distance from the faces at which the centre stops \[length\].
@@ -92,7 +92,7 @@ struct Motion<'a, 'b, P: ParticleModel> {
     support: Option<(usize, VectorOf<P>)>,
 }
 
-impl<P: ParticleModel> Trip<'_, P> {
+impl<P: ParticleModel> BoundaryFlight<'_, P> {
     /// Moves a simulator to the end of the flight. Returns `false` if it left through an open face.
     pub(crate) fn travel<F: DisplacementTracking<P::Space>>(
         &self,
@@ -118,15 +118,15 @@ impl<P: ParticleModel> Trip<'_, P> {
         while let Some((wait, next)) = motion.next::<F>(simulator) {
             motion.drift::<F>(simulator, wait, ledgers);
             match next {
-                Next::Release(axis) => motion.release(axis),
-                Next::Wrap(axis, side) => {
+                FlightEvent::Release(axis) => motion.release(axis),
+                FlightEvent::Wrap(axis, side) => {
                     let length = self.surroundings.lengths()[axis];
                     simulator.position[axis] = [length.next_down(), 0.0][side];
                 }
-                Next::Obstacle(number, law, normal) => {
+                FlightEvent::Obstacle(number, law, normal) => {
                     motion.strike::<F>(simulator, number, law, normal, draws, ledgers);
                 }
-                Next::Contact(axis, side) => {
+                FlightEvent::Contact(axis, side) => {
                     let Some(wall) = self.surroundings.walls().wall(axis, side) else {
                         motion.leave::<F>(simulator, axis, side, ledgers);
                         return false;
@@ -170,14 +170,14 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
     fn next<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
-    ) -> Option<(f64, Next)> {
+    ) -> Option<(f64, FlightEvent)> {
         let mut wait = self.left;
         let mut next = None;
         for &(axis, side) in self.trip.surroundings.faces() {
             if let Some(rest) = self.rests[axis] {
                 if rest.until - self.now < wait {
                     wait = (rest.until - self.now).max(0.0);
-                    next = Some(Next::Release(axis));
+                    next = Some(FlightEvent::Release(axis));
                 }
                 continue;
             }
@@ -204,7 +204,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
                 && time < wait
             {
                 wait = time;
-                next = Some(Next::Contact(axis, side));
+                next = Some(FlightEvent::Contact(axis, side));
             }
         }
         if let Some(obstacles) = self.trip.surroundings.obstacles() {
@@ -217,9 +217,9 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
     fn look_for_obstacles<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
-        obstacles: &Standing,
+        obstacles: &ObstacleMap,
         wait: &mut f64,
-        next: &mut Option<Next>,
+        next: &mut Option<FlightEvent>,
     ) {
         for axis in 0..2 {
             for side in 0..2 {
@@ -231,7 +231,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
                     && time < *wait
                 {
                     *wait = time;
-                    *next = Some(Next::Wrap(axis, side));
+                    *next = Some(FlightEvent::Wrap(axis, side));
                 }
             }
         }
@@ -242,7 +242,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         {
             *wait = hit.time;
             let normal = [hit.normal[0], hit.normal[1]];
-            *next = Some(Next::Obstacle(number, *obstacle.rebound(), normal));
+            *next = Some(FlightEvent::Obstacle(number, *obstacle.rebound(), normal));
         }
     }
 

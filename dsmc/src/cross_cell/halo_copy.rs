@@ -10,7 +10,7 @@ mod bounds;
 use stosszahl_model::{ParticleModel, Sizes, Space, VectorOf};
 
 use super::extents::VelocityBox;
-use super::lanes::{BEYOND, LANES, Run};
+use super::lanes::{BEYOND, CellRow, LANES};
 use super::search_ranges::Ranges;
 use super::search_target::{Aim, Block};
 use super::tile_neighbourhood::{At, TileNeighbourhood};
@@ -378,7 +378,7 @@ impl<P: ParticleModel> HaloCopy<P> {
     /// Particles of three adjacent cells in two dimensions, in the line before `cell` (0), its own
     /// (1) or the next (2). Returns their first index and their positions.
     #[inline(always)]
-    pub(super) fn run(&self, cell: usize, line: usize) -> (usize, Run<'_>) {
+    pub(super) fn run(&self, cell: usize, line: usize) -> (usize, CellRow<'_>) {
         let columns = self.sides[0];
         let members = self.members(cell + columns * line - columns - 1, 3);
         let positions = [0, 1].map(|axis| {
@@ -386,7 +386,7 @@ impl<P: ParticleModel> HaloCopy<P> {
             all.first_chunk().unwrap_or(&[NOWHERE; LANES])
         });
         let count = members.len();
-        (members.start, Run { positions, count })
+        (members.start, CellRow { positions, count })
     }
 
     /// Squared distances of [`LANES`] consecutive particles from their target points \[length^2\];

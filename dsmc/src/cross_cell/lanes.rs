@@ -24,12 +24,12 @@ pub(super) const BEYOND: [f64; 2 * LANES] = {
 
 /// Particles of a line of cells in two dimensions: coordinates, and their number.
 #[derive(Clone, Copy)]
-pub(super) struct Run<'a> {
+pub(super) struct CellRow<'a> {
     pub(super) positions: [&'a [f64; LANES]; 2],
     pub(super) count: usize,
 }
 
-impl Run<'_> {
+impl CellRow<'_> {
     /// Lower bounds of the squared distances: infinite for lanes beyond the count.
     #[inline(always)]
     fn least(&self) -> &[f64] {
@@ -40,7 +40,7 @@ impl Run<'_> {
 
 /// Result of a search around a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct SearchResult {
     /// Bit mask of the particles within the radius, lane by lane and line by line.
     pub(super) near: u32,
     /// Number of the nearest particle, in the order of the bit mask.
@@ -49,7 +49,7 @@ pub(super) struct Seen {
     pub(super) square: f64,
 }
 
-impl Seen {
+impl SearchResult {
     /// Creates a result from the mask and the least square, whose last bits hold the particle's
     /// number.
     #[inline(always)]
@@ -66,7 +66,13 @@ impl Seen {
 pub(super) trait SimdBackend: Copy {
     /// Finds the particles of three lines within `sqrt(limit)` of a point, and the nearest, except
     /// number `but`.
-    fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> Seen;
+    fn look(
+        self,
+        runs: &[CellRow<'_>; LINES],
+        point: [f64; 2],
+        limit: f64,
+        but: usize,
+    ) -> SearchResult;
 
     /// Index of the set bit that follows `skip` other set bits.
     fn bit_after(self, bits: u32, skip: u32) -> u32;
@@ -78,7 +84,13 @@ pub(super) struct Plain;
 
 impl SimdBackend for Plain {
     #[inline(always)]
-    fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> Seen {
+    fn look(
+        self,
+        runs: &[CellRow<'_>; LINES],
+        point: [f64; 2],
+        limit: f64,
+        but: usize,
+    ) -> SearchResult {
         // Squares are not negative, so their bits sort as integers.
         let (mut near, mut best) = (0, [f64::MAX; LANES]);
         for (line, run) in runs.iter().enumerate() {
@@ -94,7 +106,7 @@ impl SimdBackend for Plain {
                 best[lane] = smaller(best[lane], square);
             }
         }
-        Seen::new(near, best.into_iter().fold(f64::MAX, smaller))
+        SearchResult::new(near, best.into_iter().fold(f64::MAX, smaller))
     }
 
     #[inline(always)]
@@ -127,7 +139,13 @@ impl Avx2 {
 )]
 impl SimdBackend for Avx2 {
     #[inline(always)]
-    fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> Seen {
+    fn look(
+        self,
+        runs: &[CellRow<'_>; LINES],
+        point: [f64; 2],
+        limit: f64,
+        but: usize,
+    ) -> SearchResult {
         let (mut near, mut best) = (0, [f64::MAX; LANES / 2]);
         for (line, run) in runs.iter().enumerate() {
             for part in 0..2 {
@@ -140,7 +158,7 @@ impl SimdBackend for Avx2 {
             }
         }
         // SAFETY: as above.
-        Seen::new(near, unsafe { avx2::least(best) })
+        SearchResult::new(near, unsafe { avx2::least(best) })
     }
 
     #[inline(always)]
@@ -170,7 +188,7 @@ mod avx2 {
         _mm256_setr_epi64x, _mm256_setr_pd, _mm256_sub_pd,
     };
 
-    use super::{LANES, NUMBERS, Run};
+    use super::{CellRow, LANES, NUMBERS};
 
     const HALF: usize = LANES / 2;
 
@@ -187,7 +205,7 @@ mod avx2 {
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     #[inline]
     pub(super) fn look(
-        run: &Run<'_>,
+        run: &CellRow<'_>,
         [part, first, but]: [usize; 3],
         point: [f64; 2],
         limit: f64,
@@ -238,7 +256,7 @@ mod tests {
 
     /// Searches particle by particle: mask of those within the radius, and the nearest.
     fn one_by_one(
-        runs: &[Run<'_>; LINES],
+        runs: &[CellRow<'_>; LINES],
         point: [f64; 2],
         limit: f64,
         but: usize,
@@ -269,7 +287,7 @@ mod tests {
             let places: [[[f64; LANES]; 2]; LINES] =
                 std::array::from_fn(|_| std::array::from_fn(|_| stream.random()));
             let counts: [usize; LINES] = std::array::from_fn(|_| stream.random_range(0..10));
-            let runs: [Run; LINES] = std::array::from_fn(|line| Run {
+            let runs: [CellRow; LINES] = std::array::from_fn(|line| CellRow {
                 positions: [&places[line][0], &places[line][1]],
                 count: counts[line],
             });

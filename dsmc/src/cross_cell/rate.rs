@@ -39,7 +39,7 @@ const PACKINGS: usize = 2048;
 
 /// Tabulated rate for a whole number of units in a neighbourhood without boundaries.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Known {
+pub(super) struct TabulatedRate {
     /// n chi \[1/length^D\].
     pub(super) rate: f64,
     /// Packing fraction of the neighbourhood.
@@ -65,7 +65,7 @@ pub(crate) struct Rates<S: Space> {
     /// Moments of unequal sizes; `None` for equal ones.
     spread: Option<Spread>,
     missing: CorrelationHole,
-    table: Vec<Known>,
+    table: Vec<TabulatedRate>,
     /// Values of [`Self::covered_chi_there`] at equally spaced packing fractions; empty where
     /// `table` suffices.
     by_packing: Vec<[f64; 2]>,
@@ -138,7 +138,7 @@ impl<S: Space> Rates<S> {
         if spread.is_none() {
             let most = ((2.0 / unit) as u32).min(LARGEST_TABLE);
             rates.table = (0..most)
-                .map(|units| Known {
+                .map(|units| TabulatedRate {
                     rate: rates.compute(
                         f64::from(units),
                         FreeVolumeFactors::NONE,
@@ -208,7 +208,7 @@ impl<S: Space> Rates<S> {
 
     /// Table entry for a number of units; `None` unless sizes are equal and no boundary is near.
     #[inline(always)]
-    pub(super) fn known(&self, units: f64, crowding: FreeVolumeFactors) -> Option<&Known> {
+    pub(super) fn known(&self, units: f64, crowding: FreeVolumeFactors) -> Option<&TabulatedRate> {
         let known = self.table.get(units as u32 as usize)?;
         (f64::from(units as u32) == units && crowding == FreeVolumeFactors::NONE).then_some(known)
     }
@@ -239,7 +239,7 @@ impl<S: Space> Rates<S> {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        size_of::<Known>() * self.table.capacity()
+        size_of::<TabulatedRate>() * self.table.capacity()
             + size_of::<[f64; 2]>() * self.by_packing.capacity()
     }
 }

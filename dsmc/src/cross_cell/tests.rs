@@ -12,7 +12,7 @@ use stosszahl_model::{
 
 use super::coloured_sweep::sweep_around;
 use super::halo_copy::HaloCopy;
-use super::lanes::{self, LINES, Plain, Run, SimdBackend};
+use super::lanes::{self, CellRow, LINES, Plain, SimdBackend};
 use super::partners::Search;
 use super::search_ranges::ranges;
 use super::search_target::Aim;
@@ -74,7 +74,13 @@ fn squares_of_draws(among: usize, mut draw: impl FnMut() -> usize) -> f64 {
 struct AllLanes;
 
 impl SimdBackend for AllLanes {
-    fn look(self, runs: &[Run<'_>; LINES], point: [f64; 2], limit: f64, but: usize) -> lanes::Seen {
+    fn look(
+        self,
+        runs: &[CellRow<'_>; LINES],
+        point: [f64; 2],
+        limit: f64,
+        but: usize,
+    ) -> lanes::SearchResult {
         let seen = Plain.look(runs, point, limit, but);
         #[cfg(target_arch = "x86_64")]
         if let Some(wide) = lanes::Avx2::detect() {

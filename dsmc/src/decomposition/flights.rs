@@ -11,7 +11,7 @@ use crate::features::PROCESSES;
 use crate::grid::{OFFSETS, offset};
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tally::{Counts, StepBounds};
-use crate::tile::{Left, Migrant};
+use crate::tile::{DepartedSimulator, Migrant};
 
 /// Message from one process to a neighbour after a free-flight phase.
 #[derive(Serialize, Deserialize)]
@@ -144,7 +144,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
             let leavers: Vec<(u8, Migrant<P, F>)> = of_tile
                 .iter()
                 .map(|one| {
-                    let left = Left {
+                    let left = DepartedSimulator {
                         source: one.source,
                         simulator: one.simulator,
                     };
@@ -189,8 +189,9 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
         share.stock = all.stock;
         let far = all.far.into_iter();
         let mine = far.filter(|(to, ..)| share.is_mine(*to as usize));
-        self.far
-            .extend(mine.map(|(to, source, simulator)| (to, Left { source, simulator })));
+        self.far.extend(
+            mine.map(|(to, source, simulator)| (to, DepartedSimulator { source, simulator })),
+        );
         if self.surroundings.is_some() {
             self.simulators = all.simulators;
         }

@@ -17,7 +17,7 @@ use stosszahl_model::{
     Particles, Simulation, Sum, Vector as _, Work,
 };
 
-use super::begin::{Gas, Keep, Left, Shards, Source, begin};
+use super::begin::{CheckpointSource, Gas, Keep, Shards, Source, begin};
 use super::cells::{Cells, Kept};
 use super::others::{Command, Others};
 use crate::decomposition::{
@@ -49,7 +49,7 @@ pub fn simulate_among(
 /// As [`super::resume`]; if another process cannot hold its part; and [`EngineError::OneProcess`].
 pub fn resume_among(
     gas: &Gas<'_>,
-    left: Left<'_>,
+    left: CheckpointSource<'_>,
     ranks: &Arc<dyn Ranks>,
 ) -> Result<Box<dyn Simulation>, EngineError> {
     lead(gas, Source::Checkpoint(left), ranks)
@@ -121,7 +121,7 @@ pub fn serve(
         // The root process could not start the gas and reports why.
         return Ok(());
     };
-    let source = Source::Checkpoint(Left {
+    let source = Source::Checkpoint(CheckpointSource {
         count,
         lengths,
         checkpoint: &header.kept,

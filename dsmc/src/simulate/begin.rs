@@ -43,7 +43,7 @@ pub fn simulate(gas: &Gas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulatio
 
 /// Checkpoint to resume from; all else must equal the start.
 #[derive(Clone, Copy, Debug)]
-pub struct Left<'a> {
+pub struct CheckpointSource<'a> {
     /// Number of particles at the start.
     pub count: usize,
     /// Sides of the box \[length\]; the third is 0 for disks.
@@ -59,7 +59,10 @@ pub struct Left<'a> {
 /// # Errors
 /// As [`simulate`]; [`EngineError::Checkpoint`] if the bytes are not of this engine, and
 /// [`EngineError::Shard`] if a shard cannot be used.
-pub fn resume(gas: &Gas<'_>, left: Left<'_>) -> Result<Box<dyn Simulation>, EngineError> {
+pub fn resume(
+    gas: &Gas<'_>,
+    left: CheckpointSource<'_>,
+) -> Result<Box<dyn Simulation>, EngineError> {
     begin(gas, Source::Checkpoint(left), &Alone)
 }
 
@@ -96,7 +99,7 @@ impl Keep for Alone {
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
     Start(&'a [Particles]),
-    Checkpoint(Left<'a>),
+    Checkpoint(CheckpointSource<'a>),
 }
 
 pub(super) fn begin<K: Keep>(

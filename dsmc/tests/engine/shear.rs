@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use stosszahl_dsmc::{
-    Boundaries, Displacement, Gas, Left, Neighbourhood, Parameters, Scheme, resume, simulate,
+    Boundaries, CheckpointSource, Displacement, Gas, Neighbourhood, Parameters, Scheme, resume,
+    simulate,
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
@@ -293,7 +294,7 @@ fn resumed_flows_have_the_same_bytes() {
                     while !engine.advance(until, Budget::Leg, &mut ()).expect("time") {}
                 }
                 let bytes = stopped.checkpoint().expect("bytes");
-                let left = Left {
+                let left = CheckpointSource {
                     count: flow.count,
                     lengths: start[0].lengths,
                     checkpoint: &bytes,

@@ -8,7 +8,7 @@ use stosszahl_results::Table;
 
 use crate::control::Control;
 use crate::flow_tests::{column, measured, plan};
-use crate::follow::Part;
+use crate::follow::EngineRun;
 use crate::measure::{Measure, NoOptions, Probe, Recorder, described};
 use crate::plan::{EnginePlan, Plan};
 use crate::start::placed;
@@ -125,7 +125,7 @@ fn the_error_goes_with_the_square_of_the_interval() {
         let one = |replica| {
             let streams = Streams::new(plan.case.seed, replica);
             let start = placed(&plan, 0, streams, &never).expect("a start").0;
-            let part = Part {
+            let part = EngineRun {
                 plan: &plan,
                 engine: &plan.engines[0],
                 measures: &[&EvenTimes],

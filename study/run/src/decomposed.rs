@@ -13,7 +13,7 @@ use stosszahl_model::random::Streams;
 
 use crate::check::Planned;
 use crate::engines::hold;
-use crate::follow::Part;
+use crate::follow::EngineRun;
 use crate::rank_group::{Call, RankGroup, send_call};
 use crate::run::error::RunError;
 use crate::run::options::Options;
@@ -117,7 +117,7 @@ pub fn serve_subdomains(
                 let name = call.engine;
                 return Err(RunError::Processes(format!("no engine is called {name}")));
             };
-            let part = Part {
+            let part = EngineRun {
                 plan,
                 engine,
                 measures: &planned.measures,

@@ -10,7 +10,7 @@ use stosszahl_dsmc::homogeneous::{
     Contact, Homogeneous, Limit, Order, Part, Pick, Rule, Threshold,
 };
 use stosszahl_dsmc::{
-    Boundaries, ExpectedGas, Gas, Left, Parameters, Ranks, Scheme, ShardLocation,
+    Boundaries, CheckpointSource, ExpectedGas, Gas, Parameters, Ranks, Scheme, ShardLocation,
 };
 use stosszahl_ed::Dissipation;
 use stosszahl_model::random::Streams;
@@ -270,7 +270,7 @@ fn made(
                     }
                 }
                 From::Checkpoint(checkpoint, beside) => {
-                    let left = Left {
+                    let left = CheckpointSource {
                         count: plan.count(),
                         lengths: plan.lengths,
                         checkpoint,

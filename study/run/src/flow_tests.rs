@@ -12,7 +12,7 @@ use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
 
 use crate::check;
 use crate::control::Control;
-use crate::follow::Part;
+use crate::follow::EngineRun;
 use crate::measure::{CompletedRun, Measure, ReplicaRecords};
 use crate::plan::{Plan, PlanError};
 use crate::start::placed;
@@ -43,7 +43,7 @@ pub(crate) fn measured(plan: &Plan, name: &str) -> (Vec<Table>, Vec<Verdict>) {
     let one = |engine, replica| {
         let streams = Streams::new(plan.case.seed, replica);
         let (start, ..) = placed(plan, 0, streams, &never).expect("a start");
-        let part = Part {
+        let part = EngineRun {
             plan,
             engine,
             measures: &measures,

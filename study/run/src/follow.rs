@@ -19,7 +19,7 @@ use crate::collision_rate::RateWindow;
 use crate::control::{Content, Control, Rollback, Set};
 use crate::engines::{self, From as Source};
 use crate::kicks::StochasticDrive;
-use crate::measure::{CompletedRun, Measure, Moment, Needs, Probe, Stop};
+use crate::measure::{CompletedRun, Measure, Needs, Probe, SampleContext, Stop};
 use crate::measures::extended_xyz;
 use crate::plan::{EngineKind, EnginePlan, Plan};
 use crate::rank_group::RankGroup;
@@ -86,7 +86,7 @@ impl Content for Saved {
 }
 
 /// One engine of one replica, with its plan and measures.
-pub struct Part<'a> {
+pub struct EngineRun<'a> {
     /// Plan of the case.
     pub plan: &'a Plan,
     /// Engine to run.
@@ -100,8 +100,8 @@ pub struct Part<'a> {
 }
 
 /// State of one engine run in progress: simulation, probes, next scheduled sample.
-pub(crate) struct Course<'a> {
-    part: &'a Part<'a>,
+pub(crate) struct RunState<'a> {
+    part: &'a EngineRun<'a>,
     interrupt: &'a Interrupt,
     pub(crate) gas: Box<dyn Simulation>,
     pub(crate) probes: Vec<Box<dyn Probe>>,
@@ -116,7 +116,7 @@ pub(crate) struct Course<'a> {
     began: Instant,
 }
 
-impl Part<'_> {
+impl EngineRun<'_> {
     /// Random streams of the replica.
     pub fn streams(&self) -> Streams {
         Streams::new(self.plan.case.seed, self.replica)
@@ -176,7 +176,7 @@ impl Part<'_> {
             let engine = saved.engine.as_deref().unwrap_or_default();
             let beside = control.beside().filter(|_| saved.set.is_some());
             let source = Source::Checkpoint(engine, beside.as_ref());
-            Course {
+            RunState {
                 next: saved.next,
                 set: saved.set,
                 kicks: saved.kicks,
@@ -184,10 +184,10 @@ impl Part<'_> {
                 seconds: saved.seconds,
                 bytes: saved.bytes,
                 rate: saved.rate,
-                ..Course::new(self, probes, source, interrupt, group)?
+                ..RunState::new(self, probes, source, interrupt, group)?
             }
         } else {
-            Course::begin(self, interrupt, group)?
+            RunState::begin(self, interrupt, group)?
         };
         let drive = StochasticDrive::new(plan, streams)?;
         let mut rollback = Rollback::default();
@@ -226,10 +226,10 @@ impl Part<'_> {
     }
 }
 
-impl<'a> Course<'a> {
+impl<'a> RunState<'a> {
     /// Begins a part at its start, after the first samples of its probes.
     pub(crate) fn begin(
-        part: &'a Part<'a>,
+        part: &'a EngineRun<'a>,
         interrupt: &'a Interrupt,
         group: Option<&RankGroup>,
     ) -> Result<Self, PartError> {
@@ -237,7 +237,7 @@ impl<'a> Course<'a> {
         let mut course = Self::new(part, part.probes(), source, interrupt, group)?;
         for (probe, measure) in course.probes.iter_mut().zip(part.measures) {
             if measure.looks_at(part.plan, part.replica) {
-                let mut moment = Moment::new(0.0, &mut *course.gas);
+                let mut moment = SampleContext::new(0.0, &mut *course.gas);
                 moment.replica = part.replica;
                 probe.begin(&mut moment);
             }
@@ -246,7 +246,7 @@ impl<'a> Course<'a> {
     }
 
     fn new(
-        part: &'a Part<'a>,
+        part: &'a EngineRun<'a>,
         probes: Vec<Box<dyn Probe>>,
         source: Source<'_>,
         interrupt: &'a Interrupt,
@@ -366,7 +366,7 @@ impl<'a> Course<'a> {
             return Ok(());
         }
         let moments = self.stop(None);
-        let mut moment = Moment::new(due.time, &mut *self.gas).with_moments(moments);
+        let mut moment = SampleContext::new(due.time, &mut *self.gas).with_moments(moments);
         moment.replica = self.part.replica;
         moment.heated = self.heated;
         moment.interrupt = self.interrupt.clone();
@@ -424,7 +424,7 @@ impl<'a> Course<'a> {
 }
 
 /// Error of a gas that cannot continue, with its state for inspection.
-fn stopped(part: &Part<'_>, gas: &dyn Simulation, failure: Failure) -> PartError {
+fn stopped(part: &EngineRun<'_>, gas: &dyn Simulation, failure: Failure) -> PartError {
     let state = extended_xyz(&gas.particles(), part.plan, part.engine.name);
     PartError::Stopped { failure, state }
 }

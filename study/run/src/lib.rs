@@ -46,7 +46,7 @@ pub use check::{Planned, check, format};
 pub use control::Progress;
 pub use gauge::ProgressEstimate;
 pub use join::run_joined;
-pub use measure::{Measure, Moment, Probe, ReplicaRecords};
+pub use measure::{Measure, Probe, ReplicaRecords, SampleContext};
 pub use parts::{PartSummary, RunPart, merge_parts, read_part, run_part};
 pub use plan::Plan;
 pub use run::{Options, PointSummary, RunError, Summary, run_case};

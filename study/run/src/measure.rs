@@ -190,14 +190,14 @@ pub trait Probe: Send {
     }
 
     /// Begins the measurement: called once with the gas at the start, before the engine moves.
-    fn begin(&mut self, _moment: &mut Moment<'_>) {}
+    fn begin(&mut self, _moment: &mut SampleContext<'_>) {}
 
     /// Handles a stop of the run: called before the samples at each sample time of any measure, and
     /// after each kick.
     fn stop(&mut self, _stop: &Stop) {}
 
     /// Samples the gas: called at each sample time of the measure, and only there.
-    fn sample(&mut self, _moment: &mut Moment<'_>) {}
+    fn sample(&mut self, _moment: &mut SampleContext<'_>) {}
 
     /// Serializes the record so far, for a checkpoint.
     ///
@@ -330,7 +330,7 @@ pub struct Recorder<R, F> {
     from_start: bool,
 }
 
-impl<R, F: FnMut(&mut R, &mut Moment<'_>) + Send> Recorder<R, F> {
+impl<R, F: FnMut(&mut R, &mut SampleContext<'_>) + Send> Recorder<R, F> {
     /// Creates a recorder with an empty record and the function that adds a sample to it.
     pub fn new(record: R, look: F) -> Self {
         Self {
@@ -352,15 +352,15 @@ impl<R, F: FnMut(&mut R, &mut Moment<'_>) + Send> Recorder<R, F> {
 impl<R, F> Probe for Recorder<R, F>
 where
     R: Serialize + DeserializeOwned + Send + 'static,
-    F: FnMut(&mut R, &mut Moment<'_>) + Send,
+    F: FnMut(&mut R, &mut SampleContext<'_>) + Send,
 {
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         if self.from_start {
             self.sample(moment);
         }
     }
 
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         (self.look)(&mut self.record, moment);
     }
 
@@ -368,7 +368,7 @@ where
 }
 
 /// Sample of a run: the gas at one time, with quantities computed once for all probes.
-pub struct Moment<'a> {
+pub struct SampleContext<'a> {
     /// Time of the sample, in the unit of time of the case.
     pub time: f64,
     /// Number of the replica, from 0.
@@ -383,7 +383,7 @@ pub struct Moment<'a> {
     moments: OnceCell<Moments>,
 }
 
-impl<'a> Moment<'a> {
+impl<'a> SampleContext<'a> {
     /// Creates a sample of the first replica.
     pub fn new(time: f64, simulation: &'a mut dyn Simulation) -> Self {
         Self {

@@ -15,9 +15,9 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Particles};
 
 use crate::check::Planned;
-use crate::follow::{Course, Part, PartError};
+use crate::follow::{EngineRun, PartError, RunState};
 use crate::kicks::StochasticDrive;
-use crate::measure::{Moment, share_of_others};
+use crate::measure::{SampleContext, share_of_others};
 use crate::measures::series;
 use crate::plan::{Plan, RuntimeEstimate};
 use crate::run::RunError;
@@ -94,7 +94,7 @@ fn measured(
     let runs = engines.next_multiple_of(runs).min(most).max(engines);
     let found = (0..runs).into_par_iter().map(|number| {
         let engine = &plan.engines[number % engines];
-        let part = Part {
+        let part = EngineRun {
             plan,
             engine,
             measures: &planned.measures,
@@ -159,10 +159,10 @@ fn prepared(plan: &Plan, streams: Streams, each: Duration) -> Result<(f64, Parti
 }
 
 /// Estimated time of an engine for the first replica, and for another \[s\].
-fn pace(part: &Part<'_>, each: Duration) -> Result<[f64; 2], PartError> {
+fn pace(part: &EngineRun<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     let stop = Interrupt::default();
     let began = Instant::now();
-    let mut course = Course::begin(part, &stop, None)?;
+    let mut course = RunState::begin(part, &stop, None)?;
     let beginning = began.elapsed().as_secs_f64();
     let looks = looking(part, &mut course);
     let (flown, done) = flying(part, &mut course, &stop, each)?;
@@ -177,8 +177,8 @@ fn pace(part: &Part<'_>, each: Duration) -> Result<[f64; 2], PartError> {
 /// Runs an engine for some time. Returns the time taken \[s\], and the fraction of its whole run
 /// that it did.
 fn flying(
-    part: &Part<'_>,
-    course: &mut Course<'_>,
+    part: &EngineRun<'_>,
+    course: &mut RunState<'_>,
     stop: &Interrupt,
     each: Duration,
 ) -> Result<(f64, f64), PartError> {
@@ -222,7 +222,7 @@ fn flying(
 }
 
 /// Estimated time spent sampling \[s\]: for replica 0 and for each further replica.
-fn looking(part: &Part<'_>, course: &mut Course<'_>) -> [f64; 2] {
+fn looking(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
     let plan = part.plan;
     let mut sums = [0.0; 2];
     for (number, measure) in part.measures.iter().enumerate() {
@@ -234,7 +234,7 @@ fn looking(part: &Part<'_>, course: &mut Course<'_>) -> [f64; 2] {
         };
         let mut look = || {
             let began = Instant::now();
-            let mut moment = Moment::new(first, &mut *course.gas);
+            let mut moment = SampleContext::new(first, &mut *course.gas);
             course.probes[number].sample(&mut moment);
             began.elapsed()
         };
@@ -300,7 +300,7 @@ mod tests {
                     [engine.ed]\n[run]\nuntil = 1e7\ntime_unit = \"mean-free-time\"";
         let case = toml::from_str(text).expect("a case");
         let plan = Plan::new(&case, Path::new(".")).expect("a plan");
-        let part = Part {
+        let part = EngineRun {
             plan: &plan,
             engine: &plan.engines[0],
             measures: &[&Slow],
@@ -308,7 +308,7 @@ mod tests {
             start: None,
         };
         let stop = Interrupt::default();
-        let mut course = Course::begin(&part, &stop, None).expect("a course");
+        let mut course = RunState::begin(&part, &stop, None).expect("a course");
         let looks = looking(&part, &mut course);
         assert!(looks[0] >= 5.0 * GIVEN.as_secs_f64());
         let (_, done) = flying(&part, &mut course, &stop, GIVEN).expect("a flight");

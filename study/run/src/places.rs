@@ -21,7 +21,7 @@ pub enum ExclusionRule {
 const MOST_TRIALS: usize = 1_000_000;
 
 /// Occupied positions, in a grid of cells.
-pub(crate) struct Places<'a, S: Space> {
+pub(crate) struct RandomPlacement<'a, S: Space> {
     radii: &'a [f64],
     confinement: &'a Confinement<S>,
     region: Option<Region>,
@@ -32,7 +32,7 @@ pub(crate) struct Places<'a, S: Space> {
     trials: u64,
 }
 
-impl<'a, S: Space> Places<'a, S> {
+impl<'a, S: Space> RandomPlacement<'a, S> {
     /// Creates an empty box, or a region of one, for particles of these radii.
     pub(crate) fn new(
         radii: &'a [f64],

@@ -20,7 +20,7 @@ use crate::check::Planned;
 use crate::control::{
     CheckpointFile, CheckpointOrigin, Content, Control, Progress, Set, WriteGuard,
 };
-use crate::follow::{Elsewhere, Part, PartError, Saved, prepare};
+use crate::follow::{Elsewhere, EngineRun, PartError, Saved, prepare};
 use crate::measure::CompletedRun;
 use crate::plan::{EnginePlan, Plan};
 use crate::rank_group::RankGroup;
@@ -286,9 +286,14 @@ impl TaskContext<'_> {
         part.run_in(&control.with_activity(&busy), self.group)
     }
 
-    fn part<'p>(&'p self, replica: u64, index: usize, start: Option<&'p Particles>) -> Part<'p> {
+    fn part<'p>(
+        &'p self,
+        replica: u64,
+        index: usize,
+        start: Option<&'p Particles>,
+    ) -> EngineRun<'p> {
         let plan = &self.planned.plan;
-        Part {
+        EngineRun {
             plan,
             engine: &plan.engines[index],
             measures: &self.planned.measures,

@@ -19,7 +19,7 @@ use stosszahl_model::{
 };
 
 use crate::control::Content;
-use crate::places::{ExclusionRule, Places};
+use crate::places::{ExclusionRule, RandomPlacement};
 use crate::plan::{Confinement, Plan, threads_each};
 
 pub use error::{PlacementFailed, StartError};
@@ -149,7 +149,7 @@ fn by_surface<S: Space, C: Surface<S>>(
             (false, false) => ExclusionRule::Points,
         };
         let radii: Vec<f64> = (0..count).map(radius).collect();
-        let places = Places::new(&radii, &confinement, plan.region(), room);
+        let places = RandomPlacement::new(&radii, &confinement, plan.region(), room);
         let mut stream = streams.at(Purpose::Placement, [0, 0]);
         (
             places.all(&mut stream, interrupt)?,

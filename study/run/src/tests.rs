@@ -11,10 +11,11 @@ use stosszahl_results::{Existing, VerdictKind};
 
 use crate::control::{CheckpointFile, Control};
 use crate::engines::{self, From};
-use crate::follow::{Part, PartError};
+use crate::follow::{EngineRun, PartError};
 use crate::judge;
 use crate::measure::{
-    CompletedRun, Measure, Moment, Needs, NoOptions, Probe, Recorder, Stop, described, keeps_record,
+    CompletedRun, Measure, Needs, NoOptions, Probe, Recorder, SampleContext, Stop, described,
+    keeps_record,
 };
 use crate::measures::ALL;
 use crate::plan::{EnginePlan, Plan};
@@ -43,14 +44,14 @@ impl Probe for All {
     fn observer(&mut self) -> Option<&mut dyn Observer> {
         Some(&mut self.record)
     }
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         moment.simulation.track_displacements();
     }
     fn stop(&mut self, stop: &Stop) {
         self.record.stops.extend([stop.time, stop.temperature]);
         self.record.stops.extend(stop.kicked_from);
     }
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let particles = moment.particles().all.iter();
         let sum: f64 = particles
             .map(|one| one.position.norm() + one.velocity.norm())
@@ -115,7 +116,7 @@ fn assert_resumes(text: &str) {
         None
     };
     for engine in &plan.engines {
-        let part = Part {
+        let part = EngineRun {
             plan: &plan,
             engine,
             measures: &[&Everything],
@@ -191,7 +192,7 @@ fn scaled_disks_have_no_drift() {
     );
     let (streams, never) = (Streams::new(plan.case.seed, 0), Interrupt::default());
     let start = placed(&plan, 0, streams, &never).expect("a start").0;
-    let part = Part {
+    let part = EngineRun {
         plan: &plan,
         engine: &plan.engines[0],
         measures: &[&Drift],
@@ -237,7 +238,7 @@ fn scaled_disks_go_the_ways_of_those_that_cool() {
         let mut preparation = Preparation::new(&plan, streams, &never).expect("a start");
         while !preparation.leg(&plan, streams, &never).expect("a leg") {}
         let start = preparation.particles(&plan, streams).expect("particles");
-        let part = Part {
+        let part = EngineRun {
             plan: &plan,
             engine: &plan.engines[0],
             measures: &[&Everything],
@@ -425,7 +426,7 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
         .0;
     for engine in &plan.engines {
         let run = |measures: &[&'static dyn Measure], path: Option<PathBuf>, stop: &Interrupt| {
-            let part = Part {
+            let part = EngineRun {
                 plan: &plan,
                 engine,
                 measures,
@@ -562,7 +563,7 @@ fn a_measurement_that_is_broken_off_is_made_again() {
     let pairs = all.find(|one| one.name() == "pair_correlation");
     let pairs = pairs.expect("a measure");
     let run = |eager: &'static Eager, path: &Path, stop: &Interrupt| {
-        let part = Part {
+        let part = EngineRun {
             plan: &plan,
             engine: &plan.engines[1],
             measures: &[&Everything, eager, pairs],
@@ -594,7 +595,7 @@ impl Probe for EagerProbe {
     fn observer(&mut self) -> Option<&mut dyn Observer> {
         Some(&mut self.0)
     }
-    fn sample(&mut self, _moment: &mut Moment<'_>) {
+    fn sample(&mut self, _moment: &mut SampleContext<'_>) {
         if self.0.left == 0 {
             self.0.interrupt.raise();
         }

@@ -6,7 +6,7 @@ use stosszahl_case::Case;
 use stosszahl_model::{Interrupt, Particles, kinetic};
 
 use crate::control::Control;
-use crate::follow::{Part, PartError, prepare};
+use crate::follow::{EngineRun, PartError, prepare};
 use crate::measure::{CompletedRun, Measure};
 use crate::measures;
 use crate::plan::{EnginePlan, Plan};
@@ -37,7 +37,7 @@ impl InMemoryRun<'_> {
         engine: &EnginePlan,
         start: &Particles,
     ) -> Result<CompletedRun, PartError> {
-        let part = Part {
+        let part = EngineRun {
             plan: self.plan,
             engine,
             measures: self.measures,

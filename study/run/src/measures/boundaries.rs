@@ -14,7 +14,7 @@ use super::course::{self, Course, Looking, Sample, Window};
 use super::{PARTS, fewest_parts, over};
 use crate::judge::{self, Rule, Unit, interval_of, kind_of, title, with_interval};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, Recorder, ReplicaRecords, described,
+    self, BadOption, Measure, Probe, Recorder, ReplicaRecords, SampleContext, described,
 };
 use crate::plan::{EnginePlan, Plan, SpeciesPlan};
 
@@ -75,7 +75,7 @@ impl Measure for Boundaries {
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let (looking, per_block) = (Looking::of(plan), course::per_block(plan, blocks(plan)));
-        let look = move |record: &mut Record, moment: &mut Moment<'_>| {
+        let look = move |record: &mut Record, moment: &mut SampleContext<'_>| {
             let number = record.course.len();
             record.course.push(Sample::take(&looking, moment));
             if number > 0 && number.is_multiple_of(per_block) {

@@ -13,7 +13,7 @@ use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 use super::gas::{self, measured};
 use crate::judge::warning;
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
 
@@ -217,7 +217,7 @@ fn is_due(times: &[f64], time: f64) -> bool {
 }
 
 impl Probe for ClusterProbe {
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let Some(census) = moment.simulation.census() else {
             return;
         };

@@ -6,7 +6,7 @@ use stosszahl_results::{Cell, Table, table};
 
 use super::selection::{Replicas, check_engines, is_named};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
 
@@ -102,7 +102,7 @@ impl Probe for LogProbe {
         goes_on.then_some(self)
     }
 
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         self.record.replica = Some(moment.replica);
     }
 

@@ -18,7 +18,9 @@ use self::elastic_twin::{ElasticTwin, SavedTwin, TwinWindow, has_twin};
 use super::impact_parameters::{Spans, spans};
 use super::over;
 use crate::judge::{self, title};
-use crate::measure::{self, BadOption, Measure, Moment, Probe, ReplicaRecords, Stop, described};
+use crate::measure::{
+    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, Stop, described,
+};
 use crate::plan::{EnginePlan, Plan};
 
 /// Measure of collisions at contact.
@@ -141,7 +143,7 @@ impl Probe for ContactProbe {
             .map(|record| record as &mut dyn Observer)
     }
 
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         let time = moment.simulation.time();
         let (particles, temperature) = (moment.particles(), moment.temperature());
         let mut own = WindowSums::new(&self.spans, particles, temperature);
@@ -172,7 +174,7 @@ impl Probe for ContactProbe {
         }
     }
 
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let time = moment.simulation.time();
         let Some(record) = &mut self.record else {
             return;

@@ -9,7 +9,7 @@ use stosszahl_analysis::steady;
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Grouping, Particle, ParticleReduction};
 
-use crate::measure::{self, BadOption, Moment, ReplicaRecords};
+use crate::measure::{self, BadOption, ReplicaRecords, SampleContext};
 use crate::plan::Plan;
 
 /// Samples, where the case says nothing.
@@ -62,14 +62,14 @@ impl Share {
 
 impl Sample {
     /// Looks at the whole gas.
-    pub fn take(looking: &Looking, moment: &Moment<'_>) -> Self {
+    pub fn take(looking: &Looking, moment: &SampleContext<'_>) -> Self {
         Self::take_with(looking, moment, None).0
     }
 
     /// The same, together with its fields.
     pub fn take_with(
         looking: &Looking,
-        moment: &Moment<'_>,
+        moment: &SampleContext<'_>,
         fields: Option<fields::Sample>,
     ) -> (Self, Option<fields::Sample>) {
         let gas = &*moment.simulation;

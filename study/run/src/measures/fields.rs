@@ -16,7 +16,7 @@ use view::View;
 
 use super::course::{self, Course, Looking, Sample, Window};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
@@ -251,12 +251,12 @@ impl Probe for Watch {
         Some(self)
     }
 
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         let sample = Sample::take(&self.looking, moment);
         self.record.course.push(sample);
     }
 
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let Record { course, sums } = &mut self.record;
         let block = (course.len() - 1) / self.per_block;
         let (sample, fields) = Sample::take_with(&self.looking, moment, Some(sums.sample()));

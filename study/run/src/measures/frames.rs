@@ -6,7 +6,8 @@ use stosszahl_model::{Collision, Observer, Particle, ParticleReduction, Simulati
 use stosszahl_results::frames::{Crowd, Dot, FRAMES, Frame, Met, keeps};
 
 use crate::measure::{
-    self, BadOption, FrameFile, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+    self, BadOption, FrameFile, Measure, Probe, ReplicaRecords, SampleContext, described,
+    keeps_record,
 };
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
@@ -223,13 +224,13 @@ impl Probe for Camera {
         (!self.record.last.is_empty()).then_some(&mut self.record)
     }
 
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         if self.follows {
             self.record.last = vec![Last::NONE; moment.simulation.count()];
         }
     }
 
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let is_last = moment.time >= self.until;
         let most = if is_last { LAST } else { self.most };
         let gas = &*moment.simulation;

@@ -8,7 +8,7 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 
 use super::over;
 use crate::measure::{
-    self, BadOption, Measure, Moment, Needs, NoOptions, Probe, ReplicaRecords, described,
+    self, BadOption, Measure, Needs, NoOptions, Probe, ReplicaRecords, SampleContext, described,
     keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
@@ -124,7 +124,7 @@ struct GasProbe {
 }
 
 impl Probe for GasProbe {
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         if self.displacement {
             moment.simulation.track_displacements();
         }
@@ -135,7 +135,7 @@ impl Probe for GasProbe {
         }
     }
 
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let simulation = &*moment.simulation;
         let paths = self.displacement.then(|| simulation.displacements());
         let paths = paths.flatten().unwrap_or_default();

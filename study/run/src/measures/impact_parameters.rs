@@ -15,7 +15,7 @@ use super::energy::pairs_of;
 use super::over;
 use crate::judge::{self, ImpactTest, title};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, ReplicaRecords, Stop, described, keeps_record,
+    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, Stop, described, keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
 use crate::power::Spread;
@@ -111,7 +111,7 @@ impl Probe for ImpactProbe {
         Some(&mut self.record)
     }
 
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         let (start, temperature) = (moment.simulation.time(), moment.temperature());
         let windows = Windows::new(&self.spans, self.bins, self.particles, start, temperature);
         self.record = windows.in_dimension(moment.simulation.dimension());

@@ -11,7 +11,7 @@ use super::ALL;
 use super::gas::moments;
 use crate::control::Control;
 use crate::engines::{self, From};
-use crate::follow::Part;
+use crate::follow::EngineRun;
 use crate::measure::{CompletedRun, Measure, Needs, ReplicaRecords};
 use crate::plan::Plan;
 
@@ -34,7 +34,7 @@ fn measures(plan: &Plan) -> Vec<&'static dyn Measure> {
 
 /// One replica from its start to its end.
 fn follow(plan: &Plan, measures: &[&'static dyn Measure], replica: u64) -> CompletedRun {
-    let part = Part {
+    let part = EngineRun {
         plan,
         engine: &plan.engines[0],
         measures,

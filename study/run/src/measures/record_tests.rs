@@ -8,7 +8,7 @@ use stosszahl_results::{Cell, Snapshot, Table};
 
 use super::{collision_log::CollisionLog, snapshots::Snapshots};
 use crate::control::Control;
-use crate::follow::Part;
+use crate::follow::EngineRun;
 use crate::measure::{CompletedRun, Measure, ReplicaRecords, share_of_others};
 use crate::plan::Plan;
 
@@ -22,7 +22,7 @@ fn run(text: &str) -> (Plan, Vec<CompletedRun>) {
         one.check(&plan).expect("good options");
     }
     let follow = |replica| {
-        let part = Part {
+        let part = EngineRun {
             plan: &plan,
             engine: &plan.engines[0],
             measures: &measures,

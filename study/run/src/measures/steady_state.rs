@@ -7,7 +7,7 @@ use stosszahl_results::{Axis, Figure, Table, Verdict, table};
 use super::over;
 use crate::judge::{Comparison, Pair, Places, Unit, still_moving, title};
 use crate::measure::{
-    self, BadOption, Measure, Moment, NoOptions, Probe, ReplicaRecords, Stop, described,
+    self, BadOption, Measure, NoOptions, Probe, ReplicaRecords, SampleContext, Stop, described,
     keeps_record,
 };
 use crate::plan::{EnginePlan, Plan};
@@ -68,7 +68,7 @@ struct SteadyProbe {
 }
 
 impl Probe for SteadyProbe {
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         let temperature = moment.temperature();
         (self.record.start, self.record.after) = (temperature, temperature);
         self.record.last = moment.simulation.time();

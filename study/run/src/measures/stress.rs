@@ -12,7 +12,8 @@ use stosszahl_results::{Estimate, Table, table};
 
 use super::over;
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, ReplicaRecords, Stop, described, keeps_record, require,
+    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, Stop, described, keeps_record,
+    require,
 };
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
@@ -71,7 +72,7 @@ impl Probe for StressProbe {
             .map(|record| record as &mut dyn Observer)
     }
 
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         let kinetic = kinetic_stress(&mut |sum| moment.simulation.reduce_particles(sum));
         let now = moment.simulation.time();
         let recorder = StressRecorder::new(self.span, self.blocks, now, kinetic);
@@ -84,7 +85,7 @@ impl Probe for StressProbe {
         }
     }
 
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let kinetic = kinetic_stress(&mut |sum| moment.simulation.reduce_particles(sum));
         if let Some(record) = &mut self.record {
             record.look(moment.simulation.time(), kinetic);

@@ -11,7 +11,7 @@ use stosszahl_model::{Budget, Collision, Observer, Particle, Particles, Simulati
 use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
 
 use super::ALL;
-use crate::measure::{CompletedRun, Measure, Moment, Probe, ReplicaRecords};
+use crate::measure::{CompletedRun, Measure, Probe, ReplicaRecords, SampleContext};
 use crate::plan::{EngineKind, EnginePlan, Plan, Scale};
 use crate::theory::flow;
 
@@ -174,7 +174,7 @@ fn follow(
     let mut times = measure.times(plan);
     times.sort_by(f64::total_cmp);
     log.states.push((0.0, gas.particles().all));
-    probe.begin(&mut Moment::new(0.0, gas));
+    probe.begin(&mut SampleContext::new(0.0, gas));
     for (number, time) in times.iter().copied().enumerate() {
         let until = plan.engine_time(time);
         let mut nobody = ();
@@ -185,7 +185,7 @@ fn follow(
             }
         }
         log.states.push((until, gas.particles().all));
-        probe.sample(&mut Moment::new(time, gas));
+        probe.sample(&mut SampleContext::new(time, gas));
         if number == times.len() / 2 {
             let bytes = probe.save().expect("a record");
             *probe = measure.probe(plan, engine);

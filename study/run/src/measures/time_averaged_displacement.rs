@@ -9,7 +9,7 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, table};
 use super::gas::{self, against, measured, pairs};
 use super::{over, species};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Needs, Probe, ReplicaRecords, described, keeps_record,
+    self, BadOption, Measure, Needs, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
 use crate::plan::{EnginePlan, Plan, logarithmic};
 use crate::theory::homogeneous::{self, Theory};
@@ -120,7 +120,7 @@ struct PathProbe {
 
 impl PathProbe {
     /// The first particles of each group.
-    fn chosen(&self, moment: &Moment<'_>) -> Vec<Vec<u32>> {
+    fn chosen(&self, moment: &SampleContext<'_>) -> Vec<Vec<u32>> {
         let mut lists = vec![Vec::new(); self.groups];
         let mut index = 0;
         moment.simulation.visit(&mut |particle| {
@@ -135,11 +135,11 @@ impl PathProbe {
 }
 
 impl Probe for PathProbe {
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         moment.simulation.track_displacements();
     }
 
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let chosen = self.chosen(moment).into_iter();
         let simulation = &*moment.simulation;
         let averages = chosen.map(|list| {

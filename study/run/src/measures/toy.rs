@@ -12,7 +12,7 @@ use stosszahl_model::{
 };
 use stosszahl_results::{Cell, Table};
 
-use crate::measure::{CompletedRun, Measure, Moment, ReplicaRecords, Stop};
+use crate::measure::{CompletedRun, Measure, ReplicaRecords, SampleContext, Stop};
 use crate::plan::Plan;
 
 /// Velocity of a particle at a time, from that of the start.
@@ -169,7 +169,7 @@ fn tables(
     let run = |engine, toy: &ScriptedSimulation| {
         let mut toy = toy.clone();
         let mut probe = measure.probe(plan, engine);
-        probe.begin(&mut Moment::new(0.0, &mut toy));
+        probe.begin(&mut SampleContext::new(0.0, &mut toy));
         for &time in &times {
             let until = plan.engine_time(time);
             let mut nobody = ();
@@ -183,7 +183,7 @@ fn tables(
                 temperature: toy.temperature(),
                 kicked_from: None,
             });
-            probe.sample(&mut Moment::new(time, &mut toy));
+            probe.sample(&mut SampleContext::new(time, &mut toy));
             let bytes = probe.save().expect("a record");
             let mut next = measure.probe(plan, engine);
             next.load(&bytes).expect("the same record");

@@ -9,7 +9,7 @@ use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
 use super::over;
 use crate::judge::{Comparison, Finding, Rule, Unit, interval_of, title};
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, ReplicaRecords, described, keeps_record,
+    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
 use crate::plan::{EngineKind, EnginePlan, Plan};
 
@@ -171,7 +171,7 @@ impl Probe for TransportProbe {
         Some(self)
     }
 
-    fn begin(&mut self, moment: &mut Moment<'_>) {
+    fn begin(&mut self, moment: &mut SampleContext<'_>) {
         if self.exact {
             let start = moment.simulation.time();
             let all = &moment.particles().all;
@@ -182,7 +182,7 @@ impl Probe for TransportProbe {
         }
     }
 
-    fn sample(&mut self, moment: &mut Moment<'_>) {
+    fn sample(&mut self, moment: &mut SampleContext<'_>) {
         if let Some(moments) = &mut self.record {
             moments.advance(moment.simulation.time());
         }
