@@ -433,23 +433,30 @@ mod tests {
         ]
     }
 
-    /// Disks without positions, whose collisions are chaotic by construction. Four standard errors
-    /// of eight gases; these must be small enough to see the difference to Maxwellian velocities.
+    /// Disks without positions, whose collisions are chaotic by construction. Five standard errors
+    /// of eight gases, which one true mean in 600 exceeds; those of the rate at the speed of pairs
+    /// must be small enough to see its difference to Maxwellian velocities.
     #[test]
     fn chaos_is_a_cooling_gas_without_positions() {
         for restitution in [0.5, 0.9] {
             let chaos = CoolingFactors::of(2, restitution, ORDERS).expect("factors");
             let gases: Vec<_> = (0..8)
                 .map(|seed| factors_of_a_gas(restitution, seed))
+                .map(|[rate, speed]| [rate, speed, rate / speed.sqrt()])
                 .collect();
-            let wanted = [chaos.collision_rate, chaos.pair_speed];
+            let wanted = [
+                chaos.collision_rate,
+                chaos.pair_speed,
+                chaos.at_pair_speed(),
+            ];
             for (place, wanted) in wanted.into_iter().enumerate() {
                 let values: Vec<f64> = gases.iter().map(|found| found[place]).collect();
                 let found = Estimate::over_replicas(&values).expect("many gases");
                 let error = found.standard_error.expect("many gases");
-                assert!(4.0 * error < (wanted - 1.0).abs(), "{restitution}: {error}");
+                let is_seen = 5.0 * error < (wanted - 1.0).abs();
+                assert!(place < 2 || is_seen, "{restitution}: {error}");
                 assert!(
-                    (found.value - wanted).abs() < 4.0 * error,
+                    (found.value - wanted).abs() < 5.0 * error,
                     "{restitution}: {found:?}, not {wanted}"
                 );
             }

@@ -185,7 +185,7 @@ fn a_planted_number_is_found() {
     let planted = page.replace(cell, &format!("{:.4} ± {error:.4}", value + 20.0 * error));
     let found = faults(&planted, entry, &second).expect("results");
     assert!(found.len() == 1 && found[0].contains(cell), "{found:?}");
-    let word = page.replace("free volume", "free lunch");
+    let word = page.replace("contact point", "contact lens");
     assert_eq!(faults(&word, entry, &second).expect("results").len(), 1);
 
     let version = entry.statistics()[1].1;

@@ -209,8 +209,8 @@ impl Plan {
             if parameters.simulators_per_particle < wanted && excess > Parameters::LARGEST_EXCESS {
                 list.push(format!(
                     "{name}: {} simulators per particle, where {wanted} make the partners of a collision independent; with fewer \
-                     they meet again and lose less energy, some {} % of it at t0, an error of the same sign as what exact disks \
-                     do, so a difference to ED is a lower bound of broken chaos",
+                     they meet again and lose less energy, some {} % of it at t0, as real particles do, and their shear viscosity is \
+                     too large, so a difference to ED is not that of broken chaos alone",
                     parameters.simulators_per_particle,
                     short((1000.0 * excess).round() / 10.0)
                 ));
