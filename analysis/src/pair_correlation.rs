@@ -18,6 +18,7 @@
 //! shortest side of the box. There a second image of a point would be missing from the count.
 
 mod by_cells;
+mod partial;
 
 use std::f64::consts::PI;
 
@@ -26,6 +27,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Interrupt, Invalid, Particle, ParticleReduction, random};
 
 use self::by_cells::{Histogram, count_by_cells};
+pub use self::partial::of_species;
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions};
 
@@ -116,13 +118,19 @@ fn measure<const D: usize>(
     let all = |&position| (position, true);
     let points: Vec<_> = positions.iter().map(all).collect();
     count_by_cells(&points, &mut histogram, interrupt)?;
+    let pairs = like_pairs(positions.len(), positions.len());
     Ok(correlation(
         &lengths,
         diameter,
         range,
-        [positions.len(); 2],
+        pairs,
         histogram.bins(),
     ))
+}
+
+/// Number of pairs of `centres` of `points` points, each pair of two centres counted once.
+fn like_pairs(centres: usize, points: usize) -> f64 {
+    0.5 * centres as f64 * (points as f64 - 1.0)
 }
 
 fn check(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
@@ -140,18 +148,17 @@ fn check(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// Divides the neighbours by bin of `centres` centres among `points` points by those expected of
-/// independent points.
+/// Divides the neighbours by bin of a number of pairs by those expected of independent points; each
+/// pair is two neighbours.
 fn correlation(
     lengths: &[f64],
     diameter: f64,
     range: f64,
-    [centres, points]: [usize; 2],
+    pairs: f64,
     neighbours: &[u64],
 ) -> PairCorrelation {
     let width = range / neighbours.len() as f64;
-    let pairs_per_volume =
-        0.5 * centres as f64 * (points as f64 - 1.0) / lengths.iter().product::<f64>();
+    let pairs_per_volume = pairs / lengths.iter().product::<f64>();
     let bins = neighbours.iter().enumerate().map(|(i, &neighbours)| {
         let pairs = 0.5 * neighbours as f64;
         let (inner, outer) = (i as f64 * width, (i + 1) as f64 * width);
@@ -239,7 +246,7 @@ impl Pairs {
             lengths,
             diameter,
             *range,
-            [self.centres, self.seen.count],
+            like_pairs(self.centres, self.seen.count),
             &self.neighbours,
         ))
     }

@@ -366,6 +366,45 @@ impl StructureFactorPlan {
         self.measure_on(lattice, weight)
     }
 
+    /// Measures the partial structure factors of the points of several species, those of all pairs
+    /// (a, b) in the order of [`pair_index`](crate::contact_value::pair_index):
+    ///
+    /// ```text
+    /// S_ab(k) = Re [Σ_a exp(-i k · r) Σ_b exp(i k · r)] / sqrt(N_a N_b)
+    /// ```
+    ///
+    /// So independent points have 1 for a = b and else 0 (N. W. Ashcroft & D. C. Langreth, *Phys.
+    /// Rev.* **156**, 685 (1967)). The products of two species follow from the squares of each and
+    /// of both together, so that the corrections of the lattice hold for them, too.
+    ///
+    /// # Errors
+    /// As [`Self::measure`]; each species needs a point.
+    pub fn measure_partial(
+        &mut self,
+        species: &[Vec<Vector2<f64>>],
+    ) -> Result<Vec<StructureFactor>, Error> {
+        let mut alone = Vec::new();
+        for points in species {
+            alone.push(self.measure(points, 1.0)?);
+        }
+        let mut found = Vec::new();
+        for b in 0..species.len() {
+            for a in 0..b {
+                let [n, m] = [a, b].map(|one| species[one].len() as f64);
+                let points: Vec<_> = species[a].iter().chain(&species[b]).copied().collect();
+                let mut both = self.measure(&points, 1.0)?;
+                let shells = alone[a].shells.iter().zip(&alone[b].shells);
+                for (shell, (one, other)) in both.shells.iter_mut().zip(shells) {
+                    let product = (n + m) * shell.value - n * one.value - m * other.value;
+                    shell.value = product / (2.0 * (n * m).sqrt());
+                }
+                found.push(both);
+            }
+            found.push(alone[b].clone());
+        }
+        Ok(found)
+    }
+
     /// Creates a lattice without points that can hold up to `points` points.
     pub fn lattice_of(&self, points: usize) -> Lattice {
         Lattice {

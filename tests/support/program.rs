@@ -350,6 +350,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("luding-1998-fig3b", "replicas=2 start.equilibration=1 run.until=0.5"),
     ("luding-1998-unbiased", "gas.number=100 run.until=1"),
     ("luding-1998-wide-cells", "gas.number=100 run.until=1"),
+    ("map-delta", "replicas=2 gas.number=100 gas.restitution={coefficient=0.9,delta=0.11} box.packing_fraction=0.1 run.until=4"),
     ("map-onset", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.2 measure.impact_parameters.windows=[[0,0.2]]"),
     ("map-quick", "replicas=2 box.width_over_critical_length=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
     ("map-shear", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.2 box.shear_rate=0.5 run.until=4 engine.dsmc-enskog.simulators_per_particle=4 measure.stress.blocks=4 measure.stress.looks=3 measure.impact_parameters.windows=[[2,4]]"),

@@ -572,3 +572,56 @@ fn correction_leaves_only_the_residual_aliasing() {
         }
     }
 }
+
+/// Partial `S_ab(k)` of two species against sums over phases, and their sum against S(k) of all.
+/// Tolerances: the residual aliasing of points at random (the lattice is fine) for the first, and
+/// rounding for the second.
+#[test]
+fn partial_structure_factors_are_products_of_amplitudes() {
+    let lengths = [20.0, 20.0];
+    let options = Options {
+        largest_wave_number: 3,
+        assignment: Assignment::CloudInCell,
+        correction: true,
+        diameter: 0.25,
+    };
+    let mut stream = Xoshiro256PlusPlus::seed_from_u64(31);
+    let species: Vec<Vec<Vector2<f64>>> = [60, 35]
+        .map(|count| {
+            let point = |_| {
+                lengths
+                    .map(|side: f64| side * stream.random::<f64>())
+                    .into()
+            };
+            (0..count).map(point).collect()
+        })
+        .into();
+    let mut plan = StructureFactorPlan::new(lengths, options).expect("a plan");
+    let found = plan.measure_partial(&species).expect("points");
+    let all: Vec<Vector2<f64>> = species.concat();
+    let whole = plan.measure(&all, 1.0).expect("points");
+    assert_eq!(found.len(), 3);
+    let [n, m] = [60.0, 35.0_f64];
+    for (index, shell) in whole.shells.iter().enumerate() {
+        let [aa, ab, bb] = [0, 1, 2].map(|pair: usize| found[pair].shells[index].value);
+        let sum = (n * aa + m * bb + 2.0 * (n * m).sqrt() * ab) / (n + m);
+        assert!((sum - shell.value).abs() < 1e-12, "{sum} {}", shell.value);
+    }
+    // The first shell: the modes (1, 0), (0, 1), (1, 1) and (1, -1), all of which round to 1.
+    let amplitude = |points: &[Vector2<f64>], mode: [f64; 2]| {
+        let phase = |place: &Vector2<f64>| {
+            std::f64::consts::TAU * (mode[0] * place.x + mode[1] * place.y) / 20.0
+        };
+        let cosines: f64 = points.iter().map(|place| phase(place).cos()).sum();
+        let sines: f64 = points.iter().map(|place| phase(place).sin()).sum();
+        [cosines, sines]
+    };
+    let modes = [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]];
+    let product = |mode: [f64; 2]| {
+        let [a, b] = [0, 1].map(|one: usize| amplitude(&species[one], mode));
+        (a[0] * b[0] + a[1] * b[1]) / (n * m).sqrt()
+    };
+    let expected = modes.map(product).iter().sum::<f64>() / 4.0;
+    let first = found[1].shells[0].value;
+    assert!((first - expected).abs() < 1e-3, "{first} {expected}");
+}

@@ -327,6 +327,12 @@ impl Cells for &str {
     }
 }
 
+impl Cells for String {
+    fn fill(self, table: &mut Table) {
+        table.push(Cell::Text(self));
+    }
+}
+
 impl Cells for f64 {
     fn fill(self, table: &mut Table) {
         table.push(Cell::Number(self));

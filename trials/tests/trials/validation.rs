@@ -132,12 +132,12 @@ fn unknown_schemes_are_refused() {
 /// Tests the contact value by flux. Without dissipation it is that of the fluid. Under chaos it is
 /// (1 + r)/(2 r) times that of the collision rate. Exact inelastic disks have more pairs at contact
 /// than their rate shows: 1.048(5) of them at packing 0.5 in these collisions. Four standard errors,
-/// which are at most 0.5 %.
+/// which are at most 0.6 %.
 #[test]
 fn contact_value_by_flux_has_the_factor_of_separating_pairs() {
     let narrow = |of: &Estimate| {
         let error = of.standard_error.expect("several seeds");
-        assert!(error < 0.005 * of.value, "{of:?}");
+        assert!(error < 0.006 * of.value, "{of:?}");
         4.0 * error
     };
     let elastic = contact::Subject {
@@ -158,7 +158,7 @@ fn contact_value_by_flux_has_the_factor_of_separating_pairs() {
         restitution: 0.8,
         ..elastic
     };
-    let chaos = cooling.chaos(4).expect("gases").flux_over_rate;
+    let chaos = cooling.chaos(24).expect("gases").flux_over_rate;
     assert!((chaos.value - 1.0).abs() < narrow(&chaos), "{chaos:?}");
     let dense = contact::Subject {
         disks: 1000,
@@ -166,6 +166,6 @@ fn contact_value_by_flux_has_the_factor_of_separating_pairs() {
         collisions: 5,
         ..cooling
     };
-    let exact = dense.exact(64).expect("gases").flux_over_rate;
+    let exact = dense.exact(96).expect("gases").flux_over_rate;
     assert!(exact.value - 1.0 > narrow(&exact), "{exact:?}");
 }

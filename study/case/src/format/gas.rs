@@ -83,7 +83,7 @@ pub enum PairCorrelation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Species {
-    /// A name for tables and plots. Default: its number.
+    /// A name for tables and plots, of one species alone. Default: its number.
     #[schemars(length(min = 1))]
     pub name: Option<String>,
     /// Number of particles; this, `share` or `number_density`.

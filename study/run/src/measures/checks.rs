@@ -37,7 +37,7 @@ impl Measure for Checks {
     }
 
     fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        vec![table(&Found::of(plan, runs).rows())]
+        vec![table(plan, &Found::of(plan, runs).rows())]
     }
 
     fn tests(&self, _plan: &Plan) -> usize {
@@ -438,11 +438,12 @@ impl<'a> Found<'a> {
     }
 }
 
-fn table(rows: &[Row]) -> Table {
+fn table(plan: &Plan, rows: &[Row]) -> Table {
     let mut table = table! {
         NAME, "Each comparison with theory at its worst time";
         key "quantity", "", "What is compared";
         key "species", "1", "Number of the species, from 1; empty for the gas as a whole";
+        key "species_name", "", "Its name; empty for the gas as a whole";
         note "time", "unit of time", "Time of the largest deviation that is not chance, or else of the largest one";
         value "measured", "of the quantity", "Measured";
         note "measured_se", "", "Its standard error";
@@ -457,12 +458,13 @@ fn table(rows: &[Row]) -> Table {
         let species = row
             .species
             .map_or(Cell::Empty, |number| Cell::Count(number as u64 + 1));
+        let name = row.species.map_or("", |number| &*plan.species[number].name);
         let measured = (point.time, point.measured, point.error);
         let theory = (point.theory, point.theory_error);
         let off = (100.0 * point.deviation(), point.z());
         table.add((
             row.quantity.name(),
-            species,
+            (species, name),
             measured,
             theory,
             off,

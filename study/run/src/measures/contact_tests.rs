@@ -1,5 +1,6 @@
 //! Elastic twins and contact values of tiny gases, against slow computations.
 
+use stosszahl_analysis::contacts::MEMORY;
 use stosszahl_model::{Budget, Collision, Observer};
 use stosszahl_results::{Cell, Table};
 
@@ -13,7 +14,7 @@ const COOLING: &str = r#"
     gas = { number = 100, restitution = 0.7 }
     box = { packing_fraction = 0.3 }
     run = { until = 1.5, samples_per_decade = 6 }
-    engine = { ed = {}, dsmc-boltzmann = {} }
+    engine = { ed = {}, dsmc-boltzmann = { simulators_per_particle = 2, cell_size = 3 } }
     measure.contacts = { windows = [[0, 0.5], [0.5, 1.5], [0, 1.5]] }
 "#;
 
@@ -32,29 +33,33 @@ fn chaos(table: &Table, engine: &str, window: [f64; 2], quantity: &str, column: 
     number(table, row.expect("a row"), column)
 }
 
-/// Last partner of each particle, for a slow count of collisions between the same two.
-struct LastPartners {
-    last: Vec<Option<u32>>,
-    again: u64,
-    all: u64,
+/// All partners of each particle, for a slow count of collisions whose partners have met within
+/// their last eight.
+struct Partners {
+    all: Vec<Vec<u32>>,
+    returned: u64,
+    collisions: u64,
 }
 
-impl Observer for LastPartners {
+impl Observer for Partners {
     fn collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let [i, j] = collision.pair;
-            let known = self.last[i as usize] == Some(j) && self.last[j as usize] == Some(i);
-            self.again += u64::from(known);
-            self.all += 1;
-            self.last[i as usize] = Some(j);
-            self.last[j as usize] = Some(i);
+            let met = |who: u32, whom: u32| {
+                let mut latest = self.all[who as usize].iter().rev().take(MEMORY);
+                latest.any(|&other| other == whom)
+            };
+            self.returned += u64::from(met(i, j) && met(j, i));
+            self.collisions += 1;
+            self.all[i as usize].push(j);
+            self.all[j as usize].push(i);
         }
     }
 }
 
-/// Collisions of the twin, and how many of them are again of the same two: as many as an elastic
-/// run from the same start has.
-fn expected_again(plan: &Plan, collisions: f64) -> f64 {
+/// Share of collisions of partners that return, of an elastic run from the same start with so many
+/// collisions per particle.
+fn expected_returns(plan: &Plan, collisions: f64) -> f64 {
     let count = plan.count();
     let streams = stosszahl_model::random::Streams::new(plan.case.seed, 0);
     let mut gas = stosszahl_ed::simulate(
@@ -64,15 +69,15 @@ fn expected_again(plan: &Plan, collisions: f64) -> f64 {
         &start(plan, 0),
     )
     .expect("exact disks");
-    let mut seen = LastPartners {
-        last: vec![None; count],
-        again: 0,
-        all: 0,
+    let mut seen = Partners {
+        all: vec![Vec::new(); count],
+        returned: 0,
+        collisions: 0,
     };
     let budget = Budget::Collisions((0.5 * collisions * count as f64).round() as u64);
     gas.advance(f64::INFINITY, budget, &mut seen)
         .expect("it goes on");
-    seen.again as f64 / seen.all as f64
+    seen.returned as f64 / seen.collisions as f64
 }
 
 /// The twin has as many collisions as the gas, within the spread of a Poisson number between two
@@ -99,18 +104,16 @@ fn elastic_twin_is_an_elastic_run_from_the_same_start() {
         .iter()
         .sum();
     assert!((parts - twin).abs() < 1e-12 * twin, "{parts} {twin}");
-    let again = of(whole, "again", "value_elastic");
-    assert!(
-        (again - expected_again(&plan, twin)).abs() < 1e-12,
-        "{again}"
-    );
-    assert!(again > 0.0);
-    assert_ne!(again, of(whole, "again", "value"));
+    let returned = of(whole, "returned", "value_elastic");
+    let expected = expected_returns(&plan, twin);
+    assert!((returned - expected).abs() < 1e-12, "{returned} {expected}");
+    assert!(returned > 0.1);
+    assert_ne!(returned, of(whole, "returned", "value"));
     // Elastic normal speeds are the same before and after; those of the gas are not.
     let [before, after] = ["before_2", "after_2"].map(|moment| of(whole, moment, "value_elastic"));
     assert!((before - after).abs() < 1e-12 * before, "{before} {after}");
     // Monte Carlo has no twin.
-    let none = chaos(table, "dsmc-boltzmann", whole, "again", "value_elastic");
+    let none = chaos(table, "dsmc-boltzmann", whole, "returned", "value_elastic");
     assert!(none.is_nan());
 }
 
@@ -130,7 +133,10 @@ fn twins_can_be_left_out() {
 /// that of a plain sum of 1/g over its norm. The rate is that of the collisions in the log.
 #[test]
 fn contact_values_are_those_of_the_collisions() {
-    let plan = case(&COOLING.replace(", dsmc-boltzmann = {}", ""));
+    let plan = case(&COOLING.replace(
+        ", dsmc-boltzmann = { simulators_per_particle = 2, cell_size = 3 }",
+        "",
+    ));
     let (tables, _, log) = run(&plan, measure("contacts"));
     let table = &tables[1];
     assert_eq!(table.name, "contact_values");
@@ -168,4 +174,91 @@ fn contact_values_are_those_of_the_collisions() {
         (sum / norm / before - 1.0).abs() < tolerance,
         "{sum} {before}"
     );
+}
+
+const MIXTURE: &str = r#"
+    format = 2
+    title = "two species"
+    replicas = 2
+    gas = { restitution = 0.9 }
+    species = [{ number = 60, name = "small" }, { number = 40, diameter = 1.5, mass = 2, name = "large" }]
+    box = { packing_fraction = 0.2 }
+    run = { until = 1, time_unit = "reduced" }
+    engine = { ed = {}, dsmc-enskog = { simulators_per_particle = 3, cell_size = 3 } }
+"#;
+
+/// Rows of a table with a word in a column.
+fn rows_of(table: &Table, column: &str, word: &str) -> Vec<usize> {
+    let at = table.find(column).expect("a column");
+    let says = |row: &usize| table.rows[*row][at] == Cell::Text(word.to_owned());
+    (0..table.rows.len()).filter(says).collect()
+}
+
+/// Partial structure of mixtures: a table of all pairs by name, whose pairs of particles are all of
+/// those of the whole gas. The tables of contacts name their pairs, too.
+#[test]
+fn pairs_of_species_have_names_and_add_up() {
+    let plan = case(MIXTURE);
+    let (tables, _, _) = run(&plan, measure("pair_correlation"));
+    let [all, pairs] = &tables[..] else {
+        panic!("two tables");
+    };
+    assert_eq!(pairs.name, "partial_pair_correlation");
+    let ed = |rows: Vec<usize>| -> Vec<usize> {
+        let ed = rows_of(pairs, "engine", "ed");
+        rows.into_iter().filter(|row| ed.contains(row)).collect()
+    };
+    let [small, both, large] = ["small, small", "small, large", "large, large"]
+        .map(|name| ed(rows_of(pairs, "pair", name)));
+    let whole = rows_of(all, "engine", "ed");
+    assert!(whole.len() > 100 && small.len() == whole.len());
+    for (index, &row) in whole.iter().enumerate() {
+        let of = |rows: &[usize]| number(pairs, rows[index], "g");
+        let sum = 60.0 * 59.0 / 2.0 * of(&small)
+            + 60.0 * 40.0 * of(&both)
+            + 40.0 * 39.0 / 2.0 * of(&large);
+        let found = number(all, row, "g") * 100.0 * 99.0 / 2.0;
+        assert!((found - sum).abs() < 1e-9 * (1.0 + sum), "{found} {sum}");
+    }
+    let (tables, _, _) = run(&plan, measure("structure_factor"));
+    assert_eq!(tables[1].name, "partial_structure_factor");
+    let (first, part) = (number(&tables[0], 0, "structure_factor"), |name: &str| {
+        number(
+            &tables[1],
+            rows_of(&tables[1], "pair", name)[0],
+            "structure_factor",
+        )
+    });
+    let sum = 60.0 * part("small, small")
+        + 40.0 * part("large, large")
+        + 2.0 * 2400.0_f64.sqrt() * part("small, large");
+    assert!((first - sum / 100.0).abs() < 1e-9 * first, "{first} {sum}");
+    for name in ["contacts", "impact_parameters"] {
+        let (tables, _, _) = run(&plan, measure(name));
+        let named = tables.iter().filter(|table| table.find("pair").is_some());
+        let found: Vec<_> = named
+            .map(|table| rows_of(table, "pair", "small, large").len())
+            .collect();
+        assert!(found.iter().any(|&rows| rows > 0), "{name}: {found:?}");
+    }
+}
+
+/// Two species of one name could not be told apart.
+#[test]
+fn species_of_one_name_are_refused() {
+    for (name, key) in [("small", "species.2.name"), ("1", "species.2.name")] {
+        let text = MIXTURE.replace("name = \"large\"", &format!("name = \"{name}\""));
+        let text = if name == "1" {
+            text.replace(", name = \"small\"", "")
+        } else {
+            text
+        };
+        let case: stosszahl_case::Case = toml::from_str(&text).expect("a case");
+        let error = Plan::new(&case, std::path::Path::new(".")).expect_err("one name");
+        let error = error.to_string();
+        assert!(
+            error.contains(key) && error.contains("no other species"),
+            "{error}"
+        );
+    }
 }

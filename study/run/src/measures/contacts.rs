@@ -131,8 +131,9 @@ type Record = Option<Observed>;
 struct ContactProbe {
     spans: Vec<[f64; 2]>,
     record: Record,
-    /// Particles of the elastic twin and their number; `None` if there is none.
-    grains: Option<(Grains, usize)>,
+    /// Particles of the elastic twin, their number, and their collisions per time by theory; `None`
+    /// if there is none.
+    grains: Option<(Grains, usize, f64)>,
     twin: Option<ElasticTwin>,
 }
 
@@ -155,8 +156,8 @@ impl Probe for ContactProbe {
             elastic: Vec::new(),
             failure: None,
         });
-        if let Some((grains, _)) = &self.grains {
-            match ElasticTwin::new(grains, particles) {
+        if let Some((grains, _, expected)) = &self.grains {
+            match ElasticTwin::new(grains, particles, *expected) {
                 Ok(twin) => {
                     let window = |&span| (Sums::default(), FluxWindow::new(span));
                     record.elastic = self.spans.iter().map(window).collect();
@@ -204,7 +205,7 @@ impl Probe for ContactProbe {
         self.record = record;
         let resumed = twin
             .zip(self.grains.as_ref())
-            .map(|(saved, (grains, count))| ElasticTwin::load(grains, *count, saved));
+            .map(|(saved, (grains, count, _))| ElasticTwin::load(grains, *count, saved));
         let twin = resumed.transpose();
         self.twin = twin.map_err(|_| postcard::Error::SerdeDeCustom)?;
         Ok(())
@@ -273,7 +274,11 @@ impl Measure for AtContact {
         Box::new(ContactProbe {
             spans: spans.collect(),
             record: None,
-            grains: with_twin.then(|| (plan.grains.clone(), plan.count())),
+            grains: with_twin.then(|| {
+                let count = plan.count();
+                let expected = 0.5 * count as f64 * plan.collision_rate();
+                (plan.grains.clone(), count, expected)
+            }),
             twin: None,
         })
     }

@@ -474,6 +474,7 @@ fn pairs(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
         key "engine", "", "Engine";
         key "species_a", "1", "Number of one species, from 1";
         key "species_b", "1", "Number of the other, not below the first";
+        key "pair", "", "Names of both species";
         key "window_start", "time", "Start of the window";
         key "window_end", "time", "End of the window";
         key "bin_low", "1", "Lower edge of the bin, b/d; d is the distance at contact";
@@ -497,7 +498,8 @@ fn pairs(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
                     let error = (count > 0).then(|| (count as f64).sqrt() * scale);
                     let theory = records.first().map(|one| one.windows[window].chaos(bin));
                     let found = Estimate::of(count as f64 * scale, error).against(theory);
-                    let species = pair.species.map(|number| number as u64 + 1);
+                    let numbers = pair.species.map(|number| number as u64 + 1);
+                    let species = (numbers, plan.pair_name(pair.species));
                     table.add((engine.name, species, span, edges(bin, bins), count, found));
                 }
             }

@@ -1,10 +1,13 @@
 //! The pair correlation function g(r) in a periodic box, of disks and of spheres.
 
 use serde::Deserialize;
-use stosszahl_analysis::pair_correlation::{PairCorrelation, Pairs};
+use stosszahl_analysis::pair_correlation::{PairCorrelation, Pairs, of_species};
 use stosszahl_results::{Axis, Figure, Table, table};
 
-use super::structure_factor::{ByTime, by_time, mean_diameter, require_periodic, structure_times};
+use super::structure_factor::{
+    ByTime, SpeciesOf, WithPairs, by_time, mean_diameter, require_periodic, species_pairs,
+    structure_times,
+};
 use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
 use crate::plan::{EnginePlan, Plan};
 
@@ -38,7 +41,10 @@ impl Default for Options {
 }
 
 /// g(r) by time; none at a time without two particles.
-type Record = ByTime<PairCorrelation>;
+type Record = ByTime<Found>;
+
+/// Result at one time.
+type Found = WithPairs<PairCorrelation>;
 
 impl Measure for PairCorrelations {
     described!(
@@ -63,6 +69,10 @@ impl Measure for PairCorrelations {
         measure::require(good, "bin_width", allowed)
     }
 
+    fn gathers(&self, plan: &Plan) -> bool {
+        plan.species.len() > 1
+    }
+
     fn times(&self, plan: &Plan) -> Vec<f64> {
         structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
     }
@@ -74,6 +84,7 @@ impl Measure for PairCorrelations {
         } = measure::chosen(plan, self.name());
         let (range, width) = (range * d, bin_width * d);
         let sides = plan.lengths[..plan.dimension].to_vec();
+        let species = SpeciesOf::new(plan);
         Box::new(Recorder::new(Record::new(), move |record, moment| {
             let range = sides
                 .iter()
@@ -81,7 +92,14 @@ impl Measure for PairCorrelations {
             let bins = ((range / width).round() as usize).max(1);
             let found = Pairs::new(&sides, range, bins, &moment.interrupt).and_then(|mut pairs| {
                 moment.simulation.reduce_neighbourhoods(range, &mut pairs);
-                pairs.correlation(d)
+                let all = pairs.correlation(d)?;
+                let places = species.places(moment);
+                let pairs = if places.is_empty() {
+                    Vec::new()
+                } else {
+                    of_species(&places, &sides, d, range, bins, &moment.interrupt)?
+                };
+                Ok(WithPairs { all, pairs })
             });
             record.push((moment.time, found.ok()));
         }))
@@ -100,13 +118,46 @@ impl Measure for PairCorrelations {
             key "r_over_d", "1", "Distance of the centres over the mean diameter";
             estimate "g", "1", "Pair correlation g(r); one for an ideal gas";
         }
-        .figure(figure.panels(&["time"]).line("ideal gas", 1.0));
-        vec![by_time(table, plan, runs, |found: &PairCorrelation| {
-            found
-                .bins
-                .iter()
-                .map(|bin| (bin.r_over_d, bin.g, ()))
-                .collect()
-        })]
+        .figure(figure.panels(&["time"]).line("ideal gas", 1.0).caption(
+            "Of Monte Carlo with several simulators for each particle all simulators are neighbours. At t = 0 they are copies of the exact start, \
+             so that pairs of two copies are among them.",
+        ));
+        let mut tables = vec![by_time(table, plan, runs, |found: &Found| {
+            let bins = found.all.bins.iter();
+            bins.map(|bin| (bin.r_over_d, bin.g, ())).collect()
+        })];
+        let named = species_pairs(plan);
+        if !named.is_empty() {
+            let table = table! {
+                "partial_pair_correlation", "Partial pair correlations of the pairs of species, by distance.";
+                key "engine", "", "Engine";
+                key "time", "time", "Time since the start";
+                key "species_a", "1", "Number of one species, from 1";
+                key "species_b", "1", "Number of the other, not below the first";
+                key "pair", "", "Names of both species";
+                key "r_over_d", "1", "Distance of the centres over the mean diameter";
+                estimate "g", "1", "Partial pair correlation g_ab(r), of one simulator for each particle; one for an ideal gas";
+            }
+            .figure(
+                Figure::curves(
+                    "Partial pair correlations",
+                    Axis::linear("r_over_d", "r/d"),
+                    Axis::linear("g", "g_ab(r)"),
+                )
+                .by(&["engine", "pair"])
+                .panels(&["time"])
+                .line("ideal gas", 1.0)
+                .caption("One simulator for each particle."),
+            );
+            tables.push(by_time(table, plan, runs, |found: &Found| {
+                let pairs = named.iter().zip(&found.pairs);
+                let rows = pairs.flat_map(|(named, one)| {
+                    let bins = one.bins.iter();
+                    bins.map(|bin| ((named.0, named.1.clone(), bin.r_over_d), bin.g, ()))
+                });
+                rows.collect()
+            }));
+        }
+        tables
     }
 }

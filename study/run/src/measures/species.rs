@@ -178,6 +178,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         "species", "Each species, or the particles of like size, at the sample times";
         key "time", "unit of time", "Time";
         key "species", "1", "Number of the species, from 1";
+        key "species_name", "", "Name of the species";
         note "mass", "mass", "Mass of a particle";
         note "diameter", "length", "Diameter of a particle";
         note "count", "1", "Particles in each replica";
@@ -205,7 +206,8 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
             row.diffusion,
             row.relaxation,
         ];
-        table.add((row.time, row.species + 1, about, row.tau, found));
+        let named = (row.species + 1, &*species.name);
+        table.add((row.time, named, about, row.tau, found));
     }
     let several = plan.species.len() > 1;
     for (shown, title, y, caption) in [
@@ -242,7 +244,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
             "Correlation of the velocities with those of the start.",
         ),
     ] {
-        let figure = || gas::against_time(title, y, caption).by(&["species"]);
+        let figure = || gas::against_time(title, y, caption).by(&["species_name"]);
         table.figures.extend(shown.then(figure));
     }
     if several && tau::rate(plan).is_some() && gas::has_displacement(plan) {
@@ -254,7 +256,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         );
         table.figures.push(Figure {
             x: Axis::logarithmic("tau_1", "τ₁"),
-            ..figure.by(&["species"])
+            ..figure.by(&["species_name"])
         });
     }
     table

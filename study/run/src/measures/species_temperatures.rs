@@ -82,11 +82,12 @@ impl Measure for SpeciesTemperatures {
             key "engine", "", "Engine";
             key "time", "time", "Time since the start";
             key "species", "1", "Number of the species, from 1";
+            key "species_name", "", "Name of the species";
             with_theory "temperature_ratio", "1", "Its temperature over that of the gas at the start; theory by Enskog's equations";
             with_theory "ratio_to_first", "1", "Its temperature over that of the first species";
             note "replicas", "1", "Replicas";
         }
-        .figure(figure.by(&["engine", "species"]));
+        .figure(figure.by(&["engine", "species_name"]));
         let times = plan.sample_times();
         let theory = plan.partial_temperatures();
         for (engine, records) in runs.each::<Record>(plan) {
@@ -101,7 +102,8 @@ impl Measure for SpeciesTemperatures {
                         .map(|record| [of(record, species), of(record, 0)]);
                     let ratio = ratio(&pairs.collect::<Vec<_>>());
                     let ratio = ratio.against(expected.map(|all| all[species] / all[0]));
-                    table.add((engine.name, time, species + 1, own, ratio, records.len()));
+                    let named = (species + 1, &*plan.species[species].name);
+                    table.add((engine.name, time, named, own, ratio, records.len()));
                 }
             }
         }

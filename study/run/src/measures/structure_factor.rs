@@ -1,14 +1,21 @@
 //! The structure factor of the density, S(k), of disks in a periodic box.
 
-use serde::Deserialize;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use stosszahl_analysis::structure_factor::{
     Assignment, Options as GridOptions, StructureFactor, StructureFactorPlan,
 };
 use stosszahl_results::{Axis, Cells, Figure, Table, table};
 
 use super::over;
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
+use crate::measure::{
+    self, BadOption, Measure, Moment, Probe, Recorder, ReplicaRecords, described,
+};
 use crate::plan::{EnginePlan, Plan};
+
+/// Caption on simulators of the figures of structure.
+pub(super) const OF_SIMULATORS: &str = "Of Monte Carlo with n simulators for each particle all simulators are shown. Each is 1/n of a particle: independent ones have \
+     S(k) = 1/n. At t = 0 they are n copies of the exact start.";
 
 /// Measure of the structure factor S(k).
 pub struct StructureFactors;
@@ -84,16 +91,70 @@ pub(super) fn mean_diameter(plan: &Plan) -> f64 {
     2.0 * plan.mean_radius()
 }
 
+/// Result of all particles, and of each pair of species of a mixture.
+#[derive(Serialize, Deserialize)]
+pub(super) struct WithPairs<T> {
+    /// Result of all particles.
+    pub all: T,
+    /// Results by pair of species, in the order of
+    /// [`pair_index`](stosszahl_analysis::contact_value::pair_index); empty in a gas of one species.
+    pub pairs: Vec<T>,
+}
+
+/// Returns the pairs of species of a mixture with their key cells: numbers from 1, and names; empty in a gas of one species.
+pub(super) fn species_pairs(plan: &Plan) -> Vec<([u64; 2], String)> {
+    let count = plan.species.len();
+    if count < 2 {
+        return Vec::new();
+    }
+    let all = (0..count).flat_map(|b| (0..=b).map(move |a| [a, b]));
+    all.map(|pair| (pair.map(|one| one as u64 + 1), plan.pair_name(pair)))
+        .collect()
+}
+
+/// Species of the particles of a mixture, by index.
+pub(super) struct SpeciesOf {
+    /// Number of species; 0 in a gas of one.
+    count: usize,
+    species: Vec<u32>,
+}
+
+impl SpeciesOf {
+    /// Collects the species of all particles of a plan.
+    pub(super) fn new(plan: &Plan) -> Self {
+        let mixture = plan.species.len() > 1;
+        let count = if mixture { plan.species.len() } else { 0 };
+        let particles = if mixture { plan.count() } else { 0 };
+        let species = (0..particles).map(|index| plan.species_of(index) as u32);
+        Self {
+            count,
+            species: species.collect(),
+        }
+    }
+
+    /// Returns the positions of the particles of each species, of one simulator for each particle;
+    /// empty in a gas of one species.
+    pub(super) fn places(&self, moment: &Moment<'_>) -> Vec<Vec<Vector3<f64>>> {
+        let mut places = vec![Vec::new(); self.count];
+        if self.count > 0 {
+            for (one, &species) in moment.particles().all.iter().zip(&self.species) {
+                places[species as usize].push(one.position);
+            }
+        }
+        places
+    }
+}
+
 /// Result at each time; `None` at a time without enough particles.
 pub(super) type ByTime<T> = Vec<(f64, Option<T>)>;
 
-/// Fills a table with a row for each engine, time and place: `places` are the key, the value and the cells after the value, of
-/// what was found in one replica.
-pub(super) fn by_time<T: 'static, C: Cells>(
+/// Fills a table with a row for each engine, time and place: `places` are the key cells, the value and the cells after the value,
+/// of what was found in one replica.
+pub(super) fn by_time<T: 'static, K: Cells, C: Cells>(
     mut table: Table,
     plan: &Plan,
     runs: &ReplicaRecords<'_>,
-    places: impl Fn(&T) -> Vec<(f64, f64, C)>,
+    places: impl Fn(&T) -> Vec<(K, f64, C)>,
 ) -> Table {
     for (engine, records) in runs.each::<ByTime<T>>(plan) {
         for (index, (time, _)) in records
@@ -117,6 +178,9 @@ pub(super) fn by_time<T: 'static, C: Cells>(
     }
     table
 }
+
+/// Result at one time.
+type Found = WithPairs<StructureFactor>;
 
 impl Measure for StructureFactors {
     described!(
@@ -152,6 +216,10 @@ impl Measure for StructureFactors {
         structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
     }
 
+    fn gathers(&self, plan: &Plan) -> bool {
+        plan.species.len() > 1
+    }
+
     fn working(&self, plan: &Plan) -> f64 {
         let (lengths, options) = Self::lattice(&measure::chosen(plan, self.name()), plan);
         StructureFactorPlan::bytes(lengths, options)
@@ -159,7 +227,8 @@ impl Measure for StructureFactors {
 
     fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let (lengths, options) = Self::lattice(&measure::chosen(plan, self.name()), plan);
-        let record = ByTime::<StructureFactor>::new();
+        let record = ByTime::<Found>::new();
+        let species = SpeciesOf::new(plan);
         Box::new(Recorder::new(record, move |record, moment| {
             let weight = moment.simulation.weight();
             let count = moment.simulation.count();
@@ -169,7 +238,12 @@ impl Measure for StructureFactors {
                 .and_then(|mut grid| {
                     let mut lattice = grid.lattice_of(count);
                     moment.simulation.reduce_particles(&mut lattice);
-                    grid.measure_on(lattice, weight)
+                    let all = grid.measure_on(lattice, weight)?;
+                    let places = species.places(moment);
+                    let plane = |all: &Vec<Vector3<f64>>| all.iter().map(Vector3::xy).collect();
+                    let places: Vec<Vec<_>> = places.iter().map(plane).collect();
+                    let pairs = grid.measure_partial(&places)?;
+                    Ok(WithPairs { all, pairs })
                 })
                 .ok();
             record.push((moment.time, found));
@@ -190,12 +264,56 @@ impl Measure for StructureFactors {
             estimate "structure_factor", "1", "Structure factor S(k); one for an ideal gas";
             note "modes", "1", "Wave vectors of the shell, one of each pair k and -k";
         }
-        .figure(figure.panels(&["time"]).line("ideal gas", 1.0));
-        vec![by_time(table, plan, runs, |found: &StructureFactor| {
-            let shells = found.shells.iter();
+        .figure(
+            figure
+                .panels(&["time"])
+                .line("ideal gas", 1.0)
+                .caption(OF_SIMULATORS),
+        );
+        let mut tables = vec![by_time(table, plan, runs, |found: &Found| {
+            let shells = found.all.shells.iter();
             shells
                 .map(|shell| (shell.wave_number, shell.value, shell.modes))
                 .collect()
-        })]
+        })];
+        let named = species_pairs(plan);
+        if !named.is_empty() {
+            let table = table! {
+                "partial_structure_factor", "Partial structure factors of the pairs of species, by shells of wave numbers.";
+                key "engine", "", "Engine";
+                key "time", "time", "Time since the start";
+                key "species_a", "1", "Number of one species, from 1";
+                key "species_b", "1", "Number of the other, not below the first";
+                key "pair", "", "Names of both species";
+                key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+                estimate "structure_factor", "1", "Partial structure factor S_ab(k), of one simulator for each particle; of an ideal gas 1 for pairs of one species, else 0";
+                note "modes", "1", "Wave vectors in the shell";
+            }
+            .figure(
+                Figure::curves(
+                    "Partial structure factors",
+                    Axis::logarithmic("k", "k = L/wavelength"),
+                    Axis::linear("structure_factor", "S_ab(k)"),
+                )
+                .by(&["engine", "pair"])
+                .panels(&["time"])
+                .caption("One simulator for each particle. An ideal gas has 1 for pairs of one species and 0 for pairs of two."),
+            );
+            tables.push(by_time(table, plan, runs, |found: &Found| {
+                let pairs = named.iter().zip(&found.pairs);
+                let rows = pairs.flat_map(|(named, one)| {
+                    let shells = one.shells.iter();
+                    shells.map(|one| {
+                        (
+                            (named.0, named.1.clone(), one.wave_number),
+                            one.value,
+                            one.modes,
+                        )
+                    })
+                });
+                rows.collect()
+            }));
+        }
+        tables
     }
 }

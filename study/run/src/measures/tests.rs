@@ -11,7 +11,7 @@ use stosszahl_model::{Budget, Collision, Observer, Particle, Particles, Simulati
 use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
 
 use super::ALL;
-use crate::measure::{CompletedRun, Measure, Probe, ReplicaRecords, SampleContext};
+use crate::measure::{CompletedRun, Measure, Probe, ReplicaRecords, SampleContext, Stop};
 use crate::plan::{EngineKind, EnginePlan, Plan, Scale};
 use crate::theory::flow;
 
@@ -185,6 +185,11 @@ fn follow(
             }
         }
         log.states.push((until, gas.particles().all));
+        probe.stop(&Stop {
+            time: until,
+            temperature: gas.temperature(),
+            kicked_from: None,
+        });
         probe.sample(&mut SampleContext::new(time, gas));
         if number == times.len() / 2 {
             let bytes = probe.save().expect("a record");

@@ -241,6 +241,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         NAME, "Displacement averaged over time along whole paths up to the end of the run";
         key "lag", "unit of time", "Lag";
         key "species", "1", "Number of the species, from 1";
+        key "species_name", "", "Name of the species";
         note "mass", "mass", "Mass of a particle";
         with_theory_error "mean_squared_displacement", "length^2",
             "Squared displacement over the lag, averaged over all its starts and over paths";
@@ -256,7 +257,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         let paths = species.count.min(paths(plan));
         table.add((
             row.lag,
-            row.species + 1,
+            (row.species + 1, &*species.name),
             species.mass,
             row.displacement,
             paths,
@@ -279,7 +280,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
     for figure in [figure, breaking] {
         table.figures.push(Figure {
             x: Axis::logarithmic("lag", "lag"),
-            ..figure.by(&["species"])
+            ..figure.by(&["species_name"])
         });
     }
     table

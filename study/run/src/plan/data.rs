@@ -296,6 +296,11 @@ impl Plan {
         0
     }
 
+    /// Returns the names of two species, for tables.
+    pub fn pair_name(&self, pair: [usize; 2]) -> String {
+        pair.map(|one| self.species[one].name.as_str()).join(", ")
+    }
+
     /// Returns true for each of the first two axes along which the box is periodic.
     pub fn periodic(&self) -> [bool; 2] {
         [0, 1].map(|axis| self.is_periodic_along(axis))

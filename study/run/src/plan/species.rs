@@ -108,6 +108,22 @@ fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
             count,
         });
     }
+    // Tables, figures and verdicts tell species apart by their names.
+    let named = |index: usize| match &found.names[index] {
+        Some(name) => name.clone(),
+        None => (index + 1).to_string(),
+    };
+    let names: Vec<String> = (0..found.names.len()).map(named).collect();
+    for (index, name) in names.iter().enumerate() {
+        if names[..index].contains(name) {
+            let key = format!("species.{}.name", index + 1);
+            return Err(PlanError::new(
+                key,
+                name,
+                "a name that no other species has",
+            ));
+        }
+    }
     Ok(found)
 }
 

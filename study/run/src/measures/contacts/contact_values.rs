@@ -16,6 +16,7 @@ fn empty() -> Table {
         key "window_end", "time", "End of the window";
         key "species_a", "1", "Number of one species, from 1";
         key "species_b", "1", "Number of the other, not below the first";
+        key "pair", "", "Names of both species";
         note "collisions", "1", "Collisions, over all replicas";
         with_theory "approaching", "1", "Part of g(d+) of pairs that approach, from the mean of 1/g over collisions; theory is half of Enskog's contact value";
         with_theory "separating", "1", "Part of g(d+) of pairs that separate, from the mean of 1/g after contact; theory is that before over the restitution r";
@@ -32,7 +33,7 @@ fn empty() -> Table {
             Axis::logarithmic("window_end", "end of the window"),
             Axis::linear("contact_value", "g(d+)"),
         )
-        .panels(&["species_a", "species_b"])
+        .panels(&["pair"])
         .caption("Pair correlation at contact by flux, with standard errors over replicas. The dashed line is Enskog's contact value times (1 + r)/(2 r)."),
     )
 }
@@ -68,7 +69,8 @@ pub(super) fn table(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) 
                         .map(|window| window.of([a, b]).collisions)
                         .sum();
                     if let Some(values) = pair.values(&windows) {
-                        let key = (engine.name, span, [a, b].map(|one| one as u64 + 1));
+                        let numbers = [a, b].map(|one| one as u64 + 1);
+                        let key = (engine.name, span, numbers, plan.pair_name([a, b]));
                         let twin = pair.total(&elastic).unwrap_or_default();
                         table.add(((key, collisions), values, twin, windows.len()));
                     }

@@ -28,6 +28,8 @@ pub(super) struct ElasticTwin {
     gas: Box<dyn Simulation>,
     /// Time of the start \[time\].
     start: f64,
+    /// Collisions of the gas per time by theory, before there are some \[1/time\].
+    expected: f64,
     /// Sums since they were last distributed over the windows.
     sums: WindowSums,
 }
@@ -37,6 +39,7 @@ pub(super) struct ElasticTwin {
 pub(super) struct SavedTwin {
     engine: ByteBuf,
     start: f64,
+    expected: f64,
     sums: WindowSums,
 }
 
@@ -49,11 +52,15 @@ pub(super) fn has_twin(plan: &Plan, engine: &EnginePlan) -> bool {
 }
 
 impl ElasticTwin {
-    /// Creates the twin of disks at their start.
+    /// Creates the twin of disks at their start, with the collisions of the gas per time by theory.
     ///
     /// # Errors
     /// [`EngineError`] if the disks overlap.
-    pub(super) fn new(grains: &Grains, start: &Particles) -> Result<Self, EngineError> {
+    pub(super) fn new(
+        grains: &Grains,
+        start: &Particles,
+        expected: f64,
+    ) -> Result<Self, EngineError> {
         let periodic = Boundaries::periodic();
         let gas = stosszahl_ed::simulate(grains, Dissipation::Elastic, &periodic, start)?;
         let always = [f64::NEG_INFINITY, f64::INFINITY];
@@ -62,6 +69,7 @@ impl ElasticTwin {
         Ok(Self {
             gas,
             start: start.time,
+            expected,
             sums,
         })
     }
@@ -79,24 +87,33 @@ impl ElasticTwin {
     /// [`Failure`] if the twin cannot be advanced.
     pub(super) fn follow(&mut self, collisions: u64, stop: &Interrupt) -> Result<(), Failure> {
         self.gas.set_stop_flag(stop);
-        let mut left = collisions.saturating_sub(self.gas.work().collisions);
-        if left == 0 {
-            return Ok(());
-        }
         if self.gas.work().collisions == 0 {
-            let budget = Budget::Collisions(left.div_ceil(2));
-            self.gas.advance(f64::INFINITY, budget, &mut self.sums)?;
-            left /= 2;
+            // Half of the way by the rate of theory, the rest by that of the twin.
+            self.advance(0.5 * collisions as f64)?;
         }
-        let done = self.gas.work().collisions as f64;
-        let passed = self.gas.time() - self.start;
-        if done > 0.0 && !self.gas.is_interrupted() {
-            let until = self.gas.time() + left as f64 * passed / done;
-            self.gas.advance(until, Budget::Unlimited, &mut self.sums)?;
-        }
+        let left = collisions.saturating_sub(self.gas.work().collisions);
+        self.advance(left as f64)?;
         if !self.gas.is_interrupted() {
             let (time, temperature) = (self.gas.time(), self.gas.temperature());
             self.sums.synchronise(time, temperature);
+        }
+        Ok(())
+    }
+
+    /// Advances by the mean time of some collisions, leg by leg, so that a checkpoint resumes to
+    /// the same bytes.
+    fn advance(&mut self, collisions: f64) -> Result<(), Failure> {
+        let (done, passed) = (self.gas.work().collisions, self.gas.time() - self.start);
+        let rate = if done > 0 {
+            done as f64 / passed
+        } else {
+            self.expected
+        };
+        let until = self.gas.time() + collisions / rate;
+        while until.is_finite() && until > self.gas.time() && !self.gas.is_interrupted() {
+            if self.gas.advance(until, Budget::Leg, &mut self.sums)? {
+                break;
+            }
         }
         Ok(())
     }
@@ -115,6 +132,7 @@ impl ElasticTwin {
         Ok(SavedTwin {
             engine: ByteBuf::from(self.gas.checkpoint()?),
             start: self.start,
+            expected: self.expected,
             sums: self.sums.clone(),
         })
     }
@@ -135,6 +153,7 @@ impl ElasticTwin {
         Ok(Self {
             gas,
             start: saved.start,
+            expected: saved.expected,
             sums: saved.sums,
         })
     }
