@@ -9,7 +9,7 @@ use stosszahl_results::{Axis, Cells, Figure, Table, table};
 
 use super::over;
 use crate::measure::{
-    self, BadOption, Measure, Moment, Probe, Recorder, ReplicaRecords, described,
+    self, BadOption, Measure, Probe, Recorder, ReplicaRecords, SampleContext, described,
 };
 use crate::plan::{EnginePlan, Plan};
 
@@ -134,7 +134,7 @@ impl SpeciesOf {
 
     /// Returns the positions of the particles of each species, of one simulator for each particle;
     /// empty in a gas of one species.
-    pub(super) fn places(&self, moment: &Moment<'_>) -> Vec<Vec<Vector3<f64>>> {
+    pub(super) fn places(&self, moment: &SampleContext<'_>) -> Vec<Vec<Vector3<f64>>> {
         let mut places = vec![Vec::new(); self.count];
         if self.count > 0 {
             for (one, &species) in moment.particles().all.iter().zip(&self.species) {
