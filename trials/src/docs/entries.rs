@@ -6,6 +6,7 @@ use std::mem::take;
 use stosszahl_report::drawings;
 use stosszahl_results::{Figure, Line, Table};
 
+use super::course::{BROKEN_CHAOS, UNBIASED};
 use super::data::{Made, Make};
 use super::results::{Key, Measured, Results};
 use super::verdicts::VERDICTS;
@@ -147,13 +148,8 @@ pub const ENTRIES: &[Entry] = &[
     entry("map-uniform", map::PAGE, EXACT, map::uniform),
     entry("map-waves", map::PAGE, EXACT, map::waves),
     entry("short-range-correlation", PAIRED, EXACT, gases::pairs),
-    entry(
-        "broken-chaos",
-        PAIRED,
-        &[ED, DSMC, HALFWAY],
-        gases::broken_chaos,
-    ),
-    entry("luding-1998-unbiased", PAIRED, BOTH, gases::unbiased),
+    made_by("broken-chaos", PAIRED, &[ED, DSMC, HALFWAY], BROKEN_CHAOS),
+    made_by("luding-1998-unbiased", PAIRED, BOTH, UNBIASED),
     entry("density-ladder", map::PAGE, BOTH, gases::ladder),
     entry(
         "transport",
@@ -192,11 +188,7 @@ pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
 
 /// Makes a table of the energy of exact disks, and its ratio to that of other engines, given as
 /// name and words.
-pub(super) fn against(
-    results: &Results,
-    times: &[f64],
-    others: &[(&str, &str)],
-) -> Result<Made, TrialError> {
+fn against(results: &Results, times: &[f64], others: &[(&str, &str)]) -> Result<Made, TrialError> {
     let row = |&time: &f64| -> Result<Vec<String>, TrialError> {
         let keys = [("engine", Key::Is("ed")), ("time", Key::At(time))];
         let exact = results.row("", "energy", &keys)?;
@@ -299,7 +291,7 @@ fn slopes(results: &Results) -> Result<Made, TrialError> {
 }
 
 fn dissipation(results: &Results) -> Result<Made, TrialError> {
-    Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES, false)?.into())
+    Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES)?.into())
 }
 
 /// Creates the figure of a table that shows a column, with the label of its horizontal axis.
