@@ -5,6 +5,7 @@ use std::mem::take;
 use stosszahl_report::drawings;
 use stosszahl_results::{Figure, Line, Table};
 
+use super::course::{BROKEN_CHAOS, UNBIASED};
 use super::data::{Made, Make};
 use super::results::{Key, Measured, Results};
 use super::tables::{against, of_window, table};
@@ -147,13 +148,8 @@ pub const ENTRIES: &[Entry] = &[
     entry("map-uniform", map::PAGE, EXACT, map::uniform),
     entry("map-waves", map::PAGE, EXACT, map::waves),
     entry("short-range-correlation", PAIRED, EXACT, gases::pairs),
-    entry(
-        "broken-chaos",
-        PAIRED,
-        &[ED, DSMC, HALFWAY],
-        gases::broken_chaos,
-    ),
-    entry("luding-1998-unbiased", PAIRED, BOTH, gases::unbiased),
+    made_by("broken-chaos", PAIRED, &[ED, DSMC, HALFWAY], BROKEN_CHAOS),
+    made_by("luding-1998-unbiased", PAIRED, BOTH, UNBIASED),
     entry("density-ladder", map::PAGE, BOTH, gases::ladder),
     entry(
         "transport",
@@ -238,7 +234,7 @@ fn slopes(results: &Results) -> Result<Made, TrialError> {
 }
 
 fn dissipation(results: &Results) -> Result<Made, TrialError> {
-    Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES, false)?.into())
+    Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES)?.into())
 }
 
 /// Creates the figure of a table that shows a column, with the label of its horizontal axis.

@@ -3,12 +3,11 @@
 
 use super::data::Made;
 use super::results::{Key, Results};
-use super::tables::{against, of_window, table};
+use super::tables::{of_window, table};
 use crate::TrialError;
 
-/// Scheme that has Enskog's rate and pressure, with words for it.
-const CONTACT_POINT: [(&str, &str); 1] = [("dsmc-contact-point", "contact point")];
-const EXACT_AND_CONTACT_POINT: [(&str, &str); 2] = [("ed", "ED"), CONTACT_POINT[0]];
+/// Scheme that has Enskog's rate and pressure.
+const CONTACT_POINT: &str = "dsmc-contact-point";
 
 /// Makes the block of transport coefficients over Enskog's, by packing.
 pub(super) fn transport(results: &Results) -> Result<Made, TrialError> {
@@ -62,33 +61,11 @@ pub(super) fn pairs(results: &Results) -> Result<Made, TrialError> {
     Ok(table(&header, &rows).into())
 }
 
-/// Makes the block of the energies of 10 000 exact disks and of 64 simulators for each, with the
-/// factors of their cooling rates.
-pub(super) fn broken_chaos(results: &Results) -> Result<Made, TrialError> {
-    let times = [0.2, 0.4309, 0.9283, 2.0, 4.309, 9.283, 20.0];
-    let energies = against(results, &times, &CONTACT_POINT)?;
-    let windows = [[0.0, 1.0], [1.0, 5.0], [5.0, 20.0]];
-    let factors = factors(results, &windows, &EXACT_AND_CONTACT_POINT, true)?;
-    Ok(format!("{}\n{factors}", energies.text).into())
-}
-
-/// Makes the block of the energies of the case of 1998 and of four simulators for each disk, with
-/// the factors of their cooling rates.
-pub(super) fn unbiased(results: &Results) -> Result<Made, TrialError> {
-    let times = [0.1, 1.0, 2.154, 10.0, 21.54, 46.42, 100.0, 215.4, 400.0];
-    let energies = against(results, &times, &CONTACT_POINT)?;
-    let windows = [[0.0, 1.0], [100.0, 400.0]];
-    let factors = factors(results, &windows, &EXACT_AND_CONTACT_POINT, true)?;
-    Ok(format!("{}\n{factors}", energies.text).into())
-}
-
-/// Makes a table of the factors of the cooling rates of engines in windows of time, with the slope
-/// of P(b/d) if `slopes` is true.
+/// Makes a table of the factors of the cooling rates of engines in windows of time.
 pub(super) fn factors(
     results: &Results,
     windows: &[[f64; 2]],
     engines: &[(&str, &str)],
-    slopes: bool,
 ) -> Result<String, TrialError> {
     let mut rows = Vec::new();
     for window in windows {
@@ -99,14 +76,10 @@ pub(super) fn factors(
             for factor in ["rate", "speed", "impact", "correlation", "dissipation"] {
                 cells.push(row.measured(&format!("{factor}_ratio"))?.text());
             }
-            if slopes {
-                let row = results.row("", "impact_parameter_summary", &keys)?;
-                cells.push(row.measured("slope")?.text());
-            }
             rows.push(cells);
         }
     }
-    let mut header = vec![
+    let header = [
         "t/t0",
         "engine",
         "collision rate",
@@ -115,9 +88,6 @@ pub(super) fn factors(
         "correlation",
         "cooling rate",
     ];
-    if slopes {
-        header.push("slope of P(b/d)");
-    }
     Ok(table(&header, &rows))
 }
 
@@ -135,13 +105,13 @@ pub(super) fn ladder(results: &Results) -> Result<Made, TrialError> {
         for time in times {
             let keys = [
                 ("engine_a", Key::Is("ed")),
-                ("engine_b", Key::Is(CONTACT_POINT[0].0)),
+                ("engine_b", Key::Is(CONTACT_POINT)),
                 ("time", Key::At(time)),
             ];
             let row = results.row(point, "comparison", &keys)?;
             cells.push(row.measured("energy_ratio_a_over_b")?.digits(4));
         }
-        for engine in [CONTACT_POINT[0].0, "ed"] {
+        for engine in [CONTACT_POINT, "ed"] {
             let row = results.row(point, "dissipation", &of_window(engine, [0.0, 1.0]))?;
             cells.push(row.measured("rate_ratio")?.digits(4));
         }

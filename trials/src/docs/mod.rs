@@ -16,6 +16,7 @@
 mod accuracy;
 mod block;
 mod compare;
+mod course;
 mod data;
 mod entries;
 mod files;
