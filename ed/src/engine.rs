@@ -322,9 +322,17 @@ where
         self.forget_events();
         let checkpoint = self.checkpoint_in(Order::Memory);
         let names = std::mem::take(&mut self.names);
-        let nobody = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
+        let no_disk = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
         let motion = self.disks.motion;
-        self.disks = Disks::new(&self.domain, 1.0, 0, nobody, motion, GridOptions::default()).0;
+        self.disks = Disks::new(
+            &self.domain,
+            1.0,
+            0,
+            no_disk,
+            motion,
+            GridOptions::default(),
+        )
+        .0;
         let boundaries = self.surroundings.boundaries.clone();
         let scene = self.scene.clone();
         let (stop, parallel, stale) = (self.stop.clone(), self.parallel, self.stale);

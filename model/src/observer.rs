@@ -197,9 +197,9 @@ mod tests {
 
     #[test]
     fn who_does_not_look_costs_nothing() {
-        let mut nobody = ();
-        let mut recorder = Recorder::new(&mut nobody);
-        recorder.record(|| panic!("nobody asked"));
+        let mut silent = ();
+        let mut recorder = Recorder::new(&mut silent);
+        recorder.record(|| panic!("not asked for"));
         assert_eq!(recorder.batch.capacity(), 0);
         assert!(!((), ()).looks());
     }

@@ -378,10 +378,10 @@ mod tests {
     fn a_link_in_the_way_is_replaced() {
         let folder = tempfile::tempdir().expect("a folder");
         let [path, other] = ["a.snapshot", "other"].map(|name| folder.path().join(name));
-        fs::write(&other, "of somebody else").expect("written");
+        fs::write(&other, "of another program").expect("written");
         std::os::unix::fs::symlink(&other, &path).expect("a link");
         write(&path, &[7; 32], &1_u64).expect("written");
-        assert_eq!(fs::read(&other).expect("bytes"), b"of somebody else");
+        assert_eq!(fs::read(&other).expect("bytes"), b"of another program");
         assert!(!path.is_symlink());
         assert_eq!(read::<u64>(&path, &[7; 32]).expect("read"), 1);
     }

@@ -82,8 +82,8 @@ def test_parquet_in_parts_without_partners_and_empty(tmp_path, monkeypatch):
     assert [file.metadata.row_group(number).num_rows for number in range(file.num_row_groups)] == [64, 64, 64, 8]
     table = file.read()
     assert np.array_equal(table["time"], log.collisions["time"])
-    nobody = log.collisions["pair"] == 2**32 - 1
-    assert np.array_equal([table[name].is_null() for name in ("first", "second")], nobody.T)
+    unknown = log.collisions["pair"] == 2**32 - 1
+    assert np.array_equal([table[name].is_null() for name in ("first", "second")], unknown.T)
     empty = parquet.read_table(CollisionLog().write(tmp_path / "empty.parquet"))
     assert empty.num_rows == 0 and empty.schema.equals(table.schema)
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::program::{COOLING, Desk, FLUCTUATIONS, LANGEVIN, MIXTURE, WALLS};
+use crate::support::program::{COOLING, FLUCTUATIONS, LANGEVIN, MIXTURE, TestFolder, WALLS};
 
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
@@ -169,7 +169,7 @@ fn the_index_is_that_of_the_book() {
 
 #[test]
 fn the_page_of_keys_is_that_of_the_program() {
-    let said = Desk::new("").done("reference");
+    let said = TestFolder::new("").done("reference");
     let page = fs::read_to_string(docs().join("keys.md")).expect("a page");
     assert!(
         page == said.out,
@@ -191,9 +191,9 @@ fn the_page_of_columns_has_those_of_runs() {
     let page = fs::read_to_string(docs().join("columns.md")).expect("a page");
     let known: BTreeSet<&str> = page.lines().collect();
     for case in [COOLING, MIXTURE, WALLS, FLUCTUATIONS, LANGEVIN] {
-        let desk = Desk::new(case);
-        desk.done("run case.toml --quiet");
-        let made = desk.done("reference results/case").out;
+        let work = TestFolder::new(case);
+        work.done("run case.toml --quiet");
+        let made = work.done("reference results/case").out;
         let rows = made
             .lines()
             .filter(|line| line.starts_with("| `") || line.starts_with("## "));

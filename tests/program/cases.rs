@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::program::{Desk, SHRUNKEN, SMALL, bundled, bundled_names, plan, stored};
+use crate::support::program::{SHRUNKEN, SMALL, TestFolder, bundled, bundled_names, plan, stored};
 use stosszahl::case::CaseFile;
 use stosszahl::case::format::{Restitution, Units};
 use stosszahl::results::Sweep;
@@ -18,7 +18,7 @@ fn every_case_has_a_small_form() {
 
 #[test]
 fn every_case_is_valid_and_asks_a_question() {
-    let desk = Desk::new("");
+    let work = TestFolder::new("");
     for name in bundled_names() {
         let path = bundled(&name);
         let file = CaseFile::read(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
@@ -45,8 +45,8 @@ fn every_case_is_valid_and_asks_a_question() {
         let half = format!("run.until={}", 0.5 * file.points[0].case.run.until);
         let earlier = CaseFile::read(&path, &[half]).map(drop);
         earlier.unwrap_or_else(|error| panic!("{error}"));
-        desk.write("case.toml", &file.text);
-        let said = desk.done("check case.toml --no-timing");
+        work.write("case.toml", &file.text);
+        let said = work.done("check case.toml --no-timing");
         assert!(said.out.contains("memory"), "{name}: {}", said.out);
     }
 }
@@ -95,12 +95,12 @@ fn assert_finished(folder: &Path) {
 }
 
 /// Runs a case by the program, and checks its folder, or those of the points of a sweep.
-fn assert_runs(desk: &Desk, text: &str, out: &str, set: &[&str]) {
-    desk.write("case.toml", text);
+fn assert_runs(work: &TestFolder, text: &str, out: &str, set: &[&str]) {
+    work.write("case.toml", text);
     let set: Vec<&str> = set.iter().flat_map(|one| [" --set ", *one]).collect();
     let set = set.concat();
-    desk.done(&format!("run case.toml --out {out}{set}"));
-    let folder = desk.path(out);
+    work.done(&format!("run case.toml --out {out}{set}"));
+    let folder = work.path(out);
     let Some(sweep) = Sweep::read(&folder).expect("an index, or none") else {
         return assert_finished(&folder);
     };
@@ -121,17 +121,17 @@ fn assert_runs(desk: &Desk, text: &str, out: &str, set: &[&str]) {
 
 #[test]
 fn every_case_runs_in_a_small_form() {
-    let desk = Desk::new("");
+    let work = TestFolder::new("");
     for (name, set) in SHRUNKEN {
         let case = fs::read_to_string(bundled(name)).expect("a case");
         let set: Vec<&str> = set.split(' ').chain(["replicas=1"]).collect();
-        assert_runs(&desk, &case, name, &set);
+        assert_runs(&work, &case, name, &set);
     }
 }
 
 #[test]
 fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
-    let desk = Desk::new("");
+    let work = TestFolder::new("");
     // A table of species exists only for several species.
     let expected = [
         "comparison dissipation energy error_budget impact_parameter impact_parameter_summary pair_correlation replicas \
@@ -150,16 +150,16 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
          replicas shear_decay spectra steady_spectra steady_state structure_factor",
     ];
     for ((name, text), tables) in SMALL.into_iter().zip(expected) {
-        assert_runs(&desk, text, name, &[]);
-        let stored = stored(&desk.path(name));
+        assert_runs(&work, text, name, &[]);
+        let stored = stored(&work.path(name));
         let mut found: Vec<&str> = stored.tables.iter().map(|table| &*table.name).collect();
         found.sort_unstable();
         assert_eq!(found.join(" "), tables, "{name}");
         // The report rebuilt from the folder alone.
-        let page = desk.text(&format!("{name}/report.html"));
-        fs::remove_file(desk.path(&format!("{name}/report.html"))).expect("removed");
-        desk.done(&format!("report {name}"));
-        assert!(page == desk.text(&format!("{name}/report.html")), "{name}");
+        let page = work.text(&format!("{name}/report.html"));
+        fs::remove_file(work.path(&format!("{name}/report.html"))).expect("removed");
+        work.done(&format!("report {name}"));
+        assert!(page == work.text(&format!("{name}/report.html")), "{name}");
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use crate::support::program::{Desk, manifest};
+use crate::support::program::{TestFolder, manifest};
 
 /// Case of two chambers between elastic walls; a body and engines follow.
 const CHAMBERS: &str = "format = 2\ntitle = \"two chambers\"\nreplicas = 1\n[gas]\nrestitution = 1\n[box]\n[walls]\n\
@@ -124,18 +124,18 @@ fn chambers_keep_their_temperatures() {
         for (engine, more) in ENGINES {
             write!(case, "[engine.{engine}]\n{more}").expect("a string");
         }
-        let desk = Desk::new(&case);
+        let work = TestFolder::new(&case);
         let (start, counts) = partition.start();
         assert!(counts.iter().all(|count| *count > 30), "{counts:?}");
-        desk.write("start.csv", start);
-        desk.done("run case.toml --out out");
-        let manifest = manifest(&desk.path("out"));
+        work.write("start.csv", start);
+        work.done("run case.toml --out out");
+        let manifest = manifest(&work.path("out"));
         for (engine, _) in ENGINES {
             let name = format!("{engine} {at} {thickness} {bend}");
             let cost = manifest.engines.iter().find(|one| one.engine == engine);
             let collisions = cost.expect("an engine").collisions;
             assert!(collisions > 200, "{name}: {collisions} collisions");
-            let text = desk.text(&format!("out/snapshots/{engine}-0.xyz"));
+            let text = work.text(&format!("out/snapshots/{engine}-0.xyz"));
             let (mut found, mut energies) = ([0; 2], [0.0; 2]);
             for row in text.lines().skip(2) {
                 let numbers = row.split_whitespace().map(str::parse);
@@ -165,7 +165,7 @@ fn cells_that_cannot_tell_sides_apart_are_refused() {
         [x, if tooth.is_multiple_of(2) { 23.0 } else { 27.0 }]
     };
     let teeth: Vec<[f64; 2]> = (0..300).map(tooth).collect();
-    let desk = Desk::new(&format!(
+    let work = TestFolder::new(&format!(
         "format = 2\ntitle = \"a comb\"\nreplicas = 1\n[gas]\nnumber = 50\ndiameter = 2\nrestitution = 1\n[box]\nsize = [120, 80]\n\
          [[obstacle]]\npolyline = {teeth:?}\n[run]\nuntil = 1\nsamples = 40\n[engine.dsmc-boltzmann]\ncell_size = 40\n"
     ));
@@ -178,7 +178,7 @@ fn cells_that_cannot_tell_sides_apart_are_refused() {
         "check case.toml",
         "run case.toml --out out",
     ] {
-        desk.refused(command, &words);
+        work.refused(command, &words);
     }
-    desk.done("run case.toml --out out --set engine.dsmc-boltzmann.cell_size=10");
+    work.done("run case.toml --out out --set engine.dsmc-boltzmann.cell_size=10");
 }

@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::process::{Child, Command, Stdio};
 
 use crate::support::program::{
-    COOLING, Columns, Desk, INFLOW, MIXTURE, SMALL, WALLS, assert_same, bundled_names, files,
+    COOLING, Columns, INFLOW, MIXTURE, SMALL, TestFolder, WALLS, assert_same, bundled_names, files,
     manifest,
 };
 
@@ -46,16 +46,16 @@ fn start_file() -> String {
 
 #[test]
 fn a_comparison_gives_tables_and_a_report() {
-    let desk = Desk::new(COOLING);
-    let said = desk.done("run case.toml");
+    let work = TestFolder::new(COOLING);
+    let said = work.done("run case.toml");
     assert!(
         said.out.contains("ED (exact)") && said.out.contains("DSMC free volume"),
         "{}",
         said.out
     );
-    let results = desk.path("results/case");
+    let results = work.path("results/case");
     let header = |name: &str| {
-        let text = desk.text(&format!("results/case/{name}.csv"));
+        let text = work.text(&format!("results/case/{name}.csv"));
         text.lines().next().unwrap_or_default().to_owned()
     };
     for line in "\
@@ -88,16 +88,16 @@ fn a_comparison_gives_tables_and_a_report() {
 
 #[test]
 fn results_are_neither_overwritten_nor_mistaken() {
-    let desk = Desk::new(COOLING);
-    desk.done("run case.toml --until 1");
+    let work = TestFolder::new(COOLING);
+    work.done("run case.toml --until 1");
     // A finished run is not resumed as another run.
-    let said = desk.done("run case.toml --until 1 --resume");
+    let said = work.done("run case.toml --until 1 --resume");
     assert!(
         said.err.contains("complete") || said.out.contains("complete"),
         "{}",
         said.err
     );
-    desk.refused(
+    work.refused(
         "run case.toml --resume --seed 6 --until 1",
         &["another run", "seed"],
     );
@@ -106,15 +106,15 @@ fn results_are_neither_overwritten_nor_mistaken() {
         ("verdict.tolerance=0.2", "verdict.tolerance"),
     ] {
         let line = format!("run case.toml --until 1 --resume --set {set}");
-        desk.refused(&line, &["results/case", key]);
+        work.refused(&line, &["results/case", key]);
     }
     // Existing results are not overwritten, and other files are not replaced.
-    desk.refused("run case.toml", &["--force"]);
-    fs::create_dir(desk.path("diary")).expect("a folder");
-    desk.write("diary/today", "dear");
-    desk.refused("run case.toml --force --out diary", &["diary"]);
-    assert_eq!(desk.text("diary/today"), "dear");
-    desk.refused(
+    work.refused("run case.toml", &["--force"]);
+    fs::create_dir(work.path("diary")).expect("a folder");
+    work.write("diary/today", "dear");
+    work.refused("run case.toml --force --out diary", &["diary"]);
+    assert_eq!(work.text("diary/today"), "dear");
+    work.refused(
         "run case.toml --resume --out nowhere",
         &["nothing to resume"],
     );
@@ -127,51 +127,51 @@ fn results_are_neither_overwritten_nor_mistaken() {
         "snapshots/mine.xyz",
     ];
     for name in own {
-        desk.write(&format!("results/case/{name}"), "dear");
+        work.write(&format!("results/case/{name}"), "dear");
     }
-    desk.write("results/case/case.toml", COOLING);
-    desk.refused(
+    work.write("results/case/case.toml", COOLING);
+    work.refused(
         "run results/case/case.toml --force --until 1 --out results/case",
         &["would be replaced"],
     );
-    desk.done("run case.toml --force --until 1 --seed 6");
+    work.done("run case.toml --force --until 1 --seed 6");
     for name in own {
-        assert_eq!(desk.text(&format!("results/case/{name}")), "dear", "{name}");
+        assert_eq!(work.text(&format!("results/case/{name}")), "dear", "{name}");
     }
-    assert_eq!(manifest(&desk.path("results/case")).seed, 6);
+    assert_eq!(manifest(&work.path("results/case")).seed, 6);
 }
 
 /// A finished run is not changed unnoticed by other windows, which show the same fields
 /// differently.
 #[test]
 fn windows_of_a_finished_run_are_not_changed_unnoticed() {
-    let desk = Desk::new(WALLS);
+    let work = TestFolder::new(WALLS);
     let line = "run case.toml --replicas 1";
-    desk.done(line);
-    let before = files(&desk.path("results/case"));
-    desk.refused(
+    work.done(line);
+    let before = files(&work.path("results/case"));
+    work.refused(
         &format!("{line} --resume --set measure.fields.windows=[[0,2]]"),
         &["results/case", "measure.fields.windows"],
     );
-    assert_eq!(before, files(&desk.path("results/case")));
-    let said = desk.done(&format!("{line} --resume --set run.checkpoint_seconds=5"));
+    assert_eq!(before, files(&work.path("results/case")));
+    let said = work.done(&format!("{line} --resume --set run.checkpoint_seconds=5"));
     assert!(said.out.contains("complete"), "{}", said.out);
 }
 
 #[test]
 fn threads_do_not_change_a_byte() {
     for (name, case) in SMALL {
-        let desk = Desk::new(case);
+        let work = TestFolder::new(case);
         for threads in ["1", "2", "3"] {
-            desk.done(&format!(
+            work.done(&format!(
                 "run case.toml --threads {threads} --out {threads}"
             ));
         }
-        assert_same(&desk.path("1"), &desk.path("2"));
-        assert_same(&desk.path("1"), &desk.path("3"));
+        assert_same(&work.path("1"), &work.path("2"));
+        assert_same(&work.path("1"), &work.path("3"));
         if name == "mixture" {
-            desk.done("run case.toml --seed 99 --out other");
-            assert_ne!(files(&desk.path("1")), files(&desk.path("other")));
+            work.done("run case.toml --seed 99 --out other");
+            assert_ne!(files(&work.path("1")), files(&work.path("other")));
         }
     }
 }
@@ -209,12 +209,12 @@ const BAD: &[(&str, &str, &str, &[&str])] = &[
 fn bad_cases_leave_nothing_behind() {
     for (good, from, to, says) in BAD {
         assert!(good.contains(from), "{from}");
-        let desk = Desk::new(&good.replacen(from, to, 1));
-        desk.refused("run case.toml", says);
-        assert!(!desk.path("results").exists(), "{to}");
-        desk.refused("check case.toml", says);
+        let work = TestFolder::new(&good.replacen(from, to, 1));
+        work.refused("run case.toml", says);
+        assert!(!work.path("results").exists(), "{to}");
+        work.refused("check case.toml", says);
     }
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     for (line, says) in [
         ("run absent.toml", "absent.toml"),
         ("run .", "folder"),
@@ -233,17 +233,17 @@ fn bad_cases_leave_nothing_behind() {
         ("report nowhere", "nowhere"),
         ("report .", "."),
     ] {
-        desk.refused(line, &[says]);
-        assert!(!desk.path("results").exists(), "{line}");
+        work.refused(line, &[says]);
+        assert!(!work.path("results").exists(), "{line}");
     }
 }
 
 /// A report without tables is refused: the lost tables are named.
 #[test]
 fn a_report_without_tables_is_refused() {
-    let desk = Desk::new(COOLING);
-    desk.done("run case.toml --out out --replicas 1 --until 1");
-    let tables = fs::read_dir(desk.path("out")).expect("results").flatten();
+    let work = TestFolder::new(COOLING);
+    work.done("run case.toml --out out --replicas 1 --until 1");
+    let tables = fs::read_dir(work.path("out")).expect("results").flatten();
     let tables = tables.map(|entry| entry.path());
     let tables: Vec<_> = tables
         .filter(|path| path.extension().is_some_and(|end| end == "csv"))
@@ -252,7 +252,7 @@ fn a_report_without_tables_is_refused() {
     for table in tables {
         fs::remove_file(table).expect("removed");
     }
-    let said = desk.say("report out");
+    let said = work.say("report out");
     assert_eq!(said.code, Some(1), "{}", said.err);
     assert!(said.err.contains("energy.csv"), "{}", said.err);
     assert!(said.err.contains("missing"), "{}", said.err);
@@ -262,14 +262,14 @@ fn a_report_without_tables_is_refused() {
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_no_file_of_results() {
-    let desk = Desk::new(COOLING);
-    desk.done("run case.toml --out out --replicas 1 --until 1");
+    let work = TestFolder::new(COOLING);
+    work.done("run case.toml --out out --replicas 1 --until 1");
     for name in ["energy.csv", "manifest.json"] {
-        let path = desk.path("out").join(name);
+        let path = work.path("out").join(name);
         fs::remove_file(&path).expect("removed");
         let made = Command::new("mkfifo").arg(&path).status();
         assert!(made.expect("mkfifo").success());
-        let said = desk.say("report out");
+        let said = work.say("report out");
         assert_eq!(said.code, Some(1), "{}", said.err);
         assert!(said.err.contains(name), "{}", said.err);
         assert!(said.err.contains("expected a file"), "{}", said.err);
@@ -279,10 +279,10 @@ fn a_pipe_is_no_file_of_results() {
 /// Whole numbers are written as in cases.
 #[test]
 fn options_take_whole_numbers_with_exponents() {
-    let desk = Desk::new(COOLING);
-    desk.done("run case.toml --out plain --replicas 2 --seed 1000 --until 1 --threads 1");
-    desk.done("run case.toml --out short --replicas 2e0 --seed 1e3 --until 1 --threads 1e0");
-    let energy = |out: &str| fs::read(desk.path(out).join("energy.csv")).expect("a table");
+    let work = TestFolder::new(COOLING);
+    work.done("run case.toml --out plain --replicas 2 --seed 1000 --until 1 --threads 1");
+    work.done("run case.toml --out short --replicas 2e0 --seed 1e3 --until 1 --threads 1e0");
+    let energy = |out: &str| fs::read(work.path(out).join("energy.csv")).expect("a table");
     assert_eq!(energy("plain"), energy("short"));
 }
 
@@ -316,17 +316,17 @@ fn bad_start_files_are_named() {
         ("# box: 10 10\nx,y\n", &["start.csv", "at least one"]),
         ("", &["start.csv:1", "# box: Lx Ly"]),
     ] {
-        let desk = Desk::new(FROM_FILE);
-        desk.write("start.csv", start);
-        desk.refused("run case.toml", fragments);
-        assert!(!desk.path("results").exists(), "{start}");
+        let work = TestFolder::new(FROM_FILE);
+        work.write("start.csv", start);
+        work.refused("run case.toml", fragments);
+        assert!(!work.path("results").exists(), "{start}");
     }
     // A gas cannot be given a lattice that does not fit, nor a box narrower than a disk.
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     for set in ["box.packing_fraction=0.9", "box.aspect_ratio=1e-9"] {
         let line = format!("run case.toml --set {set} --set start.placement=hexagonal");
-        desk.refused(&line, &["is refused", "the rule"]);
-        assert!(!desk.path("results").exists());
+        work.refused(&line, &["is refused", "the rule"]);
+        assert!(!work.path("results").exists());
     }
 }
 
@@ -334,20 +334,20 @@ fn bad_start_files_are_named() {
 /// one run is a start for another.
 #[test]
 fn a_start_from_a_file_runs_in_both_engines() {
-    let desk = Desk::new(FROM_FILE);
-    desk.write("start.csv", start_file());
-    desk.done("run case.toml --out first");
-    desk.write(
+    let work = TestFolder::new(FROM_FILE);
+    work.write("start.csv", start_file());
+    work.done("run case.toml --out first");
+    work.write(
         "start.csv",
         format!("\u{feff}{}", start_file().replace('\n', "\r\n")),
     );
-    desk.done("run case.toml --out second");
-    assert_same(&desk.path("first"), &desk.path("second"));
+    work.done("run case.toml --out second");
+    assert_same(&work.path("first"), &work.path("second"));
     let again = FROM_FILE
         .replace("start.csv", "first/snapshots/ed-0.xyz")
         .replace("[run]", "velocities = \"file\"\nequilibration = 0\n[run]");
-    desk.write("again.toml", again);
-    let said = desk.done("run again.toml --replicas 1");
+    work.write("again.toml", again);
+    let said = work.done("run again.toml --replicas 1");
     assert!(!said.out.contains("equilibr"), "{}", said.out);
     // A start file of equal velocities has no temperature, and rounding gives it none: of ten times
     // 0.1, the mean is another.
@@ -357,12 +357,12 @@ fn a_start_from_a_file_runs_in_both_engines() {
     for i in 0..10 {
         writeln!(still, "{},5,0.1,0.3", 2 * i + 1).expect("a string");
     }
-    desk.write("start.csv", still);
-    desk.write(
+    work.write("start.csv", still);
+    work.write(
         "still.toml",
         FROM_FILE.replace("[run]", "velocities = \"file\"\n[run]"),
     );
-    desk.refused(
+    work.refused(
         "run still.toml --replicas 1",
         &["start.csv", "temperature", "rounding"],
     );
@@ -372,43 +372,43 @@ fn a_start_from_a_file_runs_in_both_engines() {
 #[test]
 fn parallel_flight_is_no_endless_preparation() {
     let own = "velocities = \"file\"\nequilibration = 10\n[run]";
-    let desk = Desk::new(&FROM_FILE.replace("[run]", own));
-    desk.write(
+    let work = TestFolder::new(&FROM_FILE.replace("[run]", own));
+    work.write(
         "start.csv",
         "# box: 10 10\nx,y,vx,vy\n1,1,1,0\n4,5,-1,0\n7,9,0,0\n",
     );
-    let said = desk.done("run case.toml --replicas 1");
+    let said = work.done("run case.toml --replicas 1");
     assert!(said.out.contains("equilibr"), "{}", said.out);
 }
 
 /// A changed start file makes another run, which a stopped run does not resume.
 #[test]
 fn a_changed_start_file_is_another_run() {
-    let desk = Desk::new(FROM_FILE);
-    desk.write("start.csv", start_file());
-    desk.done("run case.toml --out out");
-    fs::remove_file(desk.path("out/manifest.json")).expect("removed");
-    desk.write(
+    let work = TestFolder::new(FROM_FILE);
+    work.write("start.csv", start_file());
+    work.done("run case.toml --out out");
+    fs::remove_file(work.path("out/manifest.json")).expect("removed");
+    work.write(
         "start.csv",
         start_file().replace("# box: 30 30", "# box: 31 30"),
     );
-    desk.refused(
+    work.refused(
         "run case.toml --out out --resume",
         &["another run", "files"],
     );
-    desk.write("start.csv", start_file());
-    desk.done("run case.toml --out out --resume");
+    work.write("start.csv", start_file());
+    work.done("run case.toml --out out --resume");
 }
 
 /// A collapse ends the run with an error that names the cluster; the state stays, readable by
 /// others, and tables are made of what other replicas have.
 #[test]
 fn a_collapse_keeps_the_state() {
-    let desk = Desk::new(
+    let work = TestFolder::new(
         "format = 2\ntitle = \"Collapse\"\nseed = 1\nreplicas = 1\n[gas]\nnumber = 1000\nrestitution = 0.1\n\
          [box]\npacking_fraction = 0.5\n[run]\nuntil = 100\n[engine.ed]\n",
     );
-    let said = desk.say("run case.toml --out out");
+    let said = work.say("run case.toml --out out");
     assert_eq!(said.code, Some(1), "{}", said.err);
     assert!(
         said.err.contains("inelastic collapse at time"),
@@ -416,34 +416,34 @@ fn a_collapse_keeps_the_state() {
         said.err
     );
     assert!(said.err.contains("stopped.xyz"), "{}", said.err);
-    let state = desk.text("out/snapshots/replica-0-ed.stopped.xyz");
+    let state = work.text("out/snapshots/replica-0-ed.stopped.xyz");
     assert_eq!(state.lines().count(), 1002);
     // Results of the failed run are replaced as a whole.
-    desk.done("run case.toml --out out --force --until 0.01");
-    assert!(!desk.path("out/snapshots/replica-0-ed.stopped.xyz").exists());
+    work.done("run case.toml --out out --force --until 0.01");
+    assert!(!work.path("out/snapshots/replica-0-ed.stopped.xyz").exists());
 }
 
 #[test]
 fn any_key_can_be_set_and_what_is_said_is_what_was_run() {
-    let desk = Desk::new(MIXTURE);
-    desk.done(
+    let work = TestFolder::new(MIXTURE);
+    work.done(
         "run case.toml --out out --set species.2.number=40 --set title=shorter --until 1e1 \
          --set measure.time_averaged_displacement.particles=5",
     );
-    let manifest = manifest(&desk.path("out"));
+    let manifest = manifest(&work.path("out"));
     assert_eq!(manifest.title, "shorter");
     assert_eq!(manifest.case["species"][1]["number"], 40);
     assert_eq!(manifest.case["run"]["until"], 10.0);
-    let species = Columns::read(&desk.path("out"), "species");
+    let species = Columns::read(&work.path("out"), "species");
     assert!(species.numbers("time").iter().all(|&time| time <= 10.0));
     assert_eq!(species.numbers("count")[1], 40.0);
-    assert!(desk.text("out/report.html").contains("shorter"));
+    assert!(work.text("out/report.html").contains("shorter"));
 }
 
 #[test]
 fn check_schema_and_help_teach() {
-    let desk = Desk::new(COOLING);
-    let said = desk.done("check case.toml").out;
+    let work = TestFolder::new(COOLING);
+    let said = work.done("check case.toml").out;
     for word in [
         "mean free path",
         "Haff time",
@@ -453,22 +453,22 @@ fn check_schema_and_help_teach() {
     ] {
         assert!(said.contains(word), "{word} in {said}");
     }
-    assert!(!desk.path("results").exists());
-    let schema: serde_json::Value = serde_json::from_str(&desk.done("schema").out).expect("JSON");
+    assert!(!work.path("results").exists());
+    let schema: serde_json::Value = serde_json::from_str(&work.done("schema").out).expect("JSON");
     for key in ["gas", "box", "measure"] {
         assert!(schema["properties"][key].is_object(), "{key}");
     }
     assert!(schema["properties"]["measure"]["properties"]["impact_parameters"].is_object());
-    assert!(desk.done("--help").out.contains("cases/quick.toml"));
-    assert!(desk.done("run --help").out.contains("--resume"));
+    assert!(work.done("--help").out.contains("cases/quick.toml"));
+    assert!(work.done("run --help").out.contains("--resume"));
 }
 
 /// A case may come through a pipe.
 #[cfg(unix)]
 #[test]
 fn a_case_is_read_from_a_pipe() {
-    let desk = Desk::new("");
-    let mut child = desk.command("check /dev/stdin");
+    let work = TestFolder::new("");
+    let mut child = work.command("check /dev/stdin");
     let child = child.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
     let mut child = child.expect("the program starts");
     let mut pipe = child.stdin.take().expect("a pipe");
@@ -482,16 +482,16 @@ fn a_case_is_read_from_a_pipe() {
 #[cfg(unix)]
 #[test]
 fn a_folder_that_cannot_be_written_is_named() {
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     // A file in place of the folder fails for any user.
-    desk.write("file", "");
-    desk.refused("run case.toml --out file/results", &["file/results"]);
-    desk.refused("run case.toml --out file", &["file"]);
+    work.write("file", "");
+    work.refused("run case.toml --out file/results", &["file/results"]);
+    work.refused("run case.toml --out file", &["file"]);
     #[cfg(target_os = "linux")]
-    desk.refused("run case.toml --out /proc/stosszahl", &["/proc/stosszahl"]);
+    work.refused("run case.toml --out /proc/stosszahl", &["/proc/stosszahl"]);
     // A schema cannot be written to a full device.
     if let Ok(full) = fs::OpenOptions::new().write(true).open("/dev/full") {
-        let code = desk
+        let code = work
             .command("schema")
             .stdout(full)
             .stderr(Stdio::null())
@@ -504,32 +504,32 @@ fn a_folder_that_cannot_be_written_is_named() {
 /// and a file of the same name takes precedence.
 #[test]
 fn bundled_cases_are_known_by_name() {
-    let desk = Desk::new(COOLING);
-    let list = desk.done("cases").out;
+    let work = TestFolder::new(COOLING);
+    let list = work.done("cases").out;
     assert_eq!(list.lines().count(), bundled_names().len());
     assert!(
         list.lines().all(|line| line.trim_end().ends_with('?')),
         "{list}"
     );
-    let text = desk.done("cases quick").out;
+    let text = work.done("cases quick").out;
     assert!(text.contains("format = 2"));
-    let said = desk.done("check quick --until 1").out;
+    let said = work.done("check quick --until 1").out;
     assert!(said.contains("Free cooling of 2500 disks"), "{said}");
-    desk.refused("cases quik", &["quik", "stosszahl cases"]);
-    desk.write("quick", "format = 2\nno_key = 1\n");
-    desk.refused("check quick", &["no_key"]);
+    work.refused("cases quik", &["quik", "stosszahl cases"]);
+    work.write("quick", "format = 2\nno_key = 1\n");
+    work.refused("check quick", &["no_key"]);
 }
 
 /// At the end of a run the first conclusions are printed; on request all conclusions, the place of
 /// the report alone, or JSON.
 #[test]
 fn a_run_says_as_much_as_is_asked_for() {
-    let desk = Desk::new(COOLING);
-    let first = desk.done("run case.toml").out;
-    let verdicts = manifest(&desk.path("results/case")).verdicts;
-    let all = desk.done("run case.toml --force --verbose").out;
-    let quiet = desk.done("run case.toml --force --quiet").out;
-    let json = desk.done("run case.toml --force --json").out;
+    let work = TestFolder::new(COOLING);
+    let first = work.done("run case.toml").out;
+    let verdicts = manifest(&work.path("results/case")).verdicts;
+    let all = work.done("run case.toml --force --verbose").out;
+    let quiet = work.done("run case.toml --force --quiet").out;
+    let json = work.done("run case.toml --force --json").out;
     assert_eq!(quiet.lines().count(), 1);
     assert!(quiet.contains("report.html"));
     // At most four conclusions, how many more there are, and where the report is.
@@ -539,13 +539,13 @@ fn a_run_says_as_much_as_is_asked_for() {
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     let told = &json["points"][0]["verdicts"];
     assert_eq!(told, &serde_json::to_value(&verdicts).expect("JSON"));
-    desk.refused("run case.toml --quiet --verbose", &["--quiet", "--verbose"]);
+    work.refused("run case.toml --quiet --verbose", &["--quiet", "--verbose"]);
     // A path with bytes that are not text.
     #[cfg(target_os = "linux")]
     {
         use std::os::unix::ffi::OsStrExt as _;
         let odd = std::ffi::OsStr::from_bytes(b"out\xff");
-        let mut command = desk.command("run case.toml --until 1 --json --out");
+        let mut command = work.command("run case.toml --until 1 --json --out");
         let output = command.arg(odd).output().expect("the program starts");
         assert!(output.status.success(), "{output:?}");
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -554,11 +554,11 @@ fn a_run_says_as_much_as_is_asked_for() {
 }
 
 /// Starts the program and waits until it has its folder, which it locks before it marks it.
-fn begun(desk: &Desk, line: &str, out: &str) -> Child {
-    let mut child = desk.command(line);
+fn begun(work: &TestFolder, line: &str, out: &str) -> Child {
+    let mut child = work.command(line);
     let child = child.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     let mut child = child.expect("the program starts");
-    while !desk.path(out).join("run.json").exists() {
+    while !work.path(out).join("run.json").exists() {
         let ended = child.try_wait().expect("a state").is_some();
         assert!(!ended, "the run ended before it began");
         std::thread::yield_now();
@@ -570,11 +570,11 @@ fn begun(desk: &Desk, line: &str, out: &str) -> Child {
 /// alone.
 #[test]
 fn two_processes_do_not_share_a_folder() {
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     let long = "run case.toml --out out --set run.until=1e6 --replicas 1";
-    let mut first = begun(&desk, long, "out");
+    let mut first = begun(&work, long, "out");
     for mode in ["--resume", "--force"] {
-        let second = desk.say(&format!("{long} {mode}"));
+        let second = work.say(&format!("{long} {mode}"));
         assert_eq!(second.code, Some(2), "{mode}: {}", second.err);
         assert!(
             second.err.contains("another process"),
@@ -585,15 +585,15 @@ fn two_processes_do_not_share_a_folder() {
     first.kill().expect("killed");
     first.wait().expect("ended");
     // The lock ends with its process.
-    desk.done("run case.toml --out out --force --until 1");
+    work.done("run case.toml --out out --force --until 1");
 }
 
 /// A run that reaches its time limit is kept, and resumes to the same bytes.
 #[test]
 fn a_run_ends_at_its_time_limit_and_goes_on() {
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     let case = "run case.toml --set gas.number=3000 --until 30 --out";
-    let ended = desk.say(&format!("{case} pieces --stop-after 50ms"));
+    let ended = work.say(&format!("{case} pieces --stop-after 50ms"));
     // The end of the run, if this thread sleeps for longer than the run takes.
     assert!(
         matches!(ended.code, Some(75 | 0)),
@@ -601,19 +601,19 @@ fn a_run_ends_at_its_time_limit_and_goes_on() {
         ended.code,
         ended.err
     );
-    desk.done(&format!("{case} pieces --resume"));
-    desk.done(&format!("{case} whole"));
-    assert_same(&desk.path("whole"), &desk.path("pieces"));
-    desk.refused("run case.toml --stop-after soon", &["--stop-after"]);
+    work.done(&format!("{case} pieces --resume"));
+    work.done(&format!("{case} whole"));
+    assert_same(&work.path("whole"), &work.path("pieces"));
+    work.refused("run case.toml --stop-after soon", &["--stop-after"]);
 }
 
 /// An interrupted run is kept, and resumes to the same bytes.
 #[cfg(unix)]
 #[test]
 fn an_interrupt_is_heard_and_the_run_goes_on() {
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     let case = "run case.toml --set gas.number=3000 --until 30 --out";
-    let mut child = begun(&desk, &format!("{case} pieces"), "pieces");
+    let mut child = begun(&work, &format!("{case} pieces"), "pieces");
     let sent = Command::new("kill")
         .args(["-INT", &child.id().to_string()])
         .status();
@@ -621,7 +621,7 @@ fn an_interrupt_is_heard_and_the_run_goes_on() {
     // End of the run, which a fast machine may reach before the signal.
     let code = child.wait().expect("an end").code();
     assert!(matches!(code, Some(130 | 0)), "{code:?}");
-    desk.done(&format!("{case} pieces --resume"));
-    desk.done(&format!("{case} whole"));
-    assert_same(&desk.path("whole"), &desk.path("pieces"));
+    work.done(&format!("{case} pieces --resume"));
+    work.done(&format!("{case} whole"));
+    assert_same(&work.path("whole"), &work.path("pieces"));
 }

@@ -22,7 +22,7 @@ use stosszahl::study::{self, Options};
 
 use crate::resume::run;
 use crate::support::part::part_of;
-use crate::support::program::{Desk, assert_same, files, overridden};
+use crate::support::program::{TestFolder, assert_same, files, overridden};
 
 /// A case of some tenths of a second, with files of all sorts.
 pub(crate) const CASE: &str = r#"# What do two processes do with one folder?
@@ -95,8 +95,8 @@ const TOLD: [&str; 6] = [
 pub(crate) const FRONTIER: &str =
     "frontier case.toml --out out --budget 1s --tests 1 --threads 1 --until 1";
 
-fn start(desk: &Desk, line: &str) -> Child {
-    let mut command = desk.command(line);
+fn start(work: &TestFolder, line: &str) -> Child {
+    let mut command = work.command(line);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
     child.spawn().expect("the program starts")
 }
@@ -138,17 +138,17 @@ pub(crate) fn all_files(folder: &Path) -> BTreeSet<PathBuf> {
 
 /// Results of undisturbed runs.
 struct Alone<'a> {
-    desk: &'a Desk,
+    work: &'a TestFolder,
 }
 
 impl Alone<'_> {
     /// Returns the folder of a run of a seed, made at the first request.
     fn of(&self, seed: u64) -> PathBuf {
         let name = format!("alone-{seed}");
-        if !self.desk.path(&name).exists() {
-            self.desk.done(&run_line(seed, &name));
+        if !self.work.path(&name).exists() {
+            self.work.done(&run_line(seed, &name));
         }
-        self.desk.path(&name)
+        self.work.path(&name)
     }
 
     /// Checks that the folder has the run of this seed, all of it and nothing else.
@@ -174,15 +174,15 @@ fn remove(folder: &Path) {
 }
 
 /// Runs two processes in one folder; returns true if the one that must wait or stop was told.
-fn try_pair(desk: &Desk, pair: Pair, stream: &mut Stream) -> bool {
-    let (alone, out, aside) = (Alone { desk }, desk.path("out"), desk.path("aside"));
+fn try_pair(work: &TestFolder, pair: Pair, stream: &mut Stream) -> bool {
+    let (alone, out, aside) = (Alone { work }, work.path("out"), work.path("aside"));
     remove(&out);
     remove(&aside);
     let pause = Duration::from_millis(stream.random_range(0..150));
     let both = |lines: [&str; 2]| {
-        let first = start(desk, lines[0]);
+        let first = start(work, lines[0]);
         thread::sleep(pause / 10);
-        ends([first, start(desk, lines[1])])
+        ends([first, start(work, lines[1])])
     };
     match pair {
         Pair::AtOnce => {
@@ -209,7 +209,7 @@ fn try_pair(desk: &Desk, pair: Pair, stream: &mut Stream) -> bool {
             ended != [true, true]
         }
         Pair::Moved | Pair::Removed => {
-            let mut first = start(desk, &run_line(5, "out"));
+            let mut first = start(work, &run_line(5, "out"));
             wait_for(&mut first, &out.join("run.json"));
             thread::sleep(pause);
             if matches!(pair, Pair::Moved) {
@@ -217,23 +217,23 @@ fn try_pair(desk: &Desk, pair: Pair, stream: &mut Stream) -> bool {
             } else {
                 remove(&out);
             }
-            let [first, second] = ends([first, start(desk, &run_line(6, "out"))]);
-            assert!(second, "nobody else is there");
+            let [first, second] = ends([first, start(work, &run_line(6, "out"))]);
+            assert!(second, "no other process is there");
             alone.require(&out, 6);
             if aside.exists() {
                 if !first {
-                    desk.done(&(run_line(5, "aside") + " --resume"));
+                    work.done(&(run_line(5, "aside") + " --resume"));
                 }
                 alone.require(&aside, 5);
             }
             !first
         }
         Pair::ListRemoved => {
-            let mut first = start(desk, &run_line(5, "out"));
+            let mut first = start(work, &run_line(5, "out"));
             wait_for(&mut first, &out.join("run.json"));
             thread::sleep(pause);
             let _ = fs::remove_file(out.join("run.files"));
-            let second = start(desk, &(run_line(5, "out") + " --resume"));
+            let second = start(work, &(run_line(5, "out") + " --resume"));
             let [first, second] = ends([first, second]);
             assert!(second, "the first has let go");
             alone.require(&out, 5);
@@ -242,28 +242,28 @@ fn try_pair(desk: &Desk, pair: Pair, stream: &mut Stream) -> bool {
         Pair::Frontiers => {
             let ended = both([FRONTIER, FRONTIER]);
             assert!(ended.contains(&true), "{ended:?}");
-            require_frontier(desk);
+            require_frontier(work);
             ended != [true, true]
         }
         Pair::FrontierAndRun => {
             let ended = both([FRONTIER, &run_line(5, "out")]);
             assert_eq!(ended.iter().filter(|&&well| well).count(), 1, "{ended:?}");
             if ended[0] {
-                require_frontier(desk);
+                require_frontier(work);
             } else {
                 alone.require(&out, 5);
             }
             true
         }
         Pair::FrontierKilled => {
-            let mut first = start(desk, FRONTIER);
+            let mut first = start(work, FRONTIER);
             wait_for(&mut first, &out.join("runs.journal"));
             thread::sleep(pause);
             let _ = first.kill();
             let _ = first.wait();
             let kept = fs::metadata(out.join("runs.journal")).map_or(0, |file| file.len());
-            desk.done(FRONTIER);
-            require_frontier(desk);
+            work.done(FRONTIER);
+            require_frontier(work);
             kept > 0
         }
     }
@@ -285,22 +285,22 @@ pub(crate) fn untimed(folder: &Path) -> Vec<Vec<String>> {
     rows.collect()
 }
 
-fn require_frontier(desk: &Desk) {
-    let alone = desk.path("alone-frontier");
+fn require_frontier(work: &TestFolder) {
+    let alone = work.path("alone-frontier");
     if !alone.exists() {
-        desk.done(&FRONTIER.replace("--out out", "--out alone-frontier"));
+        work.done(&FRONTIER.replace("--out out", "--out alone-frontier"));
     }
-    assert_eq!(untimed(&alone), untimed(&desk.path("out")));
-    assert!(!desk.path("out/manifest.json").exists());
+    assert_eq!(untimed(&alone), untimed(&work.path("out")));
+    assert!(!work.path("out/manifest.json").exists());
 }
 
 fn try_pairs(tries: std::ops::Range<usize>) -> usize {
-    let desk = Desk::new(CASE);
+    let work = TestFolder::new(CASE);
     let mut told = 0;
     for number in tries {
         let pair = PAIRS[number % PAIRS.len()];
         let mut stream = Stream::seed_from_u64(number as u64);
-        let was_told = try_pair(&desk, pair, &mut stream);
+        let was_told = try_pair(&work, pair, &mut stream);
         told += usize::from(was_told);
     }
     told
@@ -326,41 +326,41 @@ fn two_hundred_pairs_never_mix_their_results() {
 /// is refused.
 #[test]
 fn a_frontier_begins_with_the_runs_that_are_kept() {
-    let desk = Desk::new(CASE);
-    desk.done(FRONTIER);
-    let kept = fs::read(desk.path("out/runs.journal")).expect("a journal");
-    let table = untimed(&desk.path("out"));
-    let said = desk.done(FRONTIER);
+    let work = TestFolder::new(CASE);
+    work.done(FRONTIER);
+    let kept = fs::read(work.path("out/runs.journal")).expect("a journal");
+    let table = untimed(&work.path("out"));
+    let said = work.done(FRONTIER);
     assert_eq!(
-        fs::read(desk.path("out/runs.journal")).expect("a journal"),
+        fs::read(work.path("out/runs.journal")).expect("a journal"),
         kept
     );
-    assert_eq!(untimed(&desk.path("out")), table);
+    assert_eq!(untimed(&work.path("out")), table);
     assert!(said.out.contains("(0 made now)"), "{}", said.out);
-    desk.done(&format!("{FRONTIER} --budget 2s").replace("--budget 1s ", ""));
-    let more = fs::read(desk.path("out/runs.journal")).expect("a journal");
+    work.done(&format!("{FRONTIER} --budget 2s").replace("--budget 1s ", ""));
+    let more = fs::read(work.path("out/runs.journal")).expect("a journal");
     assert!(more.len() > kept.len() && more.starts_with(&kept));
-    desk.refused(&format!("{FRONTIER} --seed 9"), &["seed: 5 there, 9 here"]);
+    work.refused(&format!("{FRONTIER} --seed 9"), &["seed: 5 there, 9 here"]);
     let mut damaged = kept.clone();
     damaged[200] ^= 1;
-    desk.write("out/runs.journal", damaged);
-    desk.refused(FRONTIER, &["runs.journal", "another hash of entry 0"]);
-    desk.done(&format!("{FRONTIER} --force"));
-    assert_eq!(untimed(&desk.path("out")), table);
+    work.write("out/runs.journal", damaged);
+    work.refused(FRONTIER, &["runs.journal", "another hash of entry 0"]);
+    work.done(&format!("{FRONTIER} --force"));
+    assert_eq!(untimed(&work.path("out")), table);
 }
 
 /// The report says which tables are not those of the manifest.
 #[test]
 fn a_report_names_tables_that_were_changed() {
-    let desk = Desk::new(CASE);
-    desk.done("run case.toml --out out --replicas 1 --until 1 --set measure={}");
-    let said = desk.done("report out");
+    let work = TestFolder::new(CASE);
+    work.done("run case.toml --out out --replicas 1 --until 1 --set measure={}");
+    let said = work.done("report out");
     assert!(said.err.is_empty(), "{}", said.err);
-    let table = desk.text("out/energy.csv");
+    let table = work.text("out/energy.csv");
     let changed = table.replacen(",1.0,", ",0.9,", 1);
     assert_ne!(table, changed);
-    desk.write("out/energy.csv", changed);
-    let said = desk.done("report out");
+    work.write("out/energy.csv", changed);
+    let said = work.done("report out");
     assert!(
         said.err
             .contains("out/energy.csv is not the file that the run wrote"),
@@ -368,12 +368,12 @@ fn a_report_names_tables_that_were_changed() {
         said.err
     );
     let sweep = "run case.toml --out sweep --replicas 1 --until 1 --set measure={}";
-    desk.write(
+    work.write(
         "case.toml",
         format!("{CASE}[[sweep]]\n\"gas.restitution\" = [0.8, 0.9]\n"),
     );
-    desk.done(sweep);
-    let point = fs::read_dir(desk.path("sweep"))
+    work.done(sweep);
+    let point = fs::read_dir(work.path("sweep"))
         .expect("a folder")
         .flatten();
     let point = point
@@ -384,7 +384,7 @@ fn a_report_names_tables_that_were_changed() {
         .expect("a table")
         .replacen(",1.0,", ",0.9,", 1);
     fs::write(&table, text).expect("written");
-    let said = desk.done("report sweep");
+    let said = work.done("report sweep");
     assert!(
         said.err
             .contains("energy.csv is not the file that the run wrote"),
@@ -392,7 +392,7 @@ fn a_report_names_tables_that_were_changed() {
         said.err
     );
     assert!(
-        desk.text("sweep/report.html")
+        work.text("sweep/report.html")
             .contains("is not the file that the run wrote")
     );
 }
@@ -623,10 +623,10 @@ fn a_checkpoint_of_another_replica_is_named() {
 /// run to its end, also with measures that the case does not make by itself.
 #[test]
 fn what_two_measures_would_write_is_refused_before_the_run() {
-    let desk = Desk::new(crate::support::program::MIXTURE);
+    let work = TestFolder::new(crate::support::program::MIXTURE);
     let line = "case.toml --replicas 1 --set measure.energy={}";
     for command in ["check --no-timing", "run --out out"] {
-        desk.refused(
+        work.refused(
             &format!("{command} {line}"),
             &[
                 "measure.energy",
@@ -635,7 +635,7 @@ fn what_two_measures_would_write_is_refused_before_the_run() {
             ],
         );
     }
-    assert!(!desk.path("out").exists());
+    assert!(!work.path("out").exists());
 }
 
 #[test]

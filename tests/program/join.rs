@@ -16,7 +16,7 @@ use stosszahl::study::{self, Options, Progress};
 
 use crate::folders::{self, all_files};
 use crate::support::part::part_of;
-use crate::support::program::{CLUSTERS, Columns, Desk, assert_same, overridden};
+use crate::support::program::{CLUSTERS, Columns, TestFolder, assert_same, overridden};
 
 /// Two points of some replicas, each of some tenths of a second.
 fn case() -> String {
@@ -28,8 +28,8 @@ fn case() -> String {
 
 const JOIN: &str = "run case.toml --join --threads 1 --quiet --out out";
 
-fn start(desk: &Desk, line: &str) -> Child {
-    let mut command = desk.command(line);
+fn start(work: &TestFolder, line: &str) -> Child {
+    let mut command = work.command(line);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
     child.spawn().expect("the program starts")
 }
@@ -40,16 +40,16 @@ fn require_end(child: Child) {
 }
 
 /// Returns the folder of a run by one process.
-fn alone(desk: &Desk) -> std::path::PathBuf {
-    if !desk.path("alone").exists() {
-        desk.done("run case.toml --threads 1 --quiet --out alone");
+fn alone(work: &TestFolder) -> std::path::PathBuf {
+    if !work.path("alone").exists() {
+        work.done("run case.toml --threads 1 --quiet --out alone");
     }
-    desk.path("alone")
+    work.path("alone")
 }
 
 /// Checks that the folder has the tables of one process, the same files, and no remains of several.
-fn require_same(desk: &Desk) {
-    let (alone, out) = (alone(desk), desk.path("out"));
+fn require_same(work: &TestFolder) {
+    let (alone, out) = (alone(work), work.path("out"));
     assert_eq!(all_files(&alone), all_files(&out));
     for point in points(&alone) {
         assert_same(&point, &out.join(point.file_name().expect("a name")));
@@ -76,25 +76,25 @@ fn points(folder: &Path) -> Vec<std::path::PathBuf> {
 
 #[test]
 fn several_processes_do_what_one_does() {
-    let desk = Desk::new(&case());
+    let work = TestFolder::new(&case());
     for count in [1, 2, 4] {
-        let children: Vec<Child> = (0..count).map(|_| start(&desk, JOIN)).collect();
+        let children: Vec<Child> = (0..count).map(|_| start(&work, JOIN)).collect();
         children.into_iter().for_each(require_end);
-        require_same(&desk);
-        let said = desk.done("run case.toml --join --out out");
+        require_same(&work);
+        let said = work.done("run case.toml --join --out out");
         assert!(said.out.contains("complete already"), "{}", said.out);
-        require_same(&desk);
-        fs::remove_dir_all(desk.path("out")).expect("removed");
+        require_same(&work);
+        fs::remove_dir_all(work.path("out")).expect("removed");
     }
 }
 
 /// Kills one process or some or all at a random moment, again and again, and resumes; returns the
 /// number of kills.
-fn kill_and_go_on(desk: &Desk, seed: u64) -> usize {
+fn kill_and_go_on(work: &TestFolder, seed: u64) -> usize {
     let mut stream = Stream::seed_from_u64(seed);
     let count = [1, 2, 4][stream.random_range(0..3)];
-    let _ = fs::remove_dir_all(desk.path("out"));
-    let mut children: Vec<Child> = (0..count).map(|_| start(desk, JOIN)).collect();
+    let _ = fs::remove_dir_all(work.path("out"));
+    let mut children: Vec<Child> = (0..count).map(|_| start(work, JOIN)).collect();
     let mut kills = 0;
     for _ in 0..stream.random_range(1..=3) {
         thread::sleep(Duration::from_millis(stream.random_range(20..600)));
@@ -108,21 +108,21 @@ fn kill_and_go_on(desk: &Desk, seed: u64) -> usize {
             let _ = child.kill();
             let _ = child.wait();
         }
-        children.extend((0..stream.random_range(1..=killed)).map(|_| start(desk, JOIN)));
+        children.extend((0..stream.random_range(1..=killed)).map(|_| start(work, JOIN)));
     }
     children.into_iter().for_each(require_end);
-    require_same(desk);
+    require_same(work);
     kills
 }
 
 #[test]
 fn processes_that_are_killed_are_gone_on_with() {
-    let desk = Desk::new(&case());
-    let kills: usize = (0..3).map(|seed| kill_and_go_on(&desk, seed)).sum();
+    let work = TestFolder::new(&case());
+    let kills: usize = (0..3).map(|seed| kill_and_go_on(&work, seed)).sum();
     // A single process resumes where several were killed.
-    fs::remove_dir_all(desk.path("out")).expect("removed");
-    let mut children = [0, 1].map(|_| start(&desk, JOIN));
-    while !desk.path("out/run.json").exists() {
+    fs::remove_dir_all(work.path("out")).expect("removed");
+    let mut children = [0, 1].map(|_| start(&work, JOIN));
+    while !work.path("out/run.json").exists() {
         thread::sleep(Duration::from_millis(5));
     }
     thread::sleep(Duration::from_millis(100));
@@ -130,8 +130,8 @@ fn processes_that_are_killed_are_gone_on_with() {
         let _ = child.kill();
         let _ = child.wait();
     }
-    desk.done("run case.toml --threads 2 --quiet --out out --resume");
-    require_same(&desk);
+    work.done("run case.toml --threads 2 --quiet --out out --resume");
+    require_same(&work);
     println!("{kills} kills");
 }
 
@@ -139,11 +139,11 @@ fn processes_that_are_killed_are_gone_on_with() {
 #[test]
 #[ignore = "takes some minutes: cargo long-tests"]
 fn processes_are_killed_at_fifty_moments() {
-    let desk = Desk::new(&case());
+    let work = TestFolder::new(&case());
     let seeds = part_of(50);
     let mut kills = 0;
     for seed in seeds.clone() {
-        let more = kill_and_go_on(&desk, 100 + seed as u64);
+        let more = kill_and_go_on(&work, 100 + seed as u64);
         println!("chain {seed}: {more} kills");
         kills += more;
     }
@@ -203,42 +203,42 @@ fn each_replica_is_done_once() {
 /// refused.
 #[test]
 fn one_that_works_alone_and_one_that_joins_do_not_meet() {
-    let desk = Desk::new(&case());
+    let work = TestFolder::new(&case());
     let long = "run case.toml --out out --set run.until=1e6 --threads 1";
     for (first, second) in [("", " --join"), (" --join", " --resume")] {
-        let mut child = start(&desk, &format!("{long}{first}"));
-        while !desk.path("out/run.json").exists() {
+        let mut child = start(&work, &format!("{long}{first}"));
+        while !work.path("out/run.json").exists() {
             assert!(child.try_wait().expect("a state").is_none());
             thread::sleep(Duration::from_millis(5));
         }
-        let said = desk.say(&format!("{long}{second}"));
+        let said = work.say(&format!("{long}{second}"));
         assert_eq!(said.code, Some(2), "{}", said.err);
         assert!(said.err.contains("another process"), "{}", said.err);
         if first.contains("join") {
-            desk.refused(
+            work.refused(
                 &format!("{long} --join --seed 8"),
                 &["seed: 5 there, 8 here"],
             );
         }
         child.kill().expect("killed");
         child.wait().expect("ended");
-        fs::remove_dir_all(desk.path("out")).expect("removed");
+        fs::remove_dir_all(work.path("out")).expect("removed");
     }
-    desk.refused(&format!("{JOIN} --force"), &["cannot be used with"]);
-    desk.refused("run case.toml --lost-after 5", &["--join"]);
+    work.refused(&format!("{JOIN} --force"), &["cannot be used with"]);
+    work.refused("run case.toml --lost-after 5", &["--join"]);
 }
 
 /// Replicas whose gas cannot be advanced are executed once too, and left out of all tables.
 #[test]
 fn replicas_that_cannot_go_on_are_kept() {
-    let desk = Desk::new(&case());
+    let work = TestFolder::new(&case());
     // Many samples, because the limit is checked at samples.
     let often = "--set run.samples_per_decade=200";
-    desk.done(&format!(
+    work.done(&format!(
         "run case.toml --threads 1 --quiet --out free {often}"
     ));
     // Exact dynamics of each replica, by point: pair collisions of 100 disks.
-    let counts = points(&desk.path("free")).into_iter().map(|point| {
+    let counts = points(&work.path("free")).into_iter().map(|point| {
         let table = Columns::read(&point, "replicas");
         let mut last: BTreeMap<String, f64> = BTreeMap::new();
         let rows = table.texts("replica").iter().zip(table.texts("engine"));
@@ -252,19 +252,19 @@ fn replicas_that_cannot_go_on_are_kept() {
     // A limit that at least one replica of each point does not reach.
     let limit = counts.fold(0.0, f64::max).round() + 1.0;
     let set = format!("{often} --set engine.ed.collision_limit={limit}");
-    desk.done(&format!("run case.toml --threads 1 --out alone {set}"));
+    work.done(&format!("run case.toml --threads 1 --out alone {set}"));
     let line = format!("{JOIN} {set}");
-    let children: Vec<Child> = (0..2).map(|_| start(&desk, &line)).collect();
+    let children: Vec<Child> = (0..2).map(|_| start(&work, &line)).collect();
     children.into_iter().for_each(require_end);
-    require_same(&desk);
+    require_same(&work);
     let warnings = |folder: &Path| {
         let manifest = fs::read_to_string(folder.join("manifest.json")).expect("a manifest");
         let manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
         manifest["warnings"].clone()
     };
     let mut failed = 0;
-    for point in points(&desk.path("alone")) {
-        let out = desk.path("out").join(point.file_name().expect("a name"));
+    for point in points(&work.path("alone")) {
+        let out = work.path("out").join(point.file_name().expect("a name"));
         assert_eq!(warnings(&point), warnings(&out));
         let said = warnings(&point).to_string();
         failed += said.matches("is left out of all tables").count();
@@ -275,13 +275,13 @@ fn replicas_that_cannot_go_on_are_kept() {
 /// Processes that share a frontier, of which one is killed, leave the tables of one, but for times.
 #[test]
 fn several_processes_measure_one_frontier() {
-    let desk = Desk::new(folders::CASE);
+    let work = TestFolder::new(folders::CASE);
     let line = folders::FRONTIER;
-    desk.done(&line.replace("--out out", "--out alone"));
+    work.done(&line.replace("--out out", "--out alone"));
     let mut children: Vec<Child> = (0..3)
-        .map(|_| start(&desk, &format!("{line} --join")))
+        .map(|_| start(&work, &format!("{line} --join")))
         .collect();
-    while !desk.path("out/run.json").exists() {
+    while !work.path("out/run.json").exists() {
         thread::sleep(Duration::from_millis(5));
     }
     thread::sleep(Duration::from_millis(200));
@@ -289,24 +289,24 @@ fn several_processes_measure_one_frontier() {
     children.remove(0).wait().expect("ended");
     children.into_iter().for_each(require_end);
     assert_eq!(
-        folders::untimed(&desk.path("alone")),
-        folders::untimed(&desk.path("out"))
+        folders::untimed(&work.path("alone")),
+        folders::untimed(&work.path("out"))
     );
-    assert!(desk.path("out/frontier.html").exists() && !desk.path("out/claims").exists());
+    assert!(work.path("out/frontier.html").exists() && !work.path("out/claims").exists());
     // A single process begins with all runs that are kept.
-    let said = desk.done(line);
+    let said = work.done(line);
     assert!(said.out.contains("(0 made now)"), "{}", said.out);
 }
 
 #[test]
 fn parts_are_merged_to_the_bytes_of_one_run() {
     for (text, count) in [(&*case(), 3), (CLUSTERS, 2)] {
-        let desk = Desk::new(text);
+        let work = TestFolder::new(text);
         let parts: Vec<String> = (1..=count)
             .map(|part| format!("results/case-part-{part}-of-{count}"))
             .collect();
         for part in 2..=count {
-            let said = desk.done(&format!("run case.toml --threads 1 --part {part}/{count}"));
+            let said = work.done(&format!("run case.toml --threads 1 --part {part}/{count}"));
             assert!(
                 said.out
                     .contains(&format!("part {part} of {count} is done")),
@@ -314,38 +314,38 @@ fn parts_are_merged_to_the_bytes_of_one_run() {
                 said.out
             );
         }
-        desk.refused(
+        work.refused(
             &format!("merge --out out {}", parts[1..].join(" ")),
             &["no folder has replica 0"],
         );
-        assert!(!desk.path("out").exists());
-        desk.done(&format!("run case.toml --threads 2 --part 1/{count}"));
-        desk.done(&format!("run case.toml --part 1/{count} --resume"));
+        assert!(!work.path("out").exists());
+        work.done(&format!("run case.toml --threads 2 --part 1/{count}"));
+        work.done(&format!("run case.toml --part 1/{count} --resume"));
         // Merging does not need the case file.
-        fs::rename(desk.path("case.toml"), desk.path("other.toml")).expect("moved");
-        desk.done(&format!("merge --out out --quiet {}", parts.join(" ")));
-        fs::rename(desk.path("other.toml"), desk.path("case.toml")).expect("moved");
-        alone(&desk);
-        assert_eq!(all_files(&desk.path("alone")), all_files(&desk.path("out")));
-        if desk.path("alone/manifest.json").exists() {
-            assert_same(&desk.path("alone"), &desk.path("out"));
+        fs::rename(work.path("case.toml"), work.path("other.toml")).expect("moved");
+        work.done(&format!("merge --out out --quiet {}", parts.join(" ")));
+        fs::rename(work.path("other.toml"), work.path("case.toml")).expect("moved");
+        alone(&work);
+        assert_eq!(all_files(&work.path("alone")), all_files(&work.path("out")));
+        if work.path("alone/manifest.json").exists() {
+            assert_same(&work.path("alone"), &work.path("out"));
         }
-        for point in points(&desk.path("alone")) {
+        for point in points(&work.path("alone")) {
             assert_same(
                 &point,
-                &desk.path("out").join(point.file_name().expect("a name")),
+                &work.path("out").join(point.file_name().expect("a name")),
             );
         }
-        desk.done(&format!(
+        work.done(&format!(
             "run case.toml --part 1/{count} --seed 9 --out foreign"
         ));
-        desk.refused(
+        work.refused(
             &format!("merge --out again {} foreign", parts.join(" ")),
             &["belongs to another run", "seed: 9 there"],
         );
-        desk.refused("merge alone", &["expected a folder that"]);
+        work.refused("merge alone", &["expected a folder that"]);
         for part in ["0/3", "4/3", "2", "a/b"] {
-            desk.refused(&format!("run case.toml --part {part}"), &["expected K/N"]);
+            work.refused(&format!("run case.toml --part {part}"), &["expected K/N"]);
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::support::program::{
-    CHANNEL, CLUSTERS, Columns, DRIVEN_MIXTURE, Desk, MIXTURE, bundled, manifest, plan,
+    CHANNEL, CLUSTERS, Columns, DRIVEN_MIXTURE, MIXTURE, TestFolder, bundled, manifest, plan,
 };
 use stosszahl::analysis::theory::{Component, Contact, Mixture};
 use stosszahl::model::Constant;
@@ -28,9 +28,9 @@ use stosszahl::model::Constant;
 /// of both.
 #[test]
 fn both_engines_settle_at_the_temperature_of_theory() {
-    let desk = Desk::new(&fs::read_to_string(bundled("driven")).expect("a case"));
-    desk.done("run case.toml --out out");
-    let table = Columns::read(&desk.path("out"), "steady_state");
+    let work = TestFolder::new(&fs::read_to_string(bundled("driven")).expect("a case"));
+    work.done("run case.toml --out out");
+    let table = Columns::read(&work.path("out"), "steady_state");
     let column = |name| table.numbers(name);
     let (found, errors) = (column("temperature_ratio"), column("temperature_ratio_se"));
     let theory = column("temperature_ratio_theory");
@@ -75,9 +75,9 @@ fn species_of_disks_give_sizes_and_units() {
 /// collision is one of the three kinds of pairs.
 #[test]
 fn tables_of_species_add_up() {
-    let desk = Desk::new(DRIVEN_MIXTURE);
-    desk.done("run case.toml --out out");
-    let out = desk.path("out");
+    let work = TestFolder::new(DRIVEN_MIXTURE);
+    work.done("run case.toml --out out");
+    let out = work.path("out");
     let parts = Columns::read(&out, "partial_temperature");
     let (time, species) = (parts.numbers("time"), parts.numbers("species"));
     let ratios = parts.numbers("temperature_ratio");
@@ -118,9 +118,9 @@ fn theory_of_a_mixture_is_that_of_the_library() {
     let text = MIXTURE
         .replace("[[species]]\nnumber = 100\nmass = 9\ntracer = true\n", "")
         .replace("[verdict]\nsonine_orders = 2\n", "");
-    let desk = Desk::new(&text);
-    desk.done("run case.toml --out out --replicas 3");
-    let species = Columns::read(&desk.path("out"), "species");
+    let work = TestFolder::new(&text);
+    work.done("run case.toml --out out --replicas 3");
+    let species = Columns::read(&work.path("out"), "species");
     let component = |mass, diameter, density| Component {
         mass,
         diameter,
@@ -153,7 +153,7 @@ fn theory_of_a_mixture_is_that_of_the_library() {
     let last = time.len() - 2;
     let ratio = species.numbers("temperature")[last] / species.numbers("temperature_theory")[last];
     assert!((ratio - 1.0).abs() < 0.06, "{ratio}");
-    let averaged = Columns::read(&desk.path("out"), "time_averaged_displacement");
+    let averaged = Columns::read(&work.path("out"), "time_averaged_displacement");
     assert!(
         averaged
             .numbers("mean_squared_displacement")
@@ -189,10 +189,10 @@ const CONTENTS: [(&str, &str, &str); 8] = [
 /// one percent; 4.5 standard errors beyond are a false alarm in 10^5 values.
 #[test]
 fn partial_temperatures_are_those_of_the_kinetic_equations() {
-    let desk = Desk::new("");
+    let work = TestFolder::new("");
     for (name, gas, content) in CONTENTS {
         // Keys of the top level come before the tables.
-        desk.write(
+        work.write(
             "case.toml",
             format!(
                 "format = 2\ntitle = \"{name}\"\nseed = 5\n{content}\
@@ -200,8 +200,8 @@ fn partial_temperatures_are_those_of_the_kinetic_equations() {
                  [run]\nuntil = 100\nfirst_sample = 1\nsamples_per_decade = 2\n"
             ),
         );
-        desk.done("run case.toml --force --out out");
-        let species = Columns::read(&desk.path("out"), "species");
+        work.done("run case.toml --force --out out");
+        let species = Columns::read(&work.path("out"), "species");
         let column = |name| species.numbers(name);
         let (found, errors) = (column("temperature"), column("temperature_se"));
         let (theory, cumulants) = (column("temperature_theory"), column("fourth_cumulant"));
@@ -237,14 +237,14 @@ fn partial_temperatures_are_those_of_the_kinetic_equations() {
 
 #[test]
 fn clusters_keep_mass_and_energy_in_their_tables() {
-    let desk = Desk::new(CLUSTERS);
-    let said = desk.done("run case.toml --out out");
+    let work = TestFolder::new(CLUSTERS);
+    let said = work.done("run case.toml --out out");
     assert!(
         said.out.contains("second half of the steady state"),
         "{}",
         said.out
     );
-    let out = desk.path("out");
+    let out = work.path("out");
     let clusters = Columns::read(&out, "clusters");
     let column = |name| clusters.numbers(name);
     let (energy, stuck) = (column("energy_ratio"), column("aggregation_loss"));
@@ -286,9 +286,9 @@ fn clusters_keep_mass_and_energy_in_their_tables() {
 /// Mass that flows in stays, leaves, or is split and merged; each boundary's share is reported.
 #[test]
 fn a_channel_balances() {
-    let desk = Desk::new(CHANNEL);
-    desk.done("run case.toml --out out");
-    let boundaries = Columns::read(&desk.path("out"), "boundaries");
+    let work = TestFolder::new(CHANNEL);
+    work.done("run case.toml --out out");
+    let boundaries = Columns::read(&work.path("out"), "boundaries");
     let names = boundaries.texts("boundary");
     for name in [
         "inflow 1",
@@ -298,7 +298,7 @@ fn a_channel_balances() {
     ] {
         assert!(names.iter().any(|one| one == name), "{name}");
     }
-    let verdicts = manifest(&desk.path("out")).verdicts;
+    let verdicts = manifest(&work.path("out")).verdicts;
     for words in [
         "of that of the inflow",
         "slip along the walls",

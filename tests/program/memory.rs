@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::support::program::{Desk, overridden};
+use crate::support::program::{TestFolder, overridden};
 use stosszahl::study;
 
 /// Factor by which the estimate may differ from the measured memory, either way.
@@ -89,8 +89,8 @@ const LARGE: [(&str, &[[usize; 2]], &str); 12] = [
 
 /// Returns the largest resident memory of the program while it runs a case \[bytes\], as the system
 /// counts it.
-fn peak(desk: &Desk, line: &str) -> f64 {
-    let mut child = desk.command(line);
+fn peak(work: &TestFolder, line: &str) -> f64 {
+    let mut child = work.command(line);
     let child = child
         .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::null());
@@ -116,17 +116,17 @@ fn peak(desk: &Desk, line: &str) -> f64 {
 fn the_estimate_is_what_the_process_takes() {
     let small = "format = 2\ntitle = \"small\"\n[gas]\nnumber = 10\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n\
                  [run]\nuntil = 0.001\n[engine.ed]\n";
-    let program = peak(&Desk::new(small), "run case.toml --threads 1") / MIB;
+    let program = peak(&TestFolder::new(small), "run case.toml --threads 1") / MIB;
     let mut wrong = Vec::new();
     for (name, runs, text) in LARGE {
         let mut alone = 0.0;
         for &[replicas, threads] in runs {
             let text = format!("format = 2\ntitle = \"{name}\"\nreplicas = {replicas}\n{text}");
-            let desk = Desk::new(&text);
-            let file = overridden(&desk.path("case.toml"), &text, &[]);
+            let work = TestFolder::new(&text);
+            let file = overridden(&work.path("case.toml"), &text, &[]);
             let planned = study::check(&file).expect("a plan");
             let told = planned[0].outline(threads).cost.bytes / MIB;
-            let found = peak(&desk, &format!("run case.toml --force --threads {threads}")) / MIB;
+            let found = peak(&work, &format!("run case.toml --force --threads {threads}")) / MIB;
             let line = format!(
                 "{name}, {replicas} replicas on {threads} threads: {told:.0} MiB told, {found:.0} MiB found"
             );
@@ -154,7 +154,7 @@ fn the_estimate_is_what_the_process_takes() {
 fn what_does_not_fit_is_refused() {
     let text = "format = 2\ntitle = \"too large\"\nreplicas = 2\n[gas]\ndimension = 3\nnumber = 2000000000\nvolume = 1e11\n\
                 restitution = 0.9\n[run]\nuntil = 1\n[measure.displacement]\n";
-    let desk = Desk::new(text);
-    desk.refused("run case.toml", &["GiB", "--ignore-memory-limit"]);
-    assert!(!desk.path("results").exists());
+    let work = TestFolder::new(text);
+    work.refused("run case.toml", &["GiB", "--ignore-memory-limit"]);
+    assert!(!work.path("results").exists());
 }

@@ -1,7 +1,7 @@
 //! Implausible cases are named or refused, by `check` as by `run`, and a run that would never end
 //! does.
 
-use crate::support::program::{CASES, Desk};
+use crate::support::program::{CASES, TestFolder};
 
 /// Returns a case of disks in a box with faces and forces, and an engine.
 fn flow(gas: &str, more: &str) -> String {
@@ -13,7 +13,9 @@ fn flow(gas: &str, more: &str) -> String {
 
 /// Returns the lines of `check --no-timing` that begin with a word, without it.
 fn lines(text: &str, word: &str) -> Vec<String> {
-    let said = Desk::new(text).done("check case.toml --no-timing").out;
+    let said = TestFolder::new(text)
+        .done("check case.toml --no-timing")
+        .out;
     let lines = said
         .lines()
         .filter_map(|line| line.trim().strip_prefix(word));
@@ -108,22 +110,22 @@ fn a_guess_refuses_what_a_run_refuses() {
         (flat, ["engine.ed", "room for 0.9"]),
         (thin, ["engine.ed", "cells between two collisions"]),
     ] {
-        let desk = Desk::new(text);
+        let work = TestFolder::new(text);
         for line in [
             "check case.toml --no-timing",
             "check case.toml",
             "run case.toml --out out",
         ] {
-            desk.refused(line, &words);
+            work.refused(line, &words);
         }
-        assert!(!desk.path("out").exists());
+        assert!(!work.path("out").exists());
     }
     // Random placement may fail only when particles are placed.
     let full = "format = 2\ntitle = \"full\"\nreplicas = 1\n[gas]\nnumber = 310\nrestitution = 0.9\n[box]\nsize = [20, 20]\n[walls]\n\
                 bottom = \"specular\"\ntop = \"specular\"\n[run]\nuntil = 1\n[engine.ed]\n";
-    let desk = Desk::new(full);
-    desk.refused("check case.toml", &["finds no place"]);
-    assert_eq!(desk.say("run case.toml --out out").code, Some(2));
+    let work = TestFolder::new(full);
+    work.refused("check case.toml", &["finds no place"]);
+    assert_eq!(work.say("run case.toml --out out").code, Some(2));
 }
 
 #[test]
@@ -155,8 +157,8 @@ fn a_guess_says_what_it_does_not_know() {
 #[test]
 fn bundled_cases_are_plausible() {
     for case in ["luding-1998", "vibrated-box"] {
-        let desk = Desk::new("");
-        let said = desk
+        let work = TestFolder::new("");
+        let said = work
             .done(&format!("check {CASES}/{case}.toml --no-timing"))
             .out;
         for word in ["falls for ever", "contact_time is", "units = \"si\""] {
@@ -172,8 +174,8 @@ fn a_bed_that_comes_to_rest_ends() {
     let bed = "format = 2\ntitle = \"a bed\"\nreplicas = 1\n[gas]\nnumber = 50\nrestitution = 0.5\n[box]\nsize = [10, 20]\n[walls]\n\
                bottom = { restitution = 0.5 }\ntop = { restitution = 0.5 }\n[gravity]\nacceleration = [0, -1]\n[run]\nuntil = 1000\n\
                [engine.ed]\ncontact_time = 1e-3\n";
-    let desk = Desk::new(bed);
-    let said = desk.say("run case.toml --out out");
+    let work = TestFolder::new(bed);
+    let said = work.say("run case.toml --out out");
     assert_eq!(said.code, Some(1), "{}", said.err);
     for word in [
         "collisions of a particle in a unit of time",
@@ -184,8 +186,8 @@ fn a_bed_that_comes_to_rest_ends() {
     ] {
         assert!(said.err.contains(word), "no {word:?} in {}", said.err);
     }
-    assert!(desk.path("out/snapshots/replica-0-ed.stopped.xyz").exists());
+    assert!(work.path("out/snapshots/replica-0-ed.stopped.xyz").exists());
     // The limit is a key of the case.
-    let said = desk.say("run case.toml --out out --force --set engine.ed.collision_rate_limit=10 --set engine.ed.contact_time=1e-2");
+    let said = work.say("run case.toml --out out --force --set engine.ed.collision_rate_limit=10 --set engine.ed.contact_time=1e-2");
     assert!(said.err.contains("allowed are up to 10 "), "{}", said.err);
 }

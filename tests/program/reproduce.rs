@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::program::{CASES, COOLING, Desk};
+use crate::support::program::{CASES, COOLING, TestFolder};
 use stosszahl::case::PaperFile;
 use stosszahl::reproduction::{ReproduceOptions, Reproduction};
 
@@ -79,8 +79,8 @@ within = 1e-9
 "#;
 
 /// Returns the verdicts of `claims.csv`, by claim and relation.
-fn verdicts(desk: &Desk, file: &str) -> Vec<[String; 3]> {
-    let mut reader = csv::Reader::from_path(desk.path(file)).expect("a table");
+fn verdicts(work: &TestFolder, file: &str) -> Vec<[String; 3]> {
+    let mut reader = csv::Reader::from_path(work.path(file)).expect("a table");
     let names = reader.headers().expect("names").clone();
     let column = |name: &str| names.iter().position(|one| one == name).expect("a column");
     let columns = ["claim", "relation", "verdict"].map(column);
@@ -91,15 +91,15 @@ fn verdicts(desk: &Desk, file: &str) -> Vec<[String; 3]> {
 
 #[test]
 fn a_tiny_paper_is_made_again() {
-    let desk = Desk::new(COOLING);
-    desk.write("paper.toml", PAPER);
-    let said = desk.done("reproduce paper.toml --out out --threads 1");
+    let work = TestFolder::new(COOLING);
+    work.write("paper.toml", PAPER);
+    let said = work.done("reproduce paper.toml --out out --threads 1");
     assert!(
         said.out.contains("7 claims: 5 agree, 1 differ, 1 void"),
         "{}",
         said.out
     );
-    let found = verdicts(&desk, "out/claims.csv");
+    let found = verdicts(&work, "out/claims.csv");
     let of = |claim: &str| -> Vec<(&str, &str)> {
         let own = found.iter().filter(|one| one[0] == claim);
         own.map(|one| (one[1].as_str(), one[2].as_str())).collect()
@@ -113,7 +113,7 @@ fn a_tiny_paper_is_made_again() {
         [("above", "agree")]
     );
     assert_eq!(of("Replicas are averaged"), [("equal", "agree")]);
-    let page = desk.text("out/report.html");
+    let page = work.text("out/report.html");
     for word in [
         "A tiny paper",
         "Nobody (2000)",
@@ -127,40 +127,40 @@ fn a_tiny_paper_is_made_again() {
     ] {
         assert!(page.contains(word), "no {word}");
     }
-    assert!(desk.path("out/cooling/report.html").exists());
+    assert!(work.path("out/cooling/report.html").exists());
 
     // Finished runs are kept, and the output is equal.
-    let kept = fs::read(desk.path("out/cooling/manifest.json")).expect("a manifest");
-    let again = desk.done("reproduce paper.toml --out out --threads 2");
+    let kept = fs::read(work.path("out/cooling/manifest.json")).expect("a manifest");
+    let again = work.done("reproduce paper.toml --out out --threads 2");
     assert_eq!(again.out, said.out);
     assert_eq!(
-        fs::read(desk.path("out/cooling/manifest.json")).expect("a manifest"),
+        fs::read(work.path("out/cooling/manifest.json")).expect("a manifest"),
         kept
     );
-    assert_eq!(verdicts(&desk, "out/claims.csv"), found);
+    assert_eq!(verdicts(&work, "out/claims.csv"), found);
 
     // One figure has its own files; its claims still share the false-alarm rate of the whole paper.
-    let one = desk.done("reproduce paper.toml --out out --figure 1");
+    let one = work.done("reproduce paper.toml --out out --figure 1");
     assert!(
         one.out.contains("5 claims: 3 agree, 1 differ, 1 void"),
         "{}",
         one.out
     );
-    assert_eq!(verdicts(&desk, "out/figure-1-claims.csv"), found[..5]);
-    assert!(desk.path("out/figure-1-report.html").exists());
-    assert_eq!(desk.text("out/report.html"), page);
+    assert_eq!(verdicts(&work, "out/figure-1-claims.csv"), found[..5]);
+    assert!(work.path("out/figure-1-report.html").exists());
+    assert_eq!(work.text("out/report.html"), page);
 
     // Runs of another kind and other files do not mix with these.
-    desk.refused(
+    work.refused(
         "reproduce paper.toml --out out --quick",
         &["out", "another paper or demand", "--out"],
     );
-    desk.write("note", "kept");
-    desk.refused("reproduce paper.toml --out .", &["not empty", "--out"]);
-    let quick = desk.done("reproduce paper.toml --out small --quick --figure 1");
+    work.write("note", "kept");
+    work.refused("reproduce paper.toml --out .", &["not empty", "--out"]);
+    let quick = work.done("reproduce paper.toml --out small --quick --figure 1");
     assert!(quick.out.contains("5 claims"), "{}", quick.out);
     assert!(
-        !desk.path("small/weak").exists(),
+        !work.path("small/weak").exists(),
         "a figure needs its own runs only"
     );
 }
@@ -168,7 +168,7 @@ fn a_tiny_paper_is_made_again() {
 /// Errors of a paper are found before anything is run, with file, line and key.
 #[test]
 fn errors_of_a_paper_name_its_lines() {
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     let cases: &[(&str, &str, &[&str])] = &[
         ("format = 1", "format = 3", &["paper.toml:1:", "format 1"]),
         (
@@ -235,23 +235,23 @@ fn errors_of_a_paper_name_its_lines() {
     ];
     for (good, bad, words) in cases {
         assert!(PAPER.contains(good), "{good}");
-        desk.write("paper.toml", PAPER.replacen(good, bad, 1));
+        work.write("paper.toml", PAPER.replacen(good, bad, 1));
         let quick = if bad.contains("numbre") {
             " --quick"
         } else {
             ""
         };
-        desk.refused(&format!("reproduce paper.toml --out out{quick}"), words);
-        assert!(!desk.path("out").exists(), "{bad}");
+        work.refused(&format!("reproduce paper.toml --out out{quick}"), words);
+        assert!(!work.path("out").exists(), "{bad}");
     }
-    desk.write("paper.toml", PAPER);
-    desk.refused(
+    work.write("paper.toml", PAPER);
+    work.refused(
         "reproduce paper.toml --figure 7 --out out",
         &["--figure 7", "1, Table I"],
     );
-    desk.refused(
-        "reproduce nobody-2000",
-        &["nobody-2000", "stosszahl reproduce"],
+    work.refused(
+        "reproduce unknown-2000",
+        &["unknown-2000", "stosszahl reproduce"],
     );
 }
 
@@ -297,8 +297,8 @@ fn bundled_papers_name_what_exists() {
 /// Without a paper all papers are listed, with their figures, times, and what is missing.
 #[test]
 fn papers_are_listed() {
-    let desk = Desk::new(COOLING);
-    let list = desk.done("reproduce").out;
+    let work = TestFolder::new(COOLING);
+    let list = work.done("reproduce").out;
     for path in papers() {
         let name = path
             .file_stem()

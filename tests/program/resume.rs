@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicI64, Ordering};
 
 use crate::support::part::part_of;
 use crate::support::program::{
-    CLUSTERS, COOLING, Desk, MIXTURE, SHRUNKEN, SMALL, assert_same, bundled, manifest, overridden,
+    CLUSTERS, COOLING, MIXTURE, SHRUNKEN, SMALL, TestFolder, assert_same, bundled, manifest,
+    overridden,
 };
 use rand::{RngExt, SeedableRng};
 use stosszahl::case::CaseFile;
@@ -219,28 +220,28 @@ fn a_lost_snapshot_is_not_passed_over() {
 /// A snapshot that is lost, or changed, after the end is noticed, too.
 #[test]
 fn a_finished_run_without_its_snapshot_is_not_finished() {
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     let line = "run case.toml --out out --replicas 1 --until 1 --set measure.snapshots.times=[0,1]";
-    desk.done(line);
-    desk.done(&line.replace("--out out", "--out whole"));
-    let snapshots = manifest(&desk.path("out")).snapshots;
+    work.done(line);
+    work.done(&line.replace("--out out", "--out whole"));
+    let snapshots = manifest(&work.path("out")).snapshots;
     assert_eq!(snapshots.len(), 6, "two of each engine");
-    assert!(desk.text("out/report.html").contains("id=\"snapshots\""));
+    assert!(work.text("out/report.html").contains("id=\"snapshots\""));
     let file = format!("out/{}", snapshots[1].file);
-    fs::remove_file(desk.path(&file)).expect("removed");
-    desk.done(&format!("{line} --resume"));
-    assert_same(&desk.path("whole"), &desk.path("out"));
-    desk.write(&file, "0\n\n");
-    desk.done(&format!("{line} --resume"));
-    assert_same(&desk.path("whole"), &desk.path("out"));
+    fs::remove_file(work.path(&file)).expect("removed");
+    work.done(&format!("{line} --resume"));
+    assert_same(&work.path("whole"), &work.path("out"));
+    work.write(&file, "0\n\n");
+    work.done(&format!("{line} --resume"));
+    assert_same(&work.path("whole"), &work.path("out"));
 }
 
 /// Checkpoints that are damaged are named, and never taken for others; nothing is lost by that.
 #[test]
 fn damaged_checkpoints_are_refused_by_the_program() {
-    let desk = Desk::new(COOLING);
-    let file = overridden(&desk.path("case.toml"), COOLING, &[]);
-    let out = desk.path("out");
+    let work = TestFolder::new(COOLING);
+    let file = overridden(&work.path("case.toml"), COOLING, &[]);
+    let out = work.path("out");
     assert!(!run(&file, &out, Existing::Refuse, 1, 8).0);
     let checkpoints: Vec<PathBuf> = fs::read_dir(out.join("checkpoints"))
         .expect("checkpoints")
@@ -259,16 +260,16 @@ fn damaged_checkpoints_are_refused_by_the_program() {
             let mut bytes = good.clone();
             bytes[place.min(good.len() - 1)] ^= 4;
             fs::write(chosen, bytes).expect("written");
-            let said = desk.say("run case.toml --out out --resume");
+            let said = work.say("run case.toml --out out --resume");
             assert!(matches!(said.code, Some(1 | 2)), "{place}: {:?}", said.code);
             let name = chosen.file_name().expect("a name").to_string_lossy();
             assert!(said.err.contains(&*name), "{place}: {}", said.err);
         }
         fs::write(chosen, good).expect("written");
     }
-    desk.done("run case.toml --out out --resume");
-    desk.done("run case.toml --out whole");
-    assert_same(&desk.path("whole"), &out);
+    work.done("run case.toml --out out --resume");
+    work.done("run case.toml --out whole");
+    assert_same(&work.path("whole"), &out);
 }
 
 /// The long form: fifty chains for each bundled case.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use stosszahl::study;
 
-use crate::support::program::{Columns, Desk, format, overridden, plan};
+use crate::support::program::{Columns, TestFolder, format, overridden, plan};
 
 /// Case of disks from a file; more tables may follow.
 const FROM_FILE: &str = "format = 2\ntitle = \"a start of my own\"\nreplicas = 1\n[gas]\nrestitution = 0.9\n[start]\nplacement = \"file\"\n\
@@ -35,9 +35,9 @@ fn a_start_file_with_velocities_is_the_start() {
         writeln!(file, "{x},{y},{vx},{vy}").expect("a string");
     }
     let boxed = format!("{FROM_FILE}[measure.snapshots]\ntimes = [0]\n[box]\n");
-    let desk = Desk::new(&boxed);
-    desk.write("start.csv", file);
-    let said = desk.done("check case.toml --no-timing").out;
+    let work = TestFolder::new(&boxed);
+    work.write("start.csv", file);
+    let said = work.done("check case.toml --no-timing").out;
     for words in [
         "mean velocity",
         "moved into it by whole sides: 1",
@@ -45,11 +45,11 @@ fn a_start_file_with_velocities_is_the_start() {
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
-    let said = desk.done("run case.toml --out out").out;
+    let said = work.done("run case.toml --out out").out;
     assert!(!said.contains("equilibr"), "{said}");
     let drift = [0, 1].map(|axis| written.iter().map(|row| row[2 + axis]).sum::<f64>() / 3.0);
     let check = |path: &str, drift: [f64; 2], inside: bool| {
-        for (found, row) in rows(&desk.text(path)).iter().zip(written) {
+        for (found, row) in rows(&work.text(path)).iter().zip(written) {
             let x = if inside {
                 row[0].rem_euclid(10.0)
             } else {
@@ -65,13 +65,13 @@ fn a_start_file_with_velocities_is_the_start() {
     check("out/snapshots/ed-0.xyz", drift, true);
     // Between walls no position is changed.
     let walls = "[walls]\nleft = \"specular\"\nright = \"specular\"\nbottom = \"specular\"\ntop = \"specular\"\n";
-    desk.write("walls.toml", format!("{boxed}{walls}"));
-    desk.refused("run walls.toml --out walls", &["particle 2", "x = -3"]);
-    desk.write("start.csv", desk.text("start.csv").replace("-3,7", "3,7"));
-    let said = desk.done("check walls.toml --no-timing").out;
+    work.write("walls.toml", format!("{boxed}{walls}"));
+    work.refused("run walls.toml --out walls", &["particle 2", "x = -3"]);
+    work.write("start.csv", work.text("start.csv").replace("-3,7", "3,7"));
+    let said = work.done("check walls.toml --no-timing").out;
     assert!(!said.contains("start.file:"), "{said}");
-    desk.done("run walls.toml --out walls");
-    let text = desk.text("walls/snapshots/ed-0.xyz");
+    work.done("run walls.toml --out walls");
+    let text = work.text("walls/snapshots/ed-0.xyz");
     for (found, row) in rows(&text)
         .iter()
         .zip([written[0], written[1], [3.0, 7.0, 0.5, 0.5]])
@@ -103,9 +103,9 @@ fn two_sizes(extra: &str, value: impl Fn(bool) -> String) -> String {
 #[test]
 fn species_of_a_file_are_species() {
     let drawn = FROM_FILE.replace("velocities = \"file\"\n", "");
-    let desk = Desk::new(&format!("{drawn}[box]\n"));
-    desk.write("start.csv", two_sizes("", |_| String::new()));
-    let case = overridden(&desk.path("case.toml"), &desk.text("case.toml"), &[]);
+    let work = TestFolder::new(&format!("{drawn}[box]\n"));
+    work.write("start.csv", two_sizes("", |_| String::new()));
+    let case = overridden(&work.path("case.toml"), &work.text("case.toml"), &[]);
     let mut planned = study::check(&case).expect("a plan");
     let found = planned.remove(0).plan;
     let twin = plan(
@@ -130,14 +130,14 @@ fn species_of_a_file_are_species() {
     // Types name species, in the order of numbers, and tables have a row for each; indices are
     // those of the file.
     let named = |large: bool| format!(",{}", if large { 7 } else { 11 });
-    desk.write("start.csv", two_sizes(",type", named));
-    desk.done("run case.toml --out out --set start.velocities=file --set run.until=2");
-    let table = Columns::read(&desk.path("out"), "partial_temperature");
+    work.write("start.csv", two_sizes(",type", named));
+    work.done("run case.toml --out out --set start.velocities=file --set run.until=2");
+    let table = Columns::read(&work.path("out"), "partial_temperature");
     let names: BTreeSet<&String> = table.texts("species").iter().collect();
     assert_eq!(names.into_iter().collect::<Vec<_>>(), ["1", "2"]);
     let known: Vec<String> = study::check(&overridden(
-        &desk.path("case.toml"),
-        &desk.text("case.toml"),
+        &work.path("case.toml"),
+        &work.text("case.toml"),
         &[],
     ))
     .expect("a plan")[0]
@@ -147,7 +147,7 @@ fn species_of_a_file_are_species() {
         .map(|one| one.name.clone())
         .collect();
     assert_eq!(known, ["7", "11"]);
-    let last = rows(&desk.text("out/snapshots/ed-0.xyz"));
+    let last = rows(&work.text("out/snapshots/ed-0.xyz"));
     // The seventh and eighth number: mass, and the number of the species, which is 0 for type 7.
     assert!(last.iter().enumerate().all(|(index, row)| {
         let large = index % 7 == 3;
@@ -164,12 +164,12 @@ fn continuous_sizes_of_a_file_are_classes() {
         let (x, y) = (6 * (index % 15) + 3, 6 * (index / 15) + 3);
         writeln!(text, "{x},{y},{}", 0.3 + 0.01 * f64::from(index)).expect("a string");
     }
-    let desk = Desk::new(&format!(
+    let work = TestFolder::new(&format!(
         "{}[box]\n",
         FROM_FILE.replace("velocities = \"file\"\n", "")
     ));
-    desk.write("start.csv", text);
-    let case = desk.path("case.toml");
+    work.write("start.csv", text);
+    let case = work.path("case.toml");
     let file = format().read(&case, &[]).expect("a case");
     let planned = study::check(&file).expect("a plan");
     let plan = &planned[0].plan;
@@ -189,7 +189,7 @@ fn open_boxes_and_spheres_are_no_periodic_disks() {
         )
     };
     let case = format!("{}[box]\n", FROM_FILE.replace(".csv", ".xyz"));
-    let desk = Desk::new(&case);
+    let work = TestFolder::new(&case);
     for (text, words) in [
         (
             xyz("pbc=\"F F F\"", 3.0, 0.0),
@@ -209,24 +209,24 @@ fn open_boxes_and_spheres_are_no_periodic_disks() {
             &["start.xyz:2", "three of T and F"],
         ),
     ] {
-        desk.write("start.xyz", text);
-        desk.refused("run case.toml --out out", words);
-        assert!(!desk.path("out").exists());
+        work.write("start.xyz", text);
+        work.refused("run case.toml --out out", words);
+        assert!(!work.path("out").exists());
     }
-    desk.write("start.xyz", xyz("pbc=\"T T F\"", 3.0, 0.0));
-    desk.done("run case.toml --out out");
+    work.write("start.xyz", xyz("pbc=\"T T F\"", 3.0, 0.0));
+    work.done("run case.toml --out out");
     // Spheres from a file, in an engine of spheres.
-    desk.write("start.xyz", xyz("pbc=\"T T T\"", -2.0, 0.7));
+    work.write("start.xyz", xyz("pbc=\"T T T\"", -2.0, 0.7));
     let spheres = case.replace("[gas]", "[gas]\ndimension = 3").replace(
         "[engine.ed]",
         "[engine.dsmc-boltzmann]\nsimulators_per_particle = 1",
     );
-    desk.write(
+    work.write(
         "spheres.toml",
         format!("{spheres}[measure.snapshots]\ntimes = [0]\n"),
     );
-    desk.done("run spheres.toml --out spheres");
-    let found = rows(&desk.text("spheres/snapshots/dsmc-boltzmann-0.xyz"));
+    work.done("run spheres.toml --out spheres");
+    let found = rows(&work.text("spheres/snapshots/dsmc-boltzmann-0.xyz"));
     assert_eq!(found.len(), 3);
     // Order of simulators is the engine's own.
     let heights: Vec<f64> = found.iter().map(|row| row[2].round()).collect();
@@ -242,7 +242,7 @@ fn start_files_are_read_between_walls_and_bodies() {
          [[obstacle]]\ncircle = {{ centre = [9, 5], radius = 1 }}\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 1\n",
         FROM_FILE.replace("until = 5", "until = 0.5\nsamples = 4")
     );
-    let desk = Desk::new(&format!(
+    let work = TestFolder::new(&format!(
         "{walled}[measure.snapshots]\ntimes = [0]\n[measure.fields]\ncells = [2, 2]\nblocks = 2\n"
     ));
     let start =
@@ -256,13 +256,13 @@ fn start_files_are_read_between_walls_and_bodies() {
         (5.5, 2.0, &["disks 0 and 2", "overlap by 0.5"]),
         (3.0, 10.5, &["particle 2", "y = 10.5"]),
     ] {
-        desk.write("start.csv", start(x, y));
-        desk.refused("run case.toml --out out", words);
+        work.write("start.csv", start(x, y));
+        work.refused("run case.toml --out out", words);
     }
-    desk.write("start.csv", start(0.6, 5.0));
-    desk.done("run case.toml --out out");
+    work.write("start.csv", start(0.6, 5.0));
+    work.done("run case.toml --out out");
     for engine in ["ed", "dsmc-boltzmann"] {
-        let mut found = rows(&desk.text(&format!("out/snapshots/{engine}-0.xyz")));
+        let mut found = rows(&work.text(&format!("out/snapshots/{engine}-0.xyz")));
         found.sort_by(|a, b| b[0].total_cmp(&a[0]));
         let all: Vec<[f64; 4]> = found
             .iter()
@@ -305,10 +305,10 @@ fn a_gas_starts_in_a_region() {
             2 => ("[30, 20]", "[[1, 2], [13, 18]]"),
             _ => ("[30, 20, 20]", "[[1, 2, 3], [13, 18, 7]]"),
         };
-        let desk = Desk::new(&case(dimension, size, region, engines, more));
-        let said = desk.done("run case.toml --out out").out;
+        let work = TestFolder::new(&case(dimension, size, region, engines, more));
+        let said = work.done("run case.toml --out out").out;
         assert!(!said.contains("equilibr"), "{said}");
-        let snapshots = std::fs::read_dir(desk.path("out/snapshots")).expect("snapshots");
+        let snapshots = std::fs::read_dir(work.path("out/snapshots")).expect("snapshots");
         for path in snapshots.map(|one| one.expect("a file").path()) {
             let text = std::fs::read_to_string(&path).expect("a snapshot");
             let exact = path.ends_with("ed-0.xyz");
@@ -325,7 +325,7 @@ fn a_gas_starts_in_a_region() {
             }
         }
     }
-    let desk = Desk::new(&case(2, "[30, 20]", "[[1, 2], [13, 18]]", walled, ""));
+    let work = TestFolder::new(&case(2, "[30, 20]", "[[1, 2], [13, 18]]", walled, ""));
     for (set, words) in [
         ("[[5, 2], [5, 18]]", &["start.region", "not empty"][..]),
         ("[[13, 2], [1, 18]]", &["start.region", "not empty"]),
@@ -347,13 +347,13 @@ fn a_gas_starts_in_a_region() {
     ] {
         // Words of one shell argument have no blanks.
         let set = set.replace(' ', "");
-        desk.refused(
+        work.refused(
             &format!("run case.toml --out out --set start.region={set}"),
             words,
         );
-        assert!(!desk.path("out").exists());
+        assert!(!work.path("out").exists());
     }
-    desk.refused(
+    work.refused(
         "run case.toml --set start.equilibration=5",
         &["start.equilibration", "spreads"],
     );

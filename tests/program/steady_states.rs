@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::support::program::{Columns, Desk, bundled};
+use crate::support::program::{Columns, TestFolder, bundled};
 
 /// Temperature of the Delta model in exact dynamics and in Monte Carlo against Enskog's theory.
 ///
@@ -16,9 +16,9 @@ use crate::support::program::{Columns, Desk, bundled};
 /// cumulant (1.6 %) would pass.
 #[test]
 fn delta_model_settles_at_the_temperature_of_theory() {
-    let desk = Desk::new(&fs::read_to_string(bundled("delta-model")).expect("a case"));
-    desk.done("run case.toml --out out");
-    let table = Columns::read(&desk.path("out"), "steady_state");
+    let work = TestFolder::new(&fs::read_to_string(bundled("delta-model")).expect("a case"));
+    work.done("run case.toml --out out");
+    let table = Columns::read(&work.path("out"), "steady_state");
     let column = |name| table.numbers(name);
     let (found, errors) = (column("temperature_ratio"), column("temperature_ratio_se"));
     let theory = column("temperature_ratio_theory");
@@ -48,7 +48,7 @@ fn delta_model_settles_at_the_temperature_of_theory() {
 /// of the collisional part would still fail, so that is the bound of the error bar.
 #[test]
 fn pressure_of_elastic_disks_is_that_of_the_equation_of_state() {
-    let desk = Desk::new(
+    let work = TestFolder::new(
         r#"# Which pressure have elastic disks?
 format = 2
 title = "pressure of elastic disks"
@@ -67,8 +67,8 @@ simulators_per_particle = 4
 [measure.stress]
 "#,
     );
-    desk.done("run case.toml --out out");
-    let table = Columns::read(&desk.path("out"), "stress");
+    work.done("run case.toml --out out");
+    let table = Columns::read(&work.path("out"), "stress");
     let (names, engines) = (table.texts("quantity"), table.texts("engine"));
     let [total, error, theory] =
         ["total", "total_se", "total_theory"].map(|name| table.numbers(name));
@@ -115,7 +115,7 @@ simulators_per_particle = 4
 /// because that is half of the way to the stress of restitution 0.9 (0.295 instead of 0.387).
 #[test]
 fn dilute_sheared_gases_have_one_stress() {
-    let desk = Desk::new(
+    let work = TestFolder::new(
         r#"# Which stress has a dilute sheared gas?
 format = 2
 title = "dilute shear"
@@ -138,8 +138,8 @@ simulators_per_particle = 4
 [measure.stress]
 "#,
     );
-    desk.done("run case.toml --out out");
-    let table = Columns::read(&desk.path("out"), "stress");
+    work.done("run case.toml --out out");
+    let table = Columns::read(&work.path("out"), "stress");
     let (engines, quantities) = (table.texts("engine"), table.texts("quantity"));
     let (found, errors) = (table.numbers("total"), table.numbers("total_se"));
     for (quantity, known) in [("normal_stress_difference", 1.184 - 0.816), ("xy", -0.387)] {

@@ -1,7 +1,7 @@
 //! Numbers for users are in the units of the case: in messages, in snapshots and in the output of
 //! `check`.
 
-use crate::support::program::Desk;
+use crate::support::program::TestFolder;
 
 /// Returns a case of disks that lose nearly all energy in each collision, in SI or in reduced
 /// units.
@@ -41,12 +41,12 @@ fn header(text: &str) -> &str {
 #[test]
 fn a_collapse_is_told_in_the_units_of_the_case() {
     let [si, reduced] = [true, false].map(|si| {
-        let desk = Desk::new(&collapsing(si));
-        let said = desk.say("run case.toml --out out");
+        let work = TestFolder::new(&collapsing(si));
+        let said = work.say("run case.toml --out out");
         assert_eq!(said.code, Some(1), "{}", said.err);
         let time = numbers_after(&said.err, "inelastic collapse at time ")[0];
         let place = numbers_after(&said.err, "near (");
-        let state = desk.text("out/snapshots/replica-0-ed.stopped.xyz");
+        let state = work.text("out/snapshots/replica-0-ed.stopped.xyz");
         let lattice = numbers_after(header(&state), "Lattice=\"");
         (
             time,
@@ -88,9 +88,9 @@ fn times_of_snapshots_are_over_haffs_time() {
         )
     };
     let header_of = |text: &str| {
-        let desk = Desk::new(text);
-        desk.done("run case.toml --out out");
-        header(&desk.text("out/snapshots/ed-0.xyz")).to_owned()
+        let work = TestFolder::new(text);
+        work.done("run case.toml --out out");
+        header(&work.text("out/snapshots/ed-0.xyz")).to_owned()
     };
     let cooling = header_of(&case(0.9, "time_unit = \"case\"\nuntil = 10\n"));
     let over_t0 = numbers_after(&cooling, "TimeOverT0=")[0];
@@ -110,8 +110,8 @@ fn times_of_snapshots_are_over_haffs_time() {
 #[test]
 fn cases_in_si_have_units_of_si() {
     let text = collapsing(true).replace("until = 1e6", "until = 0.01");
-    let desk = Desk::new(&text.replace("restitution = 0.1", "restitution = 0.9"));
-    let said = desk.done("check case.toml --no-timing").out;
+    let work = TestFolder::new(&text.replace("restitution = 0.1", "restitution = 0.9"));
+    let said = work.done("check case.toml --no-timing").out;
     for line in said
         .lines()
         .filter(|line| line.starts_with("  ") && !line.contains(':'))
@@ -127,8 +127,8 @@ fn cases_in_si_have_units_of_si() {
     let thermal = said.lines().find(|line| line.contains("thermal speed"));
     let thermal = thermal.expect("the thermal speed");
     assert!(thermal.contains("0.031623 m/s"), "{thermal}");
-    desk.done("run case.toml --out out");
-    let manifest = desk.text("out/manifest.json");
+    work.done("run case.toml --out out");
+    let manifest = work.text("out/manifest.json");
     for word in [
         "\"unit\": \"length",
         "\"unit\": \"energy\"",

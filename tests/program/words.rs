@@ -4,18 +4,18 @@
 use std::fs;
 use std::process::Stdio;
 
-use crate::support::program::{COOLING, Desk, WALLS};
+use crate::support::program::{COOLING, TestFolder, WALLS};
 
 /// Creates the case COOLING with a sweep.
-fn swept(block: &str) -> Desk {
-    Desk::new(&format!("{COOLING}[[sweep]]\n{block}\n"))
+fn swept(block: &str) -> TestFolder {
+    TestFolder::new(&format!("{COOLING}[[sweep]]\n{block}\n"))
 }
 
 #[test]
 fn a_refusal_says_the_rule_and_what_may_be_meant() {
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     let refused =
-        |line: &str, words: &[&str]| desk.refused(&format!("check case.toml {line}"), words);
+        |line: &str, words: &[&str]| work.refused(&format!("check case.toml {line}"), words);
     refused(
         "--set gas.restitution=1.5",
         &["gas.restitution = 1.5 is refused; the rule: a number from 0 to 1"],
@@ -42,7 +42,7 @@ fn a_refusal_says_the_rule_and_what_may_be_meant() {
     );
     // A negative number is a value, not an option.
     for option in ["--replicas", "--seed"] {
-        let said = desk.say(&format!("check case.toml {option} -1"));
+        let said = work.say(&format!("check case.toml {option} -1"));
         assert_eq!(said.code, Some(2));
         assert!(said.err.contains("expected a whole number"), "{}", said.err);
     }
@@ -50,8 +50,8 @@ fn a_refusal_says_the_rule_and_what_may_be_meant() {
 
 #[test]
 fn a_case_without_a_format_is_told_what_to_write() {
-    let desk = Desk::new(&COOLING.replace("format = 2\n", ""));
-    let said = desk.say("check case.toml --no-timing");
+    let work = TestFolder::new(&COOLING.replace("format = 2\n", ""));
+    let said = work.say("check case.toml --no-timing");
     assert_eq!(said.code, Some(2));
     assert!(
         said.err.contains("write `format = 2` in the first line"),
@@ -62,8 +62,8 @@ fn a_case_without_a_format_is_told_what_to_write() {
 
 #[test]
 fn texts_of_a_case_have_no_control_characters() {
-    let desk = Desk::new(&COOLING.replace("a small comparison", "red \\u001b[31m"));
-    let said = desk.say("run case.toml");
+    let work = TestFolder::new(&COOLING.replace("a small comparison", "red \\u001b[31m"));
+    let said = work.say("run case.toml");
     assert_eq!(said.code, Some(2));
     assert!(
         said.err.contains("text without control characters"),
@@ -79,10 +79,10 @@ fn texts_of_a_case_have_no_control_characters() {
 
 #[test]
 fn a_typo_in_a_sweep_marks_the_key() {
-    let desk = swept("\"gas.restitutoin\" = [0.8, 0.9]");
+    let work = swept("\"gas.restitutoin\" = [0.8, 0.9]");
     let line = COOLING.lines().count() + 2;
     let place = format!("case.toml:{line}:1");
-    desk.refused(
+    work.refused(
         "check case.toml",
         &[
             &place,
@@ -91,8 +91,8 @@ fn a_typo_in_a_sweep_marks_the_key() {
         ],
     );
     // The message points at the refused value itself, behind `"gas.restitution" = [0.8, `.
-    let desk = swept("\"gas.restitution\" = [0.8, 1.9]");
-    desk.refused(
+    let work = swept("\"gas.restitution\" = [0.8, 1.9]");
+    work.refused(
         "check case.toml",
         &[&format!("case.toml:{line}:27"), "is refused"],
     );
@@ -100,18 +100,18 @@ fn a_typo_in_a_sweep_marks_the_key() {
 
 #[test]
 fn what_a_setting_does_to_a_sweep_is_told() {
-    let desk = swept(
+    let work = swept(
         "\"gas\" = [{ number = 400, restitution = 0.8 }, { number = 500, restitution = 0.9 }]",
     );
-    desk.refused(
+    work.refused(
         "check case.toml --no-timing --set gas.number=100",
         &[
             "--set gas.number=100",
             "the case sweeps \"gas\", the whole table that holds this key",
         ],
     );
-    let desk = swept("\"run.until\" = [10, 20]");
-    let said = desk.done("check case.toml --no-timing --until 3");
+    let work = swept("\"run.until\" = [10, 20]");
+    let said = work.done("check case.toml --no-timing --until 3");
     assert!(
         said.err.contains(
             "run.until is set from outside, so that the sweep of the case over it is left out"
@@ -121,7 +121,7 @@ fn what_a_setting_does_to_a_sweep_is_told() {
     );
     assert!(!said.out.contains("2 points"), "{}", said.out);
     // Setting another key leaves the sweep as it is, without a note.
-    let said = desk.done("check case.toml --no-timing --set gas.number=100");
+    let said = work.done("check case.toml --no-timing --set gas.number=100");
     assert!(
         said.out.contains("2 points") && said.err.is_empty(),
         "{} {}",
@@ -132,8 +132,8 @@ fn what_a_setting_does_to_a_sweep_is_told() {
 
 #[test]
 fn quiet_says_where_the_report_is_and_nothing_else() {
-    let desk = Desk::new(COOLING);
-    let said = desk.done("run case.toml --quiet --until 1");
+    let work = TestFolder::new(COOLING);
+    let said = work.done("run case.toml --quiet --until 1");
     assert_eq!(said.err, "");
     assert_eq!(said.out.lines().count(), 1);
     assert!(said.out.trim_end().ends_with("report.html"), "{}", said.out);
@@ -141,8 +141,8 @@ fn quiet_says_where_the_report_is_and_nothing_else() {
 
 #[test]
 fn help_names_all_commands_and_fails_where_it_cannot_be_printed() {
-    let desk = Desk::new(COOLING);
-    let said = desk.done("--help");
+    let work = TestFolder::new(COOLING);
+    let said = work.done("--help");
     for command in [
         "run",
         "check",
@@ -164,7 +164,7 @@ fn help_names_all_commands_and_fails_where_it_cannot_be_printed() {
                 .write(true)
                 .open("/dev/full")
                 .expect("a full device");
-            let done = desk
+            let done = work
                 .command(line)
                 .stdout(Stdio::from(full))
                 .output()
@@ -178,30 +178,30 @@ fn help_names_all_commands_and_fails_where_it_cannot_be_printed() {
 
 #[test]
 fn a_folder_that_cannot_be_made_is_refused_input() {
-    let desk = Desk::new(COOLING);
-    desk.write("file", "");
+    let work = TestFolder::new(COOLING);
+    work.write("file", "");
     let long = "x".repeat(300);
     for place in ["file/below", &long, "/proc/nowhere/results"] {
-        desk.refused(
+        work.refused(
             &format!("run case.toml --until 1 --out {place}"),
             &["cannot be"],
         );
-        desk.refused(&format!("manual {place}"), &["cannot be"]);
+        work.refused(&format!("manual {place}"), &["cannot be"]);
     }
 }
 
 #[test]
 fn a_damaged_mark_of_a_folder_is_named() {
-    let desk = Desk::new(COOLING);
-    desk.done("run case.toml --until 1");
-    let whole = desk.text("results/case/run.json");
+    let work = TestFolder::new(COOLING);
+    work.done("run case.toml --until 1");
+    let whole = work.text("results/case/run.json");
     for damaged in [
         &whole[..whole.len() / 2],
         "{\"program\": \"stosszahl\", \"format\": 2}",
     ] {
-        desk.write("results/case/run.json", damaged);
+        work.write("results/case/run.json", damaged);
         for how in ["--resume", "--force", ""] {
-            desk.refused(
+            work.refused(
                 &format!("run case.toml --until 1 {how}"),
                 &["run.json is damaged"],
             );
@@ -211,22 +211,22 @@ fn a_damaged_mark_of_a_folder_is_named() {
 
 #[test]
 fn chances_of_a_false_alarm_are_large_enough_to_be_computed() {
-    let desk = Desk::new(COOLING);
-    desk.refused(
+    let work = TestFolder::new(COOLING);
+    work.refused(
         "check case.toml --no-timing --set verdict.family_wise_error_rate=1e-99",
         &["of at least 1e-12"],
     );
-    desk.done("check case.toml --no-timing --set verdict.family_wise_error_rate=1e-12");
+    work.done("check case.toml --no-timing --set verdict.family_wise_error_rate=1e-12");
 }
 
 /// A limit on the size of files is an error that names the file.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_file_beyond_the_limit_is_named() {
-    let desk = Desk::new(COOLING);
+    let work = TestFolder::new(COOLING);
     let program = env!("CARGO_BIN_EXE_stosszahl");
     let done = std::process::Command::new("sh")
-        .current_dir(desk.path(""))
+        .current_dir(work.path(""))
         .args([
             "-c",
             &format!("ulimit -f 4; exec {program} run case.toml --until 1"),
@@ -243,8 +243,8 @@ fn a_file_beyond_the_limit_is_named() {
 
 #[test]
 fn forces_and_contact_times_beyond_all_reason_are_refused() {
-    let desk = Desk::new(WALLS);
-    desk.refused(
+    let work = TestFolder::new(WALLS);
+    work.refused(
         "check case.toml --no-timing --set gravity.acceleration=[0,-1e100]",
         &[
             "gravity.acceleration",
@@ -252,12 +252,12 @@ fn forces_and_contact_times_beyond_all_reason_are_refused() {
             "at most 1e12 T",
         ],
     );
-    desk.refused(
+    work.refused(
         "run case.toml --set engine.ed.contact_time=1e18",
         &[
             "engine.ed.contact_time = 1e18 is refused",
             "from 0 to run.until = 20",
         ],
     );
-    desk.done("check case.toml --no-timing --set gravity.acceleration=[0,-1e3]");
+    work.done("check case.toml --no-timing --set gravity.acceleration=[0,-1e3]");
 }

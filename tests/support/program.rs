@@ -394,10 +394,10 @@ pub fn bundled_names() -> Vec<String> {
 }
 
 /// Folder with the case `case.toml`, in which the program is run.
-pub struct Desk(TempDir);
+pub struct TestFolder(TempDir);
 
 /// Output of the program.
-pub struct Said {
+pub struct CommandOutput {
     /// Exit code; `None` after a signal.
     pub code: Option<i32>,
     /// Standard output.
@@ -406,12 +406,12 @@ pub struct Said {
     pub err: String,
 }
 
-impl Desk {
+impl TestFolder {
     /// Creates a folder with a case.
     pub fn new(case: &str) -> Self {
-        let desk = Self(tempfile::tempdir().expect("a folder"));
-        desk.write("case.toml", case);
-        desk
+        let work = Self(tempfile::tempdir().expect("a folder"));
+        work.write("case.toml", case);
+        work
     }
 
     /// Returns a path in the folder.
@@ -441,10 +441,10 @@ impl Desk {
     }
 
     /// Runs the program.
-    pub fn say(&self, line: &str) -> Said {
+    pub fn say(&self, line: &str) -> CommandOutput {
         let output = self.command(line).output().expect("the program starts");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let said = Said {
+        let said = CommandOutput {
             code: output.status.code(),
             out: text(&output.stdout),
             err: text(&output.stderr),
@@ -454,7 +454,7 @@ impl Desk {
     }
 
     /// Runs the program, which must succeed.
-    pub fn done(&self, line: &str) -> Said {
+    pub fn done(&self, line: &str) -> CommandOutput {
         let said = self.say(line);
         assert_eq!(said.code, Some(0), "{line}: {}", said.err);
         said

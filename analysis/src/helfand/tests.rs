@@ -237,10 +237,10 @@ fn moments_are_the_plain_integrals() {
     // Late collisions and partners without an index change nothing.
     let known = found.clone();
     found.collide(&collisions[0]);
-    let nobody = [Collision::ANONYMOUS; 2];
+    let anonymous = [Collision::ANONYMOUS; 2];
     found.collide(&Collision {
         time: END,
-        pair: nobody,
+        pair: anonymous,
         ..collisions[0]
     });
     assert_eq!(found, known);

@@ -19,7 +19,7 @@ pub(super) struct VelocityBox<S: Space> {
 impl<S: Space> VelocityBox<S> {
     /// An empty bounding box.
     #[inline(always)]
-    pub(super) fn nobody() -> Self {
+    pub(super) fn empty() -> Self {
         Self {
             most: [S::vector(|_| f64::MIN); 2],
         }

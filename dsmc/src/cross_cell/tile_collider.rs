@@ -193,7 +193,7 @@ where
             ceiling,
             most: 0.0,
             rate: 0.0,
-            extent: VelocityBox::nobody(),
+            extent: VelocityBox::empty(),
             collisions: 0,
             virial: 0.0,
         })

@@ -436,9 +436,13 @@ impl Preparation {
             // nothing collides in that time has nothing to forget.
             let horizon = gas.time() + 100.0 / plan.collision_rate();
             let mut bins = self.bins.clone();
-            let (mut histogram, mut nobody) = (Histogram(&mut bins), ());
+            let (mut histogram, mut no_observer) = (Histogram(&mut bins), ());
             let counted = done >= first;
-            let observer: &mut dyn Observer = if counted { &mut histogram } else { &mut nobody };
+            let observer: &mut dyn Observer = if counted {
+                &mut histogram
+            } else {
+                &mut no_observer
+            };
             gas.advance(horizon, Budget::Collisions(leg), observer)
                 .map_err(|failure| plan.told(failure))?;
             if gas.is_interrupted() {

@@ -12,10 +12,10 @@ impl<P: ParticleModel> HaloCopy<P> {
     #[inline(always)]
     pub(super) fn bound(&mut self) {
         let all = self.starts.len() - 1;
-        self.extents.resize(all, VelocityBox::nobody());
+        self.extents.resize(all, VelocityBox::empty());
         // Particles of a cell are consecutive, so its box grows in registers; reading it back from
         // memory just after it was written would stall.
-        let (mut extent, mut before) = (VelocityBox::nobody(), u32::MAX);
+        let (mut extent, mut before) = (VelocityBox::empty(), u32::MAX);
         for (&cell, &velocity) in self.cells.iter().zip(&self.velocities) {
             extent.keep_if(cell == before);
             extent.note(velocity);
@@ -78,7 +78,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         let begin = self.margin[0] - reach;
         let length = columns - 2 * begin;
         self.work.clear();
-        self.work.resize(length, VelocityBox::nobody());
+        self.work.resize(length, VelocityBox::empty());
         let layer = if is_deep { &self.slab } else { &self.extents };
         for row in y - reach..=y + reach {
             let first = begin + columns * row;
@@ -103,7 +103,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         let reach = self.ranges.reach();
         let cells = self.sides[0] * self.sides[1];
         self.slab.clear();
-        self.slab.resize(cells, VelocityBox::nobody());
+        self.slab.resize(cells, VelocityBox::empty());
         for layer in z - reach..=z + reach {
             let layer = &self.extents[cells * layer..cells * (layer + 1)];
             for (one, other) in self.slab.iter_mut().zip(layer) {
@@ -149,7 +149,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         let begin = self.margin[0] - far;
         self.work.clear();
         self.work
-            .resize(self.bounds.len() + 2 * far, VelocityBox::nobody());
+            .resize(self.bounds.len() + 2 * far, VelocityBox::empty());
         let mut known = 0;
         for x in 0..self.bounds.len() {
             if !self.places[x..=x + 2 * point].contains(&true) {

@@ -177,9 +177,9 @@ fn follow(
     probe.begin(&mut SampleContext::new(0.0, gas));
     for (number, time) in times.iter().copied().enumerate() {
         let until = plan.engine_time(time);
-        let mut nobody = ();
+        let mut no_observer = ();
         loop {
-            let observer = probe.observer().unwrap_or(&mut nobody);
+            let observer = probe.observer().unwrap_or(&mut no_observer);
             if (gas.advance(until, Budget::Leg, &mut (&mut log, observer))).expect("it goes on") {
                 break;
             }

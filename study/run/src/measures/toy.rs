@@ -172,10 +172,10 @@ fn tables(
         probe.begin(&mut SampleContext::new(0.0, &mut toy));
         for &time in &times {
             let until = plan.engine_time(time);
-            let mut nobody = ();
+            let mut no_observer = ();
             match probe.observer() {
                 Some(observer) => toy.advance(until, Budget::Unlimited, observer),
-                None => toy.advance(until, Budget::Unlimited, &mut nobody),
+                None => toy.advance(until, Budget::Unlimited, &mut no_observer),
             }
             .expect("a law");
             probe.stop(&Stop {
