@@ -131,7 +131,7 @@ fn unknown_schemes_are_refused() {
 
 /// Tests the contact value by flux. Without dissipation it is that of the fluid. Under chaos it is
 /// (1 + r)/(2 r) times that of the collision rate. Exact inelastic disks have more pairs at contact
-/// than their rate shows: 1.048(5) of them at packing 0.5 in these collisions. Four standard errors,
+/// than their rate shows: 1.10 of them at packing 0.5 in these collisions. Four standard errors,
 /// which are at most 0.6 %.
 #[test]
 fn contact_value_by_flux_has_the_factor_of_separating_pairs() {

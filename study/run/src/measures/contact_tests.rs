@@ -183,7 +183,7 @@ const MIXTURE: &str = r#"
     gas = { restitution = 0.9 }
     species = [{ number = 60, name = "small" }, { number = 40, diameter = 1.5, mass = 2, name = "large" }]
     box = { packing_fraction = 0.2 }
-    run = { until = 1, time_unit = "reduced" }
+    run = { until = 1 }
     engine = { ed = {}, dsmc-enskog = { simulators_per_particle = 3, cell_size = 3 } }
 "#;
 

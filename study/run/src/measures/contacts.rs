@@ -131,8 +131,8 @@ type Record = Option<Observed>;
 struct ContactProbe {
     spans: Vec<[f64; 2]>,
     record: Record,
-    /// Particles of the elastic twin, their number, and their collisions per time by theory; `None`
-    /// if there is none.
+    /// Particles of the elastic twin, their number, and their collisions per time by theory at
+    /// temperature 1; `None` if there is none.
     grains: Option<(Grains, usize, f64)>,
     twin: Option<ElasticTwin>,
 }

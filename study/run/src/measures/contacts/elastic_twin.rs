@@ -20,6 +20,9 @@ use crate::plan::{EngineKind, EnginePlan, Plan};
 /// Memory of the engine of a twin per disk \[bytes\].
 pub(super) const BYTES_PER_DISK: f64 = 260.0;
 
+/// Collisions per disk whose rate is that of theory, in the estimate of the rate of the twin.
+const PRIOR: f64 = 0.25;
+
 /// Sums of the twin in a window of the gas: contacts and flux.
 pub(super) type TwinWindow = (Sums, FluxWindow);
 
@@ -52,7 +55,8 @@ pub(super) fn has_twin(plan: &Plan, engine: &EnginePlan) -> bool {
 }
 
 impl ElasticTwin {
-    /// Creates the twin of disks at their start, with the collisions of the gas per time by theory.
+    /// Creates the twin of disks at their start, with the collisions of the gas per time by theory
+    /// at temperature 1.
     ///
     /// # Errors
     /// [`EngineError`] if the disks overlap.
@@ -69,7 +73,7 @@ impl ElasticTwin {
         Ok(Self {
             gas,
             start: start.time,
-            expected,
+            expected: expected * start.temperature().sqrt(),
             sums,
         })
     }
@@ -87,10 +91,6 @@ impl ElasticTwin {
     /// [`Failure`] if the twin cannot be advanced.
     pub(super) fn follow(&mut self, collisions: u64, stop: &Interrupt) -> Result<(), Failure> {
         self.gas.set_stop_flag(stop);
-        if self.gas.work().collisions == 0 {
-            // Half of the way by the rate of theory, the rest by that of the twin.
-            self.advance(0.5 * collisions as f64)?;
-        }
         let left = collisions.saturating_sub(self.gas.work().collisions);
         self.advance(left as f64)?;
         if !self.gas.is_interrupted() {
@@ -104,11 +104,9 @@ impl ElasticTwin {
     /// the same bytes.
     fn advance(&mut self, collisions: f64) -> Result<(), Failure> {
         let (done, passed) = (self.gas.work().collisions, self.gas.time() - self.start);
-        let rate = if done > 0 {
-            done as f64 / passed
-        } else {
-            self.expected
-        };
+        // As if some collisions at the rate of theory had been before.
+        let prior = PRIOR * self.gas.count() as f64;
+        let rate = (done as f64 + prior) / (passed + prior / self.expected);
         let until = self.gas.time() + collisions / rate;
         while until.is_finite() && until > self.gas.time() && !self.gas.is_interrupted() {
             if self.gas.advance(until, Budget::Leg, &mut self.sums)? {
