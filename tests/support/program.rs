@@ -356,6 +356,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("map-shear", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.2 box.shear_rate=0.5 run.until=4 engine.dsmc-enskog.simulators_per_particle=4 measure.stress.blocks=4 measure.stress.looks=3 measure.impact_parameters.windows=[[2,4]]"),
     ("map-uniform", "replicas=2 box.width_over_critical_length=0.57 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5 measure.impact_parameters.windows=[[0,0.5]]"),
     ("map-waves", "replicas=2 gas.number=100 gas.restitution=0.8 box.packing_fraction=0.1 run.until=0.5"),
+    ("map-white-noise", "replicas=2 gas.number=100 gas.restitution=0.8 thermostat.heating=0.18 box.packing_fraction=0.1 run.until=4 measure.impact_parameters.windows=[[0,4]]"),
     ("mixture-cooling", "gas.volume=5e3 power_law.monomers=500 verdict.sonine_orders=1 run.until=10"),
     ("mpemba", "replicas=2 gas.number=100 run.until=10 engine.dsmc-boltzmann.simulators_per_particle=2"),
     ("quick", "gas.number=100 run.until=1 engine.dsmc-free-volume.simulators_per_particle=2"),
