@@ -129,12 +129,16 @@ fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
         let default = schema
             .get("default")
             .filter(|value| !value.is_null() && *value != &Value::Object(serde_json::Map::new()));
-        rows.push(Row {
+        let row = Row {
             key: key.to_owned(),
             allowed: allowed.join(" or "),
             default: default.map_or_else(String::new, |value| format!("`{value}`")),
             meaning: meaning(schema),
-        });
+        };
+        // Several choices may have the same key.
+        if !rows.contains(&row) {
+            rows.push(row);
+        }
     }
     for (name, inner) in below {
         walk(&name, inner, rows);

@@ -137,7 +137,8 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
         "comparison dissipation energy error_budget impact_parameter impact_parameter_summary pair_correlation replicas \
          structure_factor",
         "comparison energy error_budget impact_parameter impact_parameter_pairs impact_parameter_summary \
-         mean_squared_displacement pair_correlation partial_temperature replicas steady_state structure_factor",
+         mean_squared_displacement pair_correlation partial_pair_correlation partial_structure_factor \
+         partial_temperature replicas steady_state structure_factor",
         "checks gas mean_squared_displacement replicas species time_averaged_displacement",
         "checks clusters gas replicas size_distribution",
         "boundaries fields profiles series species",

@@ -57,6 +57,7 @@ use crate::measure::{self, BadOption, Measure};
 use crate::plan::{EnginePlan, Plan, logarithmic};
 
 pub use snapshots::extended_xyz;
+pub(crate) use structure_factor::last_structure_factor;
 
 /// Sums over one species at one time, in the records of series \[bytes\].
 const KEPT_PER_SPECIES: f64 = 80.0;

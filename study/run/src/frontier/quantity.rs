@@ -5,13 +5,13 @@ use std::str::FromStr;
 use stosszahl_analysis::accuracy::Known;
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::relaxation::unbiased_cumulant;
-use stosszahl_analysis::structure_factor::StructureFactor;
 use stosszahl_analysis::windows::Window;
 use stosszahl_case::Case;
 use stosszahl_model::transport;
 use toml::{Table, Value};
 
 use crate::measure::CompletedRun;
+use crate::measures::last_structure_factor;
 use crate::plan::{EnginePlan, Plan};
 use crate::unsaved::{collision_rate, energies, window};
 
@@ -157,10 +157,7 @@ pub(crate) fn observe(
         .and_then(|all| all.last());
     let count = plan.count() * engine.copies();
     let cumulant = last.map(|(_, sample)| unbiased_cumulant(sample.fourth_cumulant, count));
-    let structure = run.record::<Vec<(f64, Option<StructureFactor>)>>();
-    let structure = structure
-        .filter(|_| whole)
-        .and_then(|all| all.last()?.1.as_ref());
+    let structure = last_structure_factor(run).filter(|_| whole);
     let structure = structure.map(|factor| {
         let low = || {
             let shells = factor.shells.iter();

@@ -9,7 +9,8 @@ use stosszahl_results::{Axis, Cells, Figure, Table, table};
 
 use super::over;
 use crate::measure::{
-    self, BadOption, Measure, Probe, Recorder, ReplicaRecords, SampleContext, described,
+    self, BadOption, CompletedRun, Measure, Probe, Recorder, ReplicaRecords, SampleContext,
+    described,
 };
 use crate::plan::{EnginePlan, Plan};
 
@@ -182,6 +183,13 @@ pub(super) fn by_time<T: 'static, K: Cells, C: Cells>(
 /// Result at one time.
 type Found = WithPairs<StructureFactor>;
 
+/// Returns the structure factor of all particles at the last time of a run; `None` if it was not
+/// measured.
+pub(crate) fn last_structure_factor(run: &CompletedRun) -> Option<&StructureFactor> {
+    let (_, found) = run.record::<ByTime<Found>>()?.last()?;
+    Some(&found.as_ref()?.all)
+}
+
 impl Measure for StructureFactors {
     described!(
         "structure_factor",
@@ -285,14 +293,14 @@ impl Measure for StructureFactors {
                 key "species_a", "1", "Number of one species, from 1";
                 key "species_b", "1", "Number of the other, not below the first";
                 key "pair", "", "Names of both species";
-                key "k", "1", "Wave number k = L/wavelength, mean of the shell";
+                key "mode_number", "1", "Mode number L/wavelength, mean of the shell";
                 estimate "structure_factor", "1", "Partial structure factor S_ab(k), of one simulator for each particle; of an ideal gas 1 for pairs of one species, else 0";
                 note "modes", "1", "Wave vectors in the shell";
             }
             .figure(
                 Figure::curves(
                     "Partial structure factors",
-                    Axis::logarithmic("k", "k = L/wavelength"),
+                    Axis::logarithmic("mode_number", "L/wavelength"),
                     Axis::linear("structure_factor", "S_ab(k)"),
                 )
                 .by(&["engine", "pair"])
