@@ -52,7 +52,7 @@ pub struct Sums {
     /// Sums of the local temperature and of that of the whole gas, flow included, over particles
     /// whose local temperature is known.
     pub heat: [f64; 2],
-    /// Velocity products by distance, with bin edges [`EDGES`]: real and shuffled pairs.
+    /// Velocity products by distance, with bin edges [`super::EDGES`]: real and shuffled pairs.
     pub velocities: [[Products; 2]; DISTANCES],
 }
 
