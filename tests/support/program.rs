@@ -330,6 +330,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("channel-disks", "gas.number=100 box.size=[20,20] run.until=5 run.samples=20 measure.fields.blocks=10"),
     ("contact-time", "replicas=2 gas.number=100 run.until=1 run.samples_per_decade=12 engine.ed.contact_time=1e-3 measure.impact_parameters.windows=[[0,1]] measure.contacts.windows=[[0,1]]"),
     ("delta-model", "replicas=2 gas.number=100 run.until=4 measure.stress.blocks=4 measure.stress.looks=3"),
+    ("contact-value", "replicas=2 gas.number=100 box.packing_fraction=0.25 measure.pair_correlation.times=[0.3,1]"),
     ("dense-240", "start.equilibration=1 run.until=0.5"),
     ("density-ladder", "replicas=2 box.width_over_critical_length=0.8 box.packing_fraction=0.25 engine.dsmc-contact-point.simulators_per_particle=1 run.until=0.5"),
     ("driven", "gas.number=100 run.until=1"),
