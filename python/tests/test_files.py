@@ -46,7 +46,7 @@ def test_dump_with_ase_and_as_a_start(frames, tmp_path):
         "title": "a start from a dump",
         "gas": {"restitution": 0.9},
         "start": {"placement": "file", "velocities": "file", "file": str(file)},
-        "walls": {"y": {"restitution": 1.0}},
+        "walls": {"bottom": {"restitution": 1.0}, "top": {"restitution": 1.0}},
         "run": {"time_unit": "case", "until": 1.0},
         "engine": {"ed": {}},
         "measure": {"snapshots": {"times": [0.0]}},

@@ -119,7 +119,13 @@ fn elastic_twin_is_an_elastic_run_from_the_same_start() {
     let [before, after] = ["before_2", "after_2"].map(|moment| of(whole, moment, "value_elastic"));
     assert!((before - after).abs() < 1e-12 * before, "{before} {after}");
     // Monte Carlo has no twin.
-    let none = chaos(table, "dsmc-boltzmann", whole, "returned", "value_elastic");
+    let none = chaos(
+        table,
+        "dsmc-boltzmann",
+        whole,
+        "collisions",
+        "value_elastic",
+    );
     assert!(none.is_nan());
 }
 
@@ -242,7 +248,8 @@ fn pairs_of_species_have_names_and_add_up() {
     let sum = 60.0 * part("small, small")
         + 40.0 * part("large, large")
         + 2.0 * 2400.0_f64.sqrt() * part("small, large");
-    assert!((first - sum / 100.0).abs() < 1e-9 * first, "{first} {sum}");
+    // Of a lattice at the start S(k) is zero but for rounding.
+    assert!((first - sum / 100.0).abs() < 1e-9, "{first} {sum}");
     for name in ["contacts", "impact_parameters"] {
         let (tables, _, _) = run(&plan, measure(name));
         let named = tables.iter().filter(|table| table.find("pair").is_some());
