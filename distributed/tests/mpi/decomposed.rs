@@ -140,6 +140,14 @@ bins = 20
 [measure.species_temperatures]
 "#;
 
+/// Measures of structure: those of pairs of species need all particles at one place.
+const STRUCTURE: &str = "[measure.structure_factor]\nlargest_wave_number = 2\n\
+                         [measure.pair_correlation]\nrange = 2\n";
+
+/// The same measures, made at no time.
+const NO_STRUCTURE: &str =
+    "[measure.structure_factor]\ntimes = []\n[measure.pair_correlation]\ntimes = []\n";
+
 /// Measures that sample at many more times.
 const OFTEN: &str =
     "[measure.displacement]\n[measure.intermediate_scattering]\nwave_numbers = [1, 2]\n";
@@ -160,14 +168,24 @@ fn received(output: &Output) -> f64 {
 ///
 /// In these few steps no tile changes its process. Each of some sixty further samples would send as
 /// many bytes again, and tiles change their process three times at most. Measures that identify
-/// single particles do gather them.
+/// single particles do gather them, and so does the structure of pairs of species.
 #[test]
 fn looks_at_a_gas_gather_no_particles() {
     let gas = 40_000.0 * 32.0;
-    for (more, limit) in [("", 0.55 * gas), (OFTEN, 8.0 * gas)] {
-        let scratch = Scratch::new(&format!("{MEASURED}{more}"));
+    assert!(MEASURED.contains(STRUCTURE));
+    let mixture = MEASURED.replace(STRUCTURE, NO_STRUCTURE);
+    let (before, species) = MEASURED.split_once("[[species]]").expect("species");
+    let (_, after) = species.split_once("[box]").expect("a box");
+    let single = format!("{before}[box]{after}").replace("[measure.species_temperatures]\n", "");
+    let often = format!("{mixture}{OFTEN}");
+    for (case, limit) in [
+        (mixture, 0.55 * gas),
+        (often, 8.0 * gas),
+        (single, 0.55 * gas),
+    ] {
+        let scratch = Scratch::new(&case);
         let wanted = scratch.alone();
-        assert!(wanted.len() > 12, "{:?}", wanted.keys());
+        assert!(wanted.len() > 9, "{:?}", wanted.keys());
         for ranks in [1, 2, 3, 4, 8] {
             let out = scratch.out(&ranks.to_string());
             let bytes = received(&held(ranks, &scratch, &out));
