@@ -1,4 +1,4 @@
-//! Results of a run, for those who print them.
+//! Summary of a run: folder, points and verdicts.
 
 use std::path::PathBuf;
 use std::sync::Arc;
