@@ -44,8 +44,10 @@ def test_dump_with_ase_and_as_a_start(frames, tmp_path):
     case = {
         "format": 2,
         "title": "a start from a dump",
+        "replicas": 1,
         "gas": {"restitution": 0.9},
         "start": {"placement": "file", "velocities": "file", "file": str(file)},
+        "box": {},
         "walls": {"bottom": {"restitution": 1.0}, "top": {"restitution": 1.0}},
         "run": {"time_unit": "case", "until": 1.0},
         "engine": {"ed": {}},
