@@ -157,15 +157,19 @@ PROPERTIES = {
 """Properties of extended XYZ, by the name of the array."""
 
 
+def named_columns(one: Snapshot, names: dict[str, str]) -> tuple[list[str], list[list[Any]]]:
+    """Names and columns of the arrays of a snapshot that a format names."""
+    named = [(names[name], array) for name, array in one.arrays().items() if name in names]
+    return [name for name, _ in named], [column for _, array in named for column in np.atleast_2d(array.T).tolist()]
+
+
 def write_xyz(path: Path, all_: list[Snapshot]) -> None:
     with open(path, "w", encoding="utf-8") as file:
         for one in all_:
             x, y, z = one.box
-            properties, columns = "id:I:1:pos:R:3", [np.arange(len(one)).tolist(), *one.arrays()["positions"].T.tolist()]
-            for name, array in one.arrays().items():
-                if name in PROPERTIES:
-                    properties += f":{PROPERTIES[name]}"
-                    columns.extend(np.atleast_2d(array.T).tolist())
+            names, own = named_columns(one, PROPERTIES)
+            properties = ":".join(["id:I:1:pos:R:3", *names])
+            columns = [np.arange(len(one)).tolist(), *one.arrays()["positions"].T.tolist(), *own]
             pbc = " ".join("T" if is_ else "F" for is_ in one.periodic)
             engine = f" Engine={one.engine}" if one.engine else ""
             file.write(f"{len(one)}\nLattice=\"{x!r} 0 0 0 {y!r} 0 0 0 {z!r}\" Properties={properties} pbc=\"{pbc}\" Time={one.time!r}{engine}\n")
@@ -187,15 +191,13 @@ def write_dump(path: Path, all_: list[Snapshot]) -> None:
         for step, one in enumerate(all_):
             # Types of LAMMPS are counted from 1.
             types = np.ones(len(one), int) if one.species is None else one.species + 1
-            names, columns = "id type x y z", [np.arange(1, len(one) + 1).tolist(), types.tolist(), *one.arrays()["positions"].T.tolist()]
-            for name, array in one.arrays().items():
-                if name in DUMPED:
-                    names += f" {DUMPED[name]}"
-                    columns.extend(np.atleast_2d(array.T).tolist())
+            names, own = named_columns(one, DUMPED)
+            columns = [np.arange(1, len(one) + 1).tolist(), types.tolist(), *one.arrays()["positions"].T.tolist(), *own]
+            atoms = " ".join(["id type x y z", *names])
             faces = " ".join("pp" if is_ else "ff" for is_ in one.periodic)
             bounds = "".join(f"0 {side!r}\n" for side in one.box)
             head = f"ITEM: TIMESTEP\n{step}\nITEM: TIME\n{one.time!r}\nITEM: NUMBER OF ATOMS\n{len(one)}\n"
-            file.write(f"{head}ITEM: BOX BOUNDS {faces}\n{bounds}ITEM: ATOMS {names}\n")
+            file.write(f"{head}ITEM: BOX BOUNDS {faces}\n{bounds}ITEM: ATOMS {atoms}\n")
             file.writelines(" ".join(map(repr, row)) + "\n" for row in zip(*columns))
 
 

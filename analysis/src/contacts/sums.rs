@@ -111,7 +111,7 @@ pub enum Acquaintance {
 }
 
 impl Acquaintance {
-    /// Returns the relations of partners with so many collisions of both since they met.
+    /// Returns the relations of two partners with `between` collisions of both since they met.
     pub(super) fn of(between: Option<usize>) -> &'static [Self] {
         match between {
             None => &[Self::New],

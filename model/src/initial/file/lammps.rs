@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::rows::{Columns, Components, FileError, Rows, Source, StartFile};
 
-/// Box of a dump.
+/// Bounds of the box: where it begins, its sides, and its periodic axes.
 struct DumpBox {
     lower: Vector3<f64>,
     lengths: [f64; 3],
@@ -121,19 +121,7 @@ fn atoms<'a>(
     };
     let mut rows = Rows::new(source, Some(domain.lengths), table);
     rows.start.periodic = Some(domain.periodic);
-    for number in 0..count {
-        let Some((line, row)) = lines.next() else {
-            let found = format!("the end of the file after {number} atoms");
-            return Err(source.error(header + number, found, format!("{count} atoms")));
-        };
-        let values: Vec<&str> = row.split_whitespace().collect();
-        rows.push(line, |column| values.get(column).copied())?;
-    }
-    if let Some((line, row)) = lines.find(|(_, row)| !row.trim().is_empty()) {
-        let expected = format!("nothing after {count} atoms (one frame)");
-        return Err(source.error(line, format!("`{row}`"), expected));
-    }
-    let mut start = rows.finish()?;
+    let mut start = rows.read(lines, header, count)?;
     for place in start.positions.iter_mut().flatten() {
         *place = if placed.is_some() {
             *place - domain.lower

@@ -230,6 +230,32 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
+    /// Reads the rows of `count` particles, one a line with columns between spaces, and nothing after
+    /// them. `header` is the line before the first.
+    pub(super) fn read<'b>(
+        mut self,
+        lines: &mut impl Iterator<Item = (usize, &'b str)>,
+        header: usize,
+        count: usize,
+    ) -> Result<StartFile, FileError> {
+        self.last_line = header;
+        for _ in 0..count {
+            let Some((line, row)) = lines.next() else {
+                let expected = format!("{count} particles");
+                return Err(self
+                    .source
+                    .error(self.last_line, "the end of the file", expected));
+            };
+            let values: Vec<&str> = row.split_whitespace().collect();
+            self.push(line, |column| values.get(column).copied())?;
+        }
+        if let Some((line, row)) = lines.find(|(_, row)| !row.trim().is_empty()) {
+            let expected = format!("nothing after {count} particles (one frame)");
+            return Err(self.source.error(line, format!("`{row}`"), expected));
+        }
+        self.finish()
+    }
+
     /// Ends the rows.
     pub(super) fn finish(self) -> Result<StartFile, FileError> {
         if self.start.count() == 0 {

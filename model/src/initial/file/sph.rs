@@ -30,18 +30,5 @@ pub(super) fn read_sph(source: &Source<'_>, text: &str) -> Result<StartFile, Fil
         kind: Some(0),
         ..Columns::default()
     };
-    let mut rows = Rows::new(source, Some(lengths), columns);
-    for number in 0..count {
-        let Some((line, row)) = lines.next() else {
-            let found = format!("the end of the file after {number} particles");
-            return Err(source.error(number + 2, found, format!("{count} particles")));
-        };
-        let values: Vec<&str> = row.split_whitespace().collect();
-        rows.push(line, |column| values.get(column).copied())?;
-    }
-    if let Some((line, row)) = lines.find(|(_, row)| !row.trim().is_empty()) {
-        let expected = format!("nothing after {count} particles (one frame)");
-        return Err(source.error(line, format!("`{row}`"), expected));
-    }
-    rows.finish()
+    Rows::new(source, Some(lengths), columns).read(&mut lines, 2, count)
 }

@@ -104,25 +104,7 @@ pub(super) fn read_xyz(source: &Source<'_>, text: &str) -> Result<StartFile, Fil
     };
     let mut rows = Rows::new(source, Some(lengths), columns);
     rows.start.periodic = periodic;
-    for _ in 0..count {
-        let Some((line, row)) = lines.next() else {
-            return Err(source.error(
-                text.lines().count(),
-                "the end of the file",
-                format!("{count} particles"),
-            ));
-        };
-        let values: Vec<&str> = row.split_whitespace().collect();
-        rows.push(line, |column| values.get(column).copied())?;
-    }
-    if let Some((line, row)) = lines.find(|(_, row)| !row.trim().is_empty()) {
-        return Err(source.error(
-            line,
-            format!("`{row}`"),
-            format!("nothing after {count} particles (one frame)"),
-        ));
-    }
-    rows.finish()
+    rows.read(&mut lines, 2, count)
 }
 
 /// Splits `key=value key="quoted value"`; keys in lower case.

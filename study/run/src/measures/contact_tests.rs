@@ -63,8 +63,8 @@ impl Observer for Partners {
     }
 }
 
-/// Share of collisions of partners that return, of an elastic run from the same start with so many
-/// collisions per particle.
+/// Share of collisions of partners that return, of an elastic run from the same start with
+/// `collisions` per particle.
 fn expected_returns(plan: &Plan, collisions: f64) -> f64 {
     let count = plan.count();
     let streams = stosszahl_model::random::Streams::new(plan.case.seed, 0);

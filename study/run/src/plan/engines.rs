@@ -58,8 +58,9 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
     Ok(list)
 }
 
-/// Simulators in a cell of a flow, and most simulators in all, where the case says nothing: some 100 MB.
+/// Simulators in a cell of a flow, where the case says nothing.
 const TEN: f64 = 10.0;
+/// Most simulators in all, where the case says nothing: some 100 MB.
 const MOST_SIMULATORS: f64 = 1_048_576.0;
 
 /// The scheme of an engine in cells, with its own settings.
