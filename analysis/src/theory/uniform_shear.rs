@@ -4,7 +4,9 @@
 //! (J. J. Brey, M. J. Ruiz-Montero & F. Moreno, *Physical Review E* **55**, 2846 (1997),
 //! doi:10.1103/PhysRevE.55.2846). In a flow `u = (a y, 0)` of particles of mass 1
 //!
-//!     dP_ij/dt = -a (d_ix P_yj + d_jx P_yi) - beta nu_0 (P_ij - n T d_ij) - zeta P_ij,
+//! ```text
+//! dP_ij/dt = -a (d_ix P_yj + d_jx P_yi) - beta nu_0 (P_ij - n T d_ij) - zeta P_ij,
+//! ```
 //!
 //! with `nu_0 = n T/eta_0` of the elastic gas, `beta = (1 + r)/2 [1 - (D - 1)(1 - r)/(2 D)]` and
 //! `zeta = nu_0 (D + 2)(1 - r^2)/(4 D)`. Its steady state is in closed form. Against the Boltzmann
