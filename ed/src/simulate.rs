@@ -8,8 +8,8 @@ use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
     BoundaryFlux, Budget, Failure, Field, Grains, Interrupt, Invalid, Moments, Observer, Particle,
-    ParticleModel, ParticleState, Particles, Plane, RecentContacts, Shear, Simulation,
-    SizeDistribution, Sizes, Smooth, State, Surface, Vector as _, Work,
+    ParticleModel, ParticleState, Particles, Plane, RecentContacts, Simulation, SizeDistribution,
+    Sizes, Smooth, State, Surface, Vector as _, Work,
 };
 
 use crate::checkpoint::{Checkpoint, Dissipation, EventCounters};
@@ -137,8 +137,7 @@ impl Begin<'_> {
         let (checkpoint, stops, origin) = match self.from {
             Source::Start(start) => {
                 let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;
-                let flow = (P::Field::SHEARED).then(|| Shear::new(scene.field().shear_rate()));
-                let domain = domain.sheared(flow.transpose()?)?;
+                let domain = domain.in_flow(scene.field().shear_rate(), start.time)?;
                 let body = |particle: &Particle| ParticleState {
                     position: flat(particle.position),
                     velocity: flat(particle.velocity),

@@ -48,6 +48,18 @@ impl<S: Space> Domain<S> {
         Ok(Self { images })
     }
 
+    /// Returns this box at a time of a uniform shear flow with this rate \[1/time\], 0 for none;
+    /// boxes are aligned at time 0.
+    ///
+    /// # Errors
+    /// As [`Self::sheared`], and for a rate that is not finite.
+    pub fn in_flow(self, rate: f64, time: f64) -> Result<Self, Invalid> {
+        let shear = (rate != 0.0).then(|| Shear::new(rate)).transpose()?;
+        let mut sheared = self.sheared(shear)?;
+        sheared.advance(time);
+        Ok(sheared)
+    }
+
     /// Returns the map of periodic images.
     #[inline]
     pub fn images(&self) -> &Images<S> {

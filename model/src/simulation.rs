@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
-use crate::images::Images;
+use crate::images::{Images, wrapped};
 use crate::interrupt::Interrupt;
 use crate::observer::Observer;
 use crate::particle::Particle;
@@ -62,6 +62,18 @@ impl Particles {
     pub fn images(&self) -> Images<Volume> {
         let periodic = [0, 1, 2].map(|axis| self.periodic[axis] && self.lengths[axis] > 0.0);
         Images::new(self.lengths.into(), periodic)
+    }
+
+    /// Displacement of the box above along the first axis in a uniform shear flow with this rate
+    /// \[1/time\], from 0 to the width of the box \[length\]; boxes are aligned at time 0, and
+    /// without positions.
+    pub fn shear_offset(&self, rate: f64) -> f64 {
+        let [width, height, _] = self.lengths;
+        if width > 0.0 {
+            wrapped(rate * height * self.time, width)
+        } else {
+            0.0
+        }
     }
 
     /// Area or volume of the box \[length^D\].

@@ -5,7 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use stosszahl_gas::{Face, Rebound, Wall};
 use stosszahl_model::walls::Vibration;
-use stosszahl_model::{Particle, Particles, Viscoelastic, Volume};
+use stosszahl_model::{
+    Constant, DeltaModel, Invalid, Law, Particle, Particles, ThresholdModel, Viscoelastic, Volume,
+};
 
 use crate::arrays::{column, vectors};
 use crate::error::Raise;
@@ -34,15 +36,38 @@ struct Description {
     species: Vec<(usize, f64, f64)>,
     packing_fraction: Option<f64>,
     box_size: Option<[f64; 2]>,
-    restitution: Option<f64>,
-    viscoelastic: Option<f64>,
+    restitution: GivenLaw,
     tangential_restitution: Option<f64>,
     walls: Vec<(usize, [GivenFace; 2])>,
     gravity: Option<[f64; 2]>,
+    shear_rate: Option<f64>,
     contact_time: f64,
     temperature: f64,
     seed: u64,
     replica: u64,
+}
+
+/// Law of normal restitution: a number, or one of the classes of `stosszahl` by its attributes.
+#[derive(FromPyObject)]
+enum GivenLaw {
+    Constant(f64),
+    Delta { coefficient: f64, delta: f64 },
+    Threshold { coefficient: f64, elastic_below: f64 },
+    Viscoelastic { strength: f64 },
+}
+
+impl GivenLaw {
+    fn law(&self) -> Result<Law, Invalid> {
+        Ok(match *self {
+            Self::Constant(coefficient) => Constant::new(coefficient)?.into(),
+            Self::Delta { coefficient, delta } => DeltaModel::new(coefficient, delta)?.into(),
+            Self::Threshold {
+                coefficient,
+                elastic_below,
+            } => ThresholdModel::new(coefficient, elastic_below)?.into(),
+            Self::Viscoelastic { strength } => Viscoelastic::new(strength)?.into(),
+        })
+    }
 }
 
 /// Face of the box.
@@ -141,12 +166,6 @@ fn build(
     if let Some(sides) = given.box_size {
         gas = gas.box_size(sides);
     }
-    if let Some(restitution) = given.restitution {
-        gas = gas.restitution(restitution);
-    }
-    if let Some(strength) = given.viscoelastic {
-        gas = gas.law(Viscoelastic::new(strength)?);
-    }
     if let Some(coefficient) = given.tangential_restitution {
         gas = gas.tangential_restitution(coefficient);
     }
@@ -156,10 +175,14 @@ fn build(
     if let Some(acceleration) = given.gravity {
         gas = gas.gravity(acceleration);
     }
+    if let Some(rate) = given.shear_rate {
+        gas = gas.shear_rate(rate);
+    }
     if let Some(start) = start {
         gas = gas.start_from(start.particles(given.dimension));
     }
-    gas.temperature(given.temperature)
+    gas.law(given.restitution.law()?)
+        .temperature(given.temperature)
         .contact_time(given.contact_time)
         .seed(given.seed)
         .replica(given.replica)
@@ -201,6 +224,11 @@ impl Gas {
     /// Area or volume \[length^D\].
     fn volume(&self) -> f64 {
         self.0.volume
+    }
+
+    /// Displacement of the box above in a shear flow \[length\].
+    fn shear_offset(&self) -> f64 {
+        self.0.shear_offset()
     }
 
     /// Haff's cooling time \[time\].

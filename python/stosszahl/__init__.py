@@ -24,7 +24,7 @@ from .cases import Case, bundled_cases, check, report, run, schema, sweep
 from .engines import COLLISION, EventDriven, ImpactParameters, MonteCarlo, impact_parameters
 from .errors import CaseError, EngineError, Error, GasError, OutOfMemoryError, PackageError, ResultsError, RunError
 from .files import Trajectory, trajectory
-from .gas import Gas, Viscoelastic, Wall
+from .gas import DeltaModel, Gas, ThresholdModel, Viscoelastic, Wall
 from .log import CollisionLog
 from .paraview import write_fields, write_particles
 from .results import Results, Verdict
@@ -37,6 +37,7 @@ __all__ = [
     "Case",
     "CaseError",
     "CollisionLog",
+    "DeltaModel",
     "EngineError",
     "Error",
     "EventDriven",
@@ -50,6 +51,7 @@ __all__ = [
     "ResultsError",
     "RunError",
     "Snapshot",
+    "ThresholdModel",
     "Trajectory",
     "Verdict",
     "Viscoelastic",

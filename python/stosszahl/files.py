@@ -172,7 +172,8 @@ def write_xyz(path: Path, all_: list[Snapshot]) -> None:
             columns = [np.arange(len(one)).tolist(), *one.arrays()["positions"].T.tolist(), *own]
             pbc = " ".join("T" if is_ else "F" for is_ in one.periodic)
             engine = f" Engine={one.engine}" if one.engine else ""
-            file.write(f"{len(one)}\nLattice=\"{x!r} 0 0 0 {y!r} 0 0 0 {z!r}\" Properties={properties} pbc=\"{pbc}\" Time={one.time!r}{engine}\n")
+            slid = repr(one.shear_offset) if one.shear_offset else "0"
+            file.write(f"{len(one)}\nLattice=\"{x!r} 0 0 {slid} {y!r} 0 0 0 {z!r}\" Properties={properties} pbc=\"{pbc}\" Time={one.time!r}{engine}\n")
             file.writelines(" ".join(map(repr, row)) + "\n" for row in zip(*columns))
 
 
@@ -186,16 +187,36 @@ DUMPED = {
 """Columns of a dump of LAMMPS, by the name of the array."""
 
 
+def tilt_of(one: Snapshot) -> float:
+    """Tilt of the cell of a snapshot along x, at most half its width [length]; 0 without a shear flow."""
+    width = one.box[0]
+    return float(one.shear_offset - width * np.round(one.shear_offset / width))
+
+
+def in_cell(one: Snapshot) -> NDArray[np.float64]:
+    """Positions in the tilted cell of a snapshot, whose corner is at the origin [length]."""
+    positions, tilt = one.arrays()["positions"], tilt_of(one)
+    if not tilt:
+        return positions
+    moved = positions.copy()
+    moved[:, 0] -= one.box[0] * np.floor((moved[:, 0] - tilt * moved[:, 1] / one.box[1]) / one.box[0])
+    return moved
+
+
 def write_dump(path: Path, all_: list[Snapshot]) -> None:
     with open(path, "w", encoding="utf-8") as file:
         for step, one in enumerate(all_):
             # Types of LAMMPS are counted from 1.
             types = np.ones(len(one), int) if one.species is None else one.species + 1
             names, own = named_columns(one, DUMPED)
-            columns = [np.arange(1, len(one) + 1).tolist(), types.tolist(), *one.arrays()["positions"].T.tolist(), *own]
+            columns = [np.arange(1, len(one) + 1).tolist(), types.tolist(), *in_cell(one).T.tolist(), *own]
             atoms = " ".join(["id type x y z", *names])
             faces = " ".join("pp" if is_ else "ff" for is_ in one.periodic)
             bounds = "".join(f"0 {side!r}\n" for side in one.box)
+            if tilt := tilt_of(one):
+                x, y, z = one.box
+                faces = f"xy xz yz {faces}"
+                bounds = f"{min(tilt, 0.0)!r} {x + max(tilt, 0.0)!r} {tilt!r}\n0 {y!r} 0\n0 {z!r} 0\n"
             head = f"ITEM: TIMESTEP\n{step}\nITEM: TIME\n{one.time!r}\nITEM: NUMBER OF ATOMS\n{len(one)}\n"
             file.write(f"{head}ITEM: BOX BOUNDS {faces}\n{bounds}ITEM: ATOMS {atoms}\n")
             file.writelines(" ".join(map(repr, row)) + "\n" for row in zip(*columns))
@@ -213,6 +234,7 @@ def stacked(all_: list[Snapshot]) -> dict[str, Any]:
         "time": np.array([one.time for one in all_]),
         "box": np.array([one.box for one in all_]),
         "periodic": np.array(all_[0].periodic),
+        "shear_offset": np.array([one.shear_offset for one in all_]),
     }
     for name in ARRAYS:
         own = [getattr(one, name) for one in all_]
@@ -237,14 +259,14 @@ def write_gsd(path: Path, all_: list[Snapshot]) -> None:
     with hoomd.open(name=str(path), mode="w") as file:
         for step, one in enumerate(all_):
             frame = hoomd.Frame()
-            sides, positions = np.array(one.box), one.arrays()["positions"]
+            sides, positions, tilt = np.array(one.box), in_cell(one), tilt_of(one)
             flat = not np.any(positions[:, 2]) and not one.periodic[2]
             frame.configuration.step = step
             frame.configuration.dimensions = 2 if flat else 3
-            frame.configuration.box = [*sides[:2], 0.0 if flat else sides[2], 0, 0, 0]
+            frame.configuration.box = [*sides[:2], 0.0 if flat else sides[2], tilt / sides[1], 0, 0]
             frame.particles.N = len(one)
             # Shift to the box of HOOMD, which is centred at the origin.
-            frame.particles.position = positions - 0.5 * sides * [1, 1, 0 if flat else 1]
+            frame.particles.position = positions - 0.5 * (sides * [1, 1, 0 if flat else 1] + [tilt, 0, 0])
             if one.velocities is not None:
                 frame.particles.velocity = one.velocities
             if one.radii is not None:
@@ -299,7 +321,11 @@ def write_h5md(path: Path, all_: list[Snapshot]) -> None:
         box = group.create_group("box")
         box.attrs["dimension"] = 3
         box.attrs["boundary"] = np.array(["periodic" if is_ else "none" for is_ in all_[0].periodic], dtype="S")
-        series(box, "edges", arrays["box"])
+        edges = arrays["box"]
+        if np.any(arrays["shear_offset"]):
+            edges = edges[:, :, None] * np.eye(3)
+            edges[:, 1, 0] = arrays["shear_offset"]
+        series(box, "edges", edges)
 
 
 WRITERS = {".xyz": write_xyz, ".dump": write_dump, ".npz": write_npz, ".gsd": write_gsd, ".h5": write_h5md}

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _native, given
 from .errors import GasError
 
-__all__ = ["Gas", "Viscoelastic", "Wall"]
+__all__ = ["DeltaModel", "Gas", "Restitution", "ThresholdModel", "Viscoelastic", "Wall"]
 
 AXES = {"x": 0, "y": 1}
 
@@ -52,6 +52,48 @@ class Wall:
 
 
 @dataclass(frozen=True)
+class DeltaModel:
+    """Contacts that dissipate and heat: a normal approach speed g becomes ``coefficient * g + 2 * delta``.
+
+    Brito, Risso & Soto, Physical Review E 87, 022209 (2013).
+
+    Parameters
+    ----------
+    coefficient : float
+        Share of the approach speed that is kept, 0 to 1.
+    delta : float
+        Speed Delta [length/time]; a contact adds twice this to the normal speed of separation.
+    """
+
+    coefficient: float
+    delta: float
+
+    def __post_init__(self) -> None:
+        checked(self, "coefficient", "delta")
+
+
+@dataclass(frozen=True)
+class ThresholdModel:
+    """Contacts that dissipate above a threshold of the normal approach speed alone; slower ones are elastic.
+
+    Ben-Naim, Chen, Doolen & Redner, Physical Review Letters 83, 4069 (1999).
+
+    Parameters
+    ----------
+    coefficient : float
+        Share of the approach speed that is kept, 0 to 1.
+    elastic_below : float
+        Threshold of the approach speed [length/time].
+    """
+
+    coefficient: float
+    elastic_below: float
+
+    def __post_init__(self) -> None:
+        checked(self, "coefficient", "elastic_below")
+
+
+@dataclass(frozen=True)
 class Viscoelastic:
     """Restitution of viscoelastic spheres, which falls with the approach speed.
 
@@ -64,7 +106,17 @@ class Viscoelastic:
     strength: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "strength", given.number("strength", self.strength))
+        checked(self, "strength")
+
+
+Restitution = DeltaModel | ThresholdModel | Viscoelastic
+"""Laws of normal restitution, in place of a constant coefficient."""
+
+
+def checked(law: Any, *names: str) -> None:
+    """Makes attributes of a frozen law numbers."""
+    for name in names:
+        object.__setattr__(law, name, given.number(name, getattr(law, name)))
 
 
 def numbers(data: bytearray, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -158,11 +210,12 @@ class Gas(HasParticles):
         *,
         packing_fraction: float | None = None,
         box_size: tuple[float, float] | None = None,
-        restitution: float | Viscoelastic = 1.0,
+        restitution: float | Restitution = 1.0,
         tangential_restitution: float | None = None,
         species: Sequence[tuple[int, float, float]] = (),
         walls: Mapping[str, tuple[Wall | str, Wall | str]] | None = None,
         gravity: tuple[float, float] | None = None,
+        shear_rate: float | None = None,
         contact_time: float = 0.0,
         temperature: float = 1.0,
         seed: int = 1,
@@ -183,7 +236,7 @@ class Gas(HasParticles):
             Covered share of a square box; 0.1 unless this or a box size is given.
         box_size : (float, float), optional
             Sides of the box [length].
-        restitution : float or Viscoelastic
+        restitution : float, Viscoelastic, DeltaModel or ThresholdModel
             Coefficient of normal restitution, 0 to 1, or a law.
         tangential_restitution : float, optional
             Coefficient of tangential restitution, -1 (smooth) to 1 (perfectly rough); with it disks spin.
@@ -194,6 +247,9 @@ class Gas(HasParticles):
             lets particles out (Monte Carlo only).
         gravity : (float, float), optional
             Uniform acceleration [length/time^2].
+        shear_rate : float, optional
+            Rate a of a uniform shear flow u = (a y, 0) between Lees-Edwards boundaries [1/time], not zero. Velocities and the
+            temperature are then peculiar: relative to the flow. The box is periodic and without gravity.
         contact_time : float
             Duration of a contact in exact dynamics [time]: contacts of disks within this time after their last contact are
             elastic, which prevents inelastic collapse (TC model; Luding & McNamara, Granular Matter 1, 113 (1998)).
@@ -219,6 +275,7 @@ class Gas(HasParticles):
             tangential_restitution=optional_number("tangential_restitution", tangential_restitution),
             walls=[(axis_of(axis), faces_of(axis, faces)) for axis, faces in walls_of(walls).items()],
             gravity=None if gravity is None else given.pair("gravity", gravity),
+            shear_rate=optional_number("shear_rate", shear_rate),
             contact_time=given.number("contact_time", contact_time),
         )
         if positions is None:
@@ -243,7 +300,7 @@ class Gas(HasParticles):
         number: int,
         *,
         packing_fraction: float | None = None,
-        restitution: float | Viscoelastic = 1.0,
+        restitution: float | Restitution = 1.0,
         species: Sequence[tuple[int, float, float]] = (),
         temperature: float = 1.0,
         seed: int = 1,
@@ -282,10 +339,15 @@ class Gas(HasParticles):
         return self._handle.volume()
 
     @property
+    def shear_offset(self) -> float:
+        """Displacement of the box above along x in a shear flow, from 0 to the width of the box [length]; 0 without a flow."""
+        return self._handle.shear_offset()
+
+    @property
     def haff_time(self) -> float | None:
         """Haff's cooling time t0 = 2 D/((1 - r^2) w) [time], w Enskog's collision rate per particle.
 
-        Infinite if nothing is lost; ``None`` for gases of several species or with another law. Brilliantov & Pöschel,
+        Infinite if nothing is lost; ``None`` for gases of several species, with another law or in a shear flow. Brilliantov & Pöschel,
         *Kinetic Theory of Granular Gases* (Oxford 2004).
         """
         return self._handle.haff_time()
@@ -314,25 +376,25 @@ def describe(
     number: float,
     species: Iterable[Iterable[float]],
     packing_fraction: float | None,
-    restitution: float | Viscoelastic,
+    restitution: float | Restitution,
     temperature: float,
     seed: int,
     replica: int,
     **further: Any,
 ) -> dict[str, Any]:
     """Description from which :class:`_native.Gas` is made, with checked numbers."""
-    law = restitution.strength if isinstance(restitution, Viscoelastic) else None
+    is_law = isinstance(restitution, (DeltaModel, ThresholdModel, Viscoelastic))
     return {
         "dimension": dimension,
         "number": given.whole("number", number),
         "species": species_of(species),
         "packing_fraction": optional_number("packing_fraction", packing_fraction),
         "box_size": None,
-        "restitution": None if isinstance(restitution, Viscoelastic) else given.number("restitution", restitution),
-        "viscoelastic": law,
+        "restitution": restitution if is_law else given.number("restitution", restitution),
         "tangential_restitution": None,
         "walls": [],
         "gravity": None,
+        "shear_rate": None,
         "contact_time": 0.0,
         "temperature": given.number("temperature", temperature),
         "seed": given.whole("seed", seed),

@@ -48,6 +48,8 @@ class Snapshot:
         Number of particles for each simulator, shape (number,); None if all weights are equal.
     replica : int
         Number of the replica, from 0.
+    shear_offset : float
+        Displacement of the box above along x in a shear flow, from 0 to the width of the box [length].
     """
 
     engine: str
@@ -62,6 +64,7 @@ class Snapshot:
     species: NDArray[np.int64] | None = None
     weights: NDArray[np.float64] | None = None
     replica: int = 0
+    shear_offset: float = 0.0
 
     def __len__(self) -> int:
         return next((len(array) for array in self.arrays().values()), 0)
@@ -98,13 +101,14 @@ def snapshot_of(gas: Gas | Snapshot) -> Snapshot:
         spins=(np.column_stack([flat, flat, spins]) if in_plane else spins) if turns else None,
         species=species if np.any(species) else None,
         weights=weights if np.any(weights != weights[:1]) else None,
+        shear_offset=gas.shear_offset,
     )
 
 
 def read_snapshot(path: Path, about: Mapping[str, Any]) -> Snapshot:
     """Reads a snapshot of a manifest: extended XYZ, or CSV of a gas without positions."""
     engine, time, replica = about["engine"], about["time"], about.get("replica", 0)
-    box, periodic, parts = read_csv(path) if path.suffix == ".csv" else read_xyz(path)
+    box, shear_offset, periodic, parts = read_csv(path) if path.suffix == ".csv" else read_xyz(path)
     kinds = parts.get("type")
     return Snapshot(
         engine=engine,
@@ -119,11 +123,16 @@ def read_snapshot(path: Path, about: Mapping[str, Any]) -> Snapshot:
         spins=parts.get("angular_velocity"),
         species=None if kinds is None else kinds.astype(np.int64),
         weights=parts.get("weight"),
+        shear_offset=shear_offset,
     )
 
 
-def read_xyz(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str, NDArray[np.float64]]]:
-    """Reads extended XYZ: box, periodicity by axis, and columns by their names in the file."""
+Contents = tuple[tuple[float, ...], float, tuple[bool, ...], dict[str, NDArray[np.float64]]]
+"""Box, displacement of the box above, periodicity by axis, and columns by their names in extended XYZ."""
+
+
+def read_xyz(path: Path) -> Contents:
+    """Reads extended XYZ."""
     with open(path, encoding="utf-8") as file:
         number, header = int(file.readline()), file.readline()
         names, widths = columns_of(field(header, "Properties"))
@@ -132,11 +141,11 @@ def read_xyz(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str,
     parts = {name: rows[:, start] if width == 1 else rows[:, start : start + width] for name, start, width in zip(names, starts, widths)}
     lattice = np.array(field(header, "Lattice").split(), dtype=np.float64)
     periodic = (field(header, "pbc") or "T T T").split()
-    return tuple(lattice[[0, 4, 8]].tolist()), tuple(one == "T" for one in periodic), parts
+    return tuple(lattice[[0, 4, 8]].tolist()), float(lattice[3]), tuple(one == "T" for one in periodic), parts
 
 
-def read_csv(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str, NDArray[np.float64]]]:
-    """Reads CSV of a gas without positions: no box, and columns by their names in extended XYZ."""
+def read_csv(path: Path) -> Contents:
+    """Reads CSV of a gas without positions."""
     table = pd.read_csv(path, dtype=np.float64)
     names = {"velocity": "velo", "species": "type"}
     parts: dict[str, NDArray[np.float64]] = {}
@@ -146,7 +155,7 @@ def read_csv(path: Path) -> tuple[tuple[float, ...], tuple[bool, ...], dict[str,
             parts[names.get(quantity, quantity)] = table[[f"{quantity}_{axis}" for axis in "xyz"]].to_numpy()
         elif not name.endswith(("_y", "_z")):
             parts[names.get(name, name)] = table[name].to_numpy()
-    return (), (), parts
+    return (), 0.0, (), parts
 
 
 def field(header: str, name: str) -> str:

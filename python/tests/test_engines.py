@@ -326,3 +326,46 @@ def test_arrays_cannot_be_written_to():
         gas().positions[0] = 0.0
     with pytest.raises(ValueError):
         exact().velocities[0] = 0.0
+
+
+def test_laws_of_restitution():
+    cold = {"packing_fraction": 0.1, "temperature": 0.01, "seed": 2}
+    heated = Gas.disks(200, restitution=stosszahl.DeltaModel(0.8, 0.1), **cold)
+    assert heated.haff_time is None and pickle.loads(pickle.dumps(heated)).temperature == heated.temperature
+    for engine in (EventDriven(heated), MonteCarlo.from_state(heated, "enskog")):
+        engine.advance(400)
+        # T = 0.207 for a Maxwellian; 200 disks fluctuate by 1/sqrt(N) = 7 %, here allowed fivefold.
+        assert engine.temperature == pytest.approx(0.207, rel=0.35)
+    # No disk is as fast as the threshold, so that all contacts are elastic.
+    slow = EventDriven(Gas.disks(200, restitution=stosszahl.ThresholdModel(0.5, 100.0), packing_fraction=0.1))
+    before = slow.temperature
+    slow.advance(20)
+    assert slow.collisions > 500 and slow.temperature == pytest.approx(before, rel=1e-12)
+    for law, words in [
+        (stosszahl.DeltaModel(0.9, -1), "added speed Delta"),
+        (stosszahl.ThresholdModel(1.5, 1), "coefficient of restitution"),
+    ]:
+        with pytest.raises(stosszahl.GasError, match=words):
+            Gas.disks(10, restitution=law)
+
+
+def test_a_sheared_gas_goes_on_from_its_pickled_state():
+    gas = Gas.disks(200, packing_fraction=0.3, restitution=0.9, shear_rate=0.7, seed=3)
+    assert gas.shear_offset == 0 and gas.haff_time is None
+    exact = EventDriven(gas)
+    exact.equilibrate(5)
+    exact.advance(3.3)
+    state = exact.state()
+    assert state.shear_offset == pytest.approx(0.7 * 3.3 * state.box[1] % state.box[0], rel=1e-12)
+    again = EventDriven(pickle.loads(pickle.dumps(state)))
+    exact.advance(3.8)
+    again.advance(3.8)
+    # Rounding of 1e-14, which some ten collisions of a disk raise by a factor of ten each at most.
+    assert again.collisions > 100 and np.abs(again.velocities - exact.velocities).max() < 1e-4
+    assert MonteCarlo.from_state(state, "enskog").temperature == state.temperature
+    with pytest.raises(stosszahl.GasError, match="equilibration of a shear flow that has begun"):
+        exact.equilibrate(1)
+    with pytest.raises(stosszahl.GasError, match="shear flow"):
+        MonteCarlo.from_state(state)
+    with pytest.raises(stosszahl.GasError, match="shear rate 0"):
+        Gas.disks(10, shear_rate=0)

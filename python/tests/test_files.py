@@ -117,6 +117,38 @@ def test_neighbours_with_freud(tmp_path):
     assert len(found) == near.sum() - len(frame) > 400
 
 
+def test_files_of_a_sheared_gas_have_its_lattice(tmp_path):
+    ase_io, freud, hoomd = pytest.importorskip("ase.io"), pytest.importorskip("freud"), pytest.importorskip("gsd.hoomd")
+    frames = trajectory(EventDriven(Gas.disks(200, box_size=(30, 20), shear_rate=0.5, restitution=0.9)), [0.0, 2.0, 4.0])
+    # 0.5 * 20 * 2 = 20 and 40, folded into the width.
+    assert [one.shear_offset for one in frames] == pytest.approx([0, 20, 10], abs=1e-12)
+
+    def neighbours(one):
+        away = one.positions[:, None] - one.positions[None]
+        boxes = np.round(away[..., 1] / 20)
+        away[..., 0] -= boxes * one.shear_offset
+        away[..., 1] -= boxes * 20
+        away[..., 0] -= 30 * np.round(away[..., 0] / 30)
+        # In reach of 5 the nearest image by axis is the nearest of all.
+        return {(int(i), int(j)) for i, j in zip(*np.nonzero(np.linalg.norm(away, axis=2) < 2.5)) if i < j}
+
+    with hoomd.open(frames.write(tmp_path / "x.gsd")) as file:
+        for one, frame in zip(frames, file):
+            box, points = freud.box.Box.from_box(frame.configuration.box), frame.particles.position
+            found = freud.locality.AABBQuery(box, points).query(points, {"r_max": 2.5, "exclude_ii": True}).toNeighborList()
+            pairs = {(int(i), int(j)) for i, j in found[:] if i < j}
+            # Single precision moves a distance by 1e-6, over which none of 700 pairs lies here.
+            assert len(pairs) > 300 and pairs == neighbours(one)
+            assert np.array_equal(box.wrap(points), points)
+    for name, kind in (("x.xyz", {}), ("x.dump", {"format": "lammps-dump-text"})):
+        for one, atoms in zip(frames, ase_io.read(frames.write(tmp_path / name), index=":", **kind)):
+            distances = atoms.get_all_distances(mic=True)
+            pairs = {(int(i), int(j)) for i, j in zip(*np.nonzero(distances < 2.5)) if i < j}
+            assert pairs == neighbours(one), name
+    with pytest.importorskip("h5py").File(frames.write(tmp_path / "x.h5")) as file:
+        assert file["particles/all/box/edges/value"].shape == (3, 3, 3)
+
+
 def test_pair_correlations_and_structure_factors_with_freud(root, tmp_path):
     """One replica, so that its snapshot is all that tables are of."""
     freud = pytest.importorskip("freud")

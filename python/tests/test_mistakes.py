@@ -141,6 +141,10 @@ CALLS = {
     "half of box_size": lambda x: Gas.disks(10, box_size=(9, x)),
     "restitution": lambda x: Gas.disks(10, restitution=x),
     "viscoelastic": lambda x: Gas.disks(10, restitution=stosszahl.Viscoelastic(x)),
+    "coefficient": lambda x: Gas.disks(10, restitution=stosszahl.DeltaModel(x, 0.1)),
+    "delta": lambda x: Gas.disks(10, restitution=stosszahl.DeltaModel(0.9, x)),
+    "elastic_below": lambda x: Gas.disks(10, restitution=stosszahl.ThresholdModel(0.9, x)),
+    "shear_rate": lambda x: Gas.disks(10, shear_rate=x),
     "tangential_restitution": lambda x: Gas.disks(10, tangential_restitution=x),
     "species": lambda x: Gas.disks(10, species=x),
     "one species": lambda x: Gas.disks(10, species=[(10, x, 1)]),
@@ -188,7 +192,7 @@ CALLS = {
     "snapshots": lambda x: stosszahl.Trajectory(x),
 }
 FINE = {
-    "None": {"packing_fraction", "box_size", "tangential_restitution", "walls", "gravity", "positions", "cell_size", "observer", "keys", "threads"}
+    "None": {"packing_fraction", "box_size", "tangential_restitution", "walls", "gravity", "shear_rate", "positions", "cell_size", "observer", "keys", "threads"}
     | {"until of a case", "replicas", "seed of a case"},
     "{}": {"walls", "species", "keys", "times", "snapshots"},
     "[1]": {"times"},

@@ -156,3 +156,44 @@ simulators_per_particle = 4
         }
     }
 }
+
+/// The lattice of snapshots leads to the image above, which a shear flow has displaced by `a L_y t`,
+/// folded into the width of the box.
+#[test]
+fn snapshots_of_a_sheared_gas_have_its_lattice() {
+    let work = TestFolder::new(
+        r#"# Where is the image above?
+format = 2
+title = "lattice of a sheared gas"
+seed = 3
+[gas]
+number = 50
+restitution = 0.8
+[box]
+size = [12.0, 9.0]
+shear_rate = 0.5
+[run]
+until = 4
+[engine.ed]
+[engine.dsmc-boltzmann]
+[measure.snapshots]
+times = [0, 4]
+"#,
+    );
+    work.done("run case.toml --out out");
+    for engine in ["ed", "dsmc-boltzmann"] {
+        // 0.5 * 9 * 4 = 18 is one width and a half.
+        for (number, offset) in [(0, 0.0), (1, 6.0)] {
+            let text = work.text(&format!("out/snapshots/{engine}-{number}.xyz"));
+            let lattice = text.split('"').nth(1).expect("a lattice");
+            let numbers: Vec<f64> = lattice
+                .split(' ')
+                .map(|one| one.parse().expect("a number"))
+                .collect();
+            assert_eq!(numbers[..3], [12.0, 0.0, 0.0], "{engine}: {lattice}");
+            assert_eq!(numbers[4..6], [9.0, 0.0], "{engine}: {lattice}");
+            // The product is a few roundings away from 18.
+            assert!((numbers[3] - offset).abs() < 1e-13, "{engine}: {lattice}");
+        }
+    }
+}

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Domain, Field, Grains, Invalid, Particle, ParticleModel, ParticleState, Particles, Shear,
-    Simulation, SizeDistribution, Smooth, Space, State, Surface, Volume,
+    Domain, Field, Grains, Invalid, Particle, ParticleModel, ParticleState, Particles, Simulation,
+    SizeDistribution, Smooth, Space, State, Surface, Volume,
 };
 
 use super::cells::{Cells, Kept};
@@ -167,17 +167,16 @@ impl<K: Keep> Begin<'_, K> {
             ..
         } = *self.gas;
         let rate = scene.field().shear_rate();
-        let domain = |lengths: [f64; 3]| -> Result<Domain<P::Space>, Invalid> {
-            let flow = (rate != 0.0).then(|| Shear::new(rate)).transpose()?;
+        let domain = |lengths: [f64; 3], time: f64| -> Result<Domain<P::Space>, Invalid> {
             let lengths = P::Space::vector(|axis| lengths[axis]);
-            (boundaries.walls).domain(lengths)?.sheared(flow)
+            (boundaries.walls).domain(lengths)?.in_flow(rate, time)
         };
         let (engine, follows, shards) = match self.source {
             Source::Start(starts) => {
                 let state = |start: &Particles| -> Result<State<P>, Invalid> {
                     Ok(State {
                         time: start.time,
-                        domain: domain(start.lengths)?,
+                        domain: domain(start.lengths, start.time)?,
                         bodies: start.all.iter().map(body::<P>).collect(),
                     })
                 };
@@ -202,7 +201,8 @@ impl<K: Keep> Begin<'_, K> {
                 if let Some((list, beside)) = shards.as_ref().filter(|_| !K::SHARES) {
                     kept.gas.hold(read_all::<P, F>(list, beside)?);
                 }
-                let domain = domain(left.lengths)?;
+                // The checkpoint has the offset of the boxes.
+                let domain = domain(left.lengths, 0.0)?;
                 let engine = Engine::resume_between(
                     scene, parameters, domain, kept.gas, boundaries, streams,
                 );

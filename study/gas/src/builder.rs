@@ -45,12 +45,20 @@ impl Gas {
         self.particles.temperature()
     }
 
+    /// Displacement of the box above along the first axis in a shear flow, from 0 to the width of
+    /// the box \[length\]; 0 without a flow.
+    pub fn shear_offset(&self) -> f64 {
+        let rate = self.grains.shear_rate.unwrap_or(0.0);
+        self.particles.shear_offset(rate)
+    }
+
     /// Haff's cooling time of equal particles with one coefficient of restitution r, at their
     /// packing and temperature T: `t0 = 2 D/((1 - r^2) w)`, w Enskog's collision rate per particle;
-    /// infinite if nothing is lost, `None` for other gases. Brilliantov & Pöschel, *Kinetic Theory
+    /// infinite if nothing is lost, `None` for other gases and in a shear flow. Brilliantov & Pöschel, *Kinetic Theory
     /// of Granular Gases* (Oxford 2004).
     pub fn haff_time(&self) -> Option<f64> {
-        let restitution = self.grains.restitution.constant()?;
+        let cools = self.grains.shear_rate.is_none();
+        let restitution = self.grains.restitution.constant().filter(|_| cools)?;
         let SizeDistribution::Equal(one) = &self.grains.sizes else {
             return None;
         };
@@ -82,6 +90,7 @@ pub struct GasBuilder {
     law: Result<Law, Invalid>,
     tangential: Option<f64>,
     gravity: Option<Vector3<f64>>,
+    shear_rate: Option<f64>,
     contact_time: f64,
     temperature: f64,
     seed: u64,
@@ -105,6 +114,7 @@ impl GasBuilder {
             law: Ok(Law::ELASTIC),
             tangential: None,
             gravity: None,
+            shear_rate: None,
             contact_time: 0.0,
             temperature: 1.0,
             seed: 1,
@@ -167,6 +177,15 @@ impl GasBuilder {
     /// Sets a uniform acceleration \[length/time^2\]. Disks only.
     pub fn gravity(mut self, acceleration: [f64; 2]) -> Self {
         self.gravity = Some(Vector3::new(acceleration[0], acceleration[1], 0.0));
+        self
+    }
+
+    /// Puts the gas into uniform shear flow u = (a y, 0) between Lees-Edwards boundaries, with the
+    /// shear rate a \[1/time\], not zero. Velocities, and all that is made of them, are then
+    /// peculiar: relative to the flow. Disks only, in a periodic box without gravity. Lees &
+    /// Edwards, J. Phys. C 5, 1921 (1972), doi:10.1088/0022-3719/5/15/006.
+    pub fn shear_rate(mut self, shear_rate: f64) -> Self {
+        self.shear_rate = Some(shear_rate);
         self
     }
 
@@ -239,10 +258,13 @@ impl GasBuilder {
             .iter()
             .flatten()
             .any(|face| *face != Face::Periodic);
-        let places = bounded || self.gravity.is_some() || self.contact_time > 0.0;
+        let places = bounded
+            || self.gravity.is_some()
+            || self.shear_rate.is_some()
+            || self.contact_time > 0.0;
         if self.dimension == 3 && (places || self.tangential.is_some()) {
             return Err(GasError::Unfit {
-                what: "walls, gravity, spin or a contact time of spheres without positions",
+                what: "walls, gravity, shear, spin or a contact time of spheres without positions",
                 instead: "use a gas of disks, or a case file for spheres in a box",
             });
         }
@@ -258,9 +280,12 @@ impl GasBuilder {
             restitution: self.law.clone()?,
             rough: rough.transpose()?,
             gravity: self.gravity,
-            shear_rate: None,
+            shear_rate: self.shear_rate,
             is_bounded: bounded,
         };
+        if self.shear_rate.is_some() {
+            grains.sheared_smooth::<Plane, _>(())?;
+        }
         let covered = self.species.iter().map(|kind| {
             let ball = match self.dimension {
                 2 => Plane::ball(kind.radius),
@@ -329,7 +354,9 @@ impl GasBuilder {
             lengths[2] = 1.0;
         }
         let has_places = start.lengths[0] > 0.0;
-        let domain = has_places.then(|| walls.domain(lengths)).transpose()?;
+        let rate = self.shear_rate.unwrap_or(0.0);
+        let domain = has_places.then(|| walls.domain(lengths)?.in_flow(rate, start.time));
+        let domain = domain.transpose()?;
         let place = |number: usize, position: Vector3<f64>| {
             let inside = domain.map_or(position, |domain| domain.wrap(position));
             let is_outside = |axis: &usize| !(0.0..=lengths[*axis]).contains(&inside[*axis]);

@@ -6,7 +6,7 @@ use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
 use stosszahl_dsmc::{Boundaries, Displacement, Parameters, PartnerSelection, Scheme};
 use stosszahl_ed::Dissipation;
 use stosszahl_model::initial::VelocityDistribution;
-use stosszahl_model::{Budget, Interrupt, Observer, Particles, Simulation};
+use stosszahl_model::{Budget, Grains, Interrupt, Observer, Particles, Simulation};
 
 use crate::memory::{RUNNING, need_memory};
 use crate::reach::check_time;
@@ -37,17 +37,17 @@ impl EventDriven {
     /// [`GasError`] if the gas has no positions, or open faces, or disks that overlap.
     pub fn new(gas: &Gas) -> Result<Self, GasError> {
         Ok(Self {
-            simulation: exact(gas, &gas.particles, gas.dissipation())?,
+            simulation: exact(gas, &gas.grains, &gas.particles, gas.dissipation())?,
             gas: gas.clone(),
             collides: true,
         })
     }
 
     /// Runs elastically until each disk has collided this many times, then restores the temperature
-    /// and sets the time back.
+    /// and sets the time back. A shear flow rests meanwhile.
     ///
     /// # Errors
-    /// [`GasError`] if the gas cannot be run.
+    /// [`GasError`] if the gas cannot be run, or its shear flow has begun.
     pub fn equilibrate(&mut self, collisions_per_particle: f64) -> Result<(), GasError> {
         self.equilibrate_unless(collisions_per_particle, &Interrupt::default())?;
         Ok(())
@@ -65,7 +65,18 @@ impl EventDriven {
     ) -> Result<bool, GasError> {
         let mut particles = self.simulation.particles();
         let (time, temperature) = (particles.time, particles.temperature());
-        let mut elastic = exact(&self.gas, &particles, Dissipation::Elastic)?;
+        let rate = self.gas.grains.shear_rate.unwrap_or(0.0);
+        if particles.shear_offset(rate) != 0.0 {
+            return Err(GasError::Unfit {
+                what: "equilibration of a shear flow that has begun",
+                instead: "equilibrate before the first advance",
+            });
+        }
+        let at_rest = Grains {
+            shear_rate: None,
+            ..self.gas.grains.clone()
+        };
+        let mut elastic = exact(&self.gas, &at_rest, &particles, Dissipation::Elastic)?;
         let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
         elastic.set_stop_flag(interrupt);
         elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
@@ -85,13 +96,16 @@ impl EventDriven {
         }
         particles = elastic.particles();
         particles.time = time;
-        self.simulation = exact(&self.gas, &particles, self.gas.dissipation())?;
+        let dissipation = self.gas.dissipation();
+        self.simulation = exact(&self.gas, &self.gas.grains, &particles, dissipation)?;
         Ok(true)
     }
 }
 
+/// Creates exact dynamics of particles with these properties in the box of a gas.
 fn exact(
     gas: &Gas,
+    grains: &Grains,
     particles: &Particles,
     dissipation: Dissipation,
 ) -> Result<Box<dyn Simulation>, GasError> {
@@ -107,7 +121,7 @@ fn exact(
         obstacles: Vec::new(),
         streams: gas.streams.branch(1),
     };
-    let simulation = stosszahl_ed::simulate(&gas.grains, dissipation, &boundaries, particles)?;
+    let simulation = stosszahl_ed::simulate(grains, dissipation, &boundaries, particles)?;
     Ok(simulation)
 }
 
@@ -163,10 +177,10 @@ impl MonteCarlo {
     }
 
     /// Returns the default parameters of a gas: those of the scheme, but without a displacement of
-    /// partners if there are walls, which it would cross.
+    /// partners if there are walls, which it would cross, or a shear flow, in which none is allowed.
     pub fn defaults(gas: &Gas, scheme: Scheme) -> Parameters {
         let defaults = Parameters::for_scheme(scheme);
-        if gas.grains.is_bounded {
+        if gas.grains.is_bounded || gas.grains.shear_rate.is_some() {
             return Parameters {
                 displacement: Displacement::None,
                 ..defaults
@@ -191,7 +205,7 @@ impl MonteCarlo {
             parameters,
             boundaries: &boundaries,
             streams: gas.streams.branch(2),
-            displacements: !gas.grains.is_bounded,
+            displacements: !gas.grains.is_bounded && gas.grains.shear_rate.is_none(),
         };
         let starts = std::slice::from_ref(&gas.particles);
         Ok(Self {

@@ -60,7 +60,8 @@ fn cools(gas: &Gas) -> bool {
     let law = &gas.grains.restitution;
     let may_add = law.max_added_speed() > 0.0 || matches!(law, Law::Pairs(_));
     let dissipates = !law.is_elastic() || gas.grains.rough.is_some();
-    dissipates && !may_add && gas.grains.gravity.is_none() && heat(gas) == 0.0
+    let is_still = gas.grains.gravity.is_none() && gas.grains.shear_rate.is_none();
+    dissipates && !may_add && is_still && heat(gas) == 0.0
 }
 
 /// Largest speed that walls give, squared, over that of a unit mass at temperature one: 0 where

@@ -248,3 +248,98 @@ fn a_contact_time_lets_a_gas_go_on_that_collapses_for_good_without() -> Result<(
     assert!(Gas::spheres(10).contact_time(1.0).build().is_err());
     Ok(())
 }
+
+/// Sheared gas whose boxes are displaced after some time.
+fn sheared() -> GasBuilder {
+    let gas = Gas::disks(200).packing_fraction(0.3).restitution(0.9);
+    gas.shear_rate(0.7).seed(3)
+}
+
+fn enskog() -> Scheme {
+    Scheme::named("enskog").expect("a scheme")
+}
+
+#[test]
+fn a_sheared_gas_goes_on_from_its_state() -> Result<(), GasError> {
+    let mut exact = EventDriven::new(&sheared().build()?)?;
+    exact.equilibrate(5.0)?;
+    assert_eq!(exact.time(), 0.0);
+    exact.advance(3.3, &mut ())?;
+    let state = exact.state();
+    let [width, height, _] = state.particles.lengths;
+    let offset = (0.7 * height * 3.3) % width;
+    assert!((state.shear_offset() - offset).abs() < 1e-12 * height);
+    let rebuilt = sheared().start_from(state.particles.clone()).build()?;
+    assert_eq!(rebuilt.particles, state.particles);
+    let mut again = EventDriven::new(&rebuilt)?;
+    let before = exact.work().collisions;
+    exact.advance(3.8, &mut ())?;
+    again.advance(3.8, &mut ())?;
+    assert!(again.work().collisions > 100);
+    assert_eq!(exact.work().collisions - before, again.work().collisions);
+    // Rounding of 1e-14, which some ten collisions of a disk raise by a factor of ten each at most.
+    let pairs = exact.particles().all.into_iter().zip(again.particles().all);
+    let far = pairs.map(|(one, other)| (one.velocity - other.velocity).norm());
+    let far = far.fold(0.0, f64::max);
+    assert!(far < 1e-4, "{far}");
+    // Its state is a start of Monte Carlo too, which starts at the same temperature.
+    let mut chaos = MonteCarlo::from_state(&state, enskog())?;
+    assert_eq!(chaos.temperature(), state.temperature());
+    chaos.advance(3.8, &mut ())?;
+    assert!(chaos.work().collisions > 100);
+    Ok(())
+}
+
+#[test]
+fn shear_is_refused_where_it_cannot_be() -> Result<(), GasError> {
+    let specular = Rebound::Restitutive {
+        restitution: 1.0,
+        slip: 1.0,
+    };
+    let walls = [wall(specular, None), wall(specular, None)];
+    for refused in [
+        sheared().shear_rate(0.0),
+        sheared().shear_rate(f64::NAN),
+        sheared().gravity([0.0, -1.0]),
+        sheared().walls(0, walls),
+        Gas::spheres(100).shear_rate(1.0),
+    ] {
+        assert!(refused.build().is_err());
+    }
+    let gas = sheared().build()?;
+    assert!(gas.haff_time().is_none());
+    // Partners across cells would have to follow cells that slide.
+    let across = MonteCarlo::from_state(&gas, Scheme::CONTACT_POINT).err();
+    let said = across.map(|error| error.to_string()).unwrap_or_default();
+    assert!(said.contains("shear flow"), "{said}");
+    let mut exact = EventDriven::new(&gas)?;
+    exact.advance(0.3, &mut ())?;
+    assert!(matches!(
+        exact.equilibrate(1.0),
+        Err(GasError::Unfit { .. })
+    ));
+    // It stays warm, so that no time is reached for free.
+    assert!(matches!(
+        exact.advance(1e20, &mut ()),
+        Err(GasError::Time { .. })
+    ));
+    Ok(())
+}
+
+#[test]
+fn a_gas_of_the_delta_model_heats_to_its_steady_state() -> Result<(), GasError> {
+    use stosszahl_model::DeltaModel;
+    let cold = Gas::disks(200).packing_fraction(0.1).temperature(0.01);
+    let gas = cold.law(DeltaModel::new(0.8, 0.1)?).build()?;
+    assert!(gas.haff_time().is_none());
+    for engine in [
+        &mut *EventDriven::new(&gas)? as &mut dyn Simulation,
+        &mut *MonteCarlo::from_state(&gas, enskog())?,
+    ] {
+        engine.advance(400.0, Budget::Unlimited, &mut ())?;
+        // T = 0.207 for a Maxwellian; 200 disks fluctuate by 1/sqrt(N) = 7 %, here allowed fivefold.
+        let found = engine.temperature();
+        assert!((found / 0.207 - 1.0).abs() < 0.35, "{found}");
+    }
+    Ok(())
+}

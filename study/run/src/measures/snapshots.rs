@@ -128,6 +128,8 @@ struct SnapshotUnits {
     time_over_t0: Option<f64>,
     /// Third side of the box of disks: a mean diameter \[length of the case\], or 1 of points.
     depth: f64,
+    /// Shear rate of the flow \[1/engine time\]; 0 without a flow.
+    shear_rate: f64,
 }
 
 impl SnapshotUnits {
@@ -137,6 +139,7 @@ impl SnapshotUnits {
             scale: plan.scale,
             time_over_t0: plan.cooling_time().map(|t0| plan.time / t0),
             depth: if depth > 0.0 { depth } else { 1.0 },
+            shear_rate: plan.grains.shear_rate.unwrap_or(0.0),
         }
     }
 }
@@ -156,6 +159,8 @@ fn xyz(
 ) -> String {
     let scale = units.scale;
     let [x, y, z] = particles.lengths.map(|side| side * scale.length);
+    // The second vector of the lattice leads to the image above, which slides in a shear flow.
+    let slid = particles.shear_offset(units.shear_rate) * scale.length;
     let depth = if particles.dimension == 2 {
         units.depth
     } else {
@@ -176,7 +181,7 @@ fn xyz(
     let _ = writeln!(text, "{}", particles.all.len());
     let _ = writeln!(
         text,
-        "Lattice=\"{x} 0 0 0 {y} 0 0 0 {depth}\" Properties={properties} pbc=\"{}\" Time={}{over_t0} Engine={engine}",
+        "Lattice=\"{x} 0 0 {slid} {y} 0 0 0 {depth}\" Properties={properties} pbc=\"{}\" Time={}{over_t0} Engine={engine}",
         periodic.join(" "),
         particles.time * scale.time(),
     );
