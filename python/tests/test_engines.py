@@ -367,5 +367,5 @@ def test_a_sheared_gas_goes_on_from_its_pickled_state():
         exact.equilibrate(1)
     with pytest.raises(stosszahl.GasError, match="shear flow"):
         MonteCarlo.from_state(state)
-    with pytest.raises(stosszahl.GasError, match="shear rate 0"):
+    with pytest.raises(stosszahl.GasError, match="shear rate is 0"):
         Gas.disks(10, shear_rate=0)

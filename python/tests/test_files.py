@@ -139,7 +139,8 @@ def test_files_of_a_sheared_gas_have_its_lattice(tmp_path):
             pairs = {(int(i), int(j)) for i, j in found[:] if i < j}
             # Single precision moves a distance by 1e-6, over which none of 700 pairs lies here.
             assert len(pairs) > 300 and pairs == neighbours(one)
-            assert np.array_equal(box.wrap(points), points)
+            # All are in the cell already: freud moves them by its rounding alone.
+            assert np.abs(box.wrap(points) - points).max() < 1e-4
     for name, kind in (("x.xyz", {}), ("x.dump", {"format": "lammps-dump-text"})):
         for one, atoms in zip(frames, ase_io.read(frames.write(tmp_path / name), index=":", **kind)):
             distances = atoms.get_all_distances(mic=True)

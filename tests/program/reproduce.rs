@@ -271,7 +271,7 @@ fn bundled_papers_name_what_exists() {
     let bundled =
         |name: &str| fs::read_to_string(Path::new(CASES).join(format!("{name}.toml"))).ok();
     let all = papers();
-    assert_eq!(all.len(), 4);
+    assert_eq!(all.len(), 5);
     for path in all {
         let file = PaperFile::read(&path).unwrap_or_else(|error| panic!("{error}"));
         for quick in [false, true] {

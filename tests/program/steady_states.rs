@@ -173,6 +173,7 @@ restitution = 0.8
 size = [12.0, 9.0]
 shear_rate = 0.5
 [run]
+time_unit = "case"
 until = 4
 [engine.ed]
 [engine.dsmc-boltzmann]

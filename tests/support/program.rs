@@ -347,6 +347,7 @@ pub const SHRUNKEN: &[(&str, &str)] = &[
     ("kawasaki-1985-sedimentation-4", TWO),
     ("kawasaki-1985-spin", FLOW),
     ("langevin-bath", "gas.number=100 run.until=10 measure.spectra.largest_wave_number=4"),
+    ("li-2022", "replicas=2 start.equilibration=1 run.until=2 measure.stress.blocks=4 measure.stress.looks=3"),
     ("luding-1998", "gas.number=100 run.until=1 engine.dsmc-free-volume.simulators_per_particle=2 engine.dsmc-enskog.simulators_per_particle=2"),
     ("luding-1998-fig3b", "replicas=2 start.equilibration=1 run.until=0.5"),
     ("luding-1998-unbiased", "gas.number=100 run.until=1"),
