@@ -420,6 +420,13 @@ impl Cells {
             .map(move |image| nearest + image.component_mul(&lengths))
     }
 
+    /// Returns the nearest image of a separation around the box along the first axis.
+    #[inline(always)]
+    pub(crate) fn nearest_along(&self, separation: Vector2<f64>) -> Vector2<f64> {
+        let nearest = images::nearest(separation[0], self.lengths[0]);
+        vector![nearest, separation[1]]
+    }
+
     /// Returns images of a separation around the box along the first axis: the nearest, and those
     /// next to it.
     pub(crate) fn images_along(
@@ -427,7 +434,7 @@ impl Cells {
         separation: Vector2<f64>,
     ) -> impl Iterator<Item = Vector2<f64>> {
         let length = self.lengths[0];
-        let nearest = images::nearest(separation[0], length);
+        let nearest = self.nearest_along(separation)[0];
         let steps = [-1.0, 0.0, 1.0].into_iter();
         steps.map(move |step| vector![nearest + step * length, separation[1]])
     }

@@ -36,6 +36,8 @@ pub(crate) struct SlidingRows {
     offsets: [f64; 2],
     /// Number of whole cells that the displacement has passed: inside the box, and around it.
     steps: [i64; 2],
+    /// The same without whole boxes, from 0 to the number of columns: divisions are slow.
+    turned: [i32; 2],
 }
 
 impl SlidingRows {
@@ -51,13 +53,15 @@ impl SlidingRows {
             let is_end = rate < 0.0 && steps * width[0] == offset;
             steps as i64 - i64::from(is_end)
         });
+        let columns = i32::from(columns);
         Self {
             rate,
             width,
-            columns: i32::from(columns),
+            columns,
             rows,
             offsets,
             steps,
+            turned: steps.map(|steps| steps.rem_euclid(i64::from(columns)) as i32),
         }
     }
 
@@ -70,6 +74,7 @@ impl SlidingRows {
             rows: 1,
             offsets: [0.0; 2],
             steps: [0; 2],
+            turned: [0; 2],
         }
     }
 
@@ -115,10 +120,13 @@ impl SlidingRows {
         self.offsets[seam] + self.slip() * now - self.steps[seam] as f64 * self.width[0]
     }
 
-    /// Returns the number in the box of a column that may lie around it.
+    /// Returns the number in the box of a column that lies up to two boxes before it, or one behind.
     #[inline(always)]
-    fn column(&self, column: i64) -> i32 {
-        column.rem_euclid(i64::from(self.columns)) as i32
+    fn column(&self, column: i32) -> i32 {
+        let columns = self.columns;
+        let after = |column: i32| column + if column < 0 { columns } else { 0 };
+        let inside = after(after(column));
+        inside - if inside >= columns { columns } else { 0 }
     }
 
     /// Returns the first of the four columns of the row above that a cell can be touched from, and
@@ -126,7 +134,7 @@ impl SlidingRows {
     #[inline(always)]
     pub(crate) fn first_above(&self, [column, row]: Cell, now: f64) -> (i32, f64) {
         let seam = self.above(row);
-        let first = self.column(i64::from(column) - 2 - self.steps[seam]);
+        let first = self.column(i32::from(column) - 2 - self.turned[seam]);
         (first, self.remainder(seam, now) - 2.0 * self.width[0])
     }
 
@@ -135,7 +143,7 @@ impl SlidingRows {
     #[inline(always)]
     pub(crate) fn first_below(&self, [column, row]: Cell, now: f64) -> (i32, f64) {
         let seam = Self::below(row);
-        let first = self.column(i64::from(column) - 1 + self.steps[seam]);
+        let first = self.column(i32::from(column) - 1 + self.turned[seam]);
         (first, -self.remainder(seam, now) - self.width[0])
     }
 
@@ -154,11 +162,11 @@ impl SlidingRows {
         } else {
             Self::below(row)
         };
-        let (steps, way) = (self.steps[seam], self.remainder(seam, now));
+        let (turned, way) = (self.turned[seam], self.remainder(seam, now));
         let (column, mut place) = if forward {
-            (i64::from(column) - steps, place - way)
+            (i32::from(column) - turned, place - way)
         } else {
-            (i64::from(column) + steps, place + way)
+            (i32::from(column) + turned, place + way)
         };
         let mut beyond = 0;
         if place < 0.0 {
@@ -180,20 +188,41 @@ impl SlidingRows {
     ) -> impl Iterator<Item = ([f64; 2], f64)> {
         let rows = i32::from(self.rows);
         let apart = i32::from(first[1]) - i32::from(second[1]);
-        let columns = i32::from(first[0]) - i32::from(second[0]);
         let is_image = move |&step: &i32| (step - apart) % rows == 0;
         let this = *self;
-        (-1..=1).filter(is_image).map(move |step| {
-            let way = |seam: usize| this.offsets[seam] + this.slip() * now;
-            let way = match step {
-                0 => 0.0,
-                1 => way(this.above(second[1])),
-                _ => -way(Self::below(second[1])),
-            };
-            let x = f64::from(columns) * this.width[0] + way;
-            let step = f64::from(step);
-            ([x, step * this.width[1]], step * this.slip())
-        })
+        (-1..=1)
+            .filter(is_image)
+            .map(move |step| this.in_row(first, second, step, now))
+    }
+
+    /// Returns the one vector of [`Self::between`] in a box of at least three rows, between cells
+    /// in the same row or in adjacent ones.
+    #[inline(always)]
+    pub(crate) fn nearest_between(&self, first: Cell, second: Cell, now: f64) -> ([f64; 2], f64) {
+        let rows = i32::from(self.rows);
+        let apart = i32::from(first[1]) - i32::from(second[1]);
+        let step = match apart {
+            2.. => apart - rows,
+            ..=-2 => apart + rows,
+            _ => apart,
+        };
+        self.in_row(first, second, step, now)
+    }
+
+    /// Returns the vector from the corner of the second cell to that of the first over the image
+    /// `step` rows above, and the velocity of the first row less that of the second.
+    #[inline(always)]
+    fn in_row(&self, first: Cell, second: Cell, step: i32, now: f64) -> ([f64; 2], f64) {
+        let columns = i32::from(first[0]) - i32::from(second[0]);
+        let way = |seam: usize| self.offsets[seam] + self.slip() * now;
+        let way = match step {
+            0 => 0.0,
+            1 => way(self.above(second[1])),
+            _ => -way(Self::below(second[1])),
+        };
+        let x = f64::from(columns) * self.width[0] + way;
+        let step = f64::from(step);
+        ([x, step * self.width[1]], step * self.slip())
     }
 
     /// Returns the engine time of the next step of rows, and the kind of boundary at which they
@@ -218,7 +247,10 @@ impl SlidingRows {
 
     /// Advances rows by a step, which changes the cells within reach of each.
     pub(crate) fn step(&mut self, seam: Seam) {
-        self.steps[seam as usize] += if self.rate > 0.0 { 1 } else { -1 };
+        let way = if self.rate > 0.0 { 1 } else { -1 };
+        self.steps[seam as usize] += way;
+        let turned = self.turned[seam as usize] + way as i32;
+        self.turned[seam as usize] = self.column(turned);
     }
 
     /// Returns the rows that have a boundary of a kind above them.

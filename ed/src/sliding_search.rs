@@ -148,22 +148,30 @@ impl<F: Field<Plane>> Disks<F> {
     }
 
     /// Returns [`Self::line`] over rows that slide.
+    #[inline(always)]
     pub(crate) fn sheared_line(
         &self,
         one: &Disk,
         other: &Disk,
         distance: f64,
     ) -> (Vector2<f64>, f64) {
-        let relative = one.velocity - other.velocity;
-        let between = self.rows.between(one.home, other.home, one.clock);
-        let images = between.flat_map(|(shift, slip)| {
-            let line = one.position - other.position + Vector2::from(shift);
-            let relative = relative + vector![slip, 0.0];
-            self.cells
-                .images_along(line)
-                .map(move |line| (line, relative, slip))
-        });
-        let (line, _, slip) = cells::approached(images, distance);
+        let apart = one.position - other.position;
+        let (line, slip) = if self.cells.narrow() || self.cells.counts()[1] < 3 {
+            let relative = one.velocity - other.velocity;
+            let between = self.rows.between(one.home, other.home, one.clock);
+            let images = between.flat_map(|(shift, slip)| {
+                let relative = relative + vector![slip, 0.0];
+                self.cells
+                    .images_along(apart + Vector2::from(shift))
+                    .map(move |line| (line, relative, slip))
+            });
+            let (line, _, slip) = cells::approached(images, distance);
+            (line, slip)
+        } else {
+            let (shift, slip) = self.rows.nearest_between(one.home, other.home, one.clock);
+            let line = apart + Vector2::from(shift);
+            (self.cells.nearest_along(line), slip)
+        };
         debug_assert!(
             (line.norm() - distance).abs() <= 1e-6 * distance + 2e-9,
             "disks collide at a distance of {}, not {distance}",

@@ -51,9 +51,17 @@ struct Description {
 #[derive(FromPyObject)]
 enum GivenLaw {
     Constant(f64),
-    Delta { coefficient: f64, delta: f64 },
-    Threshold { coefficient: f64, elastic_below: f64 },
-    Viscoelastic { strength: f64 },
+    Delta {
+        coefficient: f64,
+        delta: f64,
+    },
+    Threshold {
+        coefficient: f64,
+        elastic_below: f64,
+    },
+    Viscoelastic {
+        strength: f64,
+    },
 }
 
 impl GivenLaw {
