@@ -697,19 +697,23 @@ fn slow_schemes_are_called_slow() {
 }
 
 /// The warning that a sheared gas keeps to one thread is about exact disks, so it is left out where
-/// there are none.
+/// there are none. Wide cells carry no momentum of a uniform shear flow, and are not warned of.
 #[test]
-fn only_exact_disks_in_a_shear_flow_keep_to_one_thread() {
-    for (engine, told) in [("ed", true), ("dsmc-boltzmann", false)] {
+fn warnings_of_a_shear_flow_are_of_its_engines() {
+    for (engine, told) in [("ed", true), ("dsmc-enskog", false)] {
         let text = format!(
-            "format = 2\ntitle = \"a test\"\nreplicas = 2\n[gas]\nnumber = 100\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n\
-             shear_rate = 0.1\n[run]\nuntil = 1\n[engine.{engine}]\n"
+            "format = 2\ntitle = \"a test\"\nreplicas = 2\n[gas]\nnumber = 100\nrestitution = 0.9\n[box]\npacking_fraction = 0.4\n\
+             shear_rate = 0.9\n[run]\nuntil = 1\n[engine.{engine}]\n"
         );
         let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
         let planned = crate::check(&file).expect("a plan");
         let warnings = planned[0].outline(1).warnings;
         let said = warnings.iter().any(|one| one.contains("on one thread"));
         assert_eq!(said, told, "{engine}: {warnings:?}");
+        let wide = warnings
+            .iter()
+            .any(|one| one.contains("mean free paths wide"));
+        assert!(!wide, "{engine}: {warnings:?}");
     }
 }
 
