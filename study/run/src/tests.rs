@@ -717,9 +717,8 @@ fn warnings_of_a_shear_flow_are_of_its_engines() {
     }
 }
 
-/// The elastic twin of `contacts` has the collisions of the gas up to the last window, so it doubles
-/// the time of exact disks there, in the nominal estimate and in the measured one alike; it adds
-/// nothing to Monte Carlo, to elastic gases, and where it is left out.
+/// The elastic twin of `contacts` has the collisions of the gas up to the last window, and adds as
+/// many to the time of exact disks. Monte Carlo and elastic gases have no twin.
 #[test]
 fn elastic_twins_take_their_time() {
     let text = "format = 2\ntitle = \"a test\"\nreplicas = 2\n[gas]\nnumber = 1000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n\
