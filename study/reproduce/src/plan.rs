@@ -123,7 +123,7 @@ impl<'a> Reproduction<'a> {
                         .chain([SECONDS, COLLISIONS].map(str::to_owned))
                         .collect(),
                     tables: planned.tables(),
-                    pace: planned.plan.pace(),
+                    pace: planned.pace(),
                     replicas: planned.plan.case.replicas,
                 };
                 all.known.insert((run, planned.point.name.clone()), known);

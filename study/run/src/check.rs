@@ -8,9 +8,13 @@ use stosszahl_model::Invalid;
 use stosszahl_results::{Cell, Role, Table, engine_title};
 
 use crate::engines;
-use crate::measure::{BadOption, CompletedRun, Measure, ReplicaRecords, share_of_others};
+use crate::measure::{
+    BadOption, CompletedRun, Measure, ReplicaRecords, share_of_others, work_with_companions,
+};
 use crate::measures;
-use crate::plan::{Cost, EnginePlan, Kept, Looks, Plan, PlanError, Quantity, available_memory};
+use crate::plan::{
+    Cost, EnginePlan, Kept, Looks, Plan, PlanError, Quantity, RuntimeEstimate, available_memory,
+};
 use crate::question;
 use crate::words::short;
 
@@ -265,7 +269,20 @@ impl<'a> Planned<'a> {
             tables: self.table_bytes(),
         };
         let figures = measures.map(|one| one.figures(plan)).sum();
-        plan.cost(threads, &kept, &looks, figures)
+        Cost {
+            pace: self.pace(),
+            ..plan.cost(threads, &kept, &looks, figures)
+        }
+    }
+
+    /// Nominal times of the parts of a replica, with companion gases of the measures.
+    pub fn pace(&self) -> RuntimeEstimate {
+        let mut pace = self.plan.pace();
+        for (seconds, engine) in pace.engines.iter_mut().zip(&self.plan.engines) {
+            let factors = work_with_companions(&self.measures, &self.plan, engine);
+            *seconds = [0, 1].map(|which| seconds[which] * factors[which]);
+        }
+        pace
     }
 
     /// Outline of the planned case on this number of threads.

@@ -103,6 +103,12 @@ pub trait Measure: Sync {
         0.0
     }
 
+    /// Collisions of companion gases that the probe simulates itself while it samples, over those of
+    /// the engine: extra work of an engine that its own collisions do not show.
+    fn companion_share(&self, _plan: &Plan, _engine: &EnginePlan) -> f64 {
+        0.0
+    }
+
     /// Returns true if the probe samples a replica, by its number from 0. In others
     /// [`Probe::begin`] and [`Probe::sample`] are not called.
     fn looks_at(&self, _plan: &Plan, _replica: u64) -> bool {
@@ -268,6 +274,23 @@ pub(crate) fn share_of_others(measure: &dyn Measure, plan: &Plan) -> f64 {
     let others = 1..plan.case.replicas;
     let all = others.clone().count().max(1);
     others.filter(|&one| measure.looks_at(plan, one)).count() as f64 / all as f64
+}
+
+/// Work of an engine together with companion gases of its measures, over its own work: of the first
+/// replica, and on average of the others.
+pub(crate) fn work_with_companions(
+    measures: &[&'static dyn Measure],
+    plan: &Plan,
+    engine: &EnginePlan,
+) -> [f64; 2] {
+    measures.iter().fold([1.0; 2], |[first, others], measure| {
+        let share = measure.companion_share(plan, engine);
+        let in_first = f64::from(u8::from(measure.looks_at(plan, 0)));
+        [
+            first + share * in_first,
+            others + share * share_of_others(*measure, plan),
+        ]
+    })
 }
 
 /// Refuses a measure, or one of its options, with the allowed values.

@@ -3,7 +3,8 @@
 //!
 //! The fraction is that of the collisions that theory expects, which is also that of the time
 //! steps, whose length follows the gas. The time of samples is measured separately, once, because
-//! some take longer than the moment. Engines run side by side as in a run, since they share the
+//! some take longer than the moment. Companion gases of measures are not run: their collisions take
+//! as long as those of the engine. Engines run side by side as in a run, since they share the
 //! memory and caches of the machine.
 
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
@@ -17,7 +18,7 @@ use stosszahl_model::{Budget, Interrupt, Particles};
 use crate::check::Planned;
 use crate::follow::{EngineRun, PartError, RunState};
 use crate::kicks::StochasticDrive;
-use crate::measure::{SampleContext, share_of_others};
+use crate::measure::{SampleContext, share_of_others, work_with_companions};
 use crate::measures::series;
 use crate::plan::{Plan, RuntimeEstimate};
 use crate::run::RunError;
@@ -56,13 +57,13 @@ pub fn paces(
     let mut found: Vec<(usize, RuntimeEstimate)> = Vec::new();
     for number in 0..points {
         let place = number * (planned.len() - 1) / (points - 1).max(1);
-        let guess = planned[place].plan.pace();
+        let guess = planned[place].pace();
         let pace = pool.install(|| measured(&planned[place], threads, each))?;
         found.push((place, pace.over(&guess)));
     }
     let nearest = |place: usize| found.iter().min_by_key(|one| one.0.abs_diff(place));
     let all = planned.iter().enumerate().map(|(place, one)| {
-        let guess = one.plan.pace();
+        let guess = one.pace();
         nearest(place).map_or(guess.clone(), |(_, factor)| guess.scaled(factor))
     });
     Ok(all.collect())
@@ -171,7 +172,9 @@ fn pace(part: &EngineRun<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     } else {
         part.plan.seconds(part.engine).max(flown)
     };
-    Ok([0, 1].map(|which| beginning + flight + looks[which]))
+    // Companion gases have no collisions yet in the samples of the start.
+    let work = work_with_companions(part.measures, part.plan, part.engine);
+    Ok([0, 1].map(|which| beginning + flight * work[which] + looks[which]))
 }
 
 /// Runs an engine for some time. Returns the time taken \[s\], and the fraction of its whole run

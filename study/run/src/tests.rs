@@ -696,6 +696,62 @@ fn slow_schemes_are_called_slow() {
     }
 }
 
+/// The warning that a sheared gas keeps to one thread is about exact disks, so it is left out where
+/// there are none. Wide cells carry no momentum of a uniform shear flow, and are not warned of.
+#[test]
+fn warnings_of_a_shear_flow_are_of_its_engines() {
+    for (engine, told) in [("ed", true), ("dsmc-enskog", false)] {
+        let text = format!(
+            "format = 2\ntitle = \"a test\"\nreplicas = 2\n[gas]\nnumber = 100\nrestitution = 0.9\n[box]\npacking_fraction = 0.4\n\
+             shear_rate = 0.9\n[run]\nuntil = 1\n[engine.{engine}]\n"
+        );
+        let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
+        let planned = crate::check(&file).expect("a plan");
+        let warnings = planned[0].outline(1).warnings;
+        let said = warnings.iter().any(|one| one.contains("on one thread"));
+        assert_eq!(said, told, "{engine}: {warnings:?}");
+        let wide = warnings
+            .iter()
+            .any(|one| one.contains("mean free paths wide"));
+        assert!(!wide, "{engine}: {warnings:?}");
+    }
+}
+
+/// The elastic twin of `contacts` has the collisions of the gas up to the last window, and adds as
+/// many to the time of exact disks. Monte Carlo and elastic gases have no twin.
+#[test]
+fn elastic_twins_take_their_time() {
+    let text = "format = 2\ntitle = \"a test\"\nreplicas = 2\n[gas]\nnumber = 1000\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n\
+                [run]\nuntil = 20\n[engine.ed]\n[engine.dsmc-boltzmann]\n[measure.contacts]\n";
+    let times = |changed: &str| {
+        let file = CaseFile::from_text(Path::new("test.toml"), changed, &[]).expect("a case");
+        let planned = crate::check(&file).expect("a plan");
+        let plan = &planned[0].plan;
+        let found = planned[0].cost(1).pace.engines;
+        let alone = plan.pace().engines;
+        assert_eq!(found[1], alone[1]);
+        let work =
+            crate::measure::work_with_companions(&planned[0].measures, plan, &plan.engines[0]);
+        for which in [0, 1] {
+            let ratio = found[0][which] / alone[0][which];
+            assert!((ratio - work[which]).abs() < 1e-12, "{ratio} {work:?}");
+        }
+        (work, plan.share(5.0))
+    };
+    let (whole, _) = times(&text.replace("contacts]", "contacts]\nwindows = [[0, 5], [5, 20]]"));
+    assert_eq!(whole, [2.0; 2]);
+    let (early, share) = times(&text.replace("contacts]", "contacts]\nwindows = [[0, 5]]"));
+    assert!(share > 0.1 && share < 0.9, "{share}");
+    assert_eq!(early, [1.0 + share; 2]);
+    for (from, to) in [
+        ("contacts]", "contacts]\nelastic_twin = false"),
+        ("restitution = 0.9", "restitution = 1"),
+        ("[measure.contacts]", ""),
+    ] {
+        assert_eq!(times(&text.replace(from, to)).0, [1.0; 2], "{to}");
+    }
+}
+
 /// Haff's time `t_0 = sqrt(pi)/(2 (1 - r^2) phi chi) d sqrt(m/T)`, with the speed of the paper,
 /// `<v^2> = (0.2047 m/s)^2` and thus `T/m = 0.2047^2/2`. Tolerance: a few roundings.
 #[test]

@@ -267,6 +267,16 @@ impl Measure for AtContact {
         }
     }
 
+    /// The elastic twin has the collisions of the gas up to the end of the last window.
+    fn companion_share(&self, plan: &Plan, engine: &EnginePlan) -> f64 {
+        if self.with_twin(plan, engine) {
+            let ends = self.spans(plan).into_iter().map(|[_, end]| end);
+            plan.share(ends.fold(0.0, f64::max))
+        } else {
+            0.0
+        }
+    }
+
     fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
         let spans = self.spans(plan).into_iter();
         let spans = spans.map(|span| span.map(|edge| plan.engine_time(edge)));

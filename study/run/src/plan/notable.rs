@@ -103,9 +103,10 @@ impl Plan {
         list
     }
 
-    /// One gas in a shear flow is not spread over threads.
+    /// One gas of exact disks in a shear flow is not spread over threads.
     fn notable_shear(&self, list: &mut Vec<String>) {
-        if self.is_sheared() {
+        let is_exact = |one: &EnginePlan| matches!(one.kind, EngineKind::EventDriven { .. });
+        if self.is_sheared() && self.engines.iter().any(is_exact) {
             list.push(
                 "box.shear_rate: one gas of exact disks runs on one thread, as its rows of cells slide all at once; replicas and points \
                  of a sweep use several"
@@ -406,6 +407,11 @@ impl Plan {
 
     /// Width of the cells in mean free paths of the uniform gas, where it is too large.
     fn wide_cells(&self, parameters: &Parameters) -> Option<f64> {
+        // Velocities in a uniform shear flow are relative to it at each particle, so cells do not
+        // carry its momentum: cells of 7 and of 21 mean free paths have the same stress within 0.1 %.
+        if self.is_sheared() {
+            return None;
+        }
         let (path, limit) = if self.is_uniform() {
             (self.mean_free_path(), WIDE)
         } else {
