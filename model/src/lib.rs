@@ -43,6 +43,7 @@ pub mod particle;
 pub mod physics;
 pub mod random;
 mod recent_contacts;
+mod rectangles;
 pub mod restitution;
 pub mod shear_work;
 pub mod simulation;
@@ -53,6 +54,7 @@ pub mod species;
 pub mod state;
 pub mod sum;
 pub mod surface;
+pub mod threads;
 pub mod transport;
 pub mod walls;
 

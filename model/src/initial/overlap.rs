@@ -1,13 +1,9 @@
-//! The overlap check: parry finds candidates and measures their distance.
+//! Overlap check of disks.
 
 use nalgebra::Vector2;
-use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
-use parry2d_f64::math::{Pose, Vector};
-use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
-use parry2d_f64::query::details::contact_ball_ball;
-use parry2d_f64::shape::Ball;
 
 use crate::domain::Domain;
+use crate::rectangles::{Rectangle, RectangleTree};
 use crate::space::Plane;
 
 /// Two disks that overlap.
@@ -23,35 +19,23 @@ pub struct Overlap {
 /// \[length\].
 ///
 /// A bounding-volume hierarchy over all disks is compared with itself and with each periodic image
-/// that reaches into the box, along the axes that are periodic; the distance of a candidate pair is
-/// parry's ball-ball contact, a closed form. Cost N log N for any mixture of sizes.
+/// that reaches into the box, along the axes that are periodic. Cost N log N for any mixture of
+/// sizes.
 pub fn first_overlap(
     positions: &[Vector2<f64>],
     radius: impl Fn(usize) -> f64,
     domain: &Domain<Plane>,
     tolerance: f64,
 ) -> Option<Overlap> {
-    let around = |centre: Vector2<f64>, radius: f64| {
-        let reach = Vector::new(radius, radius);
-        let centre: Vector = centre.into();
-        Aabb::new(centre - reach, centre + reach)
-    };
-    let leaves: Vec<Aabb> = positions
+    let leaves: Vec<Rectangle> = positions
         .iter()
         .enumerate()
-        .map(|(index, &centre)| around(centre, radius(index)))
+        .map(|(index, &centre)| Rectangle::around(centre, radius(index)))
         .collect();
-    let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves);
-    let all = tree.root_aabb();
+    let tree = RectangleTree::new(&leaves);
+    let all = tree.bounds()?;
     let depth = |first: usize, shifted: Vector2<f64>, second: usize| {
-        let between: Vector = (positions[second] - shifted).into();
-        let contact = contact_ball_ball(
-            &Pose::from_translation(between),
-            &Ball::new(radius(first)),
-            &Ball::new(radius(second)),
-            0.0,
-        );
-        contact.map_or(0.0, |contact| -contact.dist)
+        radius(first) + radius(second) - (positions[second] - shifted).norm()
     };
     let shifts = [0, 1].map(|axis| {
         if domain.is_periodic(axis) {
@@ -62,10 +46,9 @@ pub fn first_overlap(
     });
     // Fast test of the tree against itself, which only says whether there is an overlap; nearly
     // always there is none.
-    let meets = |one: &BvhNode, other: &BvhNode| one.intersects(other);
-    let is_inside = tree.leaf_pairs(&tree, meets).any(|(first, second)| {
+    let is_inside = tree.has_pair(&|first, second| {
         let [first, second] = [first, second].map(|leaf| leaf as usize);
-        first < second && depth(first, positions[first], second) > tolerance
+        depth(first, positions[first], second) > tolerance
     });
     let mut found: Option<Overlap> = None;
     for (first, &centre) in positions.iter().enumerate() {
@@ -82,11 +65,11 @@ pub fn first_overlap(
                 if !image && !is_inside {
                     continue;
                 }
-                let bounds = around(shifted, own);
-                if !all.intersects(&bounds) {
+                let bounds = Rectangle::around(shifted, own);
+                if !all.meets(&bounds) {
                     continue;
                 }
-                for candidate in tree.intersect_aabb(&bounds) {
+                for candidate in tree.meeting(&bounds) {
                     let second = candidate as usize;
                     if second < first || (second == first && !image) {
                         continue;
@@ -111,7 +94,7 @@ mod tests {
     use nalgebra::vector;
     use rand::{RngExt, SeedableRng};
 
-    /// parry and the hierarchy against all pairs on random disks of unequal size.
+    /// The hierarchy against all pairs on random disks of unequal size.
     #[test]
     fn agrees_with_all_pairs() {
         let mut stream = crate::random::Stream::seed_from_u64(5);

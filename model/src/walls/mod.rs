@@ -10,6 +10,7 @@ pub mod flight;
 mod free_area;
 mod obstacle;
 mod rebound;
+mod segments;
 mod vibration;
 
 use serde::{Deserialize, Serialize};

@@ -2,17 +2,12 @@
 
 use crate::{Invalid, format_short};
 use nalgebra::Vector2;
-use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
-use parry2d_f64::math::{Pose, Vector};
-use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
-use parry2d_f64::query::ClosestPoints;
-use parry2d_f64::query::details::closest_points_segment_segment;
-use parry2d_f64::shape::Segment;
-use parry2d_f64::utils::point_in_poly2d;
 use serde::{Deserialize, Serialize};
 
 use super::feature::{Edge, Feature, Flight, Hit, Round};
 use super::rebound::Rebound;
+use super::segments::place_of_touch;
+use crate::rectangles::{Rectangle, RectangleTree};
 
 /// Half the thickness of all lines, and the least radius with which particles are taken, over the
 /// largest coordinate: a point that has just rebounded is on the side it came from, whatever its
@@ -248,8 +243,17 @@ impl Obstacle {
             Outline::Circle { centre, radius } => (point - centre).norm() < *radius,
             Outline::Segment { .. } | Outline::Polyline { .. } => false,
             Outline::Polygon { points } => {
-                let points: Vec<Vector> = points.iter().map(|&point| point.into()).collect();
-                point_in_poly2d(point.into(), &points)
+                // Number of edges that a ray to the right crosses.
+                let next = points.iter().cycle().skip(1);
+                let is_crossed = |(from, to): &(&Vector2<f64>, &Vector2<f64>)| {
+                    let [rises, falls] = [
+                        from[1] <= point[1] && point[1] < to[1],
+                        to[1] <= point[1] && point[1] < from[1],
+                    ];
+                    let side = (*to - *from).perp(&(point - *from));
+                    (rises && side > 0.0) || (falls && side < 0.0)
+                };
+                points.iter().zip(next).filter(is_crossed).count() % 2 == 1
             }
         }
     }
@@ -296,7 +300,7 @@ pub struct Obstacles {
     all: Vec<Obstacle>,
     /// Obstacle and feature of each leaf of the tree.
     leaves: Vec<[u32; 2]>,
-    tree: Bvh,
+    tree: RectangleTree,
     hair: f64,
 }
 
@@ -308,13 +312,13 @@ impl Obstacles {
         for (number, obstacle) in all.iter().enumerate() {
             for (part, feature) in obstacle.features.iter().enumerate() {
                 let [least, most] = feature.bounds();
-                boxes.push(Aabb::new(least.into(), most.into()));
+                boxes.push(Rectangle { least, most });
                 leaves.push([number as u32, part as u32]);
             }
         }
         Self {
             hair: all.iter().map(|obstacle| obstacle.hair).fold(0.0, f64::max),
-            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            tree: RectangleTree::new(&boxes),
             all,
             leaves,
         }
@@ -346,13 +350,9 @@ impl Obstacles {
         let [least, most] = flight.bounds(limit);
         // Reach with a margin against rounding.
         let reach = (radius.max(self.hair) * (1.0 + 1e-9)).max(HAIR * extent(&[least, most]));
-        let reach = Vector::new(reach, reach);
-        let (least, most): (Vector, Vector) = (least.into(), most.into());
+        let around = Rectangle { least, most }.widened(reach);
         let mut first: Option<(usize, Hit)> = None;
-        for leaf in self
-            .tree
-            .intersect_aabb(&Aabb::new(least - reach, most + reach))
-        {
+        for leaf in self.tree.meeting(&around) {
             let [number, part] = self.leaves[leaf as usize].map(|index| index as usize);
             let obstacle = &self.all[number];
             let limit = first.map_or(limit, |(_, hit)| hit.time);
@@ -481,12 +481,20 @@ fn check_touching(
             place: place.into(),
         })
     };
-    let segment = |edge: usize| Segment::new(points[edge].into(), points[edge + 1].into());
-    let aabb = |edge: usize| segment(edge).local_aabb().loosened(least);
-    let boxes: Vec<Aabb> = (0..count).map(aabb).collect();
-    let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+    let segment = |edge: usize| [points[edge], points[edge + 1]];
+    let around = |edge: usize| {
+        let [from, to] = segment(edge);
+        let (lower, upper) = (from.inf(&to), from.sup(&to));
+        Rectangle {
+            least: lower,
+            most: upper,
+        }
+        .widened(least)
+    };
+    let boxes: Vec<Rectangle> = (0..count).map(around).collect();
+    let tree = RectangleTree::new(&boxes);
     for (first, around) in boxes.iter().enumerate() {
-        let mut others: Vec<u32> = tree.intersect_aabb(around).collect();
+        let mut others: Vec<u32> = tree.meeting(around).collect();
         others.sort_unstable();
         for second in others.into_iter().map(|leaf| leaf as usize) {
             if second <= first {
@@ -508,10 +516,8 @@ fn check_touching(
                     continue;
                 }
             }
-            let (one, other) = (segment(first), segment(second));
-            let closest = closest_points_segment_segment(&Pose::identity(), &one, &other, least);
-            if let ClosestPoints::WithinMargin(place, _) = closest {
-                return refuse(first, second, place.into());
+            if let Some(place) = place_of_touch(segment(first), segment(second), least) {
+                return refuse(first, second, place);
             }
         }
     }

@@ -9,6 +9,11 @@ use parry2d_f64::shape::{Ball, Capsule};
 
 type Stream = Xoshiro256PlusPlus;
 
+/// Returns a vector as parry has it.
+fn theirs(vector: Vector2<f64>) -> Vector {
+    Vector::new(vector[0], vector[1])
+}
+
 fn specular() -> Rebound {
     Rebound::Restitutive {
         restitution: 1.0,
@@ -47,8 +52,8 @@ fn a_disc_is_hit_when_parry_says() {
         })
         .first_contact(position, velocity, vector![0.0, 0.0], own, f64::INFINITY);
         let theirs = cast_shapes(
-            &Pose::from_translation(position.into()),
-            velocity.into(),
+            &Pose::from_translation(theirs(position)),
+            theirs(velocity),
             &Ball::new(own),
             &Pose::identity(),
             Vector::ZERO,
@@ -84,8 +89,8 @@ fn a_segment_is_hit_as_a_capsule_by_a_ray() {
             continue;
         }
         let ours = segment.first_contact(position, velocity, vector![0.0, 0.0], own, f64::INFINITY);
-        let capsule = Capsule::new(ends[0].into(), ends[1].into(), own);
-        let ray = Ray::new(position.into(), velocity.into());
+        let capsule = Capsule::new(theirs(ends[0]), theirs(ends[1]), own);
+        let ray = Ray::new(theirs(position), theirs(velocity));
         let theirs = capsule.cast_local_ray(&ray, f64::MAX, true);
         let closest = {
             let steps = (0..4000).map(|step| position + velocity * (f64::from(step) * 0.01));
