@@ -20,9 +20,7 @@ pub enum EngineError {
     )]
     NoShear,
     /// Rough disks in a program compiled without them.
-    #[error(
-        "this program has no disks that spin; it was compiled without the feature \"rough\""
-    )]
+    #[error("this program has no disks that spin; it was compiled without the feature \"rough\"")]
     NoRough,
     /// The box is narrower than a disk.
     #[error("a disk of diameter {diameter} meets its own image in a box of {} x {}; both sides must be longer", format_short(lengths[0]), format_short(lengths[1]), diameter = format_short(*diameter))]
