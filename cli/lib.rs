@@ -20,34 +20,67 @@
 //! assert!(impact.collisions() > 1000 && exact.temperature() < 1.0);
 //! # Ok::<(), GasError>(())
 //! ```
+//!
+//! # Features
+//!
+//! A program of one's own takes `default-features = false` and what it needs:
+//!
+//! | feature | adds |
+//! |---|---|
+//! | none | [`gas`], [`model`], [`ed`], [`dsmc`], [`analysis`] |
+//! | `rough` | particles that spin |
+//! | `shear` | uniform shear flow of exact disks, in [`ed::simulate`] |
+//! | `spheres` | spheres in a box, in [`dsmc::simulate`] |
+//! | `aggregation` | particles that stick and break, in [`dsmc::homogeneous`] |
+//! | `cases` | [`case`], [`study`], [`results`]; all gases |
+//! | `report` | [`report`], [`reproduction`]; `cases` |
+//! | `cli` (the default) | the program `stosszahl`; `report` |
+//!
+//! Each of the first four is a quarter to a half of the engines that its crate compiles. A gas that needs one that is absent is refused by name. `docs/extending.md` has what
+//! each choice costs, and profile lines for a manifest.
 
 // For other commands of this workspace, not for custom programs.
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod arguments;
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod commands;
+#[cfg(feature = "cli")]
 mod error;
+#[cfg(feature = "cli")]
 mod init;
 pub mod prelude;
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod progress;
+#[cfg(feature = "cli")]
 mod reference;
+#[cfg(feature = "cli")]
 mod reproduce;
+#[cfg(feature = "cli")]
 mod run;
+#[cfg(feature = "cli")]
 mod terminal;
 
 pub use stosszahl_analysis as analysis;
+#[cfg(feature = "cases")]
 pub use stosszahl_case as case;
 pub use stosszahl_dsmc as dsmc;
 pub use stosszahl_ed as ed;
 pub use stosszahl_gas as gas;
 pub use stosszahl_model as model;
+#[cfg(feature = "report")]
 pub use stosszahl_report as report;
+#[cfg(feature = "report")]
 pub use stosszahl_reproduce as reproduction;
+#[cfg(feature = "cases")]
 pub use stosszahl_results as results;
+#[cfg(feature = "cases")]
 pub use stosszahl_study as study;
 
 /// Cases and papers that come with the program.
+#[cfg(feature = "cli")]
 static BUNDLE: case::Bundle = case::Bundle({
     static FOLDER: include_dir::Dir<'_> = include_dir::include_dir!("$CARGO_MANIFEST_DIR/cases");
     &FOLDER

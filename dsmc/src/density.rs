@@ -5,10 +5,10 @@ mod windows;
 use std::cmp::Ordering;
 
 use stosszahl_model::Space;
+use stosszahl_model::threads::each_of;
 
 use crate::extrema::larger;
 use crate::scheme::{DensityWindow, Neighbourhood, PartnerSelection, Scheme};
-use crate::threads::each_of;
 
 pub(crate) use windows::{CellLayers, CutWindow, CutWindows, WindowCentre, WindowMember};
 

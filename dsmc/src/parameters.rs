@@ -332,6 +332,16 @@ pub enum EngineError {
         "this program holds a gas in one process; it was compiled without the feature \"processes\""
     )]
     OneProcess,
+    /// Spheres in a box in a program compiled without them.
+    #[error(
+        "this program has no spheres in a box; it was compiled without the feature \"spheres\""
+    )]
+    NoSpheres,
+    /// Rough particles in a program compiled without them.
+    #[error(
+        "this program has no particles that spin; it was compiled without the feature \"rough\""
+    )]
+    NoRough,
     /// Failure of another process that is to hold a part of the gas.
     #[error("process {rank}: {why}")]
     Elsewhere {
@@ -568,6 +578,8 @@ impl EngineError {
             | Self::Checkpoint(_)
             | Self::Shard { .. }
             | Self::OneProcess
+            | Self::NoSpheres
+            | Self::NoRough
             | Self::Elsewhere { .. }
             | Self::NoDisplacement
             | Self::Displaced { .. }

@@ -3,9 +3,10 @@
 use std::time::Instant;
 
 use stosszahl_model::ParticleModel;
+use stosszahl_model::threads::{each_of, piece};
 
 use crate::particle::DisplacementTracking;
-use crate::threads::{Pool, each_of};
+use crate::threads::Pool;
 use crate::tile::{Scratch, SendBuffer, Tile};
 
 /// Runs the work for every tile with its outbox: in parallel, or in order with one thread or little
@@ -17,15 +18,12 @@ pub(crate) fn sweep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     pool: &Pool<Scratch<P, F>>,
     work: impl Fn(&mut Tile<P, F>, &mut SendBuffer<P, F>, &mut Scratch<P, F>) + Sync,
 ) {
-    // Runs of adjacent tiles, several for each thread, because some take longer.
     let run = if parallel {
-        tiles.len().div_ceil(16 * rayon::current_num_threads())
+        piece(tiles.len())
     } else {
-        tiles.len()
+        tiles.len().max(1)
     };
-    let runs = tiles
-        .chunks_mut(run.max(1))
-        .zip(outboxes.chunks_mut(run.max(1)));
+    let runs = tiles.chunks_mut(run).zip(outboxes.chunks_mut(run));
     each_of(parallel, runs, |_, (tiles, outboxes)| {
         pool.with(|scratch| {
             for (tile, outbox) in tiles.iter_mut().zip(outboxes) {

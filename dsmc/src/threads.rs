@@ -1,8 +1,6 @@
-//! Distribution of work among threads, and pools of working memory.
+//! Pools of working memory, and the choice between one thread and several.
 
 use std::sync::{Mutex, PoisonError};
-
-use rayon::prelude::*;
 
 /// Pool of working memory, lent to one thread at a time; its contents do not outlive the loan.
 pub(crate) struct Pool<T>(Mutex<Vec<T>>);
@@ -36,37 +34,4 @@ const WORTH_THREADS: usize = 20_000;
 /// Returns true if a sweep over this number of simulators uses several threads.
 pub(crate) fn is_parallel(simulators: usize) -> bool {
     simulators >= WORTH_THREADS && rayon::current_num_threads() > 1
-}
-
-/// Runs a piece of work for each item, in one thread or several, and returns the results in order.
-///
-/// Threads share item numbers, and the work is behind a pointer, so the thread-pool code is
-/// compiled once, not for each engine and each kind of work. An item should be worth some thousand
-/// simulators.
-pub(crate) fn each_of<T: Send, R: Send>(
-    parallel: bool,
-    items: impl Iterator<Item = T>,
-    work: impl Fn(usize, T) -> R + Sync,
-) -> Vec<R> {
-    if !parallel {
-        let items = items.enumerate();
-        return items.map(|(number, item)| work(number, item)).collect();
-    }
-    let items: Vec<Mutex<(Option<T>, Option<R>)>> =
-        items.map(|item| Mutex::new((Some(item), None))).collect();
-    each_number(items.len(), &|number| {
-        // The lock is always free: each number occurs once.
-        let mut slot = items[number].lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(item) = slot.0.take() {
-            slot.1 = Some(work(number, item));
-        }
-    });
-    let results = items.into_iter();
-    results
-        .filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner).1)
-        .collect()
-}
-
-fn each_number(count: usize, work: &(dyn Fn(usize) + Sync)) {
-    (0..count).into_par_iter().for_each(work);
 }

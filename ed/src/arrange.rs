@@ -1,7 +1,7 @@
 //! Sorting of disks into a grid and in memory.
 
 use nalgebra::{Vector2, vector};
-use rayon::prelude::*;
+use stosszahl_model::threads::{self, each_of};
 use stosszahl_model::{Domain, Field, Plane, memory};
 
 use crate::cells::Cells;
@@ -13,17 +13,69 @@ use crate::sliding_rows::SlidingRows;
 
 /// Fills an empty vector with `make(i)` for each i below a count, on this thread or on all of the
 /// current pool.
-pub(crate) fn fill<T: Send>(
+pub(crate) fn fill<T: Clone + Send>(
     empty: &mut Vec<T>,
     count: usize,
     shared: bool,
-    make: impl Fn(usize) -> T + Send + Sync,
+    make: impl Fn(usize) -> T + Sync,
 ) {
-    if shared {
-        (0..count).into_par_iter().map(make).collect_into_vec(empty);
-    } else {
+    if !shared || count == 0 {
         empty.extend((0..count).map(make));
+        return;
     }
+    empty.resize(count, make(0));
+    let length = threads::piece(count);
+    each_of(true, empty.chunks_mut(length), |number, piece| {
+        for (index, place) in (number * length..).zip(piece) {
+            *place = make(index);
+        }
+    });
+}
+
+/// Returns the number of the cell and the index of each body, by cell. Within a cell they are by
+/// position, so that nothing depends on how the bodies are numbered.
+fn by_cell(
+    count: usize,
+    shared: bool,
+    cell: &(dyn Fn(usize) -> u32 + Sync),
+    position: &(dyn Fn(usize) -> Vector2<f64> + Sync),
+) -> Vec<(u32, u32)> {
+    let mut order = Vec::new();
+    fill(&mut order, count, shared, |index| {
+        (cell(index), index as u32)
+    });
+    if shared {
+        threads::sort(&mut order);
+    } else {
+        order.sort_unstable();
+    }
+    let by_position = |cell: &mut [(u32, u32)]| {
+        cell.sort_by(|a, b| {
+            let (a, b) = (position(a.1 as usize), position(b.1 as usize));
+            (a[0].total_cmp(&b[0])).then(a[1].total_cmp(&b[1]))
+        });
+    };
+    // Pieces for threads end where cells do.
+    let length = if shared {
+        threads::piece(count)
+    } else {
+        count.max(1)
+    };
+    let mut pieces = Vec::new();
+    let mut rest = &mut order[..];
+    while !rest.is_empty() {
+        let mut end = length.min(rest.len());
+        while end < rest.len() && rest[end].0 == rest[end - 1].0 {
+            end += 1;
+        }
+        let (piece, others) = rest.split_at_mut(end);
+        pieces.push(piece);
+        rest = others;
+    }
+    each_of(shared, pieces.into_iter(), |_, piece| {
+        piece.chunk_by_mut(|a, b| a.0 == b.0).for_each(by_position);
+    });
+    order
 }
 
 /// Choice of the grid of disks, and of the threads that fill it.
@@ -45,7 +97,7 @@ impl<F: Field<Plane>> Disks<F> {
         domain: &Domain<Plane>,
         largest_radius: f64,
         count: usize,
-        body: impl Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Send + Sync,
+        body: &(dyn Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Sync),
         motion: Motion<F>,
         options: GridOptions,
     ) -> (Self, Vec<u32>) {
@@ -72,29 +124,7 @@ impl<F: Field<Plane>> Disks<F> {
             let (cell, _) = cells.locate(body(index).0);
             cells.place(cell, 1, 1) as u32
         };
-        let mut order = Vec::new();
-        fill(&mut order, count, shared, |index| {
-            (place(index), index as u32)
-        });
-        if shared {
-            order.par_sort_unstable();
-        } else {
-            order.sort_unstable();
-        }
-        // Within a cell by position, so that nothing depends on how the bodies are numbered.
-        let by_position = |cell: &mut [(u32, u32)]| {
-            cell.sort_by(|a, b| {
-                let (a, b) = (body(a.1 as usize).0, body(b.1 as usize).0);
-                (a[0].total_cmp(&b[0])).then(a[1].total_cmp(&b[1]))
-            });
-        };
-        if shared {
-            order
-                .par_chunk_by_mut(|a, b| a.0 == b.0)
-                .for_each(by_position);
-        } else {
-            order.chunk_by_mut(|a, b| a.0 == b.0).for_each(by_position);
-        }
+        let order = by_cell(count, shared, &place, &|index| body(index).0);
         let levels = (!coarse.is_empty()).then(|| {
             let radii = order.iter().map(|&(_, index)| body(index as usize).2);
             GridHierarchy::new(coarse, &cells, radii)

@@ -198,6 +198,7 @@ mod tests {
     fn agrees_with_the_shape_cast_of_parry() {
         let mut stream = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(3);
         let ball = Ball::new(0.5);
+        let vector = |ours: Vector2<f64>| Vector::new(ours[0], ours[1]);
         let mut hits = 0;
         for _ in 0..20_000 {
             let angle = stream.random_range(0.0..std::f64::consts::TAU);
@@ -209,8 +210,8 @@ mod tests {
             ];
             let ours = time_to_contact(separation, relative, 1.0, f64::INFINITY);
             let theirs = cast_shapes(
-                &Pose::from_translation(separation.into()),
-                relative.into(),
+                &Pose::from_translation(vector(separation)),
+                vector(relative),
                 &ball,
                 &Pose::identity(),
                 Vector::ZERO,

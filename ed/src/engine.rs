@@ -223,7 +223,7 @@ where
         let motion = Motion::new(scene.field(), speed);
         let largest = sizes.largest_radius();
         let options = grid_options::<P>(&boundaries, shared);
-        let (disks, order) = Disks::new(&state.domain, largest, count, body, motion, options);
+        let (disks, order) = Disks::new(&state.domain, largest, count, &body, motion, options);
         let epoch = state.time;
         let units = Units { speed, epoch };
         let surroundings =
@@ -328,7 +328,7 @@ where
             &self.domain,
             1.0,
             0,
-            no_disk,
+            &no_disk,
             motion,
             GridOptions::default(),
         )
@@ -409,7 +409,7 @@ where
         count: usize,
         order: Order,
         nothing: T,
-        of: impl Fn(usize) -> T + Send + Sync,
+        of: impl Fn(usize) -> T + Sync,
     ) -> Vec<T> {
         let mut all = Vec::new();
         match order {

@@ -14,6 +14,14 @@ pub(crate) const POSITION: &str = "position";
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EngineError {
+    /// Uniform shear flow in a program compiled without it.
+    #[error(
+        "this program has no uniform shear flow; it was compiled without the feature \"shear\""
+    )]
+    NoShear,
+    /// Rough disks in a program compiled without them.
+    #[error("this program has no disks that spin; it was compiled without the feature \"rough\"")]
+    NoRough,
     /// The box is narrower than a disk.
     #[error("a disk of diameter {diameter} meets its own image in a box of {} x {}; both sides must be longer", format_short(lengths[0]), format_short(lengths[1]), diameter = format_short(*diameter))]
     BoxTooSmall {
@@ -284,6 +292,8 @@ impl EngineError {
             | Self::OpenFace { .. }
             | Self::UnlikeBox { .. }
             | Self::FlagsInFlow
+            | Self::NoRough
+            | Self::NoShear
             | Self::BadObstacle { .. }
             | Self::Invalid(_)
             | Self::Checkpoint(_) => {}

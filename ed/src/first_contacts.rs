@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use stosszahl_model::threads::each_of;
 use stosszahl_model::{Field, ParticleModel, Plane, Sizes};
 
-use crate::arrange::fill;
 use crate::calendar::Calendar;
 use crate::contact::Candidates;
 use crate::disk::Disks;
@@ -45,16 +45,9 @@ where
         let shared = self.parallel;
         for first in (0..count).step_by(GROUP * GROUPS) {
             let last = count.min(first + GROUP * GROUPS);
-            let mut groups = Vec::new();
-            fill(
-                &mut groups,
-                (last - first).div_ceil(GROUP),
-                shared,
-                |group| {
-                    let begin = first + group * GROUP;
-                    self.look_ahead(begin..last.min(begin + GROUP))
-                },
-            );
+            let groups = each_of(shared, (first..last).step_by(GROUP), |_, begin| {
+                self.look_ahead(begin..last.min(begin + GROUP))
+            });
             let mut disk = first as u32;
             for group in &groups {
                 self.tally.predictions += group.looked;

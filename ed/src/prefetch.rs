@@ -166,7 +166,7 @@ mod tests {
             (Vector2::from(lengths).component_mul(&place), velocity, 0.5)
         };
         let options = GridOptions::default();
-        Disks::new(&domain, 0.5, 200, body, Motion::new(&Free, 1.0), options).0
+        Disks::new(&domain, 0.5, 200, &body, Motion::new(&Free, 1.0), options).0
     }
 
     /// Boxes of one and two columns, and with walls, too.

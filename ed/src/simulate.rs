@@ -58,7 +58,9 @@ pub fn strips_for(threads: usize, disks: usize) -> usize {
 /// ```
 ///
 /// # Errors
-/// [`EngineError`] if grains, boundaries and particles do not go together, or particles overlap.
+/// [`EngineError`] if grains, boundaries and particles do not go together, or particles overlap;
+/// [`EngineError::NoShear`] and [`EngineError::NoRough`] without the features
+/// `shear` and `rough`.
 pub fn simulate(
     grains: &Grains,
     dissipation: Dissipation,
@@ -111,22 +113,37 @@ struct Begin<'a> {
 impl Begin<'_> {
     /// Chooses the engine for the kinds of disks that differ in the data stored for a disk.
     fn choose(self, grains: &Grains, count: usize) -> Result<Box<dyn Simulation>, EngineError> {
+        if grains.rough.is_some() && !cfg!(feature = "rough") {
+            return Err(EngineError::NoRough);
+        }
+        if grains.shear_rate.is_some() {
+            return self.in_shear_flow(grains, count);
+        }
         match (&grains.sizes, grains.rough) {
-            (SizeDistribution::Equal(sizes), None) if grains.shear_rate.is_some() => {
-                self.run(grains.sheared_smooth(*sizes)?)
-            }
-            (_, Some(rough)) if grains.shear_rate.is_some() => {
-                self.run(grains.sheared(rough, count)?)
-            }
-            (_, None) if grains.shear_rate.is_some() => self.run(grains.sheared(Smooth, count)?),
             (SizeDistribution::Equal(sizes), _) if grains.is_plain() => {
                 self.run(grains.plain(*sizes))
             }
             (SizeDistribution::Each(sizes), _) if grains.is_plain() => {
                 self.run(grains.plain(sizes.clone()))
             }
-            (_, Some(rough)) => self.run(grains.scene(rough, count)?),
-            (_, None) => self.run(grains.scene(Smooth, count)?),
+            (_, Some(rough)) if cfg!(feature = "rough") => self.run(grains.scene(rough, count)?),
+            _ => self.run(grains.scene(Smooth, count)?),
+        }
+    }
+
+    /// Chooses the engine for a uniform shear flow.
+    fn in_shear_flow(
+        self,
+        grains: &Grains,
+        count: usize,
+    ) -> Result<Box<dyn Simulation>, EngineError> {
+        if !cfg!(feature = "shear") {
+            return Err(EngineError::NoShear);
+        }
+        match (&grains.sizes, grains.rough) {
+            (SizeDistribution::Equal(sizes), None) => self.run(grains.sheared_smooth(*sizes)?),
+            (_, Some(rough)) if cfg!(feature = "rough") => self.run(grains.sheared(rough, count)?),
+            _ => self.run(grains.sheared(Smooth, count)?),
         }
     }
 

@@ -53,6 +53,7 @@ pub mod species;
 pub mod state;
 pub mod sum;
 pub mod surface;
+pub mod threads;
 pub mod transport;
 pub mod walls;
 

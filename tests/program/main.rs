@@ -13,6 +13,7 @@ mod join;
 mod literature;
 mod memory;
 mod plausibility;
+mod release;
 mod reproduce;
 mod resume;
 mod starts;

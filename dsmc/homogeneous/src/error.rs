@@ -6,6 +6,11 @@ use stosszahl_model::format_short;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GasError {
+    /// Particles that stick in a program compiled without them.
+    #[error(
+        "this program has no particles that stick; it was compiled without the feature \"aggregation\""
+    )]
+    NoAggregation,
     /// A number is out of range.
     #[error(transparent)]
     Invalid(#[from] stosszahl_model::Invalid),

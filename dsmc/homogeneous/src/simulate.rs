@@ -108,7 +108,8 @@ impl Homogeneous<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`GasError`] if a number is out of range or the parts do not go together.
+    /// [`GasError`] if a number is out of range or the parts do not go together;
+    /// [`GasError::NoAggregation`] for particles that stick without the feature `aggregation`.
     pub fn simulate(&self) -> Result<Box<dyn Simulation>, GasError> {
         self.choose(None)
     }
@@ -157,6 +158,9 @@ impl Homogeneous<'_> {
     {
         let restitution = self.grains.restitution.clone();
         if let Some(rule) = self.sticking {
+            if !cfg!(feature = "aggregation") {
+                return Err(GasError::NoAggregation);
+            }
             let SizeDistribution::Equal(monomer) = &self.grains.sizes else {
                 return Err(GasError::Unfit {
                     what: "particles of several sizes that stick",

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use stosszahl_model::ParticleModel;
+use stosszahl_model::threads::each_of;
 
 use super::change::ChangeOf;
 use super::colours::colours;
@@ -16,7 +17,6 @@ use super::tile_neighbourhood::{TileNeighbourhood, lock};
 use crate::features::PROCESSES;
 use crate::grid::Grid;
 use crate::particle::DisplacementTracking;
-use crate::threads::each_of;
 use crate::tile::Tile;
 
 /// Processes every tile of this process with its neighbours, colour after colour, and returns the

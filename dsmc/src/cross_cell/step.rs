@@ -1,5 +1,6 @@
 //! Collisions of a step between partners in different cells.
 
+use stosszahl_model::threads::each_of;
 use stosszahl_model::{ParticleModel, Sizes, Vector};
 
 use super::arm::ContactDistance;
@@ -15,7 +16,7 @@ use crate::features::PROCESSES;
 use crate::particle::{DisplacementTracking, covered};
 use crate::scheme::PartnerSelection;
 use crate::tally::{CollisionCounters, StepBounds};
-use crate::threads::{Pool, each_of};
+use crate::threads::Pool;
 use crate::tile::Tile;
 use crate::within_cell::CollisionContext;
 

@@ -172,26 +172,33 @@ where
             }
             let count = draw_whole(sum, stream);
             self.report.tally.trials += count;
-            for _ in 0..count {
-                let [who, pick] = two_numbers(stream);
-                // Below the sum even where the product rounds up to it, so that a cell is found.
-                let at = smaller(sum * (who as f64 * (0.5_f64).powi(32)), sum.next_down());
-                let number = sums.iter().filter(|&&sum| sum <= at).count();
-                let cell = &cells[before + number];
-                let left = ((sums[number] - at) / cell.rate) as usize;
-                let first = cell.members.end - 1 - left.min(cell.members.len() - 1);
-                drawn.push(self.propose(before + number, first, &cell.extent, pick, stream));
-                if drawn.len() == DRAWN {
-                    if kernel.stop.is_raised() {
-                        break;
-                    }
+            let mut to_draw = count;
+            // Tests are most of the code of an engine and inlined, so only one line calls them.
+            loop {
+                while to_draw > 0 && drawn.len() < DRAWN {
+                    to_draw -= 1;
+                    let [who, pick] = two_numbers(stream);
+                    // Below the sum even where the product rounds up to it, so that a cell is
+                    // found.
+                    let at = smaller(sum * (who as f64 * (0.5_f64).powi(32)), sum.next_down());
+                    let number = sums.iter().filter(|&&sum| sum <= at).count();
+                    let cell = &cells[before + number];
+                    let left = ((sums[number] - at) / cell.rate) as usize;
+                    let first = cell.members.end - 1 - left.min(cell.members.len() - 1);
+                    drawn.push(self.propose(before + number, first, &cell.extent, pick, stream));
+                }
+                let is_full = drawn.len() == DRAWN && !kernel.stop.is_raised();
+                let ends = !is_full && (drawn.len() >= DRAWN / 2 || piece + 1 == pieces);
+                if is_full || ends {
                     self.meet_all(&mut cells, &mut drawn, trials, stream);
                 }
-            }
-            if drawn.len() >= DRAWN / 2 || piece + 1 == pieces {
-                self.meet_all(&mut cells, &mut drawn, trials, stream);
-                for cell in cells.drain(..) {
-                    self.close(&cell);
+                if ends {
+                    for cell in cells.drain(..) {
+                        self.close(&cell);
+                    }
+                }
+                if !is_full {
+                    break;
                 }
             }
         }

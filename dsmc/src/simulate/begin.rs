@@ -36,7 +36,8 @@ pub struct Gas<'a> {
 /// independent states, where a state may not be shifted and rotated.
 ///
 /// # Errors
-/// [`EngineError`] if the arguments are inconsistent.
+/// [`EngineError`] if the arguments are inconsistent; [`EngineError::NoSpheres`] and
+/// [`EngineError::NoRough`] without the features `spheres` and `rough`.
 pub fn simulate(gas: &Gas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulation>, EngineError> {
     begin(gas, Source::Start(starts), &Alone)
 }
@@ -126,8 +127,10 @@ pub(super) fn begin<K: Keep>(
             }
             _ => begin.any(count, &boundaries),
         }
-    } else {
+    } else if cfg!(feature = "spheres") {
         begin.any(count, gas.boundaries)
+    } else {
+        Err(EngineError::NoSpheres)
     }
 }
 
@@ -140,7 +143,8 @@ struct Begin<'a, K> {
 
 impl<K: Keep> Begin<'_, K> {
     /// Makes an engine of any particles. Rough ones always carry displacements: one vector more
-    /// each, but one engine type less to compile.
+    /// each, but one engine type less to compile. Smooth ones do without the feature `untracked`;
+    /// collisions are the same.
     fn any<S: Space>(
         &self,
         count: usize,
@@ -148,8 +152,11 @@ impl<K: Keep> Begin<'_, K> {
     ) -> Result<K::Kept, EngineError> {
         let grains = self.gas.grains;
         match grains.rough {
-            Some(rough) => self.make::<_, Tracked>(&scene_of(grains, rough, count)?, boundaries),
-            None if self.gas.displacements => {
+            Some(rough) if cfg!(feature = "rough") => {
+                self.make::<_, Tracked>(&scene_of(grains, rough, count)?, boundaries)
+            }
+            Some(_) => Err(EngineError::NoRough),
+            None if self.gas.displacements || !cfg!(feature = "untracked") => {
                 self.make::<_, Tracked>(&scene_of(grains, Smooth, count)?, boundaries)
             }
             None => self.make::<_, Untracked>(&scene_of(grains, Smooth, count)?, boundaries),

@@ -3,7 +3,7 @@
 //! A disk has one number in all strips: each strip has room for all disks, but holds only some of
 //! them. So disks and their lists are copied unchanged.
 
-use rayon::prelude::*;
+use stosszahl_model::threads::{self, each_of};
 use stosszahl_model::{Field, ParticleModel, Plane, SpinOf, memory};
 
 use crate::calendar::{Calendar, Entry, EventTimes};
@@ -258,8 +258,8 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
     let old: Vec<StripRows> = windows.map(|window| window.place.clone()).collect();
     let from = &*strips;
     parcels.resize_with(places.len(), Vec::new);
-    let parcels_of = parcels.par_iter_mut().zip(places).enumerate();
-    parcels_of.for_each(|(number, (parcels, place))| {
+    let parcels_of = parcels.iter_mut().zip(places);
+    each_of(true, parcels_of, |number, (parcels, place)| {
         parcels.resize_with(from.len(), Parcel::default);
         for (its, parcel) in parcels.iter_mut().enumerate() {
             let theirs = |row: &u16| its != number && old[its].owns(*row);
@@ -267,10 +267,10 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
         }
     });
     let renewed = strips
-        .par_iter_mut()
+        .iter_mut()
         .zip(&*parcels)
-        .zip(places.par_iter().zip(&old));
-    renewed.for_each(|((strip, parcels), (place, old))| {
+        .zip(places.iter().zip(&old));
+    each_of(true, renewed, |_, ((strip, parcels), (place, old))| {
         let mut gone = Vec::new();
         if let Some(window) = &mut strip.window {
             // Rows of the old core that go to other strips.
@@ -317,17 +317,21 @@ pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
         rows.for_each(|row| of_row[row as usize] = number);
     }
     let mut owners = vec![0; whole.disks.all.len()];
-    let each = whole.disks.all.par_iter_mut().zip(&mut owners).enumerate();
-    each.for_each(|(disk, (its, place))| {
-        let near = of_row[usize::from(its.home[1])];
-        let all = 0..strips.len();
-        let mut likely = std::iter::once(usize::from(near)).chain(all);
-        let owner = likely
-            .find(|&strip| owns(&strips[strip], disk))
-            .unwrap_or_default();
-        debug_assert!(owns(&strips[owner], disk));
-        *its = strips[owner].disks.all[disk];
-        *place = owner as u8;
+    let length = threads::piece(owners.len());
+    let disks = whole.disks.all.chunks_mut(length);
+    let pieces = disks.zip(owners.chunks_mut(length));
+    each_of(true, pieces, |number, (disks, owners)| {
+        for (disk, (its, place)) in (number * length..).zip(disks.iter_mut().zip(owners)) {
+            let near = of_row[usize::from(its.home[1])];
+            let all = 0..strips.len();
+            let mut likely = std::iter::once(usize::from(near)).chain(all);
+            let owner = likely
+                .find(|&strip| owns(&strips[strip], disk))
+                .unwrap_or_default();
+            debug_assert!(owns(&strips[owner], disk));
+            *its = strips[owner].disks.all[disk];
+            *place = owner as u8;
+        }
     });
     gather(&owners, strips, &mut whole.spins, |strip| &strip.spins);
     gather(&owners, strips, &mut whole.last_contact, |strip| {
@@ -354,6 +358,11 @@ fn gather<E: Sync, T: Copy + Send + Sync>(
     all: &mut [T],
     of: impl Fn(&E) -> &[T] + Sync,
 ) {
-    let each = all.par_iter_mut().zip(owners).enumerate();
-    each.for_each(|(disk, (its, owner))| *its = of(&strips[usize::from(*owner)])[disk]);
+    let length = threads::piece(all.len());
+    let pieces = all.chunks_mut(length).zip(owners.chunks(length));
+    each_of(true, pieces, |number, (all, owners)| {
+        for (disk, (its, owner)) in (number * length..).zip(all.iter_mut().zip(owners)) {
+            *its = of(&strips[usize::from(*owner)])[disk];
+        }
+    });
 }

@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use rayon::prelude::*;
+use stosszahl_model::threads::each_of;
 use stosszahl_model::{Collision, ParticleModel, Plane, Recorder};
 
 use crate::calendar::Calendar;
@@ -47,11 +47,10 @@ impl<'a> Logs<'a> {
             .chain(times)
             .chain(iter::once(f64::INFINITY))
             .collect();
-        let bounds = times.par_iter().map(|&time| {
+        let bounds: Vec<Vec<usize>> = each_of(true, times.iter(), |_, &time| {
             let before = |log: &&[LoggedContact]| log.partition_point(|its| its.now < time);
             logs.iter().map(before).collect()
         });
-        let bounds: Vec<Vec<usize>> = bounds.collect();
         let part = |bounds: &[Vec<usize>]| {
             let ranges = bounds[0].iter().zip(&bounds[1]);
             let ranges = ranges.map(|(begin, end)| *begin..*end);
@@ -98,8 +97,7 @@ impl<'a> Logs<'a> {
 
     /// Returns all contacts, merged by all threads.
     fn all(&self) -> Vec<Vec<Logged>> {
-        let parts = self.parts.par_iter();
-        parts.map(|part| merged(part.clone())).collect()
+        each_of(true, self.parts.iter(), |_, part| merged(part.clone()))
     }
 }
 
@@ -150,9 +148,8 @@ pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
     let before = whole.tally.contacts();
     let counts: Vec<u64> =
         CollapseDetector::counts(before + 1, before + logs.len() as u64).collect();
-    let contact = |&number: &u64| (number, logs.nth((number - before - 1) as usize));
-    let counted: Vec<_> = counts.par_iter().map(contact).collect();
-    for (number, contact) in counted {
+    let contact = |_, &number: &u64| (number, logs.nth((number - before - 1) as usize));
+    for (number, contact) in each_of(true, counts.iter(), contact) {
         // Negligible approach speeds need a single engine.
         let latest = whole.latest(contact.pair, contact.now);
         if progress.usual_collision(number, &latest) {

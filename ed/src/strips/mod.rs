@@ -43,8 +43,8 @@ mod tests;
 use std::iter;
 use std::time::Instant;
 
-use rayon::prelude::*;
 use stosszahl_model::interrupt::Interruption;
+use stosszahl_model::threads::each_of;
 use stosszahl_model::walls::Ledger;
 use stosszahl_model::{Collision, Field, Interrupt, Observer, ParticleModel, Plane, Recorder};
 
@@ -503,7 +503,7 @@ where
             whole.forget_events();
             let whole = &*whole;
             let strip = |place| cut::strip(whole, place, now);
-            places.par_iter().map(strip).collect_into_vec(strips);
+            *strips = each_of(true, places.iter(), |_, place| strip(place));
         } else {
             cut::renew(strips, places, parcels);
         }
@@ -533,7 +533,8 @@ where
             let ended = ended.unwrap_or(false) || strip.has_most_contacts();
             (ended, keep.all)
         };
-        let (ended, observed): (Vec<_>, Vec<_>) = strips.par_iter_mut().map(run).unzip();
+        let ran = each_of(true, strips.iter_mut(), |_, strip| run(strip));
+        let (ended, observed): (Vec<_>, Vec<_>) = ran.into_iter().unzip();
         (!ended.contains(&false), observed)
     }
 
