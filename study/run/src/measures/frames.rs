@@ -9,7 +9,7 @@ use crate::measure::{
     self, BadOption, FrameFile, Measure, Probe, ReplicaRecords, SampleContext, described,
     keeps_record,
 };
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{EnginePlan, Plan};
 
 /// Measure of coarse frames for the player of the report.
 pub struct Frames;
@@ -310,8 +310,7 @@ impl Measure for Frames {
             record: Record::default(),
             most: measure::chosen::<Options>(plan, self.name()).particles,
             until: plan.case.run.until,
-            follows: matches!(engine.kind, EngineKind::EventDriven { .. })
-                && !self.times(plan).is_empty(),
+            follows: engine.is_exact() && !self.times(plan).is_empty(),
             sides: [plan.lengths[0], plan.lengths[1]],
             periodic: plan.periodic(),
         })

@@ -4,7 +4,7 @@ use stosszahl_results::{Table, Verdict, VerdictKind, engine_title, table};
 
 use crate::judge;
 use crate::measure::{self, BadOption, Measure, NoOptions, ReplicaRecords, described};
-use crate::plan::Plan;
+use crate::plan::{EnginePlan, Plan};
 
 /// Energy balance of a sheared gas.
 pub struct ShearBalance;
@@ -14,6 +14,11 @@ const ROUNDING: f64 = 1e-10;
 /// Number of the work of an engine that has the imbalance.
 const NUMBER: &str = "shear_energy_imbalance";
 
+/// Returns true if an engine of the plan counts the balance.
+fn has_exact_dynamics(plan: &Plan) -> bool {
+    plan.engines.iter().any(EnginePlan::is_exact)
+}
+
 impl Measure for ShearBalance {
     described!(
         "shear_balance",
@@ -22,7 +27,7 @@ impl Measure for ShearBalance {
     );
 
     fn by_default(&self, plan: &Plan) -> bool {
-        plan.is_sheared()
+        plan.is_sheared() && has_exact_dynamics(plan)
     }
 
     fn knows_shear(&self) -> bool {
@@ -32,6 +37,9 @@ impl Measure for ShearBalance {
     fn check(&self, plan: &Plan) -> Result<(), BadOption> {
         let allowed = "a gas in a shear flow, by box.shear_rate; this one is not";
         measure::require(plan.is_sheared(), "", allowed)?;
+        let allowed =
+            "a case with exact dynamics, which alone closes the balance to rounding: [engine.ed]";
+        measure::require(has_exact_dynamics(plan), "", allowed)?;
         self.read(plan)
     }
 
@@ -53,10 +61,7 @@ impl Measure for ShearBalance {
     }
 
     fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
-        let verdict = |(engine, finished): (
-            &crate::plan::EnginePlan,
-            &Vec<measure::CompletedRun>,
-        )| {
+        let verdict = |(engine, finished): (&EnginePlan, &Vec<measure::CompletedRun>)| {
             let imbalance = |one: &measure::CompletedRun| one.work.numbers.get(NUMBER).copied();
             let all: Option<Vec<f64>> = finished.iter().map(imbalance).collect();
             let worst = all?.into_iter().map(f64::abs).reduce(f64::max)?;

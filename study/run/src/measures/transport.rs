@@ -11,7 +11,7 @@ use crate::judge::{Comparison, Finding, Rule, Unit, interval_of, title};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{EnginePlan, Plan};
 
 /// Transport coefficients.
 pub struct Transport;
@@ -191,10 +191,6 @@ impl Probe for TransportProbe {
     keeps_record!();
 }
 
-fn is_exact(engine: &EnginePlan) -> bool {
-    matches!(engine.kind, EngineKind::EventDriven { .. })
-}
-
 fn enskog(plan: &Plan) -> ElasticDisks {
     ElasticDisks {
         packing_fraction: plan.packing_fraction,
@@ -217,7 +213,7 @@ impl Measure for Transport {
         let allowed = "an elastic gas, gas.restitution = 1, without a bath: only there do fluctuations in equilibrium tell the \
                        coefficients";
         measure::require(elastic, "", allowed)?;
-        let exact = plan.engines.iter().any(is_exact);
+        let exact = plan.engines.iter().any(EnginePlan::is_exact);
         measure::require(exact, "", "the event-driven engine, [engine.ed]")?;
         let most = 0.5 * plan.case.run.until;
         let lag = options.lag(plan);
@@ -249,7 +245,7 @@ impl Measure for Transport {
         let points = options.points as usize;
         Box::new(TransportProbe {
             record: None,
-            exact: is_exact(engine),
+            exact: engine.is_exact(),
             area: plan.volume,
             bin: plan.engine_time(options.lag(plan) / points as f64),
             points,
@@ -263,7 +259,7 @@ impl Measure for Transport {
         let (mut coefficients, mut correlations) = (coefficient_table(), correlation_table());
         for (engine, records) in runs
             .each::<Record>(plan)
-            .filter(|(engine, _)| is_exact(engine))
+            .filter(|(engine, _)| engine.is_exact())
         {
             let all = moments(&records);
             let fluxes = by_replica(&records, Helfand::correlations);
@@ -307,7 +303,7 @@ impl Measure for Transport {
     fn tests(&self, plan: &Plan) -> usize {
         plan.engines
             .iter()
-            .filter(|engine| is_exact(engine))
+            .filter(|engine| engine.is_exact())
             .count()
             * whole().count()
     }
@@ -318,7 +314,7 @@ impl Measure for Transport {
         let mut list = Vec::new();
         for (engine, records) in runs
             .each::<Record>(plan)
-            .filter(|(engine, _)| is_exact(engine))
+            .filter(|(engine, _)| engine.is_exact())
         {
             let all = moments(&records);
             for one in whole() {

@@ -182,6 +182,11 @@ pub enum EngineKind {
 }
 
 impl EnginePlan {
+    /// Returns true if this engine runs exact event-driven dynamics.
+    pub fn is_exact(&self) -> bool {
+        matches!(self.kind, EngineKind::EventDriven { .. })
+    }
+
     /// Returns the numerical choices of Monte Carlo in cells.
     pub fn parameters(&self) -> Option<&stosszahl_dsmc::Parameters> {
         match &self.kind {

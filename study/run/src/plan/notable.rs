@@ -105,8 +105,7 @@ impl Plan {
 
     /// One gas of exact disks in a shear flow is not spread over threads.
     fn notable_shear(&self, list: &mut Vec<String>) {
-        let is_exact = |one: &EnginePlan| matches!(one.kind, EngineKind::EventDriven { .. });
-        if self.is_sheared() && self.engines.iter().any(is_exact) {
+        if self.is_sheared() && self.engines.iter().any(EnginePlan::is_exact) {
             list.push(
                 "box.shear_rate: one gas of exact disks runs on one thread, as its rows of cells slide all at once; replicas and points \
                  of a sweep use several"

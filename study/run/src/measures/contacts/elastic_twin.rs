@@ -15,7 +15,7 @@ use stosszahl_ed::{Boundaries, Dissipation, EngineError};
 use stosszahl_model::{Budget, Failure, Grains, Interrupt, Particles, Simulation};
 
 use super::WindowSums;
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{EnginePlan, Plan};
 
 /// Memory of the engine of a twin per disk \[bytes\].
 pub(super) const BYTES_PER_DISK: f64 = 260.0;
@@ -49,9 +49,7 @@ pub(super) struct SavedTwin {
 /// Returns true if exact disks of a case have an elastic twin: they are smooth, lose energy at
 /// contacts, and all places are alike.
 pub(super) fn has_twin(plan: &Plan, engine: &EnginePlan) -> bool {
-    matches!(engine.kind, EngineKind::EventDriven { .. })
-        && plan.is_disk_fluid()
-        && !plan.is_elastic()
+    engine.is_exact() && plan.is_disk_fluid() && !plan.is_elastic()
 }
 
 impl ElasticTwin {
