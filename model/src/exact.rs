@@ -117,7 +117,7 @@ impl Exact {
     }
 
     /// Returns the index of `chunk` in the buffer, grown so that `count` chunks fit from there.
-    #[inline]
+    #[inline(always)]
     fn place(&mut self, chunk: usize, count: usize) -> usize {
         if self.chunks.is_empty() {
             self.low = chunk as u8;
