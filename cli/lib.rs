@@ -23,7 +23,7 @@
 //!
 //! # Features
 //!
-//! A program of one's own takes `default-features = false` and what it needs:
+//! A custom program sets `default-features = false` and names the features that it needs:
 //!
 //! | feature | adds |
 //! |---|---|
@@ -36,8 +36,9 @@
 //! | `report` | [`report`], [`reproduction`]; `cases` |
 //! | `cli` (the default) | the program `stosszahl`; `report` |
 //!
-//! Each of the first four is a quarter to a half of the engines that its crate compiles. A gas that needs one that is absent is refused by name. `docs/extending.md` has what
-//! each choice costs, and profile lines for a manifest.
+//! Each of the features `rough`, `shear`, `spheres` and `aggregation` is a quarter to a half of the
+//! engines that its crate compiles. A gas that needs an absent feature is refused with its name.
+//! `docs/extending.md` has the cost of each feature, and profile lines for a manifest.
 
 // For other commands of this workspace, not for custom programs.
 #[cfg(feature = "cli")]

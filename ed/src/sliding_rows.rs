@@ -36,7 +36,8 @@ pub(crate) struct SlidingRows {
     offsets: [f64; 2],
     /// Number of whole cells that the displacement has passed: inside the box, and around it.
     steps: [i64; 2],
-    /// The same without whole boxes, from 0 to the number of columns: divisions are slow.
+    /// Whole cells of displacement modulo the number of columns, inside the box and around it: kept
+    /// beside `steps`, as a division for each search is slow.
     turned: [i32; 2],
 }
 
@@ -120,7 +121,7 @@ impl SlidingRows {
         self.offsets[seam] + self.slip() * now - self.steps[seam] as f64 * self.width[0]
     }
 
-    /// Returns the number in the box of a column that lies up to two boxes before it, or one behind.
+    /// Returns the number in the box of a column at most two boxes to its left, or one to its right.
     #[inline(always)]
     fn column(&self, column: i32) -> i32 {
         let columns = self.columns;
