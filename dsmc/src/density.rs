@@ -453,15 +453,14 @@ impl<S: Space> Density<S> {
         most: &mut [f64],
     ) {
         let columns = self.counts[0];
-        let before = wrapped(first[0] as usize, x as usize, columns);
         let length = most.len() + 2 * x as usize;
         most.fill(0.0);
         for layer in -z..=z {
             for row in -y..=y {
                 // Sums of the line there, extended by the offsets on both sides, across periodic
                 // faces.
-                let begin = self.index([0, first[1], first[2]], [0, row, layer]);
-                let mut column = before;
+                let [mut column, y, z] = self.original(first, [-x, row, layer]);
+                let begin = columns * (y + self.counts[1] * z);
                 line.clear();
                 while line.len() < length {
                     let next = (length - line.len()).min(columns - column);
@@ -483,12 +482,27 @@ impl<S: Space> Density<S> {
     /// Index of the cell at an offset from a cell.
     #[inline(always)]
     fn index(&self, cell: [u32; 3], step: [i64; 3]) -> usize {
-        let [x, y, z] = [0, 1, 2].map(|axis| {
-            let count = self.counts[axis];
-            let at = (cell[axis] as usize + count).wrapping_add_signed(step[axis] as isize);
-            wrapped(at, count, count)
-        });
+        let [x, y, z] = self.original(cell, step);
         x + self.counts[0] * (y + self.counts[1] * z)
+    }
+
+    /// Coordinates of the cell at an offset from a cell, across periodic faces. In a sheared box the
+    /// cells beyond the edge are displaced by whole columns, as in [`Self::add_lines`].
+    #[inline(always)]
+    fn original(&self, cell: [u32; 3], step: [i64; 3]) -> [usize; 3] {
+        let shifted = |axis: usize| {
+            (cell[axis] as usize + self.counts[axis]).wrapping_add_signed(step[axis] as isize)
+        };
+        let around = |axis: usize, at: usize| wrapped(at, self.counts[axis], self.counts[axis]);
+        let (columns, rows) = (self.counts[0], self.counts[1]);
+        let row = shifted(1);
+        let mut column = around(0, shifted(0));
+        if self.offset != 0 && row >= 2 * rows {
+            column = around(0, columns + column - self.offset);
+        } else if self.offset != 0 && row < rows {
+            column = around(0, columns + column + self.offset);
+        }
+        [column, around(1, row), around(2, shifted(2))]
     }
 
     /// Factors by which boundaries make the window of a cell denser.

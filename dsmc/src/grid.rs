@@ -286,6 +286,25 @@ impl<S: Space> Grid<S> {
         })
     }
 
+    /// Numbers of a tile and of all that touch it, sorted, each once. In a sheared box any tile of the
+    /// row beyond the edge may touch it, as rows slide past each other.
+    pub(crate) fn touching(&self, tile: [u32; 3]) -> Vec<usize> {
+        let is_sheared = self.domain.images().shear().is_some();
+        let mut numbers = Vec::with_capacity(OFFSETS);
+        for step in (0..OFFSETS).map(offset) {
+            let [x, y, z] = self.neighbour(tile, step);
+            let columns = if is_sheared && tile[1].checked_add_signed(step[1]) != Some(y) {
+                0..self.tiles[0]
+            } else {
+                x..x + 1
+            };
+            numbers.extend(columns.map(|x| self.tile_number([x, y, z])));
+        }
+        numbers.sort_unstable();
+        numbers.dedup();
+        numbers
+    }
+
     /// Locations of all tiles, in the order of their numbers.
     pub(crate) fn places(&self) -> Vec<Place<S>> {
         let [columns, rows, layers] = self.tiles;

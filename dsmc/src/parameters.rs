@@ -375,15 +375,6 @@ pub enum EngineError {
         /// Name of the scheme.
         scheme: &'static str,
     },
-    /// Cross-cell scheme in a uniform shear flow, whose images slide along each other.
-    #[error(
-        "the scheme {scheme} in a uniform shear flow, whose cells slide along each other at the edge of the box; allowed: \
-         boltzmann, free-volume and enskog, whose partners share a cell"
-    )]
-    Sheared {
-        /// Name of the scheme.
-        scheme: &'static str,
-    },
     /// Invalid weights of regions.
     #[error("weights: {found}; allowed: {allowed}")]
     BadWeights {
@@ -590,8 +581,7 @@ impl EngineError {
             | Self::BadInflow { .. }
             | Self::UnequalStarts { .. }
             | Self::Individuals
-            | Self::Boundary { .. }
-            | Self::Sheared { .. } => {}
+            | Self::Boundary { .. } => {}
         }
         self
     }

@@ -95,7 +95,8 @@ pub struct SchemeProperties {
     pub clearance: WallClearance,
     /// True if partners in a uniform shear flow count as a contact distance apart, as in Enskog's
     /// theory. The flow between them then contributes to their approach speed, and they carry
-    /// momentum over that distance. Other pairs within a cell are treated as points.
+    /// momentum over that distance. Otherwise pairs within a cell are treated as points, and those
+    /// that overlap feel the flow over the distance that they have.
     pub feels_flow: bool,
     /// Branch of the random streams of a replica: schemes draw different numbers.
     pub random_branch: u64,
@@ -247,6 +248,7 @@ impl Scheme {
                 partners: PartnerSelection::ContactCell,
                 window: DensityWindow::Fixed(neighbourhood),
                 steps_per_cell_crossing: 8.0,
+                feels_flow: true,
                 random_branch: 4,
                 ..CROSS_CELL
             },
@@ -264,6 +266,7 @@ impl Scheme {
                 partners: PartnerSelection::AroundContact,
                 window: DensityWindow::Adaptive,
                 max_contact_value: 100.0,
+                feels_flow: true,
                 random_branch: 6,
                 ..CROSS_CELL
             },

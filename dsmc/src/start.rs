@@ -496,10 +496,6 @@ pub(crate) fn check_choices<P: ParticleModel>(
         return Err(EngineError::Individuals);
     }
     let is_sheared = scene.field().shear_rate() != 0.0;
-    if is_sheared && parameters.scheme.is_cross_cell() {
-        let scheme = parameters.scheme.name();
-        return Err(EngineError::Sheared { scheme });
-    }
     if is_sheared && parameters.displacement != Displacement::None {
         let scheme = parameters.scheme.name();
         return Err(EngineError::Displaced { scheme });

@@ -23,8 +23,14 @@ pub(crate) fn colours<S: Space>(grid: &Grid<S>) -> Vec<Vec<u32>> {
     let along = counts.map(ring_colours);
     let most = [0, 1, 2].map(|axis: usize| along[axis].iter().max().map_or(1, |most| most + 1));
     let mut groups = vec![Vec::new(); most.iter().product()];
+    let is_sheared = grid.domain().images().shear().is_some();
     for number in 0..counts.iter().product::<u32>() {
         let at = grid.place_of(number as usize);
+        if is_sheared && (at[1] == 0 || at[1] + 1 == counts[1]) {
+            // All tiles beyond the edge may be neighbours, as they slide past.
+            groups.push(vec![number]);
+            continue;
+        }
         let [x, y, z] = [0, 1, 2].map(|axis: usize| along[axis][at[axis] as usize]);
         groups[x + most[0] * (y + most[1] * z)].push(number);
     }

@@ -53,6 +53,28 @@ impl<S: Space> VelocityBox<S> {
         }
     }
 
+    /// Widening of a box of velocities relative to a shear flow, so that it bounds the approach of
+    /// partners up to `contact` apart \[length/time\].
+    ///
+    /// The flow a y at a partner along k changes the approach speed by at most `a contact |k_x k_y|`,
+    /// which is at most `(|k_x| + |k_y|)/sqrt(8)` of `a contact`.
+    #[inline(always)]
+    pub(super) fn flow_widening(shear_rate: f64, contact: f64) -> f64 {
+        0.5 * std::f64::consts::FRAC_1_SQRT_2 * shear_rate.abs() * contact
+    }
+
+    /// Box that is wider by `by` on both sides, along the axes of flow and gradient
+    /// \[length/time\].
+    #[inline(always)]
+    #[must_use]
+    pub(super) fn widened(mut self, by: f64) -> Self {
+        for one in &mut self.most {
+            one[0] += by;
+            one[1] += by;
+        }
+        self
+    }
+
     /// Side lengths of the box \[length/time\]; zero if it is empty.
     #[inline(always)]
     pub(super) fn sides(&self) -> S::Vector {

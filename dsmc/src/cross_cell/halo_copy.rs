@@ -21,6 +21,10 @@ use crate::particle::DisplacementTracking;
 /// Coordinate of masked particles; large, but its square does not overflow \[length\].
 const NOWHERE: f64 = 1e150;
 
+/// Mark of cells beyond an edge that slides, whose particles have an entry of `homes_of_sliding`
+/// each.
+const SLIDING: u32 = u32::MAX;
+
 /// Copy of a block of cells around a tile: positions, velocities, sizes and velocity bounds.
 pub(crate) struct HaloCopy<P: ParticleModel> {
     ranges: Ranges,
@@ -34,7 +38,7 @@ pub(crate) struct HaloCopy<P: ParticleModel> {
     counts: [i64; 3],
     /// True if the box is so narrow that a search may see a particle twice.
     is_narrow: bool,
-    /// True if the copy holds periodic images of its own cells.
+    /// True if the copy may hold several images of a simulator.
     has_images: bool,
     /// Number of cells per unit length along each axis \[1/length\].
     scale: VectorOf<P>,
@@ -52,6 +56,14 @@ pub(crate) struct HaloCopy<P: ParticleModel> {
     cells: Vec<u32>,
     /// Tile that holds the particles of each cell, and the offset from an index here to one there.
     homes: Vec<At>,
+    /// Tile and index there of particles beyond an edge that slides, where a cell here holds those of
+    /// several cells there.
+    homes_of_sliding: Vec<At>,
+    /// For each particle, the index of another image of it, around a ring of all its images; empty
+    /// if there is one of each.
+    next_images: Vec<u32>,
+    /// Scratch memory: last image found of each simulator of the neighbourhood.
+    last_images: Vec<u32>,
     /// Bounding box of the velocities of each cell.
     extents: Vec<VelocityBox<P::Space>>,
     /// Number of particles in the block of cells around each cell that is searched first.
@@ -94,6 +106,9 @@ impl<P: ParticleModel> Default for HaloCopy<P> {
             spread: [0.0; 2],
             cells: Vec::new(),
             homes: Vec::new(),
+            homes_of_sliding: Vec::new(),
+            next_images: Vec::new(),
+            last_images: Vec::new(),
             extents: Vec::new(),
             near: Vec::new(),
             lonely: Vec::new(),
@@ -140,6 +155,9 @@ impl<P: ParticleModel> HaloCopy<P> {
             }
         }
         self.starts.push(self.velocities.len() as u32);
+        if self.has_images {
+            self.link_images(around);
+        }
         for list in &mut self.positions[..P::Space::DIMENSION] {
             list.resize(list.len() + LANES, NOWHERE);
         }
@@ -167,6 +185,8 @@ impl<P: ParticleModel> HaloCopy<P> {
         self.tags.clear();
         self.excess.clear();
         self.homes.clear();
+        self.homes_of_sliding.clear();
+        self.next_images.clear();
         self.cells.clear();
         self.extents.clear();
         self.near.clear();
@@ -193,6 +213,12 @@ impl<P: ParticleModel> HaloCopy<P> {
             is_here.then(|| ((there - boxes * count) as u32, boxes as f64))
         };
         let (row, layer) = (seen(1, y), seen(2, z));
+        if let (Some(row), Some(layer), Some(_)) = (row, layer, images.shear())
+            && row.1 != 0.0
+        {
+            self.fill_sliding_line(around, grid, [row, layer]);
+            return;
+        }
         let mut x = 0;
         while x < self.sides[0] {
             let begin = self.velocities.len() as u32;
@@ -244,6 +270,82 @@ impl<P: ParticleModel> HaloCopy<P> {
             let home = At { tile: slot, index };
             self.homes.resize(self.starts.len(), home);
             x += length;
+        }
+    }
+
+    /// Copies a line of cells beyond an edge along which boxes slide. Its columns begin anywhere in
+    /// those of the tiles, so each particle is put into the column that it is seen in. `row` and
+    /// `layer`: coordinate inside the box, and number of boxes to the image.
+    fn fill_sliding_line<F: DisplacementTracking<P::Space>>(
+        &mut self,
+        around: &TileNeighbourhood<'_, '_, P, F>,
+        grid: &Grid<P::Space>,
+        [row, layer]: [(u32, f64); 2],
+    ) {
+        let images = grid.domain().images();
+        let shift = images.image([0.0, row.1, layer.1]).position[0];
+        let columns = self.counts[0];
+        for x in 0..self.sides[0] as i64 {
+            let seen = self.first[0] + x;
+            self.starts.push(self.velocities.len() as u32);
+            let index = self.homes_of_sliding.len() as u32;
+            self.homes.push(At {
+                tile: SLIDING,
+                index: index.wrapping_sub(self.velocities.len() as u32),
+            });
+            let cell = self.starts.len() as u32 - 1;
+            // Two columns overlap with this one; a coordinate at an edge may be rounded to either
+            // side.
+            let middle = floor(seen as f64 - shift * self.scale[0]);
+            for column in middle - 1..=middle + 2 {
+                let boxes = column.div_euclid(columns);
+                let there = [(column - boxes * columns) as u32, row.0, layer.0];
+                let Some((tile, local)) = around.find(there) else {
+                    continue;
+                };
+                let shift = images.image([boxes as f64, row.1, layer.1]).position;
+                let source = around.tile(tile);
+                for index in source.starts[local]..source.starts[local + 1] {
+                    let member = &source.simulators[index as usize];
+                    let position = member.position + shift;
+                    if floor(position[0] * self.scale[0]) != seen {
+                        continue;
+                    }
+                    for axis in 0..P::Space::DIMENSION {
+                        self.positions[axis].push(position[axis]);
+                    }
+                    self.velocities.push(member.velocity);
+                    self.tags.push(member.tag);
+                    self.cells.push(cell);
+                    self.homes_of_sliding.push(At { tile, index });
+                }
+            }
+        }
+    }
+
+    /// Joins all images of each simulator in a ring.
+    fn link_images<F: DisplacementTracking<P::Space>>(
+        &mut self,
+        around: &TileNeighbourhood<'_, '_, P, F>,
+    ) {
+        let mut all = 0;
+        let firsts: Vec<usize> = (around.lengths())
+            .map(|length| {
+                all += length;
+                all - length
+            })
+            .collect();
+        self.last_images.clear();
+        self.last_images.resize(all, u32::MAX);
+        for index in 0..self.velocities.len() {
+            let home = self.home(index);
+            let last = &mut self.last_images[firsts[home.tile as usize] + home.index as usize];
+            let next = match *last {
+                u32::MAX => index as u32,
+                last => std::mem::replace(&mut self.next_images[last as usize], index as u32),
+            };
+            self.next_images.push(next);
+            *last = index as u32;
         }
     }
 
@@ -351,9 +453,13 @@ impl<P: ParticleModel> HaloCopy<P> {
     #[inline(always)]
     pub(super) fn home(&self, index: usize) -> At {
         let home = self.homes[self.cells[index] as usize];
+        let there = home.index.wrapping_add(index as u32);
+        if home.tile == SLIDING {
+            return self.homes_of_sliding[there as usize];
+        }
         At {
             tile: home.tile,
-            index: home.index.wrapping_add(index as u32),
+            index: there,
         }
     }
 
@@ -438,30 +544,14 @@ impl<P: ParticleModel> HaloCopy<P> {
     /// velocity bounds.
     #[inline(always)]
     pub(super) fn set(&mut self, index: usize, velocity: VectorOf<P>, moves: bool) {
-        let cell = self.cells[index];
+        self.set_at(self.cells[index], index, velocity, moves);
         if !self.has_images {
-            self.set_at(cell, index, velocity, moves);
             return;
         }
-        // Periodic images of the cell in the halo copy: one, or several in a narrow box.
-        let [columns, rows, _] = self.sides.map(|side| side as u32);
-        let at = [cell % columns, cell / columns % rows, cell / columns / rows];
-        let place = index - self.starts[cell as usize] as usize;
-        let [xs, ys, zs] = [0, 1, 2].map(|axis| {
-            let count = self.counts[axis] as u32;
-            (at[axis] % count..self.sides[axis] as u32).step_by(count as usize)
-        });
-        for z in zs {
-            for y in ys.clone() {
-                for x in xs.clone() {
-                    let cell = x + columns * (y + rows * z);
-                    let index = self.starts[cell as usize] as usize + place;
-                    // Beyond walls, and where tiles are too far away, cells are empty.
-                    if index < self.starts[cell as usize + 1] as usize {
-                        self.set_at(cell, index, velocity, moves);
-                    }
-                }
-            }
+        let mut image = self.next_images[index] as usize;
+        while image != index {
+            self.set_at(self.cells[image], image, velocity, moves);
+            image = self.next_images[image] as usize;
         }
     }
 
@@ -504,11 +594,12 @@ impl<P: ParticleModel> HaloCopy<P> {
                 + self.cells.capacity()
                 + self.near.capacity()
                 + self.sums.capacity())
+            + 4 * (self.next_images.capacity() + self.last_images.capacity())
             + self.lonely.capacity()
             + self.places.capacity()
             + size_of::<VectorOf<P>>() * self.velocities.capacity()
             + size_of::<<P::Sizes as Sizes>::Tag>() * self.tags.capacity()
-            + size_of::<At>() * self.homes.capacity()
+            + size_of::<At>() * (self.homes.capacity() + self.homes_of_sliding.capacity())
             + size_of::<VelocityBox<P::Space>>() * extents
     }
 

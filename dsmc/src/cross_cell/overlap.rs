@@ -87,7 +87,9 @@ where
             return;
         }
         let [one, other] = pair.map(|who| self.patch.velocities[who]);
-        let approach = -(one - other).inner(&apart);
+        let mut relative = one - other;
+        relative[0] += kernel.flow.rate * apart[1];
+        let approach = -relative.inner(&apart);
         if approach <= 0.0 {
             return;
         }

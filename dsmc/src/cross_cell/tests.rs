@@ -6,8 +6,8 @@ use rand_xoshiro::Xoroshiro128PlusPlus;
 use rayon::prelude::*;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Collision, Constant, Free, Observer, ParticleModel, Plane, Polydisperse, Scene, Sizes, Smooth,
-    Space, State, Vector, VectorOf, Volume, kinetic,
+    Collision, Constant, Free, Observer, ParticleModel, Plane, Polydisperse, Scene, Shear, Sheared,
+    Sizes, Smooth, Space, State, Vector, VectorOf, Volume, kinetic,
 };
 
 use super::coloured_sweep::sweep_around;
@@ -17,6 +17,7 @@ use super::partners::Search;
 use super::search_ranges::ranges;
 use super::search_target::Aim;
 use super::tile_collider::line_of_centres;
+use crate::particle::DisplacementTracking;
 use crate::tests::{Equal, Seen, equal, in_pool, mean_and_error, start};
 use crate::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Tracked, Untracked};
 
@@ -36,7 +37,7 @@ const SCHEMES: [Scheme; 3] = [
     Scheme::StochasticDisks { stiffness: 2.0 },
 ];
 
-/// In wide and narrow boxes, partners are those within the radius of their contact points, with
+/// In wide and narrow boxes, and in wide ones that slide in a shear flow, partners are those within the radius of their contact points, with
 /// equal chance, or the nearest if there is none, as a search through all particles finds.
 #[test]
 fn partners_are_those_of_a_plain_search() {
@@ -94,14 +95,26 @@ impl SimdBackend for AllLanes {
     }
 }
 
+/// Boxes in which searches are compared, with the number of disks: wide and narrow, and wide ones
+/// that slide by a fraction of a cell and by more than the widest tile.
+fn searched_boxes() -> impl Iterator<Item = ([f64; 2], usize, Option<Shear>)> {
+    let wide = [([40.0, 30.0], 300), ([20.0, 15.0], 600), ([6.0, 5.0], 120)];
+    let narrow = [([60.0, 3.0], 60), ([1.5, 2.5], 5)];
+    let shears = [0.3, 5.7].map(|offset| Shear { rate: 1.0, offset });
+    let resting = (wide.into_iter().chain(narrow)).map(|(sides, count)| (sides, count, None));
+    resting.chain(
+        wide.into_iter()
+            .flat_map(move |(sides, count)| shears.map(|shear| (sides, count, Some(shear)))),
+    )
+}
+
 /// Compares searches with a plain one. Returns the number of tiles in which some candidates are
 /// drawn first.
 fn search_like_a_plain_one<P: ParticleModel<Space = Plane>>(scene: impl Fn(usize) -> P) -> u32 {
-    let wide = [([40.0, 30.0], 300), ([20.0, 15.0], 600), ([6.0, 5.0], 120)];
-    let narrow = [([60.0, 3.0], 60), ([1.5, 2.5], 5)];
     let mut drew = 0;
-    for (sides, count) in wide.into_iter().chain(narrow) {
-        let state = start::<P>(count, Vector2::from(sides), 9);
+    for (sides, count, shear) in searched_boxes() {
+        let mut state = start::<P>(count, Vector2::from(sides), 9);
+        state.domain = state.domain.sheared(shear).expect("a periodic box");
         for radius in [0.0, 1.0, 2.5] {
             let parameters = Parameters {
                 scheme: Scheme::ContactPoint {
@@ -117,7 +130,7 @@ fn search_like_a_plain_one<P: ParticleModel<Space = Plane>>(scene: impl Fn(usize
             let sizes = engine.scene.sizes().clone();
             let mean = engine.constants.mean_radius;
             let ranges = ranges::<P>(parameters.scheme, &grid, &sizes, mean, radius, 1.0);
-            let reach = (ranges.near + ranges.shift) as u32;
+            let reach = (ranges.near + ranges.shift) as f64;
             // Excess over the mean radius, and position, of each particle.
             let all: Vec<_> = (engine.state().bodies.iter().enumerate())
                 .map(|(index, body)| (sizes.radius(sizes.tag(index)) - mean, body.position))
@@ -154,12 +167,12 @@ fn search_like_a_plain_one<P: ParticleModel<Space = Plane>>(scene: impl Fn(usize
                     };
                     if near.is_empty() {
                         // In the cells around, where there are particles.
-                        let there = grid.cell_at(domain.wrap(point));
+                        let column = |axis: usize, x: f64| (x / grid.width()[axis]).floor();
                         let is_around = |&&(_, at): &&(f64, Vector2<f64>)| {
-                            let here = grid.cell_at(at);
+                            let seen = point + domain.images().nearest(at - point);
                             (0..2).all(|axis| {
-                                let apart = here[axis].abs_diff(there[axis]);
-                                apart.min(grid.counts()[axis] - apart) <= reach
+                                let apart = column(axis, seen[axis]) - column(axis, point[axis]);
+                                apart.abs() <= reach
                             })
                         };
                         let next = others().filter(is_around).map(distance);
@@ -643,8 +656,37 @@ fn unequal_disks_meet_at_the_rates_of_a_mixture() {
 /// Results have the same bytes for one, two and three threads and through a stop in between.
 #[test]
 fn threads_and_stops_change_nothing() {
-    let scene = equal::<Plane>(0.8);
-    let state = start::<Equal<Plane>>(20_000, Vector2::new(250.0, 255.0), 2);
+    let state = start(20_000, Vector2::new(250.0, 255.0), 2);
+    threads_and_stops_change_nothing_in::<_, Tracked>(&equal::<Plane>(0.8), &state);
+}
+
+/// Results of sheared gases, whose tiles slide past each other, have the same bytes for one, two and
+/// three threads and through a stop in between.
+#[test]
+fn threads_and_stops_change_nothing_in_a_shear_flow() {
+    let mut state = start(20_000, Vector2::new(250.0, 255.0), 2);
+    let shear = Shear {
+        rate: -0.3,
+        offset: 71.3,
+    };
+    state.domain = (state.domain.sheared(Some(shear))).expect("a periodic box");
+    let rest = equal::<Plane>(0.8);
+    let flow = Sheared::new(shear.rate).expect("a rate");
+    let scene = Scene {
+        space: rest.space,
+        surface: rest.surface,
+        restitution: rest.restitution,
+        sizes: rest.sizes,
+        field: flow,
+    };
+    threads_and_stops_change_nothing_in::<_, Untracked>(&scene, &state);
+}
+
+fn threads_and_stops_change_nothing_in<P, F>(scene: &P, state: &State<P>)
+where
+    P: ParticleModel<Space = Plane>,
+    F: DisplacementTracking<Plane>,
+{
     let streams = Streams::new(5, 0);
     let single = SCHEMES.map(|scheme| (scheme, 1));
     for (scheme, simulators_per_particle) in single.into_iter().chain([(SCHEMES[0], 16)]) {
@@ -656,15 +698,15 @@ fn threads_and_stops_change_nothing() {
         let run = |threads: usize, stop: bool| {
             in_pool(threads, || {
                 let mut seen = Seen::default();
-                let mut engine = Engine::<_, Tracked>::start(&scene, parameters, &state, streams)
-                    .expect("an engine");
+                let mut engine =
+                    Engine::<P, F>::start(scene, parameters, state, streams).expect("an engine");
                 engine.retile(1000);
                 assert!(engine.grid().tiles()[..2].iter().all(|&tiles| tiles >= 3));
                 engine.advance(f64::INFINITY, 3, &mut seen);
                 if stop {
                     let checkpoint = engine.checkpoint();
                     let domain = state.domain;
-                    engine = Engine::resume(&scene, parameters, domain, checkpoint, streams)
+                    engine = Engine::resume(scene, parameters, domain, checkpoint, streams)
                         .expect("an engine");
                     engine.retile(1000);
                 }

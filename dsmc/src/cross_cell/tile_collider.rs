@@ -97,7 +97,8 @@ pub(super) struct Candidate<V> {
     pub(super) velocity: V,
     /// Unit vector towards the partner.
     pub(super) normal: V,
-    /// Speed of the simulator along `normal` \[length/time\].
+    /// Speed of the simulator along `normal`, relative to the flow at a partner of the mean radius
+    /// \[length/time\].
     pub(super) along: f64,
     /// Acceptance threshold for the normal approach speed \[length/time\].
     pub(super) threshold: f64,
@@ -287,11 +288,18 @@ where
         Candidate {
             velocity,
             normal: line * sign,
-            along: along * sign,
+            along: along * sign + self.approach_by_flow(line) * trial.distance,
             threshold: number - turns * one,
             majorant: turns * both + sign * one,
             ..trial
         }
+    }
+
+    /// Approach speed that a uniform shear flow gives to partners along `normal`, per unit of their
+    /// distance: `-a n_x n_y` \[1/time\].
+    #[inline(always)]
+    pub(super) fn approach_by_flow(&self, normal: VectorOf<P>) -> f64 {
+        -self.kernel.flow.rate * (normal[0] * normal[1])
     }
 
     /// Collides a candidate with a partner if they approach fast enough and, for unequal sizes, a
@@ -306,12 +314,16 @@ where
         ceiling: f64,
         stream: &mut impl Rng,
     ) -> Option<f64> {
-        let speed = trial.along - self.patch.velocities[second].inner(&trial.normal);
+        let mut speed = trial.along - self.patch.velocities[second].inner(&trial.normal);
+        let sizes = self.kernel.scene.sizes();
+        if self.kernel.flow.rate != 0.0 {
+            let excess = sizes.radius(self.patch.tag(second)) - self.kernel.mean_radius;
+            speed += self.approach_by_flow(trial.normal) * excess;
+        }
         self.report.tally.majorant_violations += u64::from(speed > trial.majorant * (1.0 + 1e-12));
         if speed <= trial.threshold {
             return None;
         }
-        let sizes = self.kernel.scene.sizes();
         let radii = [trial.first, second].map(|who| sizes.radius(self.patch.tag(who)));
         if !sizes.are_equal() {
             let largest = 2.0 * sizes.largest_radius();
@@ -350,10 +362,23 @@ where
         let sizes = kernel.scene.sizes();
         let places = who.map(|index| self.patch.home(index));
         let pair = places.map(|at| self.around.read(at));
-        let velocities = pair.map(|simulator| simulator.velocity);
+        let before = pair.map(|simulator| simulator.velocity);
+        let apart = kernel
+            .grid
+            .nearest_image(pair[0].position - pair[1].position);
+        let line = -normal * contact;
+        // Vector over which the partners feel a shear flow, and which carries their momentum, so
+        // that the energy of peculiar motion balances.
+        let felt = if kernel.flow.is_felt && kernel.flow.rate != 0.0 {
+            line
+        } else {
+            apart
+        };
+        let slip = kernel.flow.rate * felt[1];
+        let mut velocities = before;
+        velocities[0][0] += slip;
         let masses = pair.map(|simulator| sizes.mass(simulator.tag));
         let relative = velocities[0] - velocities[1];
-        let line = -normal * contact;
         let kinds = [0, 1].map(|who| sizes.kind(pair[who].tag));
         let law = (kernel.scene.restitution()).separation(kinds, relative.inner(&normal));
         let encounter = CollidingPair {
@@ -364,10 +389,8 @@ where
             line,
         };
         let outcome = collide(kernel.scene, &encounter, law);
-        let after = outcome.velocities;
-        let apart = kernel
-            .grid
-            .nearest_image(pair[0].position - pair[1].position);
+        let mut after = outcome.velocities;
+        after[0][0] -= slip;
         for number in 0..2 {
             self.around
                 .set(places[number], after[number], outcome.spins[number]);
@@ -376,8 +399,8 @@ where
         let tally = &mut self.report.tally;
         tally.collisions += 1;
         tally.separation += apart.square().sqrt();
-        let gained = (after[0] - velocities[0]) * masses[0];
-        tally.virial += kernel.weight * apart.inner(&gained);
+        let gained = (after[0] - before[0]) * masses[0];
+        tally.virial += kernel.weight * felt.inner(&gained);
         if kernel.looks {
             self.report.log.push(Collision {
                 time: kernel.time,
@@ -387,7 +410,7 @@ where
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution: law.coefficient,
                 added_speed: law.added_speed,
-                momentum_transfer: apart.spatial() * gained.spatial().transpose(),
+                momentum_transfer: felt.spatial() * gained.spatial().transpose(),
                 weight: kernel.weight,
                 pair: [0, 1].map(|who| index::<P>(pair[who].tag)),
                 species: kinds,

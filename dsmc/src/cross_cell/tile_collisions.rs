@@ -6,6 +6,7 @@ use rand::{Rng, RngExt};
 use stosszahl_model::{ParticleModel, Sizes, Space, VectorOf};
 
 use super::change::ChangeOf;
+use super::extents::VelocityBox;
 use super::lanes::{self, SimdBackend};
 use super::partners::Search;
 use super::report::{Bounds, Report};
@@ -13,7 +14,7 @@ use super::search_ranges::Ranges;
 use super::tile_collider::{Candidate, Cell, Line, TileCollider, total};
 use super::trials::{AroundPoints, CandidateRule, InCells};
 use crate::extrema::smaller;
-use crate::grid::{Grid, OFFSETS, offset};
+use crate::grid::Grid;
 use crate::particle::DisplacementTracking;
 use crate::random_counts::draw_whole;
 use crate::scheme::PartnerSelection;
@@ -34,10 +35,8 @@ const DRAWN: usize = 32;
 /// Bounds over a tile and its neighbours.
 pub(super) fn bounds_around<S: Space>(grid: &Grid<S>, bounds: &[Bounds], number: usize) -> Bounds {
     let mut all = bounds[number];
-    let tile = grid.place_of(number);
-    for step in 0..OFFSETS {
-        let other = &bounds[grid.tile_number(grid.neighbour(tile, offset(step)))];
-        all.chi = all.chi.max(other.chi);
+    for other in grid.touching(grid.place_of(number)) {
+        all.chi = all.chi.max(bounds[other].chi);
     }
     all
 }
@@ -153,6 +152,7 @@ where
         let section = largest.powi(P::Space::DIMENSION as i32 - 1);
         let mean = 0.5 * MEAN_COMPONENT[P::Space::DIMENSION - 2];
         let each = 0.5 * P::Space::SOLID_ANGLE * section * mean * kernel.step;
+        let widening = VelocityBox::<P::Space>::flow_widening(kernel.flow.rate, largest);
         for piece in 0..pieces {
             let [from, to] = [piece, piece + 1].map(|piece| columns * piece / pieces);
             // Cumulative expected candidates by cell, side by side so that all are compared at
@@ -163,7 +163,7 @@ where
                 let Some(mut cell) = self.cell(line, columns, column) else {
                     continue;
                 };
-                cell.extent = self.patch.bounds[column];
+                cell.extent = self.patch.bounds[column].widened(widening);
                 cell.most = trials.most(self, &cell, column);
                 cell.rate = cell.most * each * total::<P::Space>(cell.extent.sides());
                 sum += cell.rate * cell.members.len() as f64;

@@ -6,20 +6,18 @@ use stosszahl_model::{Collision, ParticleModel, SpinOf, VectorOf};
 
 use super::change::{Change, ChangeOf};
 use super::peers::TilePeers;
-use crate::grid::{Grid, OFFSETS, offset, offset_number};
+use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tile::Tile;
 
 /// Tile at the centre with its neighbours, locked.
 pub(super) struct TileNeighbourhood<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> {
     grid: &'a Grid<P::Space>,
-    /// Coordinates of the central tile.
-    middle: [u32; 3],
-    /// Locked tiles, each once.
+    /// Index into `tiles` of the central tile.
+    middle: u32,
+    /// Locked tiles, each once, in the order of their numbers.
     tiles: Vec<MutexGuard<'a, &'b mut Tile<P, F>>>,
-    /// Index into `tiles` of the tile at each offset.
-    slots: [u8; OFFSETS],
-    /// Numbers of the tiles in the grid.
+    /// Numbers of the tiles in the grid, sorted.
     numbers: Vec<u32>,
     /// For each tile: true if other processes hold ghost cells of it.
     seen: Vec<bool>,
@@ -41,19 +39,12 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         middle: [u32; 3],
         peers: Option<&dyn TilePeers<P, F>>,
     ) -> Self {
-        let number = |step: usize| grid.tile_number(grid.neighbour(middle, offset(step)));
-        let mut numbers: Vec<usize> = (0..OFFSETS).map(number).collect();
-        numbers.sort_unstable();
-        numbers.dedup();
-        let mut slots = [0; OFFSETS];
-        for (step, slot) in slots.iter_mut().enumerate() {
-            *slot = numbers.partition_point(|&other| other < number(step)) as u8;
-        }
+        let numbers = grid.touching(middle);
+        let middle = grid.tile_number(middle);
         let seen = |&number: &usize| peers.is_some_and(|peers| peers.is_seen(number));
         Self {
             grid,
-            middle,
-            slots,
+            middle: numbers.partition_point(|&number| number < middle) as u32,
             seen: numbers.iter().map(seen).collect(),
             numbers: numbers.iter().map(|&number| number as u32).collect(),
             tiles: numbers
@@ -71,13 +62,12 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
 
     /// Takes the collision log of the central tile, which is empty.
     pub(super) fn take_log(&mut self) -> Vec<Collision> {
-        let middle = self.middle() as usize;
-        std::mem::take(&mut self.tiles[middle].log)
+        std::mem::take(&mut self.tiles[self.middle as usize].log)
     }
 
     /// Index of the central tile in the neighbourhood.
     pub(super) fn middle(&self) -> u32 {
-        u32::from(self.slots[OFFSETS / 2])
+        self.middle
     }
 
     /// Central tile.
@@ -86,20 +76,24 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         self.tile(self.middle())
     }
 
-    /// Index of the tile that holds a cell, and the cell's number there; `None` beyond the adjacent
-    /// tiles.
+    /// Index of the tile that holds a cell, and the cell's number there; `None` beyond the tiles
+    /// that touch.
     #[inline]
     pub(super) fn find(&self, cell: [u32; 3]) -> Option<(u32, usize)> {
-        let owner = self.grid.owner(cell);
-        let step = offset_number(self.grid.tiles(), self.middle, owner)?;
-        let slot = u32::from(self.slots[step]);
-        Some((slot, self.tiles[slot as usize].number(cell)))
+        let number = self.grid.tile_number(self.grid.owner(cell)) as u32;
+        let slot = self.numbers.binary_search(&number).ok()?;
+        Some((slot as u32, self.tiles[slot].number(cell)))
     }
 
     /// Tile of this index in the neighbourhood.
     #[inline(always)]
     pub(super) fn tile(&self, slot: u32) -> &Tile<P, F> {
         &self.tiles[slot as usize]
+    }
+
+    /// Numbers of simulators of the tiles, by their index in the neighbourhood.
+    pub(super) fn lengths(&self) -> impl Iterator<Item = usize> + '_ {
+        self.tiles.iter().map(|tile| tile.simulators.len())
     }
 
     /// A copy of a simulator.

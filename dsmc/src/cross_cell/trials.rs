@@ -10,6 +10,7 @@ use super::search_target::Aim;
 use super::tile_collider::{Candidate, Cell, Line, TileCollider, pair_share};
 use crate::boundary::BoundaryGeometry;
 use crate::density::FreeVolumeFactors;
+use crate::extrema::larger;
 use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, covered};
 use crate::within_cell::CollisionContext;
@@ -182,7 +183,13 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>, L: SimdBackend> Candid
         };
         let there = worker.patch.cell_of(aim.point);
         // No partner there is fast enough.
-        let speed = trial.threshold - trial.along;
+        let spread = if sizes.are_equal() {
+            0.0
+        } else {
+            let mean = kernel.mean_radius;
+            larger(mean, sizes.largest_radius() - mean)
+        };
+        let speed = trial.threshold - trial.along - spread * worker.approach_by_flow(normal).abs();
         if worker.patch.is_slow(there, normal, speed) {
             return true;
         }

@@ -89,24 +89,8 @@ impl Relations<'_> {
         self.ensure(case.obstacle.is_empty(), key, allowed)?;
         let allowed = "a flow without [gravity], along which a periodic gas would fall for ever";
         self.ensure(case.gravity.is_none(), key, allowed)?;
-        let within = within_cell();
-        let within: Vec<String> = within
-            .iter()
-            .map(|name| format!("[engine.{name}]"))
-            .collect();
-        let allowed = format!(
-            "exact disks and Monte Carlo within cells: [engine.ed] and {}; the other schemes look for partners across the edge of \
-             the box, which slides",
-            within.join(", ")
-        );
-        let written = || {
-            SCHEMES
-                .iter()
-                .map(|scheme| (scheme, (scheme.table)(&case.engine)))
-        };
-        let across = written().any(|(scheme, table)| scheme.is_cross_cell && table.is_some());
-        self.ensure(!across, key, allowed)?;
-        for (scheme, written) in written().filter(|(scheme, _)| !scheme.is_cross_cell) {
+        for scheme in SCHEMES.iter().filter(|scheme| !scheme.is_cross_cell) {
+            let written = (scheme.table)(&case.engine);
             let name = scheme.engine;
             let is_displaced = written
                 .as_ref()
