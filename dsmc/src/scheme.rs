@@ -93,10 +93,9 @@ pub struct SchemeProperties {
     pub max_contact_value: f64,
     /// Default clearance of walls: centres of point-like particles, surfaces of hard ones.
     pub clearance: WallClearance,
-    /// True if partners in a uniform shear flow count as a contact distance apart, as in Enskog's
-    /// theory. The flow between them then contributes to their approach speed, and they carry
-    /// momentum over that distance. Otherwise pairs within a cell are treated as points, and those
-    /// that overlap feel the flow over the distance that they have.
+    /// True if the uniform shear flow between partners contributes to their approach speed, and they
+    /// carry momentum over their distance: that of contact, as in Enskog's theory, or that of the
+    /// centres where they overlap. Other partners are treated as points.
     pub feels_flow: bool,
     /// Branch of the random streams of a replica: schemes draw different numbers.
     pub random_branch: u64,
@@ -207,6 +206,7 @@ impl Scheme {
         /// Properties that most schemes with partners across cells share.
         const CROSS_CELL: SchemeProperties = SchemeProperties {
             displacement: Displacement::None,
+            feels_flow: true,
             ..WITHIN_CELL
         };
         /// Properties of schemes of points.
@@ -248,7 +248,6 @@ impl Scheme {
                 partners: PartnerSelection::ContactCell,
                 window: DensityWindow::Fixed(neighbourhood),
                 steps_per_cell_crossing: 8.0,
-                feels_flow: true,
                 random_branch: 4,
                 ..CROSS_CELL
             },
@@ -266,7 +265,6 @@ impl Scheme {
                 partners: PartnerSelection::AroundContact,
                 window: DensityWindow::Adaptive,
                 max_contact_value: 100.0,
-                feels_flow: true,
                 random_branch: 6,
                 ..CROSS_CELL
             },

@@ -367,13 +367,11 @@ where
             .grid
             .nearest_image(pair[0].position - pair[1].position);
         let line = -normal * contact;
-        // Vector over which the partners feel a shear flow, and which carries their momentum, so
-        // that the energy of peculiar motion balances.
-        let felt = if kernel.flow.is_felt && kernel.flow.rate != 0.0 {
-            line
-        } else {
-            apart
-        };
+        // In a shear flow partners feel it over the distance that carries their momentum, so that
+        // the energy of peculiar motion balances.
+        let is_sheared = kernel.flow.rate != 0.0;
+        let overlaps = kernel.density.scheme().partners() == PartnerSelection::Overlap;
+        let felt = if is_sheared && !overlaps { line } else { apart };
         let slip = kernel.flow.rate * felt[1];
         let mut velocities = before;
         velocities[0][0] += slip;
@@ -406,7 +404,7 @@ where
                 time: kernel.time,
                 position: pair[0].position.spatial(),
                 relative_velocity: relative.spatial(),
-                line: line.spatial(),
+                line: if is_sheared { felt } else { line }.spatial(),
                 reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
                 restitution: law.coefficient,
                 added_speed: law.added_speed,
