@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::study::RunPart;
-use crate::study::frontier::Kind;
+use crate::study::frontier::QuantityKind;
 use clap::{Args, Parser, Subcommand};
 
 /// Version of the program, with the commit if it is known.
@@ -384,7 +384,7 @@ pub struct FrontierArguments {
     /// Quantities that must be within the target: energy, collision-rate, cumulant, impact-slope or
     /// structure; may be repeated [default: energy]. All are measured.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    pub quantity: Vec<Kind>,
+    pub quantity: Vec<QuantityKind>,
     /// Largest error that a recommended setting may have, as a share: 1% or 0.01.
     #[arg(
         long,

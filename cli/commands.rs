@@ -14,7 +14,7 @@ use crate::results::{Existing, Manifest, changed_files, quantity_title, write_fi
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
 use crate::study::run::needed_memory;
-use crate::study::{self, Options, RunError, check};
+use crate::study::{self, RunError, RunOptions, check};
 use clap::CommandFactory as _;
 
 use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, InitArguments};
@@ -198,7 +198,7 @@ fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandErro
     let mut paces = None;
     if !no_timing {
         let (stop, display) = (listen("stopped"), Display::new());
-        let options = Options {
+        let options = RunOptions {
             out: None,
             existing: Existing::Refuse,
             threads: None,
@@ -340,11 +340,11 @@ pub fn measure_frontier(
         Path::new("results").join(name)
     });
     let kinds = match &arguments.quantity[..] {
-        [] => vec![frontier::Kind::Energy],
+        [] => vec![frontier::QuantityKind::Energy],
         asked => asked.to_vec(),
     };
     let stop = listen("stopped; the same command goes on with the runs that are kept");
-    let options = frontier::Options {
+    let options = frontier::FrontierOptions {
         interrupt: &stop,
         join,
         kinds,

@@ -82,7 +82,7 @@ pub use stosszahl_study as study;
 
 /// Cases and papers that come with the program.
 #[cfg(feature = "cli")]
-static BUNDLE: case::Bundle = case::Bundle({
+static BUNDLE: case::CaseBundle = case::CaseBundle({
     static FOLDER: include_dir::Dir<'_> = include_dir::include_dir!("$CARGO_MANIFEST_DIR/cases");
     &FOLDER
 });

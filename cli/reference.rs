@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use crate::results::{Column, Manifest, Role};
+use crate::results::{Manifest, Role, TableColumn};
 use serde_json::Value;
 
 /// Returns the head of a generated page.
@@ -46,7 +46,7 @@ pub fn keys(schema: &Value) -> String {
 pub fn columns(manifests: &[Manifest]) -> String {
     let mut page = head("All columns of tables", "stosszahl reference FOLDER...");
     page.push_str("\n[results-folder.md](results-folder.md) says which measure writes which table, and what is common to all.\n");
-    let mut tables: BTreeMap<&str, (&str, Vec<&Column>)> = BTreeMap::new();
+    let mut tables: BTreeMap<&str, (&str, Vec<&TableColumn>)> = BTreeMap::new();
     for entry in manifests.iter().flat_map(|manifest| &manifest.tables) {
         let known = tables
             .entry(&entry.name)

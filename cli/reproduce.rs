@@ -7,7 +7,7 @@ use crate::case::{Bundled, PaperFile};
 use crate::report::figure_name;
 use crate::reproduction::{ReproduceOptions, Reproduction};
 use crate::results::Existing;
-use crate::study::Options;
+use crate::study::RunOptions;
 use crate::study::plan::available_threads;
 
 use crate::arguments::ReproduceArguments;
@@ -44,7 +44,7 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
     };
     let reproduction = Reproduction::new(&file, demand, &bundled_case)?;
     let (stop, display) = (listen(STOPPED), Display::new());
-    let options = Options {
+    let options = RunOptions {
         out: None,
         existing: Existing::Refuse,
         threads: arguments.threads.map(usize::from),

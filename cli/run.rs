@@ -12,10 +12,10 @@ use crate::error::CommandError;
 use crate::model::Interrupt;
 use crate::progress::Display;
 use crate::report::{corrected, write_held_report};
-use crate::results::{Existing, REPORT_FILE, Verdict, VerdictKind, headlines};
+use crate::results::{Existing, REPORT_FILE, VerdictKind, VerdictText, headlines};
 use crate::study::{
-    Options, PointSummary, Progress, RunError, RunPart, Summary, merge_parts, read_part, run_case,
-    run_joined, run_part,
+    PointSummary, Progress, RunError, RunOptions, RunPart, RunSummary, merge_parts, read_part,
+    run_case, run_joined, run_part,
 };
 use crate::terminal::{TimeLimit, line, listen, note, say};
 
@@ -56,8 +56,8 @@ fn options_of<'a>(
     arguments: &RunArguments,
     stop: &'a Interrupt,
     progress: &'a dyn Progress,
-) -> Options<'a> {
-    Options {
+) -> RunOptions<'a> {
+    RunOptions {
         out: arguments.out.clone(),
         existing: match (arguments.resume, arguments.force) {
             (true, _) => Existing::Resume,
@@ -81,7 +81,7 @@ pub fn run(
     file: &CaseFile,
     stop: &Interrupt,
     progress: &dyn Progress,
-    runs: impl FnOnce(&CaseFile, &Options<'_>) -> Result<Summary, RunError>,
+    runs: impl FnOnce(&CaseFile, &RunOptions<'_>) -> Result<RunSummary, RunError>,
 ) -> Result<(), CommandError> {
     let limit = TimeLimit::start(arguments.time_limit(), stop, STOPPED_RUN);
     let summary = runs(file, &options_of(arguments, stop, progress));
@@ -103,7 +103,7 @@ fn ended_early(error: RunError, limit: &TimeLimit, stopped: &str) -> CommandErro
 }
 
 /// Writes the report of a run, and prints the results.
-fn finish(summary: &Summary, printed: &Printed) -> Result<(), CommandError> {
+fn finish(summary: &RunSummary, printed: &Printed) -> Result<(), CommandError> {
     let page = if summary.is_reporter {
         write_held_report(&summary.held)?
     } else {
@@ -136,9 +136,9 @@ fn finish(summary: &Summary, printed: &Printed) -> Result<(), CommandError> {
 /// are corrected for all points.
 fn together(points: &[PointSummary]) -> String {
     let first = |point: &PointSummary| headlines(&point.verdicts).first().copied().cloned();
-    let heads: Vec<Option<Verdict>> = points.iter().map(first).collect();
-    let void = |one: &Verdict| one.kind == VerdictKind::Void;
-    let sound = |one: &Option<Verdict>| {
+    let heads: Vec<Option<VerdictText>> = points.iter().map(first).collect();
+    let void = |one: &VerdictText| one.kind == VerdictKind::Void;
+    let sound = |one: &Option<VerdictText>| {
         let one = one.as_ref().filter(|one| !void(one))?;
         one.number.clone()
     };
@@ -170,7 +170,7 @@ fn together(points: &[PointSummary]) -> String {
 /// number of further lines; if `is_brief`, the first conclusion and warnings alone.
 fn lines(point: &PointSummary, verbose: bool, is_brief: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
-    let told = |one: &Verdict| line(one.kind.name(), &one.sentence);
+    let told = |one: &VerdictText| line(one.kind.name(), &one.sentence);
     let others = point.choices.iter().chain(&point.warnings);
     if verbose {
         let verdicts = point.verdicts.iter().map(told);
@@ -178,7 +178,7 @@ fn lines(point: &PointSummary, verbose: bool, is_brief: bool) -> Vec<String> {
             .chain(others.map(|text| line("note", text)))
             .collect();
     }
-    let warnings = |one: &&Verdict| one.kind == VerdictKind::Warning;
+    let warnings = |one: &&VerdictText| one.kind == VerdictKind::Warning;
     let urgent = point.verdicts.iter().filter(warnings).map(told);
     let most = if is_brief { 1 } else { first.len() };
     let first = first.iter().take(most).map(|one| told(one));
@@ -265,7 +265,7 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
     };
     let file = read_part(first)?;
     let (stop, display) = (listen("stopped"), display_of(&arguments.printed));
-    let options = Options {
+    let options = RunOptions {
         out: arguments.out.clone(),
         existing: if arguments.force {
             Existing::Replace

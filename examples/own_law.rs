@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout)]
 
-use stosszahl::ed::{Dissipation, Engine};
+use stosszahl::ed::{DissipationRule, EventDrivenEngine};
 use stosszahl::model::{
     Domain, Free, Monodisperse, ParticleState, Plane, Restitution, Scene, Smooth, State,
 };
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .map(|one| ParticleState::new(one.position.xy(), one.velocity.xy()))
             .collect(),
     };
-    let mut engine = Engine::<_>::new(scene.clone(), Dissipation::Scene, state)?;
+    let mut engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, state)?;
     for time in [10.0, 100.0, 1000.0] {
         engine.advance(time, u64::MAX, &mut ())?;
         println!("T({time}) = {:.4}", engine.state().temperature(&scene));

@@ -17,7 +17,7 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
-use crate::statistics::Moments;
+use crate::statistics::RunningMoments;
 
 /// Chance outside each range.
 const OUTSIDE: f64 = 0.05;
@@ -35,7 +35,7 @@ pub struct Known {
 
 /// Bias and noise of one setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Accuracy {
+pub struct SettingAccuracy {
     /// Mean of the values.
     pub mean: f64,
     /// Systematic error: mean less reference, over the unit.
@@ -75,22 +75,22 @@ impl Quantiles {
     }
 }
 
-impl Accuracy {
+impl SettingAccuracy {
     /// Computes the accuracy from values of single runs, a reference, and the unit of all errors:
     /// the reference itself for relative errors, 1 for absolute ones. None for fewer than two
     /// values, a number that is not finite, or a unit of zero.
     ///
     /// ```
-    /// use stosszahl_analysis::accuracy::{Accuracy, Known};
+    /// use stosszahl_analysis::accuracy::{SettingAccuracy, Known};
     ///
     /// let truth = Known { value: 2.0, standard_error: 0.0 };
-    /// let found = Accuracy::new(&[2.1, 2.3], truth, 2.0).unwrap();
+    /// let found = SettingAccuracy::new(&[2.1, 2.3], truth, 2.0).unwrap();
     /// assert!((found.systematic - 0.1).abs() < 1e-15);
     /// assert!((found.statistical - 0.02_f64.sqrt() / 2.0).abs() < 1e-15);
     /// assert!((found.systematic_error - 0.05).abs() < 1e-15);
     /// ```
     pub fn new(values: &[f64], reference: Known, unit: f64) -> Option<Self> {
-        let moments: Moments = values.iter().copied().collect();
+        let moments: RunningMoments = values.iter().copied().collect();
         let (mean, own) = (moments.mean()?, moments.standard_error()?);
         let unit = unit.abs();
         let systematic = (mean - reference.value) / unit;
@@ -212,7 +212,7 @@ mod tests {
                 standard_error: TRUTH * 0.005,
             };
             let values = sample(stream, bias, noise, count);
-            let found = Accuracy::new(&values, known, TRUTH).expect("values");
+            let found = SettingAccuracy::new(&values, known, TRUTH).expect("values");
             let within =
                 |range: [f64; 2], value: f64| usize::from(range[0] <= value && value <= range[1]);
             held[0] += within(found.systematic_range(), bias);
@@ -238,8 +238,8 @@ mod tests {
         };
         let (mut missed, mut tried) = (0, 0);
         while tried < 2000 {
-            let found =
-                Accuracy::new(&sample(stream, bias, noise, 200), exact, TRUTH).expect("values");
+            let found = SettingAccuracy::new(&sample(stream, bias, noise, 200), exact, TRUTH)
+                .expect("values");
             let Some(runs) = found.runs_for(target, 10_000) else {
                 continue;
             };
@@ -261,11 +261,11 @@ mod tests {
             value: 1.0,
             standard_error: 0.0,
         };
-        let biased = Accuracy::new(&[1.019, 1.02, 1.021], exact, 1.0).expect("values");
+        let biased = SettingAccuracy::new(&[1.019, 1.02, 1.021], exact, 1.0).expect("values");
         assert_eq!(biased.runs_for(0.01, u64::MAX), None);
-        let vague = Accuracy::new(&[0.98, 1.02], exact, 1.0).expect("values");
+        let vague = SettingAccuracy::new(&[0.98, 1.02], exact, 1.0).expect("values");
         assert_eq!(vague.runs_for(0.01, u64::MAX), None);
-        let few = Accuracy::new(&[0.999, 1.0, 1.001], exact, 1.0).expect("values");
+        let few = SettingAccuracy::new(&[0.999, 1.0, 1.001], exact, 1.0).expect("values");
         assert_eq!(few.runs_for(1e-5, 10), None);
     }
 
@@ -277,7 +277,7 @@ mod tests {
             standard_error: 0.001,
         };
         let values: Vec<f64> = (0..50).map(|i| 1.0 + 0.001 * f64::from(i - 24)).collect();
-        let found = Accuracy::new(&values, known, 1.0).expect("values");
+        let found = SettingAccuracy::new(&values, known, 1.0).expect("values");
         let free = found.without_systematic_error();
         assert_eq!((free.systematic, free.systematic_error), (0.0, 0.001));
         let [runs, fewer] = [found, free].map(|one| one.runs_for(0.01, 1000).expect("runs"));
@@ -290,8 +290,8 @@ mod tests {
             value: 1.0,
             standard_error: 0.0,
         };
-        assert_eq!(Accuracy::new(&[1.0], exact, 1.0), None);
-        assert_eq!(Accuracy::new(&[1.0, f64::NAN], exact, 1.0), None);
-        assert_eq!(Accuracy::new(&[1.0, 1.1], exact, 0.0), None);
+        assert_eq!(SettingAccuracy::new(&[1.0], exact, 1.0), None);
+        assert_eq!(SettingAccuracy::new(&[1.0, f64::NAN], exact, 1.0), None);
+        assert_eq!(SettingAccuracy::new(&[1.0, 1.1], exact, 0.0), None);
     }
 }

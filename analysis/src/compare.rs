@@ -19,24 +19,24 @@
 //! times hardly differ, so that they count as few.
 
 use crate::replicas::{of_sums, quantile};
-use crate::statistics::{Estimate, Moments, student_t_test};
+use crate::statistics::{Estimate, RunningMoments, student_t_test};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Outcome of a comparison of two quantities a and b.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Verdict {
+pub enum ComparisonVerdict {
     /// The whole interval lies inside the margin.
     Agree,
-    /// a is higher: the whole interval lies above [`Rule::differ_beyond`].
+    /// a is higher: the whole interval lies above [`VerdictRule::differ_beyond`].
     Higher,
-    /// a is lower: the whole interval lies below minus [`Rule::differ_beyond`].
+    /// a is lower: the whole interval lies below minus [`VerdictRule::differ_beyond`].
     Lower,
     /// Neither agreement nor difference is shown, or the interval is unknown.
     Undecided,
 }
 
-impl Verdict {
+impl ComparisonVerdict {
     /// Word used in tables.
     pub fn name(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl Verdict {
 
 /// Rule by which an interval becomes a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rule {
+pub struct VerdictRule {
     /// Chance that the interval of the comparison, all its places together, misses the truth.
     pub level: f64,
     /// Largest difference that counts as agreement, in the unit of the difference.
@@ -64,7 +64,7 @@ pub struct Rule {
     pub differ_beyond: f64,
 }
 
-impl Rule {
+impl VerdictRule {
     /// Creates a rule by which any difference from zero counts.
     pub fn new(level: f64, margin: f64) -> Self {
         Self {
@@ -98,14 +98,14 @@ impl Interval {
     /// Student's interval at a level; a normal one where the error is known without replicas.
     ///
     /// ```
-    /// use stosszahl_analysis::compare::{Interval, Rule, Verdict};
+    /// use stosszahl_analysis::compare::{Interval, VerdictRule, ComparisonVerdict};
     ///
-    /// let rule = Rule::new(0.05, 0.05);
+    /// let rule = VerdictRule::new(0.05, 0.05);
     /// let decide = |value| Interval::student(value, Some(0.01), Some(15), 0.05).decide(&rule);
     /// // Student's quantile is 2.13.
-    /// assert_eq!(decide(0.02), Verdict::Agree);
-    /// assert_eq!(decide(0.04), Verdict::Higher);
-    /// assert_eq!(Interval::student(0.02, None, None, 0.05).decide(&rule), Verdict::Undecided);
+    /// assert_eq!(decide(0.02), ComparisonVerdict::Agree);
+    /// assert_eq!(decide(0.04), ComparisonVerdict::Higher);
+    /// assert_eq!(Interval::student(0.02, None, None, 0.05).decide(&rule), ComparisonVerdict::Undecided);
     /// ```
     pub fn student(
         value: f64,
@@ -125,12 +125,14 @@ impl Interval {
     }
 
     /// Decides on the difference by a rule.
-    pub fn decide(&self, rule: &Rule) -> Verdict {
+    pub fn decide(&self, rule: &VerdictRule) -> ComparisonVerdict {
         match self.ends {
-            Some([low, high]) if -rule.margin <= low && high <= rule.margin => Verdict::Agree,
-            Some([low, _]) if low > rule.differ_beyond => Verdict::Higher,
-            Some([_, high]) if high < -rule.differ_beyond => Verdict::Lower,
-            _ => Verdict::Undecided,
+            Some([low, high]) if -rule.margin <= low && high <= rule.margin => {
+                ComparisonVerdict::Agree
+            }
+            Some([low, _]) if low > rule.differ_beyond => ComparisonVerdict::Higher,
+            Some([_, high]) if high < -rule.differ_beyond => ComparisonVerdict::Lower,
+            _ => ComparisonVerdict::Undecided,
         }
     }
 
@@ -157,7 +159,7 @@ pub struct Quotient {
     /// `a/b - 1` with its interval, all times together.
     pub off: Interval,
     /// Verdict at this time, all times taken together.
-    pub verdict: Verdict,
+    pub verdict: ComparisonVerdict,
 }
 
 /// Compares two positive quantities at several times by a rule with a relative margin; `pairs[t]`
@@ -166,7 +168,7 @@ pub struct Quotient {
 /// Replicas are paired, as both engines start from the same state. The logarithm of the quotient of
 /// the means has Student's interval over the pseudo-values of its jackknife ([`crate::replicas`]).
 /// Times at which a and b are identical in every replica (the start) agree.
-pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &Rule) -> Vec<Quotient> {
+pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &VerdictRule) -> Vec<Quotient> {
     let log = |replicas: &Vec<(f64, f64)>| {
         let sums: Vec<[f64; 2]> = replicas.iter().map(|&(a, b)| [a, b]).collect();
         of_sums(&sums, |[a, b]| (a / b).ln())
@@ -206,7 +208,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &Rule) -> Vec<Quotient> {
             },
             z: test.map(|test| test.normal_z),
             verdict: if same {
-                Verdict::Agree
+                ComparisonVerdict::Agree
             } else {
                 off.decide(rule)
             },
@@ -218,7 +220,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &Rule) -> Vec<Quotient> {
 
 /// Compares numbers that should be zero at several times, by a rule with a margin in their unit;
 /// `values[t]` holds that of each replica, or pseudo-values.
-pub fn differences(values: &[Vec<f64>], rule: &Rule) -> Vec<Interval> {
+pub fn differences(values: &[Vec<f64>], rule: &VerdictRule) -> Vec<Interval> {
     let rows: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     let quantiles = quantiles(&rows, rule.level);
     let one = |(values, far): (&Vec<f64>, f64)| {
@@ -328,7 +330,7 @@ pub fn joint_quantile(rows: &[&[f64]], level: f64) -> f64 {
 
 /// Angle between the deviations of two rows from their means; infinite if one has none.
 fn angle(a: &[f64], b: &[f64]) -> f64 {
-    let mean = |row: &[f64]| row.iter().copied().collect::<Moments>().mean();
+    let mean = |row: &[f64]| row.iter().copied().collect::<RunningMoments>().mean();
     let (mean_a, mean_b) = (mean(a).unwrap_or(0.0), mean(b).unwrap_or(0.0));
     let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
     for (x, y) in a.iter().zip(b) {
@@ -361,30 +363,34 @@ mod tests {
                 .collect()
         };
         let pairs = vec![vec![(1.0, 1.0); 8], noisy(1.0), noisy(1.1), noisy(0.9)];
-        let rule = Rule::new(0.01, 0.05);
-        let found: Vec<Verdict> = quotients(&pairs, &rule).iter().map(|q| q.verdict).collect();
+        let rule = VerdictRule::new(0.01, 0.05);
+        let found: Vec<ComparisonVerdict> =
+            quotients(&pairs, &rule).iter().map(|q| q.verdict).collect();
         assert_eq!(
             found,
             [
-                Verdict::Agree,
-                Verdict::Agree,
-                Verdict::Higher,
-                Verdict::Lower
+                ComparisonVerdict::Agree,
+                ComparisonVerdict::Agree,
+                ComparisonVerdict::Higher,
+                ComparisonVerdict::Lower
             ]
         );
     }
 
     #[test]
     fn one_replica_or_a_wide_error_decides_nothing() {
-        let rule = Rule::new(0.01, 0.05);
+        let rule = VerdictRule::new(0.01, 0.05);
         let one = quotients(&[vec![(2.0, 1.0)]], &rule);
-        assert_eq!(one[0].verdict, Verdict::Undecided);
+        assert_eq!(one[0].verdict, ComparisonVerdict::Undecided);
         assert_eq!((one[0].z, one[0].off.ends), (None, None));
         let wide = quotients(&[vec![(2.0, 1.0), (0.4, 1.0), (1.7, 1.0)]], &rule);
-        assert_eq!(wide[0].verdict, Verdict::Undecided);
+        assert_eq!(wide[0].verdict, ComparisonVerdict::Undecided);
         // 1.15 ± 0.05 over four replicas is neither: t = 5.84 standard errors could be a third.
         let four = vec![(1.27, 1.0), (1.05, 1.0), (1.2, 1.0), (1.08, 1.0)];
-        assert_eq!(quotients(&[four], &rule)[0].verdict, Verdict::Undecided);
+        assert_eq!(
+            quotients(&[four], &rule)[0].verdict,
+            ComparisonVerdict::Undecided
+        );
     }
 
     #[test]
@@ -395,17 +401,20 @@ mod tests {
             degrees_of_freedom: Some(3),
             ends: Some([value - half, value + half]),
         };
-        let rule = Rule::new(0.05, 0.05);
-        assert_eq!(of(0.03, 0.01).decide(&rule), Verdict::Agree);
-        assert_eq!(of(-0.04, 0.02).decide(&rule), Verdict::Lower);
-        assert_eq!(of(0.03, 0.04).decide(&rule), Verdict::Undecided);
-        assert_eq!(of(0.0, 0.06).decide(&rule), Verdict::Undecided);
-        let beyond = Rule {
+        let rule = VerdictRule::new(0.05, 0.05);
+        assert_eq!(of(0.03, 0.01).decide(&rule), ComparisonVerdict::Agree);
+        assert_eq!(of(-0.04, 0.02).decide(&rule), ComparisonVerdict::Lower);
+        assert_eq!(of(0.03, 0.04).decide(&rule), ComparisonVerdict::Undecided);
+        assert_eq!(of(0.0, 0.06).decide(&rule), ComparisonVerdict::Undecided);
+        let beyond = VerdictRule {
             differ_beyond: 0.05,
             ..rule
         };
-        assert_eq!(of(-0.04, 0.02).decide(&beyond), Verdict::Undecided);
-        assert_eq!(of(-0.08, 0.02).decide(&beyond), Verdict::Lower);
+        assert_eq!(
+            of(-0.04, 0.02).decide(&beyond),
+            ComparisonVerdict::Undecided
+        );
+        assert_eq!(of(-0.08, 0.02).decide(&beyond), ComparisonVerdict::Lower);
         assert_eq!(of(-0.08, 0.02).most(), Some(0.1));
         assert!((of(-0.08, 0.02).least() - 0.06).abs() < 1e-15);
         assert!(of(-0.01, 0.02).least().abs() < 1e-15);

@@ -37,7 +37,7 @@ mod sums;
 pub use history::{BYTES_PER_SIMULATOR, LONGEST_RING, MEMORY, MOST_BETWEEN};
 use history::{History, Past};
 use pairs::each_pair;
-pub use sums::{Acquaintance, MetSums, Products, Sums};
+pub use sums::{Acquaintance, ContactSums, MetSums, Products};
 
 /// Mean number of disks in a cell, over which local flow and temperature are taken.
 pub const LOCAL: f64 = 24.0;
@@ -200,9 +200,9 @@ impl Local {
 
 /// Observer of contacts in windows of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Contacts {
+pub struct ContactObserver {
     /// Start and end of each window \[time\], the end not included, with its sums.
-    pub windows: Vec<([f64; 2], Sums)>,
+    pub windows: Vec<([f64; 2], ContactSums)>,
     dimension: usize,
     number: f64,
     local: Local,
@@ -211,11 +211,14 @@ pub struct Contacts {
     history: History,
 }
 
-impl Contacts {
+impl ContactObserver {
     /// Creates an observer with windows `[start, end)` of a gas \[time\]; they may overlap.
     pub fn new(spans: &[[f64; 2]], particles: &Particles) -> Self {
         let mut contacts = Self {
-            windows: spans.iter().map(|&span| (span, Sums::default())).collect(),
+            windows: spans
+                .iter()
+                .map(|&span| (span, ContactSums::default()))
+                .collect(),
             dimension: particles.dimension,
             number: particles.all.iter().map(|one| one.weight).sum(),
             local: Local::default(),
@@ -241,7 +244,7 @@ impl Contacts {
         if !self.windows.iter().any(|(span, _)| inside(span)) {
             return;
         }
-        let mut sums = Sums::default();
+        let mut sums = ContactSums::default();
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); self.local.places.len()];
         for (who, &cell) in cells.iter().enumerate() {
             members[cell].push(who);
@@ -359,7 +362,7 @@ impl Contacts {
     }
 }
 
-impl Observer for Contacts {
+impl Observer for ContactObserver {
     fn collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.collision(collision);
@@ -422,7 +425,7 @@ mod tests {
     fn chaos_by_direct_sampling_is_one() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(7);
         let gas = gas(stream, 20_000, 200.0, 6.0);
-        let mut contacts = Contacts::new(&[[0.0, 1.0]], &gas);
+        let mut contacts = ContactObserver::new(&[[0.0, 1.0]], &gas);
         contacts.look(0.0, &gas);
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); contacts.local.places.len()];
         for (who, one) in gas.all.iter().enumerate() {
@@ -472,7 +475,7 @@ mod tests {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(8);
         let mut gas = gas(stream, 20_000, 100.0, 6.0);
         let slopes = |gas: &Particles| {
-            let mut contacts = Contacts::new(&[[0.0, 1.0]], gas);
+            let mut contacts = ContactObserver::new(&[[0.0, 1.0]], gas);
             contacts.look(0.0, gas);
             let sums = contacts.windows[0].1;
             let slope = |kind: usize| 12.0 * (sums.flux_impacts[kind] / sums.flux[kind] - 0.5);
@@ -545,7 +548,7 @@ mod tests {
             }
             fast.sort_unstable();
             assert_eq!(fast, plain);
-            let mut contacts = Contacts::new(&[[0.0, 1.0]], &gas);
+            let mut contacts = ContactObserver::new(&[[0.0, 1.0]], &gas);
             contacts.look(0.0, &gas);
             for (found, plain) in contacts.windows[0].1.velocities.iter().zip(sums) {
                 for axis in 0..2 {

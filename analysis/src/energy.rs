@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{
-    Collision, Moments, Observer, ParticleModel, Particles, Simulation, Space, State,
+    Collision, Observer, ParticleModel, Particles, Simulation, Space, State, VelocityMoments,
 };
 
 /// Moments of the velocities at one time.
@@ -22,7 +22,7 @@ pub struct EnergySample {
 impl EnergySample {
     /// Computes the moments of a state after `pair_collisions` pair collisions of its particles.
     pub fn new<P: ParticleModel>(scene: &P, state: &State<P>, pair_collisions: u64) -> Self {
-        let moments = Moments::of_state(scene, state);
+        let moments = VelocityMoments::of_state(scene, state);
         let simulators = state.bodies.len();
         let collisions = 2.0 * pair_collisions as f64 / simulators.max(1) as f64;
         Self::from_moments(state.time, P::Space::DIMENSION, &moments, collisions)
@@ -37,7 +37,7 @@ impl EnergySample {
 
     /// Computes the sample of a gas from its moments, [`Simulation::moments`], without a loop over
     /// particles.
-    pub fn of_gas(gas: &dyn Simulation, moments: &Moments) -> Self {
+    pub fn of_gas(gas: &dyn Simulation, moments: &VelocityMoments) -> Self {
         let collisions = 2.0 * gas.work().collisions as f64 / gas.count().max(1) as f64;
         Self::from_moments(gas.time(), gas.dimension(), moments, collisions)
     }
@@ -45,7 +45,7 @@ impl EnergySample {
     fn from_moments(
         time: f64,
         dimension: usize,
-        moments: &Moments,
+        moments: &VelocityMoments,
         collisions_per_particle: f64,
     ) -> Self {
         let dimension = dimension as f64;

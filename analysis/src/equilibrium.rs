@@ -20,7 +20,7 @@ pub const FALSE_ALARM: f64 = 1e-3;
 
 /// Outcome of one test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct EquilibriumTest {
     /// Name of the test.
     pub name: String,
     /// Test statistic: chi-squared, or a ratio of means; NaN where the sample is too small.
@@ -36,12 +36,12 @@ pub struct Outcome {
 }
 
 /// Tests P(b/d) = 1 by chi-squared. It needs 1000 collisions per bin, to see deviations of 10 %.
-pub fn impact_uniform(bins: &[u64]) -> Outcome {
+pub fn impact_uniform(bins: &[u64]) -> EquilibriumTest {
     let name = "uniform impact parameters".to_owned();
     let total: u64 = bins.iter().sum();
     let wide = total < 1000 * bins.len() as u64;
     match uniform_test(bins) {
-        Ok(test) => Outcome {
+        Ok(test) => EquilibriumTest {
             name,
             statistic: test.statistic,
             p_value: Some(test.p_value),
@@ -56,7 +56,7 @@ pub fn impact_uniform(bins: &[u64]) -> Outcome {
                 if wide { ": too few to tell" } else { "" }
             ),
         },
-        Err(error) => Outcome {
+        Err(error) => EquilibriumTest {
             name,
             statistic: f64::NAN,
             p_value: None,
@@ -76,10 +76,10 @@ pub fn lattice_forgotten(
     lengths: [f64; 2],
     reciprocal: &[[i32; 2]],
     packing_fraction: f64,
-) -> Outcome {
+) -> EquilibriumTest {
     let name = "no Bragg peak of the start".to_owned();
     if packing_fraction >= kinetic::FREEZING {
-        return Outcome {
+        return EquilibriumTest {
             name,
             statistic: f64::NAN,
             p_value: None,
@@ -99,7 +99,7 @@ pub fn lattice_forgotten(
     let p_value = FisherSnedecor::new(freedom[0], freedom[1])
         .ok()
         .map(|f| f.sf(ratio));
-    Outcome {
+    EquilibriumTest {
         name,
         statistic: ratio,
         p_value,
@@ -156,7 +156,7 @@ pub fn long_waves_fluctuate(
     lengths: [f64; 2],
     diameter: f64,
     packing_fraction: f64,
-) -> Outcome {
+) -> EquilibriumTest {
     let name = "long waves of the fluid".to_owned();
     // In a wide box the longest waves only: those that are forgotten last.
     let widest = TAU * LONGEST_WAVES / (lengths[0] * lengths[1]).sqrt();
@@ -170,7 +170,7 @@ pub fn long_waves_fluctuate(
         } else {
             format!("no meaning at packing {packing_fraction}: not a fluid")
         };
-        return Outcome {
+        return EquilibriumTest {
             name,
             statistic: f64::NAN,
             p_value: None,
@@ -182,7 +182,7 @@ pub fn long_waves_fluctuate(
     let sums = longest.and_then(|modes| modes.sums(positions, |_| [1.0]));
     let powers = sums.map(|sums| sums.iter().map(|[sum]| sum.norm_sqr()).sum::<f64>());
     let ratio = powers.unwrap_or(f64::NAN) / (positions.len() as f64 * count * expected);
-    Outcome {
+    EquilibriumTest {
         name,
         statistic: ratio,
         p_value: None,

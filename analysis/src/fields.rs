@@ -19,20 +19,20 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Invalid;
-use stosszahl_model::sum::Parts;
+use stosszahl_model::sum::SparseSums;
 
 use crate::Error;
 use crate::time_average::TimeErrors;
 
 /// Grid over the first two axes of a box; cells extend over the whole third axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Grid {
+pub struct FieldGrid {
     lengths: [f64; 2],
     counts: [usize; 2],
     depth: f64,
 }
 
-impl Grid {
+impl FieldGrid {
     /// Creates `counts` cells along the sides `lengths` of a box of a `depth` (1 in the plane).
     ///
     /// # Errors
@@ -110,7 +110,7 @@ pub struct Sighting {
 
 /// Sums over the particles of one species in one cell and block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sums {
+pub struct CellSums {
     number: f64,
     mass: f64,
     momentum: [f64; 3],
@@ -120,7 +120,7 @@ pub struct Sums {
     spin: f64,
 }
 
-impl Sums {
+impl CellSums {
     #[inline]
     fn add(&mut self, particle: &Sighting) {
         let Sighting {
@@ -162,25 +162,25 @@ struct Contacts {
 
 /// Sums of one run: by block, species and cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fields {
-    grid: Grid,
+pub struct FieldSums {
+    grid: FieldGrid,
     species: usize,
     /// Length of a block: block b ends at `b + 1` times it \[time\].
     block: f64,
     samples: Vec<u64>,
-    sums: Vec<Sums>,
+    sums: Vec<CellSums>,
     contacts: Vec<Contacts>,
 }
 
 /// Sums over all particles at one time, by species and cell. Particles come in the groups of
 /// [`stosszahl_model::sum`].
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Sample {
-    grid: Grid,
-    parts: Parts<Sums>,
+pub struct FieldSample {
+    grid: FieldGrid,
+    parts: SparseSums<CellSums>,
 }
 
-impl Sample {
+impl FieldSample {
     /// Adds a particle of a species to the open group.
     #[inline]
     pub fn add(&mut self, species: usize, particle: &Sighting) {
@@ -258,7 +258,7 @@ impl Values {
 
 /// Fields at one place, and their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredFields {
     /// Mean fields at the place.
     pub values: Values,
     /// Standard errors of the fields; NaN where fewer than two parts of the runs saw the place.
@@ -269,7 +269,7 @@ pub struct Measured {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldAverages {
     /// Fields by place, in the order of places.
-    pub places: Vec<Measured>,
+    pub places: Vec<MeasuredFields>,
     /// Independent parts of the runs behind the errors of each field, in the order of
     /// [`Values::list`]; see [`TimeErrors::parts`].
     pub parts: [usize; 8],
@@ -277,7 +277,7 @@ pub struct FieldAverages {
 
 /// Cells that are averaged together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Along {
+pub enum CellAveraging {
     /// Each cell by itself.
     Cells,
     /// All cells with the same first coordinate: a profile along x.
@@ -286,12 +286,12 @@ pub enum Along {
     Y,
 }
 
-impl Fields {
+impl FieldSums {
     /// Creates empty sums for `blocks` blocks of the given length of time.
     ///
     /// # Errors
     /// [`Error::Invalid`] without a species, a block, or a positive length of time.
-    pub fn new(grid: Grid, species: usize, blocks: usize, block: f64) -> Result<Self, Error> {
+    pub fn new(grid: FieldGrid, species: usize, blocks: usize, block: f64) -> Result<Self, Error> {
         Invalid::unless_positive("length of a block", block)?;
         for (quantity, found) in [("number of species", species), ("number of blocks", blocks)] {
             Invalid::require(found > 0, quantity, 0.0, "at least 1")?;
@@ -301,13 +301,13 @@ impl Fields {
             species,
             block,
             samples: vec![0; blocks],
-            sums: vec![Sums::default(); blocks * species * grid.cells()],
+            sums: vec![CellSums::default(); blocks * species * grid.cells()],
             contacts: vec![Contacts::default(); blocks * grid.cells()],
         })
     }
 
     /// Returns the grid.
-    pub fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &FieldGrid {
         &self.grid
     }
 
@@ -322,15 +322,15 @@ impl Fields {
     }
 
     /// Returns a sample without particles.
-    pub fn sample(&self) -> Sample {
-        Sample {
+    pub fn sample(&self) -> FieldSample {
+        FieldSample {
             grid: self.grid,
-            parts: Parts::new(self.species * self.grid.cells()),
+            parts: SparseSums::new(self.species * self.grid.cells()),
         }
     }
 
     /// Adds a sample to a block.
-    pub fn take(&mut self, block: usize, sample: Sample) {
+    pub fn take(&mut self, block: usize, sample: FieldSample) {
         let Some(samples) = self.samples.get_mut(block) else {
             return;
         };
@@ -388,9 +388,9 @@ impl Fields {
 
 /// Averages of fields over the replicas of one run and a window of time.
 #[derive(Clone, Debug)]
-pub struct Averages<'a> {
+pub struct ParticleAverages<'a> {
     /// Replicas of the run.
-    pub replicas: &'a [&'a Fields],
+    pub replicas: &'a [&'a FieldSums],
     /// Blocks of the window, as indices.
     pub blocks: Range<usize>,
     /// Number of components of velocity and spin.
@@ -400,10 +400,10 @@ pub struct Averages<'a> {
     pub free_shares: &'a [f64],
 }
 
-impl Averages<'_> {
+impl ParticleAverages<'_> {
     /// Averages the fields of all species together, or of one: then pressure and collision rate are
     /// zero, since collisions are counted for all species.
-    pub fn fields(&self, species: Option<usize>, along: Along) -> FieldAverages {
+    pub fn fields(&self, species: Option<usize>, along: CellAveraging) -> FieldAverages {
         let groups = self.groups(along);
         let totals: Vec<Gathered> = (groups.iter())
             .map(|cells| self.total(species, cells))
@@ -426,7 +426,7 @@ impl Averages<'_> {
         let both = values.into_iter().zip(&found.standard_errors);
         FieldAverages {
             places: both
-                .map(|(values, errors)| Measured {
+                .map(|(values, errors)| MeasuredFields {
                     values,
                     errors: Values::from_list(*errors),
                 })
@@ -467,17 +467,17 @@ impl Averages<'_> {
     }
 
     /// Returns the cells of each place.
-    fn groups(&self, along: Along) -> Vec<Vec<usize>> {
+    fn groups(&self, along: CellAveraging) -> Vec<Vec<usize>> {
         let Some(first) = self.replicas.first() else {
             return Vec::new();
         };
         let [columns, rows] = first.grid.counts;
         match along {
-            Along::Cells => (0..columns * rows).map(|cell| vec![cell]).collect(),
-            Along::X => (0..columns)
+            CellAveraging::Cells => (0..columns * rows).map(|cell| vec![cell]).collect(),
+            CellAveraging::X => (0..columns)
                 .map(|x| (0..rows).map(|y| x + columns * y).collect())
                 .collect(),
-            Along::Y => (0..rows)
+            CellAveraging::Y => (0..rows)
                 .map(|y| (0..columns).map(|x| x + columns * y).collect())
                 .collect(),
         }
@@ -513,7 +513,7 @@ struct Gathered {
     samples: u64,
     duration: f64,
     volume: f64,
-    sums: Sums,
+    sums: CellSums,
     contacts: Contacts,
 }
 
@@ -537,7 +537,7 @@ impl Gathered {
 
     /// Computes the fields, with temperatures about a given velocity.
     fn values(&self, about: [f64; 3], freedom: Freedom, with_collisions: bool) -> Values {
-        let Sums {
+        let CellSums {
             number,
             mass,
             momentum,
@@ -588,9 +588,9 @@ mod tests {
     #[test]
     fn fields_are_what_was_put_in() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(1);
-        let grid = Grid::new([4.0, 2.0], [4, 1], 0.5).expect("a grid");
+        let grid = FieldGrid::new([4.0, 2.0], [4, 1], 0.5).expect("a grid");
         let blocks = 40;
-        let mut fields = Fields::new(grid, 2, blocks, 1.0).expect("fields");
+        let mut fields = FieldSums::new(grid, 2, blocks, 1.0).expect("fields");
         let mut normal = || -> f64 { StandardNormal.sample(&mut stream) };
         for block in 0..blocks {
             for _ in 0..10 {
@@ -629,13 +629,13 @@ mod tests {
             dimension: 2,
             rotations: 1,
         };
-        let averages = Averages {
+        let averages = ParticleAverages {
             replicas: &[&fields],
             blocks: 0..blocks,
             freedom,
             free_shares: &[],
         };
-        let found = averages.fields(None, Along::X).places;
+        let found = averages.fields(None, CellAveraging::X).places;
         assert_eq!(found.len(), 4);
         let total = fields.blocks() * 10;
         for (column, cell) in found.iter().enumerate() {
@@ -650,13 +650,8 @@ mod tests {
                 pressure: 40.0 * level * level + 0.25 * 40.0 * level / 2.0,
                 collision_rate: 2.0,
             };
-            for (index, (found, expected)) in cell
-                .values
-                .list()
-                .into_iter()
-                .zip(expected.list())
-                .enumerate()
-            {
+            let pairs = cell.values.list().into_iter().zip(expected.list());
+            for (index, (found, expected)) in pairs.enumerate() {
                 let error = errors.list()[index].max(1e-12 * expected.abs());
                 assert!(
                     (found - expected).abs() <= 4.4 * error,
@@ -668,16 +663,17 @@ mod tests {
             assert!((errors.temperature / true_error - 1.0).abs() < 0.5);
             assert!(errors.temperature < 0.03 * level);
         }
-        let heavy = averages.fields(Some(1), Along::Cells).places;
+        let heavy = averages.fields(Some(1), CellAveraging::Cells).places;
         assert!((heavy[2].values.temperature / 3.0 - 1.0).abs() < 0.05);
         assert!((heavy[2].values.number_density / 60.0 - 1.0).abs() < 1e-12);
 
         // Density and pressure are of the free part of a cell, and nothing else is.
-        let half = Averages {
+        let half = ParticleAverages {
             free_shares: &[0.5; 4],
             ..averages.clone()
         };
-        for (free, all) in half.fields(None, Along::X).places.iter().zip(&found) {
+        let halves = half.fields(None, CellAveraging::X).places;
+        for (free, all) in halves.iter().zip(&found) {
             for (index, factor) in [2.0, 1.0, 1.0, 1.0, 1.0, 1.0, 2.0, 1.0]
                 .into_iter()
                 .enumerate()
@@ -696,25 +692,25 @@ mod tests {
 
     #[test]
     fn empty_cells_and_edges() {
-        let grid = Grid::new([1.0, 1.0], [2, 2], 1.0).expect("a grid");
+        let grid = FieldGrid::new([1.0, 1.0], [2, 2], 1.0).expect("a grid");
         assert_eq!(grid.cell(1.0, 1.0), 3);
         assert_eq!(grid.cell(-1e-17, 0.75), 2);
         assert_eq!(grid.centre(1), [0.75, 0.25]);
-        assert!(Grid::new([1.0, 0.0], [1, 1], 1.0).is_err());
-        assert!(Grid::new([1.0, 1.0], [0, 1], 1.0).is_err());
-        assert!(Fields::new(grid, 1, 0, 1.0).is_err());
-        let fields = Fields::new(grid, 1, 3, 1.0).expect("fields");
+        assert!(FieldGrid::new([1.0, 0.0], [1, 1], 1.0).is_err());
+        assert!(FieldGrid::new([1.0, 1.0], [0, 1], 1.0).is_err());
+        assert!(FieldSums::new(grid, 1, 0, 1.0).is_err());
+        let fields = FieldSums::new(grid, 1, 3, 1.0).expect("fields");
         let freedom = Freedom {
             dimension: 2,
             rotations: 0,
         };
-        let averages = Averages {
+        let averages = ParticleAverages {
             replicas: &[&fields],
             blocks: 0..3,
             freedom,
             free_shares: &[],
         };
-        let found = averages.fields(None, Along::Cells).places;
+        let found = averages.fields(None, CellAveraging::Cells).places;
         assert_eq!(found[0].values, Values::default());
         assert!(found[0].errors.list().iter().all(|error| error.is_nan()));
         // Collision beyond the last block by rounding.

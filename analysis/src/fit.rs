@@ -10,7 +10,7 @@ use crate::Error;
 
 /// Measured value at a position.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct FitPoint {
     /// Abscissa, such as a step or a time.
     pub x: f64,
     /// Measured ordinate.
@@ -21,7 +21,7 @@ pub struct Point {
 
 /// The line `y = intercept + slope x`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Line {
+pub struct FittedLine {
     /// Value at x = 0.
     pub intercept: f64,
     /// Standard error of the value at x = 0.
@@ -36,9 +36,9 @@ pub struct Line {
     pub degrees_of_freedom: usize,
 }
 
-fn usable(points: &[Point], needed: usize) -> Result<Vec<Point>, Error> {
+fn usable(points: &[FitPoint], needed: usize) -> Result<Vec<FitPoint>, Error> {
     let good =
-        |p: &&Point| p.x.is_finite() && p.y.is_finite() && p.error > 0.0 && p.error.is_finite();
+        |p: &&FitPoint| p.x.is_finite() && p.y.is_finite() && p.error > 0.0 && p.error.is_finite();
     let points: Vec<_> = points.iter().filter(good).copied().collect();
     if points.len() < needed {
         return Err(Error::FitImpossible {
@@ -55,19 +55,20 @@ fn usable(points: &[Point], needed: usize) -> Result<Vec<Point>, Error> {
 /// [`Error::FitImpossible`] with fewer than two usable values, or all at one x.
 ///
 /// ```
-/// use stosszahl_analysis::fit::{Point, line};
+/// use stosszahl_analysis::fit::{FitPoint, line};
 ///
-/// let points = [(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)].map(|(x, y)| Point { x, y, error: 0.1 });
+/// let points = [(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)].map(|(x, y)| FitPoint { x, y, error: 0.1 });
 /// let line = line(&points)?;
 /// assert!((line.intercept - 1.0).abs() < 1e-14 && (line.slope - 2.0).abs() < 1e-14);
 /// # Ok::<(), stosszahl_analysis::Error>(())
 /// ```
-pub fn line(points: &[Point]) -> Result<Line, Error> {
+pub fn line(points: &[FitPoint]) -> Result<FittedLine, Error> {
     let points = usable(points, 2)?;
-    let weight = |p: &Point| (p.error * p.error).recip();
+    let weight = |p: &FitPoint| (p.error * p.error).recip();
     let total: f64 = points.iter().map(weight).sum();
-    let mean =
-        |value: fn(&Point) -> f64| points.iter().map(|p| weight(p) * value(p)).sum::<f64>() / total;
+    let mean = |value: fn(&FitPoint) -> f64| {
+        points.iter().map(|p| weight(p) * value(p)).sum::<f64>() / total
+    };
     let [x, y] = [mean(|p| p.x), mean(|p| p.y)];
     let spread: f64 = points.iter().map(|p| weight(p) * (p.x - x).powi(2)).sum();
     if spread <= 0.0 {
@@ -85,7 +86,7 @@ pub fn line(points: &[Point]) -> Result<Line, Error> {
         .iter()
         .map(|p| weight(p) * (p.y - y - slope * (p.x - x)).powi(2))
         .sum();
-    Ok(Line {
+    Ok(FittedLine {
         intercept: y - slope * x,
         intercept_error: (1.0 / total + x * x / spread).sqrt(),
         slope,
@@ -100,10 +101,10 @@ pub fn line(points: &[Point]) -> Result<Line, Error> {
 ///
 /// # Errors
 /// As [`line()`].
-pub fn richardson(points: &[Point], order: f64) -> Result<Line, Error> {
+pub fn richardson(points: &[FitPoint], order: f64) -> Result<FittedLine, Error> {
     let raised: Vec<_> = points
         .iter()
-        .map(|point| Point {
+        .map(|point| FitPoint {
             x: point.x.powf(order),
             ..*point
         })
@@ -113,7 +114,7 @@ pub fn richardson(points: &[Point], order: f64) -> Result<Line, Error> {
 
 /// A measured order of convergence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Order {
+pub struct ConvergenceOrder {
     /// Order at which `limit + a h^order` fits best, searched from 0.1 to 6.
     pub value: f64,
     /// Range of one standard error of the order, where chi-squared exceeds its minimum by one; open
@@ -133,7 +134,7 @@ const ORDERS: [f64; 2] = [0.1, 6.0];
 ///
 /// # Errors
 /// [`Error::FitImpossible`] with fewer than three usable values.
-pub fn order(points: &[Point]) -> Result<Order, Error> {
+pub fn order(points: &[FitPoint]) -> Result<ConvergenceOrder, Error> {
     const STEPS: u32 = 5900;
     let points = usable(points, 3)?;
     let at = |step: u32| ORDERS[0] + (ORDERS[1] - ORDERS[0]) * f64::from(step) / f64::from(STEPS);
@@ -153,7 +154,7 @@ pub fn order(points: &[Point]) -> Result<Order, Error> {
     for &(value, _) in within {
         range = [range[0].min(value), range[1].max(value)];
     }
-    Ok(Order {
+    Ok(ConvergenceOrder {
         value: best.0,
         range,
         limit: best.1.intercept,
@@ -168,7 +169,7 @@ pub fn order(points: &[Point]) -> Result<Order, Error> {
 )]
 mod tests {
     use super::*;
-    use crate::statistics::Moments;
+    use crate::statistics::RunningMoments;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
@@ -176,7 +177,8 @@ mod tests {
     /// Two values: the line goes through them, and errors are those of propagation by hand.
     #[test]
     fn errors_are_propagated() {
-        let points = [(1.0, 2.0, 0.3), (3.0, 6.0, 0.4)].map(|(x, y, error)| Point { x, y, error });
+        let points =
+            [(1.0, 2.0, 0.3), (3.0, 6.0, 0.4)].map(|(x, y, error)| FitPoint { x, y, error });
         let found = line(&points).unwrap();
         // Intercept (3 y1 - y2)/2, slope (y2 - y1)/2.
         assert!(found.intercept.abs() < 1e-14 && (found.slope - 2.0).abs() < 1e-14);
@@ -191,14 +193,14 @@ mod tests {
     #[test]
     fn limits_scatter_as_they_say() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(4);
-        let [mut pulls, mut chi] = [Moments::default(); 2];
+        let [mut pulls, mut chi] = [RunningMoments::default(); 2];
         for _ in 0..2000 {
             let points: Vec<_> = [1.0, 0.5, 0.25, 0.125, 0.0625]
                 .into_iter()
                 .map(|x: f64| {
                     let noise: f64 = StandardNormal.sample(&mut stream);
                     let error = 0.01 + 0.01 * x;
-                    Point {
+                    FitPoint {
                         x,
                         y: 0.25 + 0.1 * x * x + error * noise,
                         error,
@@ -220,7 +222,7 @@ mod tests {
         for known in [0.5, 1.0, 2.0, 4.0] {
             let points: Vec<_> = [1.0, 0.7, 0.5, 0.3]
                 .into_iter()
-                .map(|x: f64| Point {
+                .map(|x: f64| FitPoint {
                     x,
                     y: 3.0 - 2.0 * x.powf(known),
                     error: 1e-3,
@@ -236,7 +238,7 @@ mod tests {
 
     #[test]
     fn useless_values_are_left_out() {
-        let point = |x, y, error| Point { x, y, error };
+        let point = |x, y, error| FitPoint { x, y, error };
         let points = [
             point(1.0, 1.0, 0.1),
             point(2.0, f64::NAN, 0.1),

@@ -12,7 +12,7 @@ pub type AddUp<'a> = dyn FnMut(&mut dyn Sum) + 'a;
 
 /// Mean flow of one species.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Flow {
+pub struct SpeciesFlow {
     /// Sum of the weights: number of particles.
     pub number: f64,
     /// Sum of the squared weights.
@@ -23,7 +23,7 @@ pub struct Flow {
     pub velocity: Vector3<f64>,
 }
 
-impl Flow {
+impl SpeciesFlow {
     /// No flow, with infinite mass: velocities relative to it are the velocities themselves.
     pub const NONE: Self = Self {
         number: 0.0,
@@ -34,14 +34,14 @@ impl Flow {
 }
 
 /// Computes the flow of each species.
-pub fn flows(grouping: Grouping, reduce_particles: &mut AddUp<'_>) -> Vec<Flow> {
-    let mut sums = Flows {
+pub fn flows(grouping: Grouping, reduce_particles: &mut AddUp<'_>) -> Vec<SpeciesFlow> {
+    let mut sums = SpeciesFlows {
         grouping,
         totals: Totals::new(6 * grouping.groups()),
     };
     reduce_particles(&mut sums);
     let values = sums.totals.values();
-    let flow = |sums: &[f64]| Flow {
+    let flow = |sums: &[f64]| SpeciesFlow {
         number: sums[0],
         squares: sums[1],
         mass: sums[2],
@@ -52,12 +52,12 @@ pub fn flows(grouping: Grouping, reduce_particles: &mut AddUp<'_>) -> Vec<Flow> 
 
 /// Sums of weights, their squares, mass and momentum by species.
 #[derive(Serialize, Deserialize)]
-pub struct Flows {
+pub struct SpeciesFlows {
     grouping: Grouping,
     totals: Totals,
 }
 
-impl ParticleReduction for Flows {
+impl ParticleReduction for SpeciesFlows {
     const NAME: &'static str = "flows";
 
     fn add(&mut self, particle: &Particle) {
@@ -96,7 +96,7 @@ pub struct Thermal {
 /// Computes the thermal motion of each species relative to these flows.
 pub fn thermal(
     grouping: Grouping,
-    flows: &[Flow],
+    flows: &[SpeciesFlow],
     reduce_particles: &mut AddUp<'_>,
 ) -> Vec<Thermal> {
     let mut sums = Warmth {
@@ -118,7 +118,7 @@ pub fn thermal(
 #[derive(Serialize, Deserialize)]
 pub struct Warmth {
     grouping: Grouping,
-    flows: Vec<Flow>,
+    flows: Vec<SpeciesFlow>,
     totals: Totals,
 }
 

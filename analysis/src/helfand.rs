@@ -76,7 +76,7 @@ struct Sums {
 
 /// Correlations of fluxes at one lag; their integral over the lag is the coefficient.
 ///
-/// Units are those of [`Moments`] without the lag, over a time. The first correlations, at lag
+/// Units are those of [`HelfandMoments`] without the lag, over a time. The first correlations, at lag
 /// zero, are of bins with themselves and count half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correlations {
@@ -95,7 +95,7 @@ pub struct Correlations {
 /// Moments at one lag, scaled so that their slope in the lag is the coefficient:
 /// [`Helfand::moments`] has the units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moments {
+pub struct HelfandMoments {
     /// Lag \[time\].
     pub lag: f64,
     /// Moment of displacements, for the self-diffusion coefficient.
@@ -359,7 +359,7 @@ impl Helfand {
     /// with the unit d of lengths, lags come in d sqrt(m/T), diffusion in d sqrt(T/m), viscosities
     /// in sqrt(m T)/d, conductivity in sqrt(T/m)/d, each times a lag. Lags that no bin has reached
     /// are left out.
-    pub fn moments(&self) -> Vec<Moments> {
+    pub fn moments(&self) -> Vec<HelfandMoments> {
         let speed = (self.temperature / self.mass).sqrt();
         let run = self.now - self.start;
         let rate = self.integrals[1][2] / run;
@@ -379,7 +379,7 @@ impl Helfand {
             };
             let mean = rate * lag;
             let square = sums.squares[2][2] - mean * (2.0 * sums.pressure - mean * sums.starts);
-            Moments {
+            HelfandMoments {
                 lag: lag * speed,
                 diffusion: 0.25 * sums.displacements / sums.disks,
                 shear: of([0, 1], stress),

@@ -182,7 +182,7 @@ fn correlation(
 /// have m squared times as many pairs as the gas, of which a share of 2/m is counted. Those are
 /// still more than exact dynamics has, so that the error is smaller.
 #[derive(Serialize, Deserialize)]
-pub struct Pairs {
+pub struct PairCounts {
     lengths: Vec<f64>,
     range: f64,
     /// Points of the strips, and their validity.
@@ -200,7 +200,7 @@ pub struct Pairs {
     is_broken_off: bool,
 }
 
-impl Pairs {
+impl PairCounts {
     /// Creates empty sums in a box in the plane or in space; the interrupt breaks off the work of
     /// this process.
     ///
@@ -265,7 +265,7 @@ impl Pairs {
     }
 }
 
-impl ParticleReduction for Pairs {
+impl ParticleReduction for PairCounts {
     const NAME: &'static str = "pairs";
 
     fn add(&mut self, particle: &Particle) {
@@ -448,7 +448,7 @@ mod tests {
     /// Measures in three uneven strips, each counted by another sum that sees all other points as
     /// near.
     fn in_strips(positions: &[Vector3<f64>], lengths: [f64; 3], range: f64) -> PairCorrelation {
-        let empty = || Pairs::new(&lengths, range, 20, &Interrupt::default()).unwrap();
+        let empty = || PairCounts::new(&lengths, range, 20, &Interrupt::default()).unwrap();
         let mut all = empty();
         for strip in [2, 0, 1] {
             let mut own = empty();
@@ -469,9 +469,14 @@ mod tests {
         all.correlation(1.0).unwrap()
     }
 
-    /// Measures g(r) by [`Pairs`] of points that stand for less than a particle each.
-    fn of_weight(positions: &[Vector3<f64>], lengths: &[f64], range: f64, weight: f64) -> Pairs {
-        let mut pairs = Pairs::new(lengths, range, 20, &Interrupt::default()).unwrap();
+    /// Measures g(r) by [`PairCounts`] of points that stand for less than a particle each.
+    fn of_weight(
+        positions: &[Vector3<f64>],
+        lengths: &[f64],
+        range: f64,
+        weight: f64,
+    ) -> PairCounts {
+        let mut pairs = PairCounts::new(lengths, range, 20, &Interrupt::default()).unwrap();
         for &position in positions {
             let particle = Particle {
                 position,
@@ -620,7 +625,7 @@ mod tests {
                 0.0,
             )
         };
-        let samples: Vec<Pairs> = (0..60)
+        let samples: Vec<PairCounts> = (0..60)
             .map(|_| {
                 let positions: Vec<_> = (0..2000).map(|_| place()).collect();
                 of_weight(&positions, &lengths, 15.0, 0.125)
@@ -629,7 +634,7 @@ mod tests {
         let centres: usize = samples.iter().map(|pairs| pairs.centres).sum();
         assert!((centres as f64 - 15_000.0).abs() < 4.0 * 115.0, "{centres}");
         for bin in 0..20 {
-            let g = |pairs: &Pairs| pairs.correlation(1.0).unwrap().bins[bin].g;
+            let g = |pairs: &PairCounts| pairs.correlation(1.0).unwrap().bins[bin].g;
             let values: Vec<f64> = samples.iter().map(g).collect();
             let estimate = Estimate::over_replicas(&values).unwrap();
             let z = student_t_test(&values, 1.0).unwrap().normal_z;

@@ -137,7 +137,7 @@ pub fn unbiased_cumulant(fourth_cumulant: f64, particles: usize) -> f64 {
 )]
 mod tests {
     use super::*;
-    use crate::statistics::Moments;
+    use crate::statistics::RunningMoments;
     use rand::{Rng, SeedableRng};
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
@@ -155,7 +155,7 @@ mod tests {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(2);
         let spacing = 0.2_f64;
         for (rate, start, noise) in [(1.0_f64, 0.0, 1.0), (1.0, 10.0, 1.0), (-0.8, 3.0, 0.3)] {
-            let [mut errors, mut found] = [Moments::default(); 2];
+            let [mut errors, mut found] = [RunningMoments::default(); 2];
             for _ in 0..160 {
                 let replicas: Vec<_> = (0..16)
                     .map(|_| {
@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn few_maxwellian_particles_have_no_cumulant() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(5);
-        let mut moments = Moments::default();
+        let mut moments = RunningMoments::default();
         for _ in 0..40_000 {
             let mut velocities: Vec<[f64; 2]> = (0..12)
                 .map(|_| [0, 1].map(|_| normal(&mut stream)))

@@ -67,7 +67,7 @@ pub struct Spectra {
 
 /// Disk in the form that spectra need.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Disk {
+pub struct SpectrumDisk {
     /// Position of the centre \[length\].
     pub position: Vector2<f64>,
     /// Velocity of the centre \[length/time\].
@@ -145,7 +145,7 @@ impl Shells {
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
-    pub fn measure(&self, disks: &[Disk]) -> Result<Spectra, Error> {
+    pub fn measure(&self, disks: &[SpectrumDisk]) -> Result<Spectra, Error> {
         self.measure_gas(&mut |sum| {
             for disk in disks {
                 sum.add(&Particle {
@@ -223,7 +223,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-impl Disk {
+impl SpectrumDisk {
     /// Creates a disk of mass one.
     pub fn unit(position: [f64; 2], velocity: [f64; 2]) -> Self {
         let [x, y] = position;
@@ -242,7 +242,7 @@ impl Disk {
 )]
 mod tests {
     use super::*;
-    use crate::statistics::Moments;
+    use crate::statistics::RunningMoments;
     use rand::{RngExt, SeedableRng};
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
@@ -250,13 +250,13 @@ mod tests {
     const LENGTHS: [f64; 2] = [20.0, 13.0];
 
     /// Independent positions, and velocities of a Maxwellian at the temperature 1 in a wind.
-    fn gas(count: usize, masses: &[f64], seed: u64) -> Vec<Disk> {
+    fn gas(count: usize, masses: &[f64], seed: u64) -> Vec<SpectrumDisk> {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
         let one = |number: usize| {
             let mass = masses[number % masses.len()];
             let place = LENGTHS.map(|length| length * stream.random::<f64>());
             let [x, y]: [f64; 2] = [0, 1].map(|_| StandardNormal.sample(&mut stream));
-            Disk {
+            SpectrumDisk {
                 position: place.into(),
                 velocity: vector![3.0, -1.0] + vector![x, y] / mass.sqrt(),
                 mass,
@@ -349,7 +349,7 @@ mod tests {
     fn thermal_noise_has_spectra_of_one() {
         let shells = Shells::new(LENGTHS, &[1, 2, 3, 4, 5], 30).unwrap();
         assert!(shells.ranges().all(|range| (1..=30).contains(&range.len())));
-        let mut moments = [Moments::default(); 4];
+        let mut moments = [RunningMoments::default(); 4];
         for seed in 0..6000 {
             for shell in shells.measure(&gas(200, &[1.0, 3.0], seed)).unwrap().shells {
                 let parts = [
@@ -381,7 +381,7 @@ mod tests {
         let shells = Shells::new(LENGTHS, &[3], 5).unwrap();
         assert!(shells.measure(&[]).is_err());
         assert!((shells.wave_numbers()[0] - 3.0).abs() < 0.5);
-        let still = [Disk::unit([1.0, 2.0], [0.5, 0.0])];
+        let still = [SpectrumDisk::unit([1.0, 2.0], [0.5, 0.0])];
         let found = shells.measure(&still).unwrap();
         assert!(found.shear.is_empty() && found.shells[0].transverse == 0.0);
         assert!((found.shells[0].density - 1.0).abs() < 1e-15);

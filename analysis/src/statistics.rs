@@ -42,20 +42,20 @@ const TOTALS_TOLERANCE: f64 = 1e-6;
 /// of exactly 0.
 ///
 /// ```
-/// use stosszahl_analysis::statistics::Moments;
+/// use stosszahl_analysis::statistics::RunningMoments;
 ///
-/// let moments: Moments = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0].into_iter().collect();
+/// let moments: RunningMoments = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0].into_iter().collect();
 /// assert_eq!(moments.mean(), Some(5.0));
 /// assert_eq!(moments.variance(), Some(32.0 / 7.0));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moments {
+pub struct RunningMoments {
     count: usize,
     mean: f64,
     squares: f64,
 }
 
-impl Moments {
+impl RunningMoments {
     /// Adds one number.
     pub fn add(&mut self, value: f64) {
         self.count += 1;
@@ -86,7 +86,7 @@ impl Moments {
     }
 }
 
-impl FromIterator<f64> for Moments {
+impl FromIterator<f64> for RunningMoments {
     fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
         let mut moments = Self::default();
         for value in values {
@@ -122,7 +122,7 @@ impl Estimate {
     /// assert_eq!(Estimate::over_replicas(&[]), None);
     /// ```
     pub fn over_replicas(values: &[f64]) -> Option<Self> {
-        let moments: Moments = values.iter().copied().collect();
+        let moments: RunningMoments = values.iter().copied().collect();
         Some(Self {
             value: moments.mean()?,
             standard_error: moments.standard_error(),
@@ -163,7 +163,7 @@ pub struct TTest {
 /// assert!((test.normal_z - 0.674_489_750_196_082).abs() < 1e-11);
 /// ```
 pub fn student_t_test(values: &[f64], hypothesis: f64) -> Option<TTest> {
-    let moments: Moments = values.iter().copied().collect();
+    let moments: RunningMoments = values.iter().copied().collect();
     let standard_error = moments.standard_error()?;
     let difference = moments.mean()? - hypothesis;
     if !(difference.is_finite() && standard_error.is_finite()) {
@@ -379,7 +379,7 @@ mod tests {
     fn variance_survives_a_large_mean() {
         // 10^9 + {4, 7, 13, 16}: variance 30. Each deviation is exact to 2^-24 = 6e-8 of an ulp at
         // 10^9.
-        let moments: Moments = [4.0, 7.0, 13.0, 16.0].iter().map(|x| 1e9 + x).collect();
+        let moments: RunningMoments = [4.0, 7.0, 13.0, 16.0].iter().map(|x| 1e9 + x).collect();
         assert_close(moments.variance().unwrap(), 30.0, 1e-6);
         assert_eq!(moments.mean(), Some(1e9 + 10.0));
     }
@@ -617,7 +617,7 @@ mod tests {
         /// the n of the sum.
         #[test]
         fn moments_match_two_passes(values in prop::collection::vec(-1e3_f64..1e3, 2..60)) {
-            let moments: Moments = values.iter().copied().collect();
+            let moments: RunningMoments = values.iter().copied().collect();
             let n = values.len() as f64;
             let mean = values.iter().sum::<f64>() / n;
             let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);

@@ -66,7 +66,7 @@
 //! | 24/64 | 0.489 | +0.194 | -0.001 ± 0.019 | +0.007 | -0.267 | +0.002 ± 0.007 | +0.001 |
 //! | 31/64 | 0.685 | +0.145 | -0.074 ± 0.029 | -0.089 | -0.475 | -0.064 ± 0.015 | -0.079 |
 //!
-//! A finer lattice (a smaller `diameter` in [`Options`]) pushes this to shorter wavelengths at the
+//! A finer lattice (a smaller `diameter` in [`LatticeOptions`]) pushes this to shorter wavelengths at the
 //! price of memory and time. Every correction has two limits:
 //!
 //! - It holds for averages. A single mode of one configuration also carries the interference of k
@@ -82,7 +82,7 @@
 //! between a quarter and a half of the full complex transform. Between the two passes the lattice
 //! is transposed in blocks that fit the cache. Points are counted in integers, 2⁴⁴ to a point or as
 //! many as fit into 63 bits with all points, so that the density does not depend on the process
-//! that adds them ([`Lattice`]); that moves a share by some 1e-13. A non-uniform transform would
+//! that adds them ([`LatticePoints`]); that moves a share by some 1e-13. A non-uniform transform would
 //! have no aliasing to correct, but needs an oversampled lattice and a wider spreading kernel,
 //! several times the cost, for accuracy that the statistical error hides.
 
@@ -120,7 +120,7 @@ pub enum Assignment {
 
 /// Options of a [`StructureFactorPlan`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Options {
+pub struct LatticeOptions {
     /// Number of the largest shell, |k| `L_x` / 2π.
     pub largest_wave_number: usize,
     /// Assignment of points to the lattice.
@@ -225,13 +225,13 @@ struct PlannedMode {
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use stosszahl_analysis::structure_factor::{Assignment, Options, StructureFactorPlan};
+/// use stosszahl_analysis::structure_factor::{Assignment, LatticeOptions, StructureFactorPlan};
 ///
 /// // Rows of points two diameters apart: all amplitude is in waves of that length, 8 to the box.
 /// let points: Vec<_> = (0..64).map(|i| Vector2::new(f64::from(i % 8) * 2.0, f64::from(i / 8) * 2.0)).collect();
 /// let mut plan = StructureFactorPlan::new(
 ///     [16.0, 16.0],
-///     Options {
+///     LatticeOptions {
 ///         largest_wave_number: 10,
 ///         assignment: Assignment::NearestGridPoint,
 ///         correction: false,
@@ -271,8 +271,8 @@ impl StructureFactorPlan {
     /// # Errors
     /// [`Error::LengthInvalid`], [`Error::Invalid`], [`Error::WaveNumberInvalid`], and
     /// [`Error::LatticeTooLarge`] above [`LARGEST_LATTICE`] sites.
-    pub fn new(lengths: [f64; 2], options: Options) -> Result<Self, Error> {
-        let Options {
+    pub fn new(lengths: [f64; 2], options: LatticeOptions) -> Result<Self, Error> {
+        let LatticeOptions {
             largest_wave_number: largest,
             assignment,
             correction,
@@ -337,7 +337,7 @@ impl StructureFactorPlan {
     }
 
     /// Memory of the lattice and of the list of modes in a box with sides `lengths` \[bytes\].
-    pub fn bytes(lengths: [f64; 2], options: Options) -> f64 {
+    pub fn bytes(lengths: [f64; 2], options: LatticeOptions) -> f64 {
         let ([rows, columns], sites) = shape(lengths, options);
         let [x, y] = sites.map(|sites| sites as f64);
         let lattice = size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (columns + 1) as f64 * x);
@@ -406,8 +406,8 @@ impl StructureFactorPlan {
     }
 
     /// Creates a lattice without points that can hold up to `points` points.
-    pub fn lattice_of(&self, points: usize) -> Lattice {
-        Lattice {
+    pub fn lattice_of(&self, points: usize) -> LatticePoints {
+        LatticePoints {
             lengths: self.lengths,
             sites: self.sites,
             assignment: self.assignment,
@@ -421,7 +421,11 @@ impl StructureFactorPlan {
     ///
     /// # Errors
     /// As [`Self::measure`].
-    pub fn measure_on(&mut self, lattice: Lattice, weight: f64) -> Result<StructureFactor, Error> {
+    pub fn measure_on(
+        &mut self,
+        lattice: LatticePoints,
+        weight: f64,
+    ) -> Result<StructureFactor, Error> {
         lattice.seen.check(1)?;
         Invalid::unless_positive("number of disks that a point stands for", weight)?;
         let scale = weight / lattice.seen.count as f64;
@@ -438,7 +442,7 @@ impl StructureFactorPlan {
     }
 
     /// Transforms the density; afterwards `columns` holds the amplitudes.
-    fn transform(&mut self, lattice: Lattice) {
+    fn transform(&mut self, lattice: LatticePoints) {
         let [m_x, m_y] = self.sites;
         let columns = &mut self.columns;
         let part = 1.0 / lattice.point as f64;
@@ -475,7 +479,7 @@ impl StructureFactorPlan {
 /// Points on the lattice of a [`StructureFactorPlan`]. Shares are counted in integers, so that the
 /// result does not depend on the order of points, nor on the process that adds them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Lattice {
+pub struct LatticePoints {
     lengths: [f64; 2],
     sites: [usize; 2],
     assignment: Assignment,
@@ -493,7 +497,7 @@ const FINEST: u32 = 44;
 /// become the nearest integer, by which the bits differ.
 const MAGIC: f64 = 6_755_399_441_055_744.0;
 
-impl Lattice {
+impl LatticePoints {
     /// Adds a point to the lattice.
     pub fn place(&mut self, position: Vector2<f64>) {
         let [m_x, m_y] = self.sites;
@@ -540,7 +544,7 @@ impl Lattice {
     }
 }
 
-impl ParticleReduction for Lattice {
+impl ParticleReduction for LatticePoints {
     const NAME: &'static str = "lattice";
 
     fn add(&mut self, particle: &Particle) {
@@ -561,7 +565,7 @@ impl ParticleReduction for Lattice {
 }
 
 /// Largest indices of modes, and number of sites, along x and y.
-fn shape(lengths: [f64; 2], options: Options) -> ([usize; 2], [usize; 2]) {
+fn shape(lengths: [f64; 2], options: LatticeOptions) -> ([usize; 2], [usize; 2]) {
     let indices = largest_indices(lengths, options.largest_wave_number);
     let along = |axis| sites(lengths[axis], options.diameter, indices[axis]);
     (indices, [along(0), along(1)])

@@ -29,11 +29,11 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Grouping, Particle, ParticleReduction};
 
-use crate::flow::{AddUp, Flow, flows, thermal};
+use crate::flow::{AddUp, SpeciesFlow, flows, thermal};
 
 /// Quantity counted in a histogram of velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Quantity {
+pub enum VelocityQuantity {
     /// Each component, of either sign.
     Component,
     /// Magnitude of the velocity.
@@ -44,7 +44,7 @@ pub enum Quantity {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
     /// Quantity counted in the bins.
-    pub quantity: Quantity,
+    pub quantity: VelocityQuantity,
     /// Dimension: 2 or 3.
     pub dimension: usize,
     /// Number of bins.
@@ -55,7 +55,7 @@ pub struct Bins {
 
 /// Velocity distribution at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Distribution {
+pub struct VelocityHistogram {
     /// Density by bin; the integral over the bins and the share beyond them is one.
     pub density: Vec<f64>,
     /// Share of the velocities beyond the bins.
@@ -70,8 +70,8 @@ impl Bins {
     /// Lower edge of the first bin, over the thermal speed.
     fn low(&self) -> f64 {
         match self.quantity {
-            Quantity::Component => -self.range,
-            Quantity::Speed => 0.0,
+            VelocityQuantity::Component => -self.range,
+            VelocityQuantity::Speed => 0.0,
         }
     }
 
@@ -89,9 +89,9 @@ impl Bins {
     /// Simpson's rule in 16 steps.
     ///
     /// ```
-    /// use stosszahl_analysis::velocities::{Bins, Quantity};
+    /// use stosszahl_analysis::velocities::{Bins, VelocityQuantity};
     ///
-    /// let bins = Bins { quantity: Quantity::Component, dimension: 2, number: 100, range: 5.0 };
+    /// let bins = Bins { quantity: VelocityQuantity::Component, dimension: 2, number: 100, range: 5.0 };
     /// let sum: f64 = (0..100).map(|bin| bins.sonine(bin, -0.02) * bins.width()).sum();
     /// assert!((sum - 1.0).abs() < 1e-9);
     /// ```
@@ -116,9 +116,9 @@ impl Bins {
     fn density(&self, c: f64, a2: f64) -> f64 {
         let square = c * c;
         let (d, shell) = match self.quantity {
-            Quantity::Component => (1.0, 1.0 / PI.sqrt()),
-            Quantity::Speed if self.dimension == 2 => (2.0, 2.0 * c),
-            Quantity::Speed => (3.0, 4.0 / PI.sqrt() * square),
+            VelocityQuantity::Component => (1.0, 1.0 / PI.sqrt()),
+            VelocityQuantity::Speed if self.dimension == 2 => (2.0, 2.0 * c),
+            VelocityQuantity::Speed => (3.0, 4.0 / PI.sqrt() * square),
         };
         let sonine = 0.5 * square * square - 0.5 * (d + 2.0) * square + d * (d + 2.0) / 8.0;
         shell * (-square).exp() * (1.0 + a2 * sonine)
@@ -130,11 +130,11 @@ impl Bins {
         &self,
         grouping: Grouping,
         reduce_particles: &mut AddUp<'_>,
-    ) -> Vec<Option<Distribution>> {
+    ) -> Vec<Option<VelocityHistogram>> {
         let d = self.dimension as f64;
         let flows = flows(grouping, reduce_particles);
         let thermal = thermal(grouping, &flows, reduce_particles);
-        let mut counts = Counts {
+        let mut counts = VelocityCounts {
             bins: *self,
             grouping,
             species: (flows.iter().zip(&thermal))
@@ -156,8 +156,8 @@ impl Bins {
                 let (flow, _, n) = (*known)?;
                 let (seen, sums) = sums.split_at(self.number);
                 let all = match self.quantity {
-                    Quantity::Speed => flow.number,
-                    Quantity::Component => d * flow.number,
+                    VelocityQuantity::Speed => flow.number,
+                    VelocityQuantity::Component => d * flow.number,
                 };
                 let [one, two, three] = thermal.free.map(|sum| sum / flow.number);
                 let [fourth, sixth] = [sums[1], sums[2]].map(|sum| sum / flow.number);
@@ -165,7 +165,7 @@ impl Bins {
                 let sixth =
                     sixth * 8.0 / (d * (d + 2.0) * (d + 4.0)) * (n + 2.0) * (n + 4.0) / (n * n);
                 let sixth = sixth * one.powi(3) / three;
-                Some(Distribution {
+                Some(VelocityHistogram {
                     density: seen.iter().map(|sum| sum / (all * self.width())).collect(),
                     beyond: sums[0] / all,
                     fourth_cumulant: fourth - 1.0,
@@ -178,16 +178,16 @@ impl Bins {
 
 /// Weights by bin and beyond, and sums of the fourth and sixth powers, by species.
 #[derive(Serialize, Deserialize)]
-pub struct Counts {
+pub struct VelocityCounts {
     bins: Bins,
     grouping: Grouping,
     /// Flow, temperature and degrees of freedom by species; `None` for species that are not
     /// counted.
-    species: Vec<Option<(Flow, f64, f64)>>,
+    species: Vec<Option<(SpeciesFlow, f64, f64)>>,
     totals: Totals,
 }
 
-impl ParticleReduction for Counts {
+impl ParticleReduction for VelocityCounts {
     const NAME: &'static str = "velocities";
 
     fn add(&mut self, particle: &Particle) {
@@ -210,8 +210,8 @@ impl ParticleReduction for Counts {
             sums[if is_inside { bin as usize } else { number }] += particle.weight;
         };
         match bins.quantity {
-            Quantity::Speed => count(square.sqrt()),
-            Quantity::Component => c
+            VelocityQuantity::Speed => count(square.sqrt()),
+            VelocityQuantity::Component => c
                 .iter()
                 .take(bins.dimension)
                 .for_each(|&value| count(value)),
@@ -236,14 +236,14 @@ impl ParticleReduction for Counts {
 )]
 mod tests {
     use super::*;
-    use crate::statistics::Moments;
+    use crate::statistics::RunningMoments;
     use nalgebra::{Vector3, vector};
     use rand::SeedableRng;
     use rand_distr::{Distribution as _, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
     use stosszahl_model::Sum;
 
-    fn bins(quantity: Quantity, dimension: usize) -> Bins {
+    fn bins(quantity: VelocityQuantity, dimension: usize) -> Bins {
         Bins {
             quantity,
             dimension,
@@ -253,7 +253,7 @@ mod tests {
     }
 
     /// Measures the distribution of particles of one species, added in groups.
-    fn measure(bins: Bins, particles: &[Particle]) -> Option<Distribution> {
+    fn measure(bins: Bins, particles: &[Particle]) -> Option<VelocityHistogram> {
         let mut reduce = |sum: &mut dyn Sum| {
             for (group, some) in particles.chunks(1000).enumerate() {
                 for one in some {
@@ -293,10 +293,10 @@ mod tests {
     #[test]
     fn densities_have_their_moments() {
         for (quantity, dimension, d) in [
-            (Quantity::Component, 2, 1.0),
-            (Quantity::Component, 3, 1.0),
-            (Quantity::Speed, 2, 2.0),
-            (Quantity::Speed, 3, 3.0),
+            (VelocityQuantity::Component, 2, 1.0),
+            (VelocityQuantity::Component, 3, 1.0),
+            (VelocityQuantity::Speed, 2, 2.0),
+            (VelocityQuantity::Speed, 3, 3.0),
         ] {
             let bins = Bins {
                 number: 600,
@@ -323,8 +323,8 @@ mod tests {
     #[test]
     fn cumulants_of_a_maxwellian_are_zero() {
         for dimension in [2, 3] {
-            let bins = bins(Quantity::Speed, dimension);
-            let (mut fourth, mut sixth) = (Moments::default(), Moments::default());
+            let bins = bins(VelocityQuantity::Speed, dimension);
+            let (mut fourth, mut sixth) = (RunningMoments::default(), RunningMoments::default());
             for seed in 0..20_000 {
                 let found = measure(bins, &maxwellian(10, dimension, seed)).unwrap();
                 fourth.add(found.fourth_cumulant);
@@ -350,11 +350,11 @@ mod tests {
     fn histograms_of_a_maxwellian_are_its_density() {
         let count = 40_000;
         let gas = maxwellian(count, 2, 7);
-        for quantity in [Quantity::Component, Quantity::Speed] {
+        for quantity in [VelocityQuantity::Component, VelocityQuantity::Speed] {
             let bins = bins(quantity, 2);
             let found = measure(bins, &gas).unwrap();
             let entries = count as f64
-                * if quantity == Quantity::Component {
+                * if quantity == VelocityQuantity::Component {
                     2.0
                 } else {
                     1.0
@@ -370,7 +370,7 @@ mod tests {
 
     #[test]
     fn what_does_not_move_has_no_distribution() {
-        let bins = bins(Quantity::Speed, 2);
+        let bins = bins(VelocityQuantity::Speed, 2);
         let still = Particle {
             velocity: Vector3::x(),
             ..Particle::of(0.5, 1.0)

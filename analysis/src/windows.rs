@@ -35,7 +35,7 @@ pub use pairs::{PairBins, PairKind};
 
 /// Sums over the collisions in one window of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Window {
+pub struct CollisionWindow {
     /// Dimension: 2 or 3.
     pub dimension: usize,
     /// Start of the window \[time\].
@@ -62,7 +62,7 @@ pub struct Window {
     pub root_temperature: f64,
 }
 
-impl Window {
+impl CollisionWindow {
     /// Mean of |b|/d: 1/2 for disks and 2/3 for spheres under molecular chaos. `None` without
     /// collisions.
     pub fn mean_impact(&self) -> Option<f64> {
@@ -127,7 +127,7 @@ impl Window {
     /// molecular chaos per particle and unit of sqrt(T/m), as
     /// `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number in one
     /// replica.
-    pub fn dissipation(&self, theory: f64, disks: usize) -> Option<Dissipation> {
+    pub fn dissipation(&self, theory: f64, disks: usize) -> Option<DissipationFactors> {
         if self.collisions == 0 || self.root_temperature <= 0.0 {
             return None;
         }
@@ -138,7 +138,7 @@ impl Window {
         let speed = self.square / n / (2.0 * (d + 1.0));
         let impact = (1.0 - self.impact_square / n) * (0.5 * (d + 1.0));
         let total = self.normal_square / n / 4.0;
-        Some(Dissipation {
+        Some(DissipationFactors {
             rate,
             speed,
             impact,
@@ -150,7 +150,7 @@ impl Window {
 
 /// Cooling rate over that of molecular chaos, and its four factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dissipation {
+pub struct DissipationFactors {
     /// Collision rate over that of Enskog's theory.
     pub rate: f64,
     /// Mean <g^2> of colliding pairs over 2 (D + 1) T/m.
@@ -163,7 +163,7 @@ pub struct Dissipation {
     pub dissipation: f64,
 }
 
-impl Dissipation {
+impl DissipationFactors {
     /// Cooling rate over that of molecular chaos at the squared speed of the colliding pairs
     /// instead of at the total kinetic energy: energy is lost as the power 3/2 of it. The effect of
     /// waves and clusters on the speeds of pairs drops out.
@@ -175,9 +175,9 @@ impl Dissipation {
 /// Observer of collisions in windows of time; the factors of the dissipation identity are valid for
 /// equal particles only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Windows {
+pub struct CollisionWindows {
     /// Windows of time; they may overlap.
-    pub windows: Vec<Window>,
+    pub windows: Vec<CollisionWindow>,
     /// Impact parameters by kind of pair, in a gas of several species.
     pub pairs: Option<PairBins>,
     dimension: usize,
@@ -186,7 +186,7 @@ pub struct Windows {
     last: f64,
 }
 
-impl Windows {
+impl CollisionWindows {
     /// Creates windows `[start, end)` \[time\], each with `bins` bins, for a gas of `disks` disks
     /// that starts at time `start` and temperature `temperature`.
     pub fn new(
@@ -198,7 +198,7 @@ impl Windows {
     ) -> Self {
         let windows = spans
             .iter()
-            .map(|&[start, end]| Window {
+            .map(|&[start, end]| CollisionWindow {
                 dimension: 2,
                 start,
                 end,
@@ -253,7 +253,7 @@ impl Windows {
 }
 
 /// Merges one window of all replicas; `None` without replicas.
-pub fn merged(windows: &[&Window]) -> Option<Window> {
+pub fn merged(windows: &[&CollisionWindow]) -> Option<CollisionWindow> {
     let (first, rest) = windows.split_first()?;
     let mut sum = (*first).clone();
     for one in rest {
@@ -264,15 +264,18 @@ pub fn merged(windows: &[&Window]) -> Option<Window> {
 
 /// Pseudo-values ([`pseudo_values`]) of a number that follows from one window of all replicas;
 /// replicas without it are left out.
-pub fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Vec<f64> {
+pub fn pooled(
+    windows: &[&CollisionWindow],
+    of: impl Fn(&CollisionWindow) -> Option<f64>,
+) -> Vec<f64> {
     let known = windows.iter().filter(|one| of(one).is_some());
-    let known: Vec<Window> = known.map(|one| (*one).clone()).collect();
-    pseudo_values(&known, Window::merge, |window| {
+    let known: Vec<CollisionWindow> = known.map(|one| (*one).clone()).collect();
+    pseudo_values(&known, CollisionWindow::merge, |window| {
         of(window).unwrap_or(f64::NAN)
     })
 }
 
-impl Observer for Windows {
+impl Observer for CollisionWindows {
     fn collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.collision(collision);
@@ -280,7 +283,7 @@ impl Observer for Windows {
     }
 }
 
-impl Windows {
+impl CollisionWindows {
     fn collision(&mut self, collision: &Collision) {
         self.pass(collision.time);
         let mut known = None;
@@ -326,7 +329,7 @@ mod tests {
 
     #[test]
     fn sums_of_two_collisions_by_hand() {
-        let mut windows = Windows::new(&[[0.0, 1.0], [1.0, 3.0]], 4, 10, 0.0, 2.0);
+        let mut windows = CollisionWindows::new(&[[0.0, 1.0], [1.0, 3.0]], 4, 10, 0.0, 2.0);
         let collision = |time: f64, relative: Vector3<f64>| Collision {
             time,
             ..Collision::at_contact(relative, Vector3::x(), 0.5, 0.0)
@@ -353,7 +356,7 @@ mod tests {
 
     #[test]
     fn factors_multiply_to_the_cooling_rate() {
-        let mut windows = Windows::new(&[[0.0, 1.0]], 4, 2, 0.0, 1.0);
+        let mut windows = CollisionWindows::new(&[[0.0, 1.0]], 4, 2, 0.0, 1.0);
         for (time, relative) in [
             (0.1, vector![-1.0, 0.2, 0.0]),
             (0.4, vector![-0.3, 0.9, 0.0]),

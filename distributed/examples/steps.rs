@@ -23,7 +23,8 @@ use mpi::Threading;
 use nalgebra::vector;
 use rand::RngExt as _;
 use stosszahl::dsmc::{
-    Boundaries, Copies, Displacement, Engine, Inflow, Parameters, Ranks, Scheme,
+    BoundaryConditions, DsmcEngine, Inflow, Parameters, PartnerDisplacement, Ranks, Scheme,
+    SimulatorStart,
 };
 use stosszahl::model::random::{Purpose, Streams};
 use stosszahl::model::{
@@ -66,27 +67,28 @@ fn start<S: Space>(count: usize, domain: Domain<S>) -> State<Equal<S>> {
 fn parameters(scheme: Scheme, cell: Option<f64>) -> Parameters {
     Parameters {
         scheme,
-        displacement: Displacement::None,
+        displacement: PartnerDisplacement::None,
         cell_size: cell,
         simulators_per_particle: 1,
-        copies: Copies::Independent,
+        copies: SimulatorStart::Independent,
         steps_per_cell_crossing: 4.0,
         max_contact_value: 10.0,
     }
 }
 
 /// Creates a square of disks at a packing fraction.
-fn in_a_box(count: usize, packing: f64, scheme: Scheme) -> Engine<Equal<Plane>> {
+fn in_a_box(count: usize, packing: f64, scheme: Scheme) -> DsmcEngine<Equal<Plane>> {
     let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
     let domain = Domain::periodic(vector![side, side]).expect("a box");
     let streams = Streams::new(1, 0);
     let state = start(count, domain);
-    Engine::start(&equal(0.5, 0.9), parameters(scheme, None), &state, streams).expect("an engine")
+    DsmcEngine::start(&equal(0.5, 0.9), parameters(scheme, None), &state, streams)
+        .expect("an engine")
 }
 
 /// Creates elastic particles, 10 in a cell of half a mean free path, with 0.07 pair collisions for
 /// each in a step.
-fn elastic<S: Space>(count: usize) -> Engine<Equal<S>> {
+fn elastic<S: Space>(count: usize) -> DsmcEngine<Equal<S>> {
     const PER_CELL: f64 = 10.0;
     let (path, dimension) = (S::mean_free_path(1.0, 1.0), S::DIMENSION as f64);
     let power = (0.5 * path).powf(dimension) / (S::ball(0.5) * PER_CELL);
@@ -98,13 +100,13 @@ fn elastic<S: Space>(count: usize) -> Engine<Equal<S>> {
     let state = start((PER_CELL * cells.powf(dimension)).round() as usize, domain);
     let parameters = parameters(Scheme::Boltzmann, Some(cell));
     let (scene, streams) = (equal(0.5, 1.0), Streams::new(1, 0));
-    let mut engine = Engine::start(&scene, parameters, &state, streams).expect("an engine");
+    let mut engine = DsmcEngine::start(&scene, parameters, &state, streams).expect("an engine");
     engine.hold_step(0.14 / S::collision_rate(packing, 1.0));
     engine
 }
 
 /// Creates spheres that flow in on the left, between two walls.
-fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
+fn in_a_channel(count: usize) -> DsmcEngine<Equal<Volume>> {
     let side = (count as f64 / 2000.0).cbrt();
     let sides = vector![8.0 * side, 4.0 * side, 0.25 * side];
     let density = count as f64 / (sides[0] * sides[1] * sides[2]);
@@ -112,7 +114,7 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
     let faces = [[Face::Open; 2], [wall(), wall()], [Face::Periodic; 2]];
     let walls = Walls::new(&faces).expect("faces");
     let domain = walls.domain(sides).expect("a box");
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         walls,
         inflows: vec![Inflow {
             axis: 0,
@@ -123,7 +125,7 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
             spin_temperature: 1.0,
             like: 0,
         }],
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     // Diameter for a mean free path of one.
     let diameter = (density * std::f64::consts::PI * std::f64::consts::SQRT_2)
@@ -135,11 +137,16 @@ fn in_a_channel(count: usize) -> Engine<Equal<Volume>> {
     }
     let parameters = parameters(Scheme::Boltzmann, Some(0.25));
     let (scene, streams) = (equal(0.5 * diameter, 0.9), Streams::new(1, 0));
-    Engine::start_between(&scene, parameters, &state, &boundaries, streams).expect("an engine")
+    DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams).expect("an engine")
 }
 
 /// Prints the milliseconds of a step, several times, in the root process.
-fn measure<P: ParticleModel>(mut engine: Engine<P>, world: &Arc<World>, steps: u64, looks: usize) {
+fn measure<P: ParticleModel>(
+    mut engine: DsmcEngine<P>,
+    world: &Arc<World>,
+    steps: u64,
+    looks: usize,
+) {
     if world.size() > 1 {
         engine.share(world.clone());
     }

@@ -14,15 +14,15 @@ use stosszahl::arguments::RunArguments;
                   Exit codes: 0 done, 1 the run failed, 2 the input was refused, 75 stopped by --stop-after,\n\
                   130 stopped by a signal (continue both with --resume)."
 )]
-pub struct Arguments {
+pub struct MpiArguments {
     /// Command to run.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: MpiCommand,
 }
 
 /// Commands of the program.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub enum MpiCommand {
     /// Run a case with each Monte Carlo gas in cells held by all processes together: tables are the
     /// bytes of `stosszahl run`, for any number of processes and threads.
     Run {

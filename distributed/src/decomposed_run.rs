@@ -10,11 +10,11 @@ use stosszahl::commands::{self, STOPPED_RUN, TimeLimit, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl::progress::Display;
 use stosszahl::results::Existing;
-use stosszahl::study::Options;
+use stosszahl::study::RunOptions;
 use stosszahl::study::decomposed::{run_decomposed, serve_subdomains};
 
 use crate::heartbeat::Heartbeat;
-use crate::messages::{Case, read, write};
+use crate::messages::{CaseMessage, read, write};
 use crate::world::{Traffic, World};
 
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
@@ -52,7 +52,7 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
     let stop = listen(STOPPED_RUN);
     let file = commands::read(&arguments.case);
     let case = file.as_ref().ok();
-    let case = case.map(|file| Case::of(file, &arguments.case));
+    let case = case.map(|file| CaseMessage::of(file, &arguments.case));
     from_first(&**ranks, write(&case));
     let done = file.and_then(|file| {
         let display = Display::new();
@@ -68,11 +68,11 @@ fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
     let stop = listen("");
     let _limit = TimeLimit::start(arguments.time_limit(), &stop, "");
     // No case, if the first process could not read it.
-    let Some(Some(case)) = read::<Option<Case>>(&from_first(&**ranks, Vec::new())) else {
+    let Some(Some(case)) = read::<Option<CaseMessage>>(&from_first(&**ranks, Vec::new())) else {
         return;
     };
     let file = case.read();
-    let options = Options {
+    let options = RunOptions {
         out: None,
         existing: Existing::Refuse,
         threads: arguments.threads.map(usize::from),

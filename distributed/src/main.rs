@@ -25,7 +25,7 @@ use mpi::traits::Communicator as _;
 use stosszahl::commands::{self, note};
 use stosszahl::model::memory;
 
-use crate::arguments::{Arguments, Command};
+use crate::arguments::{MpiArguments, MpiCommand};
 
 /// Rank of the process that holds the results folder.
 const ROOT: i32 = 0;
@@ -41,9 +41,9 @@ fn main() -> ExitCode {
         note("error: this MPI library is built without threads");
         return ExitCode::FAILURE;
     }
-    match Arguments::try_parse() {
-        Ok(Arguments {
-            command: Command::Run { run, rank_timeout },
+    match MpiArguments::try_parse() {
+        Ok(MpiArguments {
+            command: MpiCommand::Run { run, rank_timeout },
         }) => decomposed_run::run(&run, Duration::from_secs_f64(rank_timeout)),
         // All processes find the same error, and the root prints it.
         Err(error) => {

@@ -10,7 +10,7 @@ use stosszahl::study;
 
 /// Case as a message: only the root has read its file.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Case {
+pub struct CaseMessage {
     /// Version and commit of the program, which must be equal in all processes.
     program: String,
     path: PathBuf,
@@ -19,7 +19,7 @@ pub struct Case {
     overrides: Vec<String>,
 }
 
-impl Case {
+impl CaseMessage {
     /// Creates the message of a case that the root has read.
     pub fn of(file: &CaseFile, arguments: &CaseArguments) -> Self {
         Self {

@@ -90,7 +90,7 @@ impl FreeVolumeFactors {
 }
 
 /// Properties of the gas that [`Density::new`] needs.
-pub(crate) struct Gas {
+pub(crate) struct DensityInput {
     /// Upper limit of chi.
     pub(crate) limit: f64,
     /// Number of cells along each axis.
@@ -115,7 +115,7 @@ pub(crate) struct Gas {
 
 /// Half width of the density window and its weights; `None` for the mean of the box, or where
 /// density does not matter.
-fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, DensityKernel)> {
+fn window(scheme: Scheme, gas: &DensityInput, dimension: usize) -> Option<(u32, DensityKernel)> {
     let (cell, diameter) = (gas.width, gas.diameter);
     let reach = match scheme.properties().window {
         _ if scheme.is_dilute() => return None,
@@ -139,7 +139,7 @@ fn window(scheme: Scheme, gas: &Gas, dimension: usize) -> Option<(u32, DensityKe
 }
 
 impl<S: Space> Density<S> {
-    pub(crate) fn new(scheme: Scheme, gas: &Gas) -> Self {
+    pub(crate) fn new(scheme: Scheme, gas: &DensityInput) -> Self {
         let counts = gas.counts.map(|count| count as usize);
         let wanted = window(scheme, gas, S::DIMENSION);
         let (cells, mut weighing) = wanted.unwrap_or((0, DensityKernel::Flat));

@@ -5,7 +5,7 @@ use stosszahl_model::{
     Interrupt, ParticleModel, ParticleState, Sizes, Space, SpinOf, State, VectorOf,
 };
 
-use crate::boundary::{BoundaryGeometry, Ledgers};
+use crate::boundary::{GridBoundaries, Ledgers};
 use crate::cross_cell::{ContactDistance, HaloCopy, Rates};
 use crate::decomposition::Subdomain;
 use crate::density::Density;
@@ -15,7 +15,7 @@ use crate::particle::{DisplacementTracking, SimulatorOf, Untracked};
 use crate::pause::Pause;
 use crate::scheme::PartnerSelection;
 use crate::start_means::Means;
-use crate::tally::{CellCount, CollisionCounters, StepBounds, Unit};
+use crate::tally::{CellCount, CollisionCounters, EnergyUnit, StepBounds};
 use crate::threads::Pool;
 use crate::tile::{Migrant, Scratch, SendBuffer, Tile};
 use stosszahl_model::interrupt::Interruption;
@@ -60,7 +60,7 @@ impl SimulatorIndices {
 /// Direct Simulation Monte Carlo of smooth or rough particles.
 ///
 /// `F` selects whether displacements are tracked ([`crate::Tracked`]) or not.
-pub struct Engine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracked> {
+pub struct DsmcEngine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracked> {
     /// Physical model, with the sizes of all simulators.
     pub(crate) scene: P,
     pub(crate) parameters: Parameters,
@@ -85,11 +85,11 @@ pub struct Engine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracke
     pub(crate) counts_cells: bool,
     pub(crate) time: f64,
     pub(crate) stock: StepBounds<P::Space>,
-    pub(crate) unit: Unit,
+    pub(crate) unit: EnergyUnit,
     pub(crate) tally: CollisionCounters,
     pub(crate) ledgers: Ledgers<P::Space>,
     /// Boundaries of the box; `None` if it is periodic.
-    pub(crate) surroundings: Option<BoundaryGeometry<P>>,
+    pub(crate) surroundings: Option<GridBoundaries<P>>,
     pub(crate) means: Means,
     /// Stop flag, and whether it has ended a step.
     pub(crate) stop: Interruption,
@@ -99,13 +99,13 @@ pub struct Engine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracke
     pub(crate) share: Option<Subdomain<P::Space>>,
 }
 
-impl<P, F> Engine<P, F>
+impl<P, F> DsmcEngine<P, F>
 where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
     /// Returns the gas at the present time: one body for each simulator, in the order of the sizes
-    /// of [`Engine::scene`]. Within each set of simulators, species follow each other.
+    /// of [`DsmcEngine::scene`]. Within each set of simulators, species follow each other.
     pub fn state(&self) -> State<P> {
         let origin = VectorOf::<P>::default();
         let mut bodies = vec![ParticleState::new(origin, origin); self.simulators];
@@ -123,7 +123,7 @@ where
         }
     }
 
-    /// Assignment of indices in [`Engine::state`].
+    /// Assignment of indices in [`DsmcEngine::state`].
     fn places(&self) -> SimulatorIndices {
         let mut counts = Vec::new();
         if !P::Sizes::UNIFORM && !P::Sizes::INDIVIDUAL {
@@ -159,7 +159,7 @@ where
             .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
     }
 
-    /// Calls `each` with position, velocity, spin, size key into [`Engine::scene`], and weight
+    /// Calls `each` with position, velocity, spin, size key into [`DsmcEngine::scene`], and weight
     /// (particles per simulator) of every simulator, in the order of cell numbers.
     pub fn visit(
         &self,
@@ -182,8 +182,8 @@ where
         }
     }
 
-    /// Calls `look` with the index in [`Engine::state`], the simulator and its weight, in the order
-    /// of cell numbers.
+    /// Calls `look` with the index in [`DsmcEngine::state`], the simulator and its weight, in the
+    /// order of cell numbers.
     pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
         let (mut places, mut order) = (self.places(), 0);
         self.each(|simulator, weight| {
@@ -205,7 +205,7 @@ where
         self.update_step_bounds();
     }
 
-    /// Particles per simulator in a cell, by its number in [`Engine::grid`].
+    /// Particles per simulator in a cell, by its number in [`DsmcEngine::grid`].
     pub fn weight_in(&self, cell: u32) -> f64 {
         let factor = self
             .surroundings
@@ -236,7 +236,7 @@ where
         ways
     }
 
-    /// Adds velocities to the simulators, in the order of [`Engine::state`] \[length/time\].
+    /// Adds velocities to the simulators, in the order of [`DsmcEngine::state`] \[length/time\].
     /// Simulators beyond the list do not change.
     pub fn kick(&mut self, changes: &[VectorOf<P>]) {
         self.pause = None;
@@ -263,9 +263,9 @@ where
         }
     }
 
-    /// Returns and resets the counts of each cell, by its number in [`Engine::grid`]. A cross-cell
-    /// collision counts in the cell of the simulator that searched. Empty unless
-    /// [`Engine::count_cells`] was called. Not part of a checkpoint.
+    /// Returns and resets the counts of each cell, by its number in [`DsmcEngine::grid`]. A
+    /// cross-cell collision counts in the cell of the simulator that searched. Empty unless
+    /// [`DsmcEngine::count_cells`] was called. Not part of a checkpoint.
     pub fn take_cell_counts(&mut self) -> Vec<CellCount> {
         if !self.counts_cells {
             return Vec::new();
@@ -328,23 +328,23 @@ where
         is_contact.then_some(self.constants.packing_fraction * shares)
     }
 
-    /// Sets a flag that stops [`Engine::advance`] as soon as the current cells, or some thousand
-    /// candidates within one, are done. The gas is then left in the middle of a step: see
-    /// [`Engine::is_interrupted`]. Steps of very unequal particles may take minutes.
+    /// Sets a flag that stops [`DsmcEngine::advance`] as soon as the current cells, or some
+    /// thousand candidates within one, are done. The gas is then left in the middle of a step: see
+    /// [`DsmcEngine::is_interrupted`]. Steps of very unequal particles may take minutes.
     pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    /// Sets a flag that ends [`Engine::advance`] after the present step. The gas is then
+    /// Sets a flag that ends [`DsmcEngine::advance`] after the present step. The gas is then
     /// consistent, half a step further, and the next call with the same end time continues to the
     /// same bytes.
     pub fn set_pause_flag(&mut self, pause: &Interrupt) {
         self.stop.set_pause_flag(pause);
     }
 
-    /// Returns true if the flag of [`Engine::set_stop_flag`] stopped a step. The gas is then in the
-    /// middle of it, its state is meaningless, and [`Engine::advance`] does nothing; resume from
-    /// the last checkpoint.
+    /// Returns true if the flag of [`DsmcEngine::set_stop_flag`] stopped a step. The gas is then in
+    /// the middle of it, its state is meaningless, and [`DsmcEngine::advance`] does nothing; resume
+    /// from the last checkpoint.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
@@ -361,10 +361,7 @@ where
             + self.pool.bytes(Scratch::bytes)
             + self.halo_copies.bytes(HaloCopy::bytes)
             + self.density.bytes()
-            + self
-                .surroundings
-                .as_ref()
-                .map_or(0, BoundaryGeometry::bytes)
+            + self.surroundings.as_ref().map_or(0, GridBoundaries::bytes)
             + self.rates.as_ref().map_or(0, Rates::bytes)
             + self.grid.bytes()
     }

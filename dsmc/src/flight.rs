@@ -3,13 +3,13 @@
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Field, ParticleModel, Space, VectorOf};
 
-use crate::boundary::{BoundaryGeometry, FlightTiming, Ledgers, Origin, Passage};
+use crate::boundary::{FlightTiming, GridBoundaries, Ledgers, Origin, Passage};
 use crate::grid::{Grid, offset_number};
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 use crate::tile::{DepartedSimulator, Migrant, Scratch, SendBuffer, Tile, code, fit};
 
 /// Free flight of all simulators, between the collisions of two steps.
-pub(crate) struct Flight<'a, P: ParticleModel> {
+pub(crate) struct FreeFlight<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
     /// Duration \[time\].
@@ -18,13 +18,13 @@ pub(crate) struct Flight<'a, P: ParticleModel> {
     pub(crate) passage: Option<Passage<'a, P>>,
 }
 
-impl<'a, P: ParticleModel> Flight<'a, P> {
+impl<'a, P: ParticleModel> FreeFlight<'a, P> {
     /// Prepares a flight of simulators of the weight `weight` in particles, unless regions set
     /// other weights.
     pub(crate) fn new(
         scene: &'a P,
         grid: &'a Grid<P::Space>,
-        surroundings: Option<&'a BoundaryGeometry<P>>,
+        surroundings: Option<&'a GridBoundaries<P>>,
         weight: f64,
         streams: Streams,
         timing: FlightTiming,
@@ -74,7 +74,7 @@ where
     /// stay in the tile.
     pub(crate) fn fly(
         &mut self,
-        flight: &Flight<'_, P>,
+        flight: &FreeFlight<'_, P>,
         scratch: &mut Scratch<P, F>,
         outbox: &mut SendBuffer<P, F>,
     ) {
@@ -280,7 +280,7 @@ where
     #[inline]
     fn fly_clear(
         &self,
-        flight: &Flight<'_, P>,
+        flight: &FreeFlight<'_, P>,
         simulator: &SimulatorOf<P, F>,
         clear: Option<[VectorOf<P>; 2]>,
         cell: u32,
@@ -311,7 +311,7 @@ where
     /// Performs [`Self::fly`] in a tile near walls or other boundaries.
     fn fly_between(
         &mut self,
-        flight: &Flight<'_, P>,
+        flight: &FreeFlight<'_, P>,
         passage: &Passage<'_, P>,
         scratch: &mut Scratch<P, F>,
         outbox: &mut SendBuffer<P, F>,

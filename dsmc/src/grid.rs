@@ -39,7 +39,7 @@ pub struct Grid<S: Space> {
 
 /// Location of a tile in the grid.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place<S: Space> {
+pub(crate) struct TilePlace<S: Space> {
     /// Coordinates of the tile among the tiles.
     pub(crate) tile: [u32; 3],
     /// Coordinates of the first cell.
@@ -306,7 +306,7 @@ impl<S: Space> Grid<S> {
     }
 
     /// Locations of all tiles, in the order of their numbers.
-    pub(crate) fn places(&self) -> Vec<Place<S>> {
+    pub(crate) fn places(&self) -> Vec<TilePlace<S>> {
         let [columns, rows, layers] = self.tiles;
         let mut places = Vec::with_capacity((columns * rows * layers) as usize);
         for layer in 0..layers {
@@ -320,14 +320,14 @@ impl<S: Space> Grid<S> {
     }
 
     /// Location of a tile.
-    pub(crate) fn tile_place(&self, tile: [u32; 3]) -> Place<S> {
+    pub(crate) fn tile_place(&self, tile: [u32; 3]) -> TilePlace<S> {
         let first = |axis: usize, more: usize| self.firsts[axis][tile[axis] as usize + more];
         let (mut low, mut high) = (S::Vector::default(), S::Vector::default());
         for axis in 0..S::DIMENSION {
             let edges = &self.edges[axis][tile[axis] as usize..];
             (low[axis], high[axis]) = (edges[0], edges[1]);
         }
-        Place {
+        TilePlace {
             tile,
             first: [0, 1, 2].map(|axis| first(axis, 0)),
             sides: [0, 1, 2].map(|axis| first(axis, 1) - first(axis, 0)),

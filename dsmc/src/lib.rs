@@ -31,9 +31,9 @@
 //!
 //! # Walls, gravity and flow
 //!
-//! [`Boundaries`] are data. [`Engine::start_between`] takes walls (with restitution and slip,
-//! diffuse, sliding, vibrating), open faces, inflows, obstacles, and weights by region. Gravity is
-//! a type of the physical model.
+//! [`BoundaryConditions`] are data. [`DsmcEngine::start_between`] takes walls (with restitution and
+//! slip, diffuse, sliding, vibrating), open faces, inflows, obstacles, and weights by region.
+//! Gravity is a type of the physical model.
 //!
 //! * **Flight** is exact: between two collisions a simulator moves from contact to contact on
 //!   straight lines or parabolas, with contact times in closed form. Only tiles within reach of a
@@ -112,20 +112,20 @@ mod tests;
 mod threads;
 mod tile;
 
-pub use boundary::{Boundaries, Inflow, Ledgers, Transfer, Weights};
-pub use checkpoint::Checkpoint;
+pub use boundary::{BoundaryConditions, Inflow, Ledgers, SimulatorWeights, Transfer};
+pub use checkpoint::DsmcCheckpoint;
 pub use decomposition::{Ranks, ShardLocation, from_first, gather_from_all, shard_name};
-pub use engine::Engine;
+pub use engine::DsmcEngine;
 pub use grid::Grid;
-pub use parameters::{Copies, EngineError, Parameters};
+pub use parameters::{DsmcError, Parameters, SimulatorStart};
 pub use particle::{DisplacementTracking, Simulator, Tracked, Untracked};
 pub use scheme::{
-    ContactLaw, DensityWindow, Displacement, Neighbourhood, PartnerSelection, Scheme,
+    ContactLaw, DensityWindow, Neighbourhood, PartnerDisplacement, PartnerSelection, Scheme,
     SchemeProperties, SchemeSettings, WallClearance,
 };
 #[cfg(not(test))]
 pub use simulate::{
-    BALANCE, CheckpointSource, ExpectedGas, Gas, check, resume, resume_among, serve, simulate,
+    BALANCE, CellGas, CheckpointSource, ExpectedGas, check, resume, resume_among, serve, simulate,
     simulate_among,
 };
 pub use tally::{CellCount, CollisionCounters};

@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
 use stosszahl_model::{Domain, Invalid, MessageUnits, Space, format_short};
 
-use crate::scheme::{Displacement, PartnerSelection, Scheme, SchemeProperties};
+use crate::scheme::{PartnerDisplacement, PartnerSelection, Scheme, SchemeProperties};
 
 /// Initial states of the further sets of simulators, if several stand for a particle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Copies {
+pub enum SimulatorStart {
     /// Each set is the whole state, shifted by a random vector and with all velocities rotated
     /// alike at random. This keeps the energy and zero momentum, but the gas is the same only if
     /// the state is homogeneous and isotropic: patterns of density or flow are blurred. Thermal
@@ -27,7 +27,7 @@ pub struct Parameters {
     /// Collision scheme: which pairs collide, and how often.
     pub scheme: Scheme,
     /// Displacement of the partners within a cell.
-    pub displacement: Displacement,
+    pub displacement: PartnerDisplacement,
     /// Smallest side of a cell \[length\]; `None` for the scheme's default. Within cells: half a
     /// mean free path, but at least two diameters. Cross-cell: the side for the fastest search of
     /// partners.
@@ -35,7 +35,7 @@ pub struct Parameters {
     /// Number of simulators per particle.
     pub simulators_per_particle: u32,
     /// Initial states of the further sets of simulators.
-    pub copies: Copies,
+    pub copies: SimulatorStart,
     /// Number of time steps in a mean free time and, for pairs within cells, in the time in which
     /// the fastest simulator crosses a cell.
     pub steps_per_cell_crossing: f64,
@@ -61,13 +61,13 @@ impl Parameters {
             displacement,
             cell_size: None,
             simulators_per_particle: 1,
-            copies: Copies::Independent,
+            copies: SimulatorStart::Independent,
             steps_per_cell_crossing,
             max_contact_value,
         }
     }
 
-    pub(crate) fn check(&self) -> Result<(), EngineError> {
+    pub(crate) fn check(&self) -> Result<(), DsmcError> {
         let check = |name, value: f64, good: bool, allowed| {
             Invalid::require(good, name, value, allowed).map(|_| ())
         };
@@ -92,9 +92,9 @@ impl Parameters {
             (1.0..=1e9).contains(&limit),
             "from 1 to 1e9",
         )?;
-        if self.scheme.is_cross_cell() && self.displacement != Displacement::None {
+        if self.scheme.is_cross_cell() && self.displacement != PartnerDisplacement::None {
             let scheme = self.scheme.name();
-            return Err(EngineError::Displaced { scheme });
+            return Err(DsmcError::Displaced { scheme });
         }
         match self.scheme {
             Scheme::StochasticDisks { stiffness } => check(
@@ -305,7 +305,7 @@ fn shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
 /// Error with which an engine refuses to start or to resume.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum EngineError {
+pub enum DsmcError {
     /// Invalid number of a law, a size, a box or a parameter.
     #[error(transparent)]
     Invalid(#[from] Invalid),
@@ -522,7 +522,7 @@ pub enum EngineError {
     },
 }
 
-impl EngineError {
+impl DsmcError {
     /// Converts lengths and speeds of the error to the units of a case. Inflows and obstacles are
     /// stored in these already.
     #[must_use]

@@ -3,8 +3,8 @@
 use stosszahl_model::ParticleModel;
 use stosszahl_model::random::Purpose;
 
-use crate::boundary::{BoundaryGeometry, Weights, enter};
-use crate::engine::Engine;
+use crate::boundary::{GridBoundaries, SimulatorWeights, enter};
+use crate::engine::DsmcEngine;
 use crate::particle::DisplacementTracking;
 use crate::random_counts::draw_whole;
 
@@ -14,7 +14,7 @@ const EVERY: u64 = 16;
 /// Flight numbers stay below it, so that draws here have distinct addresses.
 const HERE: u64 = 1 << 63;
 
-impl<P, F> Engine<P, F>
+impl<P, F> DsmcEngine<P, F>
 where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
@@ -75,10 +75,10 @@ where
     }
 
     /// Adaptive weights; `None` if weights are fixed.
-    pub(crate) fn followed(&self) -> Option<&Weights> {
+    pub(crate) fn followed(&self) -> Option<&SimulatorWeights> {
         let surroundings = self.surroundings.as_ref();
         surroundings
-            .map(BoundaryGeometry::weights)
+            .map(GridBoundaries::weights)
             .filter(|all| all.follows())
     }
 }

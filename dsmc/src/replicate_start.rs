@@ -6,7 +6,7 @@ use stosszahl_model::{
     ParticleModel, ParticleState, Sizes, Space, State, Surface, Vector, VectorOf,
 };
 
-use crate::parameters::{Copies, Parameters};
+use crate::parameters::{Parameters, SimulatorStart};
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
 /// Number of particles in the neighbourhood whose mean coherent copies keep.
@@ -44,8 +44,8 @@ pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     let sizes = scene.sizes().repeated(copies);
     let count = state.bodies.len();
     let mut simulators = Vec::with_capacity(count * copies);
-    let flow =
-        (copies > 1 && parameters.copies == Copies::Coherent).then(|| Flow::of(scene, state));
+    let flow = (copies > 1 && parameters.copies == SimulatorStart::Coherent)
+        .then(|| Flow::of(scene, state));
     for copy in 0..copies {
         let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
         let bodies: Vec<ParticleState<P>> = match &flow {

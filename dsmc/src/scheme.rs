@@ -15,7 +15,7 @@ pub enum Neighbourhood {
 /// Displacement of the partners of a collision within a cell, along the momentum that each
 /// receives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Displacement {
+pub enum PartnerDisplacement {
     /// No displacement.
     None,
     /// Displacement by the contact distance d: Alexander, Garcia & Alder, Phys. Rev. Lett. 74, 5212
@@ -86,7 +86,7 @@ pub struct SchemeProperties {
     /// Density window.
     pub window: DensityWindow,
     /// Default displacement of partners.
-    pub displacement: Displacement,
+    pub displacement: PartnerDisplacement,
     /// Default number of time steps in a mean free time and in a cell crossing.
     pub steps_per_cell_crossing: f64,
     /// Default limit of chi.
@@ -196,7 +196,7 @@ impl Scheme {
             partners: PartnerSelection::WithinCell,
             contact: ContactLaw::Enskog,
             window: DensityWindow::Fixed(Neighbourhood::Mean),
-            displacement: Displacement::Diameter,
+            displacement: PartnerDisplacement::Diameter,
             steps_per_cell_crossing: 4.0,
             max_contact_value: 10.0,
             clearance: WallClearance::Radius,
@@ -205,14 +205,14 @@ impl Scheme {
         };
         /// Properties that most schemes with partners across cells share.
         const CROSS_CELL: SchemeProperties = SchemeProperties {
-            displacement: Displacement::None,
+            displacement: PartnerDisplacement::None,
             feels_flow: true,
             ..WITHIN_CELL
         };
         /// Properties of schemes of points.
         const DILUTE: SchemeProperties = SchemeProperties {
             contact: ContactLaw::Dilute,
-            displacement: Displacement::None,
+            displacement: PartnerDisplacement::None,
             max_contact_value: 1.0,
             clearance: WallClearance::Centre,
             ..WITHIN_CELL

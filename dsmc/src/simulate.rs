@@ -9,6 +9,6 @@ mod refusals;
 mod tiles;
 
 pub use among::{resume_among, serve, simulate_among};
-pub use begin::{CheckpointSource, Gas, resume, simulate};
+pub use begin::{CellGas, CheckpointSource, resume, simulate};
 pub use cells::BALANCE;
 pub use refusals::{ExpectedGas, check};

@@ -2,24 +2,26 @@
 
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::walls::Ledger;
+use stosszahl_model::walls::WallLedger;
 use stosszahl_model::{
     Domain, Field, ParticleModel, Restitution, Shear, Sizes, Space, State, Surface, VectorOf,
 };
 
-use crate::boundary::{Boundaries, BoundaryGeometry, Ledgers, MOST_SIMULATORS, Transfer, enter};
-use crate::checkpoint::Checkpoint;
+use crate::boundary::{
+    BoundaryConditions, GridBoundaries, Ledgers, MOST_SIMULATORS, Transfer, enter,
+};
+use crate::checkpoint::DsmcCheckpoint;
 use crate::cross_cell::{self, ContactDistance, Rates};
-use crate::density::{Density, Gas};
-use crate::engine::{Constants, Engine};
+use crate::density::{Density, DensityInput};
+use crate::engine::{Constants, DsmcEngine};
 use crate::grid::Grid;
-use crate::parameters::{EngineError, Parameters};
+use crate::parameters::{DsmcError, Parameters};
 use crate::particle::{DisplacementTracking, SimulatorOf, is_good};
 use crate::random_counts::draw_whole;
 use crate::replicate_start;
-use crate::scheme::{Displacement, PartnerSelection, Scheme};
+use crate::scheme::{PartnerDisplacement, PartnerSelection, Scheme};
 use crate::start_means::Means;
-use crate::tally::{CellCount, CollisionCounters, StepBounds, Unit};
+use crate::tally::{CellCount, CollisionCounters, EnergyUnit, StepBounds};
 use crate::threads::Pool;
 use crate::tile::{SendBuffer, Tile};
 
@@ -33,25 +35,25 @@ const PER_TILE_ACROSS: usize = 3072;
 /// colour.
 const TILES_ACROSS: usize = 25;
 
-impl<P> Engine<P>
+impl<P> DsmcEngine<P>
 where
     P: ParticleModel,
 {
-    /// Starts an engine as [`Engine::start`] without tracking displacements.
+    /// Starts an engine as [`DsmcEngine::start`] without tracking displacements.
     ///
     /// # Errors
-    /// As [`Engine::start`].
+    /// As [`DsmcEngine::start`].
     pub fn new(
         scene: &P,
         parameters: Parameters,
         state: &State<P>,
         streams: Streams,
-    ) -> Result<Self, EngineError> {
+    ) -> Result<Self, DsmcError> {
         Self::start(scene, parameters, state, streams)
     }
 }
 
-impl<P, F> Engine<P, F>
+impl<P, F> DsmcEngine<P, F>
 where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
@@ -59,34 +61,40 @@ where
     /// Starts an engine from a state of particles.
     ///
     /// With several simulators per particle, the first set has the state's own positions and
-    /// velocities, and further sets are made as [`crate::Copies`] says.
+    /// velocities, and further sets are made as [`crate::SimulatorStart`] says.
     ///
     /// # Errors
-    /// [`EngineError`] if a parameter or a number of the state has no meaning.
+    /// [`DsmcError`] if a parameter or a number of the state has no meaning.
     pub fn start(
         scene: &P,
         parameters: Parameters,
         state: &State<P>,
         streams: Streams,
-    ) -> Result<Self, EngineError> {
-        Self::start_between(scene, parameters, state, &Boundaries::default(), streams)
+    ) -> Result<Self, DsmcError> {
+        Self::start_between(
+            scene,
+            parameters,
+            state,
+            &BoundaryConditions::default(),
+            streams,
+        )
     }
 
-    /// Starts an engine as [`Engine::start`], in a box with these boundaries.
+    /// Starts an engine as [`DsmcEngine::start`], in a box with these boundaries.
     ///
     /// # Errors
-    /// As [`Engine::start`], and if boundaries are inconsistent with the box, the scheme or each
-    /// other.
+    /// As [`DsmcEngine::start`], and if boundaries are inconsistent with the box, the scheme or
+    /// each other.
     pub fn start_between(
         scene: &P,
         parameters: Parameters,
         state: &State<P>,
-        boundaries: &Boundaries<P::Space>,
+        boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
-    ) -> Result<Self, EngineError> {
+    ) -> Result<Self, DsmcError> {
         parameters.check()?;
         if parameters.simulators_per_particle > 1 && !boundaries.obstacles.is_empty() {
-            return Err(EngineError::Boundary {
+            return Err(DsmcError::Boundary {
                 scheme: parameters.scheme.name(),
                 what: "several simulators of each particle from one state, and obstacles",
                 allowed: "a state for each simulator, as a copy that is moved would go through bodies",
@@ -99,20 +107,20 @@ where
         )
     }
 
-    /// Starts an engine as [`Engine::start_between`] from one independent state for each simulator
-    /// of a particle. Needed where a state may not be shifted and rotated, as between walls and in
-    /// a flow.
+    /// Starts an engine as [`DsmcEngine::start_between`] from one independent state for each
+    /// simulator of a particle. Needed where a state may not be shifted and rotated, as between
+    /// walls and in a flow.
     ///
     /// # Errors
-    /// As [`Engine::start_between`], and unless there is a state for each simulator of a particle,
-    /// all with equal numbers, times and boxes.
+    /// As [`DsmcEngine::start_between`], and unless there is a state for each simulator of a
+    /// particle, all with equal numbers, times and boxes.
     pub fn start_sets(
         scene: &P,
         parameters: Parameters,
         sets: &[State<P>],
-        boundaries: &Boundaries<P::Space>,
+        boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
-    ) -> Result<Self, EngineError> {
+    ) -> Result<Self, DsmcError> {
         parameters.check()?;
         let wanted = parameters.simulators_per_particle as usize;
         let alike = |a: &State<P>, b: &State<P>| {
@@ -125,7 +133,7 @@ where
                 first
             }
             _ => {
-                return Err(EngineError::UnequalStarts {
+                return Err(DsmcError::UnequalStarts {
                     found: sets.len(),
                     wanted,
                 });
@@ -145,19 +153,19 @@ where
         state: &State<P>,
         simulators: Vec<SimulatorOf<P, F>>,
         checked: usize,
-        boundaries: &Boundaries<P::Space>,
+        boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
-    ) -> Result<Self, EngineError> {
+    ) -> Result<Self, DsmcError> {
         let sizes = scene
             .sizes()
             .repeated(parameters.simulators_per_particle as usize);
         let means = Means::of::<P>(&sizes, simulators.len(), &boundaries.inflows);
-        let checkpoint = Checkpoint {
+        let checkpoint = DsmcCheckpoint {
             time: state.time,
             offset: (state.domain.images().shear()).map_or(0.0, |shear| shear.offset),
             simulators,
             stock: StepBounds::default(),
-            unit: Unit::of(0.0),
+            unit: EnergyUnit::of(0.0),
             tally: CollisionCounters::default(),
             arm: ContactDistance::default(),
             ledgers: Ledgers::default(),
@@ -177,30 +185,30 @@ where
     /// continues to the same bytes.
     ///
     /// # Errors
-    /// As [`Engine::new`].
+    /// As [`DsmcEngine::new`].
     pub fn resume(
         scene: &P,
         parameters: Parameters,
         domain: Domain<P::Space>,
-        checkpoint: Checkpoint<P, F>,
+        checkpoint: DsmcCheckpoint<P, F>,
         streams: Streams,
-    ) -> Result<Self, EngineError> {
-        let boundaries = Boundaries::default();
+    ) -> Result<Self, DsmcError> {
+        let boundaries = BoundaryConditions::default();
         Self::resume_between(scene, parameters, domain, checkpoint, &boundaries, streams)
     }
 
-    /// Resumes as [`Engine::resume`], in a box with these boundaries.
+    /// Resumes as [`DsmcEngine::resume`], in a box with these boundaries.
     ///
     /// # Errors
-    /// As [`Engine::start_between`].
+    /// As [`DsmcEngine::start_between`].
     pub fn resume_between(
         scene: &P,
         parameters: Parameters,
         domain: Domain<P::Space>,
-        checkpoint: Checkpoint<P, F>,
-        boundaries: &Boundaries<P::Space>,
+        checkpoint: DsmcCheckpoint<P, F>,
+        boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
-    ) -> Result<Self, EngineError> {
+    ) -> Result<Self, DsmcError> {
         let domain = slid(domain, checkpoint.offset)?;
         Self::build(
             scene, parameters, domain, checkpoint, boundaries, streams, None,
@@ -213,15 +221,15 @@ where
         scene: &P,
         parameters: Parameters,
         domain: Domain<P::Space>,
-        checkpoint: Checkpoint<P, F>,
-        boundaries: &Boundaries<P::Space>,
+        checkpoint: DsmcCheckpoint<P, F>,
+        boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
         fresh: Option<usize>,
-    ) -> Result<Self, EngineError> {
+    ) -> Result<Self, DsmcError> {
         check_choices(scene, parameters, &domain, boundaries)?;
         let copies = parameters.simulators_per_particle as usize;
         let scene = scene.with_sizes(scene.sizes().repeated(copies));
-        let Checkpoint {
+        let DsmcCheckpoint {
             time,
             mut simulators,
             stock,
@@ -251,8 +259,8 @@ where
             [2.0 * sizes.largest_radius(), radius],
         );
         let means_of_all = [0.5 * mean_diameter, mean_mass];
-        let surroundings = BoundaryGeometry::new(&scene, boundaries, &grid, means_of_all, time)?;
-        let gas = Gas {
+        let surroundings = GridBoundaries::new(&scene, boundaries, &grid, means_of_all, time)?;
+        let gas = DensityInput {
             limit: parameters.max_contact_value,
             counts: grid.counts(),
             cell: grid.cell_volume(),
@@ -373,7 +381,7 @@ where
 /// Placement of initial simulators among boundaries.
 struct Entry<'a, P: ParticleModel> {
     scene: &'a P,
-    surroundings: &'a BoundaryGeometry<P>,
+    surroundings: &'a GridBoundaries<P>,
     grid: &'a Grid<P::Space>,
     streams: Streams,
     weight: f64,
@@ -389,14 +397,14 @@ impl<P: ParticleModel> Entry<'_, P> {
         simulators: Vec<SimulatorOf<P, F>>,
         fresh: Option<usize>,
         ledgers: &mut Ledgers<P::Space>,
-    ) -> Result<Vec<SimulatorOf<P, F>>, EngineError> {
+    ) -> Result<Vec<SimulatorOf<P, F>>, DsmcError> {
         let surroundings = self.surroundings;
         let [inflows, obstacles] = surroundings.numbers();
         ledgers.inflows.resize(inflows, Transfer::default());
-        ledgers.obstacles.resize(obstacles, Ledger::default());
+        ledgers.obstacles.resize(obstacles, WallLedger::default());
         let least = surroundings.least_factor();
         if simulators.len() as f64 > MOST_SIMULATORS * least {
-            return Err(EngineError::BadWeights {
+            return Err(DsmcError::BadWeights {
                 found: format!("a factor of {least} for {} simulators", simulators.len()),
                 allowed: "at most 2^30 simulators after it",
             });
@@ -452,10 +460,10 @@ fn grid<S: Space>(
 
 /// Sets the free volume of cells beside walls and obstacles.
 fn leave_room<P: ParticleModel>(
-    surroundings: &BoundaryGeometry<P>,
+    surroundings: &GridBoundaries<P>,
     grid: &Grid<P::Space>,
     density: &mut Density<P::Space>,
-) -> Result<(), EngineError> {
+) -> Result<(), DsmcError> {
     surroundings.cut_windows(grid, density);
     surroundings.leave_room(density);
     require_room(surroundings, density.scheme())
@@ -464,16 +472,16 @@ fn leave_room<P: ParticleModel>(
 /// Refuses walls so close to each other that the rate of a cross-cell scheme is wrong by an unknown
 /// amount.
 pub(crate) fn require_room<P: ParticleModel>(
-    surroundings: &BoundaryGeometry<P>,
+    surroundings: &GridBoundaries<P>,
     scheme: Scheme,
-) -> Result<(), EngineError> {
+) -> Result<(), DsmcError> {
     /// Smallest distance of walls \[mean diameters\].
     const LEAST: f64 = 3.0;
     let mut axes = (0..P::Space::DIMENSION).map(|axis| (axis, surroundings.width(axis)));
     match axes.find(|(_, width)| *width < LEAST) {
         Some((axis, width)) if scheme.partners() == PartnerSelection::AroundContact => {
             let scheme = scheme.name();
-            Err(EngineError::Narrow {
+            Err(DsmcError::Narrow {
                 axis,
                 scheme,
                 width,
@@ -488,23 +496,23 @@ pub(crate) fn check_choices<P: ParticleModel>(
     scene: &P,
     parameters: Parameters,
     domain: &Domain<P::Space>,
-    boundaries: &Boundaries<P::Space>,
-) -> Result<(), EngineError> {
+    boundaries: &BoundaryConditions<P::Space>,
+) -> Result<(), DsmcError> {
     parameters.check()?;
     boundaries.check(domain, parameters)?;
     if P::Sizes::INDIVIDUAL && boundaries.is_open() {
-        return Err(EngineError::Individuals);
+        return Err(DsmcError::Individuals);
     }
     let is_sheared = scene.field().shear_rate() != 0.0;
-    if is_sheared && parameters.displacement != Displacement::None {
+    if is_sheared && parameters.displacement != PartnerDisplacement::None {
         let scheme = parameters.scheme.name();
-        return Err(EngineError::Displaced { scheme });
+        return Err(DsmcError::Displaced { scheme });
     }
     check_displacement(scene, parameters, domain)
 }
 
 /// Shifts the images above and below the box to `offset` \[length\], if they slide.
-fn slid<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, EngineError> {
+fn slid<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, DsmcError> {
     let shear = domain.images().shear();
     Ok(domain.sheared(shear.map(|shear| Shear { offset, ..shear }))?)
 }
@@ -514,13 +522,13 @@ fn check_displacement<P: ParticleModel>(
     scene: &P,
     parameters: Parameters,
     domain: &Domain<P::Space>,
-) -> Result<(), EngineError> {
-    if parameters.displacement != Displacement::Inelastic {
+) -> Result<(), DsmcError> {
+    if parameters.displacement != PartnerDisplacement::Inelastic {
         return Ok(());
     }
     let restitution = scene.restitution().normal(1.0);
     if restitution <= 0.0 {
-        return Err(EngineError::NoDisplacement);
+        return Err(DsmcError::NoDisplacement);
     }
     let side = (0..P::Space::DIMENSION)
         .map(|axis| domain.lengths()[axis])
@@ -530,7 +538,7 @@ fn check_displacement<P: ParticleModel>(
     if displacement <= side.max(diameter) {
         Ok(())
     } else {
-        Err(EngineError::FarDisplacement {
+        Err(DsmcError::FarDisplacement {
             restitution,
             displacement,
             side,
@@ -541,7 +549,7 @@ fn check_displacement<P: ParticleModel>(
 fn check_numbers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     simulators: &[SimulatorOf<P, F>],
-) -> Result<(), EngineError> {
+) -> Result<(), DsmcError> {
     let dimension = P::Space::DIMENSION;
     let bad = simulators.iter().position(|simulator| {
         // Square of the spin of a particle of unit radius and mass, or zero.
@@ -552,7 +560,7 @@ fn check_numbers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     });
     bad.map_or(Ok(()), |index| {
         let list = |vector: VectorOf<P>| (0..dimension).map(|axis| vector[axis]).collect();
-        Err(EngineError::BadNumber {
+        Err(DsmcError::BadNumber {
             simulator: index,
             position: list(simulators[index].position),
             velocity: list(simulators[index].velocity),

@@ -12,26 +12,26 @@ use crate::boundary::{CutCell, FlightTiming};
 use crate::cross_cell::TilePeers;
 use crate::decomposition::Subdomain;
 use crate::density::DensityKernel;
-use crate::engine::Engine;
+use crate::engine::DsmcEngine;
 use crate::features::PROCESSES;
-use crate::flight::Flight;
+use crate::flight::FreeFlight;
 use crate::particle::{DisplacementTracking, covered};
 use crate::pause::Pause;
 use crate::scheme::PartnerSelection;
 use crate::sweep::sweep;
-use crate::tally::{Counts, StepBounds, Unit};
+use crate::tally::{EnergyUnit, StepBounds, StepCounters};
 use crate::threads::is_parallel;
 use crate::tile::{Arrivals, Migrant, SendBuffer, Tile};
-use crate::within_cell::{CollisionContext, Flow};
+use crate::within_cell::{CellFlow, CollisionContext};
 
-impl<P, F> Engine<P, F>
+impl<P, F> DsmcEngine<P, F>
 where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
     /// Advances by whole steps to the time `until`, with the last step shortened to end there
     /// exactly, or for `most_steps`. Returns `true` if the time was reached; `false` also if
-    /// [`Engine::set_stop_flag`] stopped it or [`Engine::set_pause_flag`] paused it. After a pause, the next
+    /// [`DsmcEngine::set_stop_flag`] stopped it or [`DsmcEngine::set_pause_flag`] paused it. After a pause, the next
     /// call with the same time continues as if there had been none.
     pub fn advance(&mut self, until: f64, most_steps: u64, observer: &mut dyn Observer) -> bool {
         if self.stop.has_ended() {
@@ -184,7 +184,7 @@ where
         for simulator in self.ordered() {
             total += sizes.mass(simulator.tag) * simulator.velocity.square();
         }
-        let unit = Unit::of(total);
+        let unit = EnergyUnit::of(total);
         let mut stock = StepBounds::default();
         for simulator in self.ordered() {
             let v = simulator.velocity;
@@ -216,7 +216,7 @@ where
         if !self.parameters.scheme.is_cross_cell() {
             self.grid.slide(flight);
         }
-        let unit = Unit::of(self.stock.twice_energy(self.unit));
+        let unit = EnergyUnit::of(self.stock.twice_energy(self.unit));
         let timing = FlightTiming {
             number: 2 * self.tally.steps + 1,
             begin,
@@ -230,7 +230,7 @@ where
             displacement: self.parameters.displacement,
             weight: self.constants.weight,
             moment_ratio: self.constants.moment_ratio,
-            flow: Flow {
+            flow: CellFlow {
                 rate: self.scene.field().shear_rate(),
                 is_felt: self.parameters.scheme.properties().feels_flow,
             },
@@ -270,7 +270,7 @@ where
         let grid = &self.grid;
         let boundaries = self.surroundings.as_ref();
         let weight = self.constants.weight;
-        let flight = Flight::new(&self.scene, grid, boundaries, weight, self.streams, timing);
+        let flight = FreeFlight::new(&self.scene, grid, boundaries, weight, self.streams, timing);
         sweep(
             parallel,
             &mut self.tiles,
@@ -303,7 +303,7 @@ where
     }
 
     /// Reduces speeds and energy over all tiles; the next time step is chosen from them.
-    fn close_step(&mut self, unit: Unit) {
+    fn close_step(&mut self, unit: EnergyUnit) {
         self.unit = unit;
         self.stock = match &self.share {
             Some(share) => share.stock,
@@ -319,7 +319,7 @@ where
             // From rest or an empty box: an upper bound, which the next step improves.
             let total = self.simulators as f64 * self.constants.mean_mass;
             let most = total * self.stock.speeds.square();
-            self.unit = Unit::of(most);
+            self.unit = EnergyUnit::of(most);
             self.stock.set_twice_energy(most, self.unit);
         }
         self.tally.steps += 1;
@@ -340,7 +340,7 @@ where
         self.grid.slide(timing.duration);
         let (grid, boundaries) = (&self.grid, self.surroundings.as_ref());
         let weight = self.constants.weight;
-        let flight = Flight::new(&self.scene, grid, boundaries, weight, self.streams, timing);
+        let flight = FreeFlight::new(&self.scene, grid, boundaries, weight, self.streams, timing);
         sweep(
             is_parallel(self.simulators),
             &mut self.tiles,
@@ -400,7 +400,7 @@ where
 
     /// Sums the counters of all tiles, and exchanges particles and counters with other processes.
     fn count(&mut self, collided: bool, looks: bool) {
-        let mut counts = Counts::default();
+        let mut counts = StepCounters::default();
         for tile in self.tiles.iter_mut().filter(|tile| tile.is_here) {
             if collided {
                 counts.add(&tile.tally);

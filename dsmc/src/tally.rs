@@ -1,7 +1,7 @@
 //! Counters of a run, and the statistics behind the next time step.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Exact, Space};
+use stosszahl_model::{ExactSum, Space};
 
 use crate::boundary::{ExactLedgers, Ledgers};
 use crate::extrema::larger;
@@ -68,15 +68,15 @@ impl CollisionCounters {
 
 /// Exact sums of the counters of several tiles in a step, independent of the order of the tiles.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Counts {
+pub(crate) struct StepCounters {
     /// Counters other than floating-point sums.
     whole: CollisionCounters,
-    separation: Exact,
-    virial: Exact,
+    separation: ExactSum,
+    virial: ExactSum,
     ledgers: ExactLedgers,
 }
 
-impl Counts {
+impl StepCounters {
     /// Adds the counters of a tile.
     pub(crate) fn add(&mut self, tally: &CollisionCounters) {
         self.separation.add(tally.separation);
@@ -120,7 +120,7 @@ impl Counts {
 pub(crate) struct StepBounds<S: Space> {
     /// Largest absolute value of each velocity component \[length/time\].
     pub(crate) speeds: S::Vector,
-    /// Sum of m v^2, in [`Unit`]s.
+    /// Sum of m v^2, in [`EnergyUnit`]s.
     energy: u64,
 }
 
@@ -135,9 +135,9 @@ impl<S: Space> Default for StepBounds<S> {
 
 /// Unit of energy for integer sums: a power of two, about 2^-58 of the last total \[energy\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Unit(f64);
+pub(crate) struct EnergyUnit(f64);
 
-impl Unit {
+impl EnergyUnit {
     /// Unit for energies that add up to about `total`, and at most to 64 times of it.
     pub(crate) fn of(total: f64) -> Self {
         let exponent = (total.to_bits() >> 52) as i32 - 1023;
@@ -184,12 +184,12 @@ impl<S: Space> StepBounds<S> {
     }
 
     /// Sets the sum of m v^2 \[energy\].
-    pub(crate) fn set_twice_energy(&mut self, twice_energy: f64, unit: Unit) {
+    pub(crate) fn set_twice_energy(&mut self, twice_energy: f64, unit: EnergyUnit) {
         self.energy = (twice_energy * unit.inverse()) as u64;
     }
 
     /// Sum of m v^2 \[energy\].
-    pub(crate) fn twice_energy(&self, unit: Unit) -> f64 {
+    pub(crate) fn twice_energy(&self, unit: EnergyUnit) -> f64 {
         self.energy as f64 * unit.0
     }
 }

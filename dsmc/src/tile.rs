@@ -12,7 +12,7 @@
 use stosszahl_model::{Collision, ParticleModel, Space, VectorOf};
 
 use crate::boundary::Ledgers;
-use crate::grid::{Grid, OFFSETS, Place, offset};
+use crate::grid::{Grid, OFFSETS, TilePlace, offset};
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tally::{CellCount, CollisionCounters, StepBounds};
 
@@ -106,7 +106,7 @@ pub(crate) fn fit<T>(vector: &mut Vec<T>, count: usize) {
 
 /// Simulators of a block of cells.
 pub(crate) struct Tile<P: ParticleModel, F: DisplacementTracking<P::Space>> {
-    pub(crate) place: Place<P::Space>,
+    pub(crate) place: TilePlace<P::Space>,
     /// Simulators: after sorting, by cell; after a flight, those that stayed, by source cell.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
     /// Cell of each simulator after a flight, by its number in the tile.
@@ -177,7 +177,7 @@ pub(crate) struct Arrivals<'a, P: ParticleModel, F: DisplacementTracking<P::Spac
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
-    pub(crate) fn new(place: Place<P::Space>) -> Self {
+    pub(crate) fn new(place: TilePlace<P::Space>) -> Self {
         let mut tile = Self {
             place,
             simulators: Vec::new(),
@@ -211,7 +211,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
     /// Number in the grid of the first cell of a line along the first axis.
     #[inline]
     pub(crate) fn line_number(&self, grid: &Grid<P::Space>, line: u32) -> u32 {
-        let Place { first, sides, .. } = self.place;
+        let TilePlace { first, sides, .. } = self.place;
         grid.number([
             first[0],
             first[1] + line % sides[1],
@@ -221,7 +221,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
 
     /// Coordinates in the grid of a cell, from its number in the tile.
     pub(crate) fn cell_at(&self, local: usize) -> [u32; 3] {
-        let Place { first, sides, .. } = self.place;
+        let TilePlace { first, sides, .. } = self.place;
         let local = local as u32;
         [
             first[0] + local % sides[0],
@@ -232,7 +232,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
 
     /// Number in the tile of a cell, from its coordinates in the grid.
     pub(crate) fn number(&self, cell: [u32; 3]) -> usize {
-        let Place { first, sides, .. } = self.place;
+        let TilePlace { first, sides, .. } = self.place;
         let [x, y, z] = [0, 1, 2].map(|axis| cell[axis] - first[axis]);
         (x + sides[0] * (y + sides[1] * z)) as usize
     }
@@ -397,7 +397,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
 #[inline(always)]
 pub(crate) fn code<P: ParticleModel>(
     grid: &Grid<P::Space>,
-    place: &Place<P::Space>,
+    place: &TilePlace<P::Space>,
     position: VectorOf<P>,
 ) -> u16 {
     let column = |axis| {

@@ -1,19 +1,19 @@
 //! Collisions of pairs within cells.
 
 use rand::RngExt;
-use stosszahl_model::random::Bundle;
+use stosszahl_model::random::StreamBundle;
 use stosszahl_model::{
     CollidingPair, Collision, Interrupt, ParticleModel, Restitution, Separation, Sizes, Space,
     Vector, VectorOf, collide, kinetic,
 };
 
-use crate::boundary::{BoundaryGeometry, CutCell};
+use crate::boundary::{CutCell, GridBoundaries};
 use crate::density::Density;
 use crate::extrema::{larger, smaller};
 use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, SimulatorOf, covered, index};
 use crate::random_counts::{draw_pair, draw_whole};
-use crate::scheme::Displacement;
+use crate::scheme::PartnerDisplacement;
 use crate::tally::{CollisionCounters, StepBounds};
 use crate::tile::Tile;
 
@@ -25,7 +25,7 @@ pub(crate) struct CollisionContext<'a, P: ParticleModel> {
     /// True if pairs within a cell collide; if not, only speeds and energies are updated.
     pub(crate) collides: bool,
     /// Displacement of the partners.
-    pub(crate) displacement: Displacement,
+    pub(crate) displacement: PartnerDisplacement,
     /// Radius around a point within which all simulators are equally likely partners \[length\].
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
@@ -33,11 +33,11 @@ pub(crate) struct CollisionContext<'a, P: ParticleModel> {
     /// Particles per simulator where the weight factor is one.
     pub(crate) weight: f64,
     /// Boundaries of the box; `None` if it is periodic.
-    pub(crate) surroundings: Option<&'a BoundaryGeometry<P>>,
+    pub(crate) surroundings: Option<&'a GridBoundaries<P>>,
     /// Moment ratio `M_(D-1)/M_D` of the diameters.
     pub(crate) moment_ratio: f64,
     /// Uniform shear flow between partners.
-    pub(crate) flow: Flow,
+    pub(crate) flow: CellFlow,
     /// Relative speed that a pair may gain in the collisions of one step, beyond that of all
     /// velocities at its start \[length/time\]: two contacts of each partner; 0 for laws that only
     /// dissipate.
@@ -47,7 +47,7 @@ pub(crate) struct CollisionContext<'a, P: ParticleModel> {
     /// Time at the middle of the step \[time\].
     pub(crate) time: f64,
     /// Random streams of the step, addressed by cell.
-    pub(crate) streams: Bundle,
+    pub(crate) streams: StreamBundle,
     /// Inverse of the unit of integer energy sums \[1/energy\].
     pub(crate) units: f64,
     /// True if collisions are recorded for observers.
@@ -61,7 +61,7 @@ pub(crate) struct CollisionContext<'a, P: ParticleModel> {
 /// Uniform shear flow u = (a y, 0) between partners within a cell. Velocities of simulators are
 /// relative to the flow.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Flow {
+pub(crate) struct CellFlow {
     /// Shear rate a \[1/time\]; 0 without a flow.
     pub(crate) rate: f64,
     /// True if partners count as a contact distance apart in the flow, see
@@ -510,19 +510,19 @@ where
         report.tally.separation += apart.square().sqrt();
         let gained = (after[0] - before[0]) * masses[0];
         let carried_over = match self.flow {
-            Flow { rate: 0.0, .. } => apart,
+            CellFlow { rate: 0.0, .. } => apart,
             // At contact, or as points, so that the peculiar energy balances.
-            Flow { is_felt: true, .. } => line,
-            Flow { .. } => VectorOf::<P>::default(),
+            CellFlow { is_felt: true, .. } => line,
+            CellFlow { .. } => VectorOf::<P>::default(),
         };
         let mut virial = carried_over.inner(&gained);
         members[i].velocity = after[0];
         members[j].velocity = after[1];
         [members[i].spin, members[j].spin] = outcome.spins;
         let share = match self.displacement {
-            Displacement::None => 0.0,
-            Displacement::Diameter => 1.0,
-            Displacement::Inelastic => inelastic_displacement(law, approach),
+            PartnerDisplacement::None => 0.0,
+            PartnerDisplacement::Diameter => 1.0,
+            PartnerDisplacement::Inelastic => inelastic_displacement(law, approach),
         };
         let mut transfer = None;
         if share > 0.0 {

@@ -4,11 +4,11 @@ use nalgebra::{Vector2, vector};
 use stosszahl_model::threads::{self, each_of};
 use stosszahl_model::{Domain, Field, Plane, memory};
 
-use crate::cells::Cells;
-use crate::disk::Disks;
+use crate::cells::CellLists;
+use crate::disk::DiskSystem;
 use crate::grid_hierarchy::GridHierarchy;
-use crate::motion::Motion;
-use crate::record::Disk;
+use crate::motion::FlightMotion;
+use crate::record::DiskRecord;
 use crate::sliding_rows::SlidingRows;
 
 /// Fills an empty vector with `make(i)` for each i below a count, on this thread or on all of the
@@ -83,14 +83,14 @@ fn by_cell(
 pub(crate) struct GridOptions {
     /// True if disks are unequal: they may get several grids then.
     pub(crate) unequal: bool,
-    /// True if cells of a dilute gas may be wide ([`Cells::wide_ones`]): not around obstacles,
+    /// True if cells of a dilute gas may be wide ([`CellLists::wide_ones`]): not around obstacles,
     /// whose contacts are roots of squares.
     pub(crate) may_be_wide: bool,
     /// True if all threads of the current pool sort.
     pub(crate) shared: bool,
 }
 
-impl<F: Field<Plane>> Disks<F> {
+impl<F: Field<Plane>> DiskSystem<F> {
     /// Sorts disks (position inside the box, velocity, radius) into a grid and in memory; returns
     /// with them the index in the state of each disk.
     pub(crate) fn new(
@@ -98,7 +98,7 @@ impl<F: Field<Plane>> Disks<F> {
         largest_radius: f64,
         count: usize,
         body: &(dyn Fn(usize) -> (Vector2<f64>, Vector2<f64>, f64) + Sync),
-        motion: Motion<F>,
+        motion: FlightMotion<F>,
         options: GridOptions,
     ) -> (Self, Vec<u32>) {
         let GridOptions {
@@ -109,13 +109,15 @@ impl<F: Field<Plane>> Disks<F> {
             [0, 1].map(|axis| domain.is_periodic(axis)),
         );
         let largest = 2.0 * largest_radius;
-        let wide =
-            if options.may_be_wide && !F::SHEARED && Cells::may_be_wide(lengths, largest, count) {
-                let places: Vec<Vector2<f64>> = (0..count).map(|index| body(index).0).collect();
-                Cells::wide_ones(lengths, periodic, largest, &places)
-            } else {
-                None
-            };
+        let wide = if options.may_be_wide
+            && !F::SHEARED
+            && CellLists::may_be_wide(lengths, largest, count)
+        {
+            let places: Vec<Vector2<f64>> = (0..count).map(|index| body(index).0).collect();
+            CellLists::wide_ones(lengths, periodic, largest, &places)
+        } else {
+            None
+        };
         let (cells, coarse) = match wide {
             Some(cells) => (cells, Vec::new()),
             None => GridHierarchy::grids(lengths, periodic, largest, count, unequal && !F::SHEARED),
@@ -145,7 +147,7 @@ impl<F: Field<Plane>> Disks<F> {
             let (position, velocity, _) = body(order[who].1 as usize);
             let (cell, offset) = disks.cells.locate(position);
             let flow = vector![disks.rows.flow(offset[1]), 0.0];
-            Disk::new(
+            DiskRecord::new(
                 cell,
                 offset,
                 if F::SHEARED {

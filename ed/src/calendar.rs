@@ -11,7 +11,7 @@ use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
 
 /// An event that a calendar announces: something may happen to `disk` at `time`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
+pub struct CalendarEntry {
     /// Time of the event relative to the epoch of the engine \[time\]; not negative, and finite if
     /// it is announced.
     pub time: f64,
@@ -19,7 +19,7 @@ pub struct Entry {
     pub disk: u32,
 }
 
-impl Entry {
+impl CalendarEntry {
     /// Returns the order of events as one number: times that are not negative order like their
     /// bits.
     #[inline]
@@ -28,16 +28,16 @@ impl Entry {
     }
 }
 
-impl Eq for Entry {}
+impl Eq for CalendarEntry {}
 
-impl PartialOrd for Entry {
+impl PartialOrd for CalendarEntry {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
 /// Order by time; simultaneous events by the disks' numbers, so that the order is defined.
-impl Ord for Entry {
+impl Ord for CalendarEntry {
     #[inline]
     fn cmp(&self, other: &Self) -> Ordering {
         self.key().cmp(&other.key())
@@ -81,24 +81,24 @@ pub trait Calendar: Sized + Send + Sync {
     /// Adds the next event of a disk, in place of the one before if that did not come up; not
     /// earlier than the last one popped. An infinite time means no event. A disk whose event was
     /// popped gets its next one before the next pop.
-    fn push(&mut self, entry: Entry);
+    fn push(&mut self, entry: CalendarEntry);
 
     /// Adds an event as [`Self::push`], unless the calendar holds it already.
-    fn push_once(&mut self, entry: Entry) {
+    fn push_once(&mut self, entry: CalendarEntry) {
         self.push(entry);
     }
 
     /// Removes and returns the earliest event if it is not later than `until`.
-    fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<Entry>;
+    fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<CalendarEntry>;
 
     /// Memory held \[bytes\].
     fn bytes(&self) -> usize;
 }
 
 /// Returns all events of an agenda.
-fn entries(agenda: &impl EventTimes) -> impl Iterator<Item = Entry> {
+fn entries(agenda: &impl EventTimes) -> impl Iterator<Item = CalendarEntry> {
     (0..agenda.disks())
-        .map(|disk| Entry {
+        .map(|disk| CalendarEntry {
             time: agenda.time(disk),
             disk,
         })
@@ -122,20 +122,20 @@ pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
 
 /// Plain calendar: a sorted set. The oracle of [`Buckets`].
 #[derive(Debug, Default)]
-pub struct Sorted(BTreeSet<Entry>);
+pub struct Sorted(BTreeSet<CalendarEntry>);
 
 impl Calendar for Sorted {
     fn new(agenda: &impl EventTimes, _now: f64) -> Self {
         Self(entries(agenda).collect())
     }
 
-    fn push(&mut self, entry: Entry) {
+    fn push(&mut self, entry: CalendarEntry) {
         if entry.time.is_finite() {
             self.0.insert(entry);
         }
     }
 
-    fn pop(&mut self, until: f64, _agenda: &impl EventTimes) -> Option<Entry> {
+    fn pop(&mut self, until: f64, _agenda: &impl EventTimes) -> Option<CalendarEntry> {
         if self.0.first()?.time > until {
             return None;
         }
@@ -144,7 +144,7 @@ impl Calendar for Sorted {
 
     fn bytes(&self) -> usize {
         // Nodes of a B-tree are at least half full.
-        2 * self.0.len() * size_of::<Entry>()
+        2 * self.0.len() * size_of::<CalendarEntry>()
     }
 }
 
@@ -174,10 +174,10 @@ pub struct Buckets {
     /// Number of events in `soon`.
     few: usize,
     /// Further events of the current bucket.
-    crowd: BinaryHeap<Entry, MinComparator>,
+    crowd: BinaryHeap<CalendarEntry, MinComparator>,
     /// Bucket number and disk of events whose bucket is full.
     spill: BinaryHeap<(u64, u32), MinComparator>,
-    far: Vec<Entry>,
+    far: Vec<CalendarEntry>,
     /// Bucket number and disk of events that wait for their bucket to be prefetched, at most until
     /// the next turn: the first `waits`.
     waiting: [(u64, u32); WAITING],
@@ -261,7 +261,7 @@ impl Buckets {
 
     /// Files an event, unless there is none.
     #[inline]
-    fn file(&mut self, entry: Entry) {
+    fn file(&mut self, entry: CalendarEntry) {
         if !entry.time.is_finite() {
             return;
         }
@@ -298,7 +298,7 @@ impl Buckets {
     }
 
     #[inline]
-    fn line_up(&mut self, entry: Entry) {
+    fn line_up(&mut self, entry: CalendarEntry) {
         if self.few < FEW {
             self.soon.times[self.few] = entry.time.to_bits();
             self.soon.disks[self.few] = entry.disk;
@@ -346,7 +346,7 @@ impl Buckets {
         for disk in 0..self.times.len() {
             let time = self.times[disk];
             let disk = disk as u32;
-            self.file(Entry { time, disk });
+            self.file(CalendarEntry { time, disk });
         }
     }
 
@@ -444,13 +444,13 @@ impl Buckets {
             self.soon.disks[self.few] = disk;
             self.few += usize::from(due);
         } else if due {
-            self.crowd.push(Entry { time, disk });
+            self.crowd.push(CalendarEntry { time, disk });
         }
     }
 
     /// Returns the index and the earliest event of `soon`, unless that is empty.
     #[inline(always)]
-    fn earliest(&self) -> Option<(usize, Entry)> {
+    fn earliest(&self) -> Option<(usize, CalendarEntry)> {
         if self.few == 0 {
             return None;
         }
@@ -470,7 +470,7 @@ impl Buckets {
         }
         let disk = disks[at];
         let time = f64::from_bits(time);
-        Some((at, Entry { time, disk }))
+        Some((at, CalendarEntry { time, disk }))
     }
 }
 
@@ -506,20 +506,20 @@ impl Calendar for Buckets {
     }
 
     #[inline(always)]
-    fn push(&mut self, entry: Entry) {
+    fn push(&mut self, entry: CalendarEntry) {
         debug_assert!(entry.time >= self.last_time);
         self.times[entry.disk as usize] = entry.time;
         self.file(entry);
     }
 
-    fn push_once(&mut self, entry: Entry) {
+    fn push_once(&mut self, entry: CalendarEntry) {
         if self.times[entry.disk as usize] != entry.time {
             self.push(entry);
         }
     }
 
     #[inline(always)]
-    fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<Entry> {
+    fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<CalendarEntry> {
         loop {
             let few = self.earliest();
             if let Some(&first) = self.crowd.peek()
@@ -555,7 +555,7 @@ impl Calendar for Buckets {
         self.ring.capacity() * size_of::<Bucket>()
             + self.counts.capacity()
             + self.times.capacity() * size_of::<f64>()
-            + (self.far.capacity() + self.crowd.capacity()) * size_of::<Entry>()
+            + (self.far.capacity() + self.crowd.capacity()) * size_of::<CalendarEntry>()
             + self.spill.capacity() * size_of::<(u64, u32)>()
     }
 }
@@ -578,7 +578,7 @@ mod tests {
     }
 
     /// Returns the next event that is not stale.
-    fn next<Q: Calendar>(calendar: &mut Q, until: f64, times: &Times) -> Option<Entry> {
+    fn next<Q: Calendar>(calendar: &mut Q, until: f64, times: &Times) -> Option<CalendarEntry> {
         loop {
             let entry = calendar.pop(until, times)?;
             if times.time(entry.disk) == entry.time {
@@ -625,7 +625,7 @@ mod tests {
                     wait = f64::INFINITY;
                 }
                 for disk in changed {
-                    let again = Entry {
+                    let again = CalendarEntry {
                         time: entry.time + wait,
                         disk,
                     };
@@ -648,7 +648,7 @@ mod tests {
             found.push(entry.disk);
             times.0[entry.disk as usize] = f64::INFINITY;
             let (time, disk) = (f64::INFINITY, entry.disk);
-            calendar.push(Entry { time, disk });
+            calendar.push(CalendarEntry { time, disk });
         }
         let expected: Vec<u32> = (0..1000).filter(|&disk| disk != 500).chain([500]).collect();
         assert_eq!(found, expected);
@@ -702,7 +702,7 @@ mod tests {
         let mut calendar = Buckets::new(&times, 0.0);
         assert_eq!(calendar.pop(f64::INFINITY, &times), None);
         times.0[0] = 1e300;
-        let late = Entry {
+        let late = CalendarEntry {
             time: 1e300,
             disk: 0,
         };

@@ -1,7 +1,7 @@
 //! Walk through the lists of disks of several cells.
 
 use crate::cells::NONE;
-use crate::record::Disk;
+use crate::record::DiskRecord;
 
 /// Most lists open at a time, for cells at rest: those of four by four.
 const STILL: usize = 16;
@@ -36,7 +36,10 @@ impl<const RING: usize> CellListWalk<RING> {
 
     /// Returns the next disk of any list, with its number and that of its cell.
     #[inline(always)]
-    pub(crate) fn next<'a>(&mut self, all: &'a [Disk]) -> Option<(u32, usize, &'a Disk)> {
+    pub(crate) fn next<'a>(
+        &mut self,
+        all: &'a [DiskRecord],
+    ) -> Option<(u32, usize, &'a DiskRecord)> {
         if self.begin == self.end {
             return None;
         }

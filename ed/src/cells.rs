@@ -14,7 +14,7 @@ pub(crate) fn line_of(disk: u32) -> usize {
 }
 
 /// Coordinates of a cell.
-pub(crate) type Cell = [u16; 2];
+pub(crate) type CellCoordinates = [u16; 2];
 
 /// Cells of a tile along one side, as a power of two: cells and disks that are near each other in
 /// the plane are near in memory.
@@ -44,7 +44,7 @@ const ENTERED: f64 = 4.0 / std::f64::consts::PI;
 /// path \[length\]. Around obstacles cells are narrower.
 ///
 /// A gas in which more than 1e7 of them come between two collisions is given up
-/// ([`crate::EngineError::NoCollisions`]).
+/// ([`crate::EventDrivenError::NoCollisions`]).
 pub fn crossings_per_collision(
     lengths: [f64; 2],
     disks: usize,
@@ -53,8 +53,8 @@ pub fn crossings_per_collision(
     has_obstacles: bool,
 ) -> f64 {
     let lengths = Vector2::from(lengths);
-    let narrow = Cells::least_width(lengths, largest_diameter, disks);
-    let wide = Cells::wide_width(lengths, disks);
+    let narrow = CellLists::least_width(lengths, largest_diameter, disks);
+    let wide = CellLists::wide_width(lengths, disks);
     let width = if has_obstacles || wide < 2.0 * narrow {
         narrow
     } else {
@@ -65,7 +65,7 @@ pub fn crossings_per_collision(
 
 /// Grid of a box; each cell names the first of its disks.
 #[derive(Debug)]
-pub(crate) struct Cells {
+pub(crate) struct CellLists {
     counts: [u16; 2],
     periodic: [bool; 2],
     /// Steps along each axis beyond which the way around the box is shorter, doubled; more than
@@ -84,7 +84,7 @@ pub(crate) struct Cells {
     firsts: Vec<u32>,
 }
 
-impl Cells {
+impl CellLists {
     /// Best width of cells for this many disks, if none is wider \[length\].
     pub(crate) fn ideal(lengths: Vector2<f64>, disks: usize) -> f64 {
         (OCCUPANCY * lengths[0] * lengths[1] / disks.max(1) as f64).sqrt()
@@ -260,7 +260,7 @@ impl Cells {
     /// Returns the index in memory of the cell `right` and `up` of the one before: 0 for the column
     /// or row before, 1 for the same, 2 for the one after.
     #[inline]
-    pub(crate) fn place(&self, cell: Cell, right: usize, up: usize) -> usize {
+    pub(crate) fn place(&self, cell: CellCoordinates, right: usize, up: usize) -> usize {
         let [x, y] = cell.map(usize::from);
         (self.columns[x + right + 1] + self.rows[y + up + 1]) as usize
     }
@@ -268,7 +268,7 @@ impl Cells {
     /// Returns the parts of the indices in memory of the cells around one: each index is the sum of
     /// one of three for the column and one of three for the row.
     #[inline(always)]
-    pub(crate) fn around(&self, cell: Cell) -> ([u32; 3], [u32; 3]) {
+    pub(crate) fn around(&self, cell: CellCoordinates) -> ([u32; 3], [u32; 3]) {
         let [x, y] = cell.map(usize::from);
         let (columns, rows) = (&self.columns[x + 1..x + 4], &self.rows[y + 1..y + 4]);
         (
@@ -280,7 +280,13 @@ impl Cells {
     /// Returns the indices in memory of three cells side by side across an axis, the middle one of
     /// which is some steps from a cell along it, two at most, forward or backward.
     #[inline(always)]
-    pub(crate) fn across(&self, cell: Cell, axis: usize, steps: usize, forward: bool) -> [u32; 3] {
+    pub(crate) fn across(
+        &self,
+        cell: CellCoordinates,
+        axis: usize,
+        steps: usize,
+        forward: bool,
+    ) -> [u32; 3] {
         let parts = [&self.columns, &self.rows];
         let (along, across) = (parts[axis % 2], parts[1 - axis % 2]);
         let [along_its, across_its] = [cell[axis % 2], cell[1 - axis % 2]].map(usize::from);
@@ -296,8 +302,8 @@ impl Cells {
     #[inline(always)]
     pub(crate) fn around_both(
         &self,
-        first: Cell,
-        second: Cell,
+        first: CellCoordinates,
+        second: CellCoordinates,
         axis: usize,
     ) -> Option<([u32; 4], [usize; 2])> {
         let count = i32::from(self.counts[axis]);
@@ -316,7 +322,7 @@ impl Cells {
     }
 
     /// Returns the cell of a position inside the box, and the position relative to its corner.
-    pub(crate) fn locate(&self, position: Vector2<f64>) -> (Cell, Vector2<f64>) {
+    pub(crate) fn locate(&self, position: Vector2<f64>) -> (CellCoordinates, Vector2<f64>) {
         let mut cell = [0; 2];
         let mut offset = position;
         for axis in 0..2 {
@@ -328,7 +334,7 @@ impl Cells {
     }
 
     /// Returns the corner of a cell.
-    pub(crate) fn corner(&self, cell: Cell) -> Vector2<f64> {
+    pub(crate) fn corner(&self, cell: CellCoordinates) -> Vector2<f64> {
         vector![
             f64::from(cell[0]) * self.width[0],
             f64::from(cell[1]) * self.width[1]
@@ -357,7 +363,7 @@ impl Cells {
     /// Returns the vector from the corner of the second cell to that of the first, over the nearest
     /// image.
     #[inline(always)]
-    pub(crate) fn between(&self, first: Cell, second: Cell) -> Vector2<f64> {
+    pub(crate) fn between(&self, first: CellCoordinates, second: CellCoordinates) -> Vector2<f64> {
         let mut shift = Vector2::zeros();
         for axis in 0..2 {
             let count = self.around[axis];
@@ -519,7 +525,7 @@ mod tests {
     use super::*;
 
     /// Cells of a dilute gas hold 0.45 disks; those of a gas in a corner are as narrow as its own
-    /// density asks for, or as [`Cells::new`] makes them.
+    /// density asks for, or as [`CellLists::new`] makes them.
     #[test]
     fn cells_of_a_thin_gas_follow_its_density() {
         const SIDE: f64 = 1e5;
@@ -536,7 +542,7 @@ mod tests {
                 vector![0.618 * number % 1.0, number / f64::from(count)] * (part * SIDE)
             });
             let places: Vec<_> = places.collect();
-            let found = Cells::wide_ones(vector![SIDE, SIDE], [true; 2], 1.0, &places);
+            let found = CellLists::wide_ones(vector![SIDE, SIDE], [true; 2], 1.0, &places);
             let its = found.map(|cells| {
                 assert!(cells.wide() && cells.crowding(&places) <= CROWDED);
                 cells.width()[0]

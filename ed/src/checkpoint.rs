@@ -1,12 +1,12 @@
 //! State of a run between its legs.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::walls::Ledger;
+use stosszahl_model::walls::WallLedger;
 use stosszahl_model::{ParticleModel, ParticleState, ShearWork, State};
 
 /// Rule of which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Dissipation {
+pub enum DissipationRule {
     /// No collisions lose energy: the laws of the scene and its walls are ignored (to equilibrate).
     /// Contacts are elastic and smooth, also with moving walls.
     Elastic,
@@ -59,7 +59,7 @@ impl EventCounters {
 /// All data from which a run continues to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Checkpoint<P: ParticleModel> {
+pub struct EventDrivenCheckpoint<P: ParticleModel> {
     /// State of the gas.
     pub state: State<P>,
     /// Time of each disk's last contact; empty unless the TC model needs it.
@@ -75,14 +75,14 @@ pub struct Checkpoint<P: ParticleModel> {
     pub stalled: u64,
     /// Momentum and energy that each wall and obstacle has given to the gas, by `Engine::ledgers`;
     /// empty without any.
-    pub ledgers: Vec<Ledger<P::Space>>,
+    pub ledgers: Vec<WallLedger<P::Space>>,
     /// Number of contacts of each disk with walls and obstacles so far; empty without any.
     pub rebounds: Vec<u32>,
     /// Energy balance so far; zero without a shear flow.
     pub shear_work: ShearWork,
 }
 
-impl<P: ParticleModel> Clone for Checkpoint<P> {
+impl<P: ParticleModel> Clone for EventDrivenCheckpoint<P> {
     fn clone(&self) -> Self {
         Self {
             state: self.state.clone(),
@@ -97,7 +97,7 @@ impl<P: ParticleModel> Clone for Checkpoint<P> {
     }
 }
 
-impl<P: ParticleModel> Checkpoint<P> {
+impl<P: ParticleModel> EventDrivenCheckpoint<P> {
     /// Returns an empty gas in the same box, as a placeholder while an engine has the other.
     pub(crate) fn nowhere(other: &Self) -> Self {
         let (time, domain) = (other.state.time, other.state.domain);
@@ -117,7 +117,7 @@ impl<P: ParticleModel> Checkpoint<P> {
     }
 }
 
-impl<P: ParticleModel> From<State<P>> for Checkpoint<P> {
+impl<P: ParticleModel> From<State<P>> for EventDrivenCheckpoint<P> {
     fn from(state: State<P>) -> Self {
         Self {
             state,

@@ -8,12 +8,12 @@ use stosszahl_model::{
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
-use crate::checkpoint::Dissipation;
+use crate::checkpoint::DissipationRule;
 use crate::collapse::ContactInfo;
-use crate::engine::Engine;
-use crate::error::EngineError;
+use crate::engine::EventDrivenEngine;
+use crate::error::EventDrivenError;
 
-impl<P, Q> Engine<P, Q>
+impl<P, Q> EventDrivenEngine<P, Q>
 where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
@@ -25,7 +25,7 @@ where
         first: u32,
         second: u32,
         recorder: &mut Recorder<'_>,
-    ) -> Result<(), EngineError> {
+    ) -> Result<(), EventDrivenError> {
         let now = self.now;
         self.tally.collisions += 1;
         self.enter_flight(first);
@@ -175,9 +175,9 @@ where
     ) -> Option<Separation> {
         let law = |scene: &P| Some(scene.restitution().separation(kinds, approach.max(0.0)));
         match self.dissipation {
-            Dissipation::Elastic => None,
-            Dissipation::Scene => law(&self.scene),
-            Dissipation::ContactTime(contact_time) => {
+            DissipationRule::Elastic => None,
+            DissipationRule::Scene => law(&self.scene),
+            DissipationRule::ContactTime(contact_time) => {
                 let recent = pair.map(|who| self.touches_again(who, contact_time));
                 let recent = recent[0] | recent[1];
                 self.tally.elastic_contacts += u64::from(recent);
@@ -224,10 +224,10 @@ where
 
     /// Stops at the time of the collapse, and returns the error.
     #[cold]
-    fn collapse(&mut self, pair: [u32; 2]) -> EngineError {
+    fn collapse(&mut self, pair: [u32; 2]) -> EventDrivenError {
         self.time = self.epoch + self.now / self.speed;
         let name = |disk: u32| self.names[disk as usize] as usize;
-        EngineError::InelasticCollapse {
+        EventDrivenError::InelasticCollapse {
             time: self.time,
             collisions: self.progress.stalled(self.tally.contacts()),
             pair: pair.map(name),

@@ -8,21 +8,21 @@ use stosszahl_model::{Field, Plane, Sizes, memory};
 
 use crate::calendar::EventTimes;
 use crate::cell_list_walk::CellListWalk;
-use crate::cells::{self, Cell, Cells, NONE, line_of};
+use crate::cells::{self, CellCoordinates, CellLists, NONE, line_of};
 use crate::contact::Candidates;
-use crate::frames::{Frames, Still};
+use crate::frames::{CellFrames, Still};
 use crate::grid_hierarchy::{self, GridHierarchy, Nearby};
-use crate::motion::Motion;
+use crate::motion::FlightMotion;
 use crate::prefetch_plan::PrefetchPlan;
-use crate::record::{Disk, FIRST, VOID};
+use crate::record::{DiskRecord, FIRST, VOID};
 use crate::sliding_rows::SlidingRows;
 
 /// All disks and the grid they are in.
-pub(crate) struct Disks<F> {
-    pub(crate) all: Vec<Disk>,
+pub(crate) struct DiskSystem<F> {
+    pub(crate) all: Vec<DiskRecord>,
     /// Flight between events.
-    pub(crate) motion: Motion<F>,
-    pub(crate) cells: Cells,
+    pub(crate) motion: FlightMotion<F>,
+    pub(crate) cells: CellLists,
     /// Sliding of the rows of cells, in a shear flow.
     pub(crate) rows: SlidingRows,
     /// Coarser grids, if sizes differ much; `None` in a shear flow.
@@ -34,9 +34,9 @@ pub(crate) struct Disks<F> {
 /// Number of disks that fit into a usual second-level cache, at a cache line each.
 const NEAR: usize = 20_000;
 
-impl<F: Field<Plane>> Disks<F> {
+impl<F: Field<Plane>> DiskSystem<F> {
     /// Creates the collection of disks that are in a grid already.
-    pub(crate) fn of(all: Vec<Disk>, motion: Motion<F>, cells: Cells) -> Self {
+    pub(crate) fn of(all: Vec<DiskRecord>, motion: FlightMotion<F>, cells: CellLists) -> Self {
         Self {
             all,
             motion,
@@ -48,13 +48,13 @@ impl<F: Field<Plane>> Disks<F> {
     }
 
     #[inline]
-    pub(crate) fn home(&self, who: u32) -> Cell {
+    pub(crate) fn home(&self, who: u32) -> CellCoordinates {
         self.all[who as usize].home
     }
 
     /// Returns the grid that a disk is listed in, and the index of its list there.
     #[inline(always)]
-    fn listed(&mut self, who: u32) -> (&mut Cells, usize) {
+    fn listed(&mut self, who: u32) -> (&mut CellLists, usize) {
         let home = self.home(who);
         match &mut self.levels {
             Some(levels) if levels.of(who) > 0 => {
@@ -241,7 +241,7 @@ impl<F: Field<Plane>> Disks<F> {
     /// Opens the lists of the nine cells around one: columns and rows are numbered 0 before, 1
     /// same, 2 after, and cells by four times the row and the column.
     #[inline(always)]
-    pub(crate) fn open(&self, home: Cell, time: f64) -> CellListWalk {
+    pub(crate) fn open(&self, home: CellCoordinates, time: f64) -> CellListWalk {
         let mut lists = CellListWalk::new();
         if F::SHEARED {
             self.open_sliding(&mut lists, home, time, [true; 3]);
@@ -258,14 +258,19 @@ impl<F: Field<Plane>> Disks<F> {
     }
 
     /// Returns the disks in the nine cells around one, and itself.
-    pub(crate) fn around(&self, who: u32) -> impl Iterator<Item = (u32, &Disk)> {
+    pub(crate) fn around(&self, who: u32) -> impl Iterator<Item = (u32, &DiskRecord)> {
         let mut lists = self.open(self.home(who), 0.0);
         iter::from_fn(move || lists.next(&self.all)).map(|(number, _, disk)| (number, disk))
     }
 
     /// Opens the lists of the three cells that are one step along an axis, forward or backward.
     #[inline(always)]
-    fn open_beyond(&self, home: Cell, (axis, forward): (usize, bool), time: f64) -> CellListWalk {
+    fn open_beyond(
+        &self,
+        home: CellCoordinates,
+        (axis, forward): (usize, bool),
+        time: f64,
+    ) -> CellListWalk {
         let mut lists = CellListWalk::new();
         if F::SHEARED {
             self.open_beyond_sliding(&mut lists, home, (axis, forward), time);
@@ -495,7 +500,7 @@ impl<F: Field<Plane>> Disks<F> {
     #[inline(always)]
     fn gather_in<S: Sizes, const FAR: bool>(
         &self,
-        frames: &impl Frames,
+        frames: &impl CellFrames,
         mut lists: CellListWalk,
         candidates: &mut Candidates,
         who: u32,
@@ -566,7 +571,7 @@ impl<F: Field<Plane>> Disks<F> {
     /// Deepest overlap as [`Self::overlap`], in the frames of the cells around.
     fn overlap_in(
         &self,
-        frames: &impl Frames,
+        frames: &impl CellFrames,
         mut lists: CellListWalk,
         who: u32,
         time: f64,
@@ -584,13 +589,13 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
-        self.all.capacity() * size_of::<Disk>()
+        self.all.capacity() * size_of::<DiskRecord>()
             + self.cells.bytes()
             + self.levels.as_ref().map_or(0, GridHierarchy::bytes)
     }
 }
 
-impl<F: Field<Plane>> EventTimes for Disks<F> {
+impl<F: Field<Plane>> EventTimes for DiskSystem<F> {
     fn disks(&self) -> u32 {
         self.all.len() as u32
     }
@@ -632,7 +637,7 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::record::ABSENT;
-    use crate::{Calendar, Dissipation, Engine};
+    use crate::{Calendar, DissipationRule, EventDrivenEngine};
     use nalgebra::vector;
 
     pub(crate) type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
@@ -641,7 +646,7 @@ pub(crate) mod tests {
     pub(crate) fn gas<Q: Calendar>(
         length: f64,
         bodies: Vec<ParticleState<Scenery>>,
-    ) -> Engine<Scenery, Q> {
+    ) -> EventDrivenEngine<Scenery, Q> {
         let scene = Scene {
             space: Plane,
             surface: Smooth,
@@ -657,11 +662,11 @@ pub(crate) mod tests {
             domain: Domain::periodic(vector![length, length]).expect("a box"),
             bodies,
         };
-        Engine::new(scene, Dissipation::Elastic, start).expect("an engine")
+        EventDrivenEngine::new(scene, DissipationRule::Elastic, start).expect("an engine")
     }
 
     /// Creates disks on a square lattice, with speeds of no pattern.
-    pub(crate) fn lattice<Q: Calendar>(side: u32) -> Engine<Scenery, Q> {
+    pub(crate) fn lattice<Q: Calendar>(side: u32) -> EventDrivenEngine<Scenery, Q> {
         let body = |index: u32| {
             let place = vector![f64::from(index % side), f64::from(index / side)] * 1.5;
             let angle = f64::from(index) * f64::from(index);
@@ -670,7 +675,7 @@ pub(crate) mod tests {
         gas(1.5 * f64::from(side), (0..side * side).map(body).collect())
     }
 
-    fn engine() -> Engine<Scenery> {
+    fn engine() -> EventDrivenEngine<Scenery> {
         lattice(8)
     }
 

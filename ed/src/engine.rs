@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 use stosszahl_model::interrupt::Interruption;
-use stosszahl_model::walls::Ledger;
+use stosszahl_model::walls::WallLedger;
 use stosszahl_model::{
     Domain, Field, Interrupt, ParticleModel, ParticleState, Plane, ShearWork, Sizes, SpinOf, State,
     Surface,
@@ -12,16 +12,16 @@ use stosszahl_model::{
 
 use crate::arrange::{GridOptions, fill};
 use crate::calendar::{Buckets, Calendar, EventTimes};
-use crate::checkpoint::{Checkpoint, Dissipation, EventCounters};
+use crate::checkpoint::{DissipationRule, EventCounters, EventDrivenCheckpoint};
 use crate::collapse::CollapseDetector;
 use crate::contact::Candidates;
-use crate::disk::Disks;
-use crate::error::EngineError;
+use crate::disk::DiskSystem;
+use crate::error::EventDrivenError;
 use crate::image_flags::{self, ImageFlags};
-use crate::motion::Motion;
+use crate::motion::FlightMotion;
 use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
 use crate::strip_log::StripLog;
-use crate::surroundings::{Boundaries, BoundaryGeometry, Units};
+use crate::surroundings::{BoundaryGeometry, DiskBoundaries, EngineUnits};
 
 /// Collisions per disk after which an engine restarts its epoch: time is then measured from a near
 /// epoch again, and the disks, which diffuse, are sorted in memory.
@@ -49,15 +49,16 @@ enum Order {
 
 /// Event-driven dynamics of disks in a box: periodic, or between walls and around obstacles.
 ///
-/// An engine lives for one leg of a run: [`Engine::checkpoint`] and a new engine start the next one
-/// with a fresh epoch and the disks sorted in memory. As the leg is a function of the checkpoint
-/// alone, a run continues from it to the same bytes. In a long leg the engine does the same now and
-/// then. The times at which an engine stops on its way have no influence on where it goes.
-pub struct Engine<P: ParticleModel, Q: Calendar = Buckets> {
+/// An engine lives for one leg of a run: [`EventDrivenEngine::checkpoint`] and a new engine start
+/// the next one with a fresh epoch and the disks sorted in memory. As the leg is a function of the
+/// checkpoint alone, a run continues from it to the same bytes. In a long leg the engine does the
+/// same now and then. The times at which an engine stops on its way have no influence on where it
+/// goes.
+pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) scene: P,
-    pub(crate) dissipation: Dissipation,
+    pub(crate) dissipation: DissipationRule,
     pub(crate) domain: Domain<Plane>,
-    pub(crate) disks: Disks<P::Field>,
+    pub(crate) disks: DiskSystem<P::Field>,
     pub(crate) tags: Vec<<P::Sizes as Sizes>::Tag>,
     /// Angular velocities in the engine's own unit, by disk; empty for smooth disks.
     pub(crate) spins: Vec<SpinOf<P>>,
@@ -67,7 +68,7 @@ pub struct Engine<P: ParticleModel, Q: Calendar = Buckets> {
     /// Walls and obstacles, shared by the strips of a gas.
     pub(crate) surroundings: Arc<BoundaryGeometry>,
     /// Ledgers by face, then by obstacle; empty without walls and obstacles.
-    pub(crate) ledgers: Vec<Ledger<P::Space>>,
+    pub(crate) ledgers: Vec<WallLedger<P::Space>>,
     /// Box crossings along each axis, by disk; empty unless requested.
     pub(crate) image_flags: Vec<ImageFlags>,
     pub(crate) calendar: Q,
@@ -108,7 +109,7 @@ pub struct Engine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) window: Option<Box<StripLog<P>>>,
 }
 
-impl<P, Q> Engine<P, Q>
+impl<P, Q> EventDrivenEngine<P, Q>
 where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
@@ -116,27 +117,27 @@ where
     /// Starts in a periodic box from a state, or resumes from a checkpoint.
     ///
     /// # Errors
-    /// [`EngineError`] if the state has numbers that no engine can work with, or disks of a start
-    /// overlap.
+    /// [`EventDrivenError`] if the state has numbers that no engine can work with, or disks of a
+    /// start overlap.
     pub fn new(
         scene: P,
-        dissipation: Dissipation,
-        start: impl Into<Checkpoint<P>>,
-    ) -> Result<Self, EngineError> {
-        Self::between(scene, dissipation, start, &Boundaries::periodic())
+        dissipation: DissipationRule,
+        start: impl Into<EventDrivenCheckpoint<P>>,
+    ) -> Result<Self, EventDrivenError> {
+        Self::between(scene, dissipation, start, &DiskBoundaries::periodic())
     }
 
     /// Starts between walls and around obstacles.
     ///
     /// # Errors
-    /// As [`Engine::new`]; and if the boundaries do not fit the box, or a disk overlaps one of
-    /// them.
+    /// As [`EventDrivenEngine::new`]; and if the boundaries do not fit the box, or a disk overlaps
+    /// one of them.
     pub fn between(
         scene: P,
-        dissipation: Dissipation,
-        start: impl Into<Checkpoint<P>>,
-        boundaries: &Boundaries,
-    ) -> Result<Self, EngineError> {
+        dissipation: DissipationRule,
+        start: impl Into<EventDrivenCheckpoint<P>>,
+        boundaries: &DiskBoundaries,
+    ) -> Result<Self, EventDrivenError> {
         let start = start.into();
         let diameter = 2.0 * scene.sizes().largest_radius();
         check(&scene, &start, diameter)?;
@@ -158,7 +159,7 @@ where
     }
 
     /// Refuses disks that overlap by more than a depth \[length\].
-    fn check_pairs(&self, most: f64) -> Result<(), EngineError> {
+    fn check_pairs(&self, most: f64) -> Result<(), EventDrivenError> {
         let disks = self.names.len() as u32;
         let depth = |who: u32| {
             let distance = |other| self.contact_distance(who, other);
@@ -179,7 +180,7 @@ where
             .filter(|&other| other != first)
             .min_by(|a, b| gap(a).total_cmp(&gap(b)));
         let name = |who: u32| self.names[who as usize] as usize;
-        Err(EngineError::OverlappingDisks {
+        Err(EventDrivenError::OverlappingDisks {
             pair: [name(first), second.map_or(name(first), name)],
             depth: depth(first),
         })
@@ -189,13 +190,13 @@ where
     /// of these each is.
     pub(crate) fn from_checkpoint(
         scene: P,
-        dissipation: Dissipation,
-        start: Checkpoint<P>,
+        dissipation: DissipationRule,
+        start: EventDrivenCheckpoint<P>,
         which: Option<&[u32]>,
-        boundaries: Boundaries,
+        boundaries: DiskBoundaries,
         shared: bool,
-    ) -> Result<Self, EngineError> {
-        let Checkpoint {
+    ) -> Result<Self, EventDrivenError> {
+        let EventDrivenCheckpoint {
             state,
             last_contact,
             image_flags,
@@ -220,21 +221,21 @@ where
             let radius = sizes.radius(sizes.tag(name(index) as usize));
             (state.domain.wrap(position), velocity / speed, radius)
         };
-        let motion = Motion::new(scene.field(), speed);
+        let motion = FlightMotion::new(scene.field(), speed);
         let largest = sizes.largest_radius();
         let options = grid_options::<P>(&boundaries, shared);
-        let (disks, order) = Disks::new(&state.domain, largest, count, &body, motion, options);
+        let (disks, order) = DiskSystem::new(&state.domain, largest, count, &body, motion, options);
         let epoch = state.time;
-        let units = Units { speed, epoch };
+        let units = EngineUnits { speed, epoch };
         let surroundings =
             BoundaryGeometry::new(boundaries, &state.domain, &disks.cells, largest, units);
         let bounded = !surroundings.is_empty();
         // Numbers of walls and obstacles come after those of the disks.
         if count + surroundings.things() >= u32::MAX as usize {
-            return Err(EngineError::TooMany { disks: count });
+            return Err(EventDrivenError::TooMany { disks: count });
         }
         let ledgers = if ledgers.is_empty() {
-            vec![Ledger::default(); surroundings.boundaries.ledgers()]
+            vec![WallLedger::default(); surroundings.boundaries.ledgers()]
         } else {
             ledgers
         };
@@ -244,7 +245,7 @@ where
             None => f64::NEG_INFINITY,
         };
         let last_contact = match dissipation {
-            Dissipation::ContactTime(_) => order.iter().map(ages).collect(),
+            DissipationRule::ContactTime(_) => order.iter().map(ages).collect(),
             _ => Vec::new(),
         };
         let image_flags = image_flags::follow(&state, &image_flags, &order)?;
@@ -310,12 +311,12 @@ where
     }
 
     /// Restarts the engine from the current checkpoint, as a new engine would.
-    pub(crate) fn rebase_epoch(&mut self, until: f64) -> Result<(), EngineError> {
+    pub(crate) fn rebase_epoch(&mut self, until: f64) -> Result<(), EventDrivenError> {
         self.time = self.present(until);
         let (cells, disks) = (self.disks.cells.places(), self.disks.all.len());
         if let Some(crossings) = self.progress.fresh_start(cells, disks) {
             let time = self.time;
-            return Err(EngineError::NoCollisions { time, crossings });
+            return Err(EventDrivenError::NoCollisions { time, crossings });
         }
         let progress = self.progress.afresh(self.tally.contacts());
         // Two engines at once would take twice the memory.
@@ -324,7 +325,7 @@ where
         let names = std::mem::take(&mut self.names);
         let no_disk = |_| (Vector2::zeros(), Vector2::zeros(), 0.0);
         let motion = self.disks.motion;
-        self.disks = Disks::new(
+        self.disks = DiskSystem::new(
             &self.domain,
             1.0,
             0,
@@ -425,7 +426,7 @@ where
     }
 
     /// Returns the gas at the current time, and consumes the engine: takes less memory than
-    /// [`Engine::state`].
+    /// [`EventDrivenEngine::state`].
     pub fn into_state(mut self) -> State<P> {
         self.forget_events();
         self.state()
@@ -450,11 +451,11 @@ where
     }
 
     /// Returns all data from which the run resumes.
-    pub fn checkpoint(&self) -> Checkpoint<P> {
+    pub fn checkpoint(&self) -> EventDrivenCheckpoint<P> {
         self.checkpoint_in(Order::State)
     }
 
-    fn checkpoint_in(&self, order: Order) -> Checkpoint<P> {
+    fn checkpoint_in(&self, order: Order) -> EventDrivenCheckpoint<P> {
         let last = |disk: usize| self.last_contact[disk] / self.speed + self.epoch;
         let winding = |disk: usize| {
             // Where the state wraps a position, the winding follows. Under shear there are none.
@@ -465,7 +466,7 @@ where
             )
         };
         let rebounds = |disk: usize| self.rebounds[disk];
-        Checkpoint {
+        EventDrivenCheckpoint {
             state: self.state_in(order),
             rebounds: self.of_each(self.rebounds.len(), order, 0, rebounds),
             last_contact: self.of_each(self.last_contact.len(), order, 0.0, last),
@@ -480,12 +481,12 @@ where
     /// Returns the momentum and energy that walls and obstacles have given to the gas so far: the
     /// faces of the box, lower and upper along the first axis, then along the second, and after
     /// these four the obstacles. Empty without any.
-    pub fn ledgers(&self) -> &[Ledger<Plane>] {
+    pub fn ledgers(&self) -> &[WallLedger<Plane>] {
         &self.ledgers
     }
 
     /// Returns the walls and obstacles of the box.
-    pub fn boundaries(&self) -> &Boundaries {
+    pub fn boundaries(&self) -> &DiskBoundaries {
         &self.surroundings.boundaries
     }
 
@@ -595,7 +596,7 @@ fn unit_of_speed<P: ParticleModel<Space = Plane>>(state: &State<P>, to_come: f64
     }
 }
 
-fn grid_options<P: ParticleModel>(boundaries: &Boundaries, shared: bool) -> GridOptions {
+fn grid_options<P: ParticleModel>(boundaries: &DiskBoundaries, shared: bool) -> GridOptions {
     GridOptions {
         unequal: !P::Sizes::UNIFORM,
         may_be_wide: boundaries.obstacles.is_empty(),
@@ -604,7 +605,7 @@ fn grid_options<P: ParticleModel>(boundaries: &Boundaries, shared: bool) -> Grid
 }
 
 /// Engine time in which a typical disk flies, or falls, by its diameter; zero if none moves.
-fn typical_time<F: Field<Plane>>(disks: &Disks<F>, diameter: f64, pull: f64) -> f64 {
+fn typical_time<F: Field<Plane>>(disks: &DiskSystem<F>, diameter: f64, pull: f64) -> f64 {
     let squares = disks.all.iter().map(|disk| disk.velocity.norm_squared());
     let mean = squares.sum::<f64>() / disks.all.len().max(1) as f64;
     let unit = diameter / mean.max(pull * diameter).sqrt();
@@ -686,9 +687,9 @@ mod tests {
         };
         let wall = || Face::Wall(Wall::specular());
         let faces = [[Face::Periodic, Face::Periodic], [wall(), wall()]];
-        let boundaries = Boundaries {
+        let boundaries = DiskBoundaries {
             walls: Walls::new(&faces).expect("walls"),
-            ..Boundaries::periodic()
+            ..DiskBoundaries::periodic()
         };
         let length = 1.2 * f64::from(SIDE);
         let state = State {
@@ -699,13 +700,14 @@ mod tests {
                 .expect("a box"),
             bodies,
         };
-        let start = Checkpoint {
+        let start = EventDrivenCheckpoint {
             image_flags: vec![[0; 2]; state.bodies.len()],
-            ..Checkpoint::from(state)
+            ..EventDrivenCheckpoint::from(state)
         };
-        let dissipation = Dissipation::ContactTime(1e-3);
+        let dissipation = DissipationRule::ContactTime(1e-3);
         let engine = |start| {
-            Engine::<_>::between(scene.clone(), dissipation, start, &boundaries).expect("an engine")
+            EventDrivenEngine::<_>::between(scene.clone(), dissipation, start, &boundaries)
+                .expect("an engine")
         };
         for parallel in [false, true] {
             let mut old = engine(start.clone());
@@ -719,7 +721,7 @@ mod tests {
             assert_eq!(old.names, new.names);
             assert_eq!(old.tags, new.tags);
             assert_eq!(old.tally, new.tally);
-            let each = |engine: &Engine<_>| {
+            let each = |engine: &EventDrivenEngine<_>| {
                 let (spins, last) = (&engine.spins, &engine.last_contact);
                 let (rebounds, image_flags) = (&engine.rebounds, &engine.image_flags);
                 let (disks, levels) = (&engine.disks.all, &engine.disks.levels);

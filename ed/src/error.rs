@@ -7,13 +7,13 @@ use stosszahl_model::{Invalid, MessageUnits, format_short};
 
 use crate::surroundings::FACES;
 
-/// Name of a position in [`EngineError::BadNumber`].
+/// Name of a position in [`EventDrivenError::BadNumber`].
 pub(crate) const POSITION: &str = "position";
 
 /// Reason why the engine could not start or continue.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum EngineError {
+pub enum EventDrivenError {
     /// Uniform shear flow in a program compiled without it.
     #[error(
         "this program has no uniform shear flow; it was compiled without the feature \"shear\""
@@ -232,7 +232,7 @@ pub enum EngineError {
     },
 }
 
-impl EngineError {
+impl EventDrivenError {
     /// Returns true if the gas has collapsed: its state is that of this moment, and it does not
     /// advance further.
     pub fn is_collapse(&self) -> bool {
@@ -365,7 +365,7 @@ mod tests {
             time: 0.1,
             speed: 1e-2,
         };
-        let bad = |quantity| EngineError::BadNumber {
+        let bad = |quantity| EventDrivenError::BadNumber {
             disk: 3,
             quantity,
             value: [2.0, f64::NAN],
@@ -376,14 +376,14 @@ mod tests {
             (bad(POSITION), &["position [0.002, NaN]"][..]),
             (bad("velocity"), &["velocity [0.02, NaN]"]),
             (
-                EngineError::BoxTooSmall {
+                EventDrivenError::BoxTooSmall {
                     diameter: 2.0,
                     lengths: [1.5, 8.0],
                 },
                 &["diameter 0.002", "0.0015 x 0.008"],
             ),
             (
-                EngineError::NoRoom {
+                EventDrivenError::NoRoom {
                     axis: 0,
                     room: 0.5,
                     diameter: 1.0,
@@ -391,11 +391,11 @@ mod tests {
                 &["room for 0.0005", "diameter of 0.001"],
             ),
             (
-                EngineError::OverlappingDisks { pair, depth: 0.5 },
+                EventDrivenError::OverlappingDisks { pair, depth: 0.5 },
                 &["by 5e-4"],
             ),
             (
-                EngineError::Overlap {
+                EventDrivenError::Overlap {
                     disk: 1,
                     place,
                     what: Touchable::Obstacle(0),
@@ -403,16 +403,16 @@ mod tests {
                 },
                 &["(0.02, 0.03)", "by 5e-4"],
             ),
-            (EngineError::BadTime { until: 50.0 }, &["time 5;"]),
+            (EventDrivenError::BadTime { until: 50.0 }, &["time 5;"]),
             (
-                EngineError::NoCollisions {
+                EventDrivenError::NoCollisions {
                     time: 50.0,
                     crossings: 7,
                 },
                 &["until time 5:", "7 crossings"],
             ),
             (
-                EngineError::InelasticCollapse {
+                EventDrivenError::InelasticCollapse {
                     time: 50.0,
                     collisions: 9,
                     pair,
@@ -422,7 +422,7 @@ mod tests {
                 &["at time 5:", "(0.02, 0.03)", "disks 4 and 5"],
             ),
             (
-                EngineError::WallCollapse {
+                EventDrivenError::WallCollapse {
                     time: 50.0,
                     collisions: 9,
                     disk: 4,

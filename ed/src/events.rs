@@ -5,8 +5,8 @@ use stosszahl_model::{Field, Observer, ParticleModel, Plane, Recorder, Sizes};
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
-use crate::engine::Engine;
-use crate::error::EngineError;
+use crate::engine::EventDrivenEngine;
+use crate::error::EventDrivenError;
 
 /// Events between two checks of the interrupt: among very unlike disks one event takes a
 /// millisecond.
@@ -26,8 +26,12 @@ pub(crate) struct Goal {
 pub(crate) trait Leap<P: ParticleModel, Q: Calendar> {
     /// Moves an engine towards a goal, as far as that pays. True if its time was reached, with
     /// fewer collisions than its last.
-    fn leap(&mut self, engine: &mut Engine<P, Q>, goal: &Goal, recorder: &mut Recorder<'_>)
-    -> bool;
+    fn leap(
+        &mut self,
+        engine: &mut EventDrivenEngine<P, Q>,
+        goal: &Goal,
+        recorder: &mut Recorder<'_>,
+    ) -> bool;
 
     /// Drops the data kept for the next leap: the engine advances without it.
     fn forget(&mut self);
@@ -37,14 +41,14 @@ pub(crate) trait Leap<P: ParticleModel, Q: Calendar> {
 struct Alone;
 
 impl<P: ParticleModel, Q: Calendar> Leap<P, Q> for Alone {
-    fn leap(&mut self, _: &mut Engine<P, Q>, _: &Goal, _: &mut Recorder<'_>) -> bool {
+    fn leap(&mut self, _: &mut EventDrivenEngine<P, Q>, _: &Goal, _: &mut Recorder<'_>) -> bool {
         false
     }
 
     fn forget(&mut self) {}
 }
 
-impl<P, Q> Engine<P, Q>
+impl<P, Q> EventDrivenEngine<P, Q>
 where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
@@ -53,14 +57,15 @@ where
     /// call. True if the time was reached.
     ///
     /// # Errors
-    /// [`EngineError::InelasticCollapse`]; the engine then stands at the moment of collapse.
-    /// [`EngineError::NoCollisions`] and [`EngineError::BadTime`] if the time cannot be reached.
+    /// [`EventDrivenError::InelasticCollapse`]; the engine then stands at the moment of collapse.
+    /// [`EventDrivenError::NoCollisions`] and [`EventDrivenError::BadTime`] if the time cannot be
+    /// reached.
     pub fn advance(
         &mut self,
         until: f64,
         most_collisions: u64,
         observer: &mut dyn Observer,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<bool, EventDrivenError> {
         self.advance_with(&mut Alone, until, most_collisions, observer)
     }
 
@@ -71,9 +76,9 @@ where
         until: f64,
         most_collisions: u64,
         observer: &mut dyn Observer,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<bool, EventDrivenError> {
         if until.is_nan() {
-            return Err(EngineError::BadTime { until });
+            return Err(EventDrivenError::BadTime { until });
         }
         let mut recorder = Recorder::new(observer);
         self.progress.reset_idle();
@@ -98,7 +103,7 @@ where
         until: f64,
         last: u64,
         recorder: &mut Recorder<'_>,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<bool, EventDrivenError> {
         let goal = Goal {
             end: (until - self.epoch) * self.speed,
             ends: until.is_finite(),
@@ -127,7 +132,7 @@ where
         &mut self,
         goal: &Goal,
         recorder: &mut Recorder<'_>,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<bool, EventDrivenError> {
         self.recall_events();
         if !P::Field::SHEARED {
             return self.run_between_steps(goal, recorder);
@@ -157,7 +162,7 @@ where
         &mut self,
         goal: &Goal,
         recorder: &mut Recorder<'_>,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<bool, EventDrivenError> {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             #[allow(unsafe_code, reason = "the compiler does not see the question before")]
@@ -176,13 +181,17 @@ where
         &mut self,
         goal: &Goal,
         recorder: &mut Recorder<'_>,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<bool, EventDrivenError> {
         self.events(goal, recorder)
     }
 
     /// Runs the loop over events of [`Self::run`].
     #[inline(always)]
-    fn events(&mut self, goal: &Goal, recorder: &mut Recorder<'_>) -> Result<bool, EngineError> {
+    fn events(
+        &mut self,
+        goal: &Goal,
+        recorder: &mut Recorder<'_>,
+    ) -> Result<bool, EventDrivenError> {
         let &Goal { end, ends, last } = goal;
         let width = self.disks.cells.width();
         let logs = self.window.is_some();
@@ -244,12 +253,12 @@ where
     }
 
     /// Stops at a time without an event.
-    fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EngineError> {
+    fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EventDrivenError> {
         let moving = || self.disks.all.iter().any(|disk| disk.velocity.amax() > 0.0);
         let diameter = 2.0 * self.scene.sizes().largest_radius();
         // Only a disk that is alone can fly so far without an event.
         if end * f64::EPSILON > diameter && moving() {
-            return Err(EngineError::BadTime { until });
+            return Err(EventDrivenError::BadTime { until });
         }
         self.now = self.now.max(end);
         // The next event comes before a fresh start, as it would have without a stop.

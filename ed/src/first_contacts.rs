@@ -7,8 +7,8 @@ use stosszahl_model::{Field, ParticleModel, Plane, Sizes};
 
 use crate::calendar::Calendar;
 use crate::contact::Candidates;
-use crate::disk::Disks;
-use crate::engine::Engine;
+use crate::disk::DiskSystem;
+use crate::engine::EventDrivenEngine;
 
 /// Number of disks whose contacts are found by one thread at a time.
 const GROUP: usize = 1024;
@@ -26,7 +26,7 @@ struct Ahead {
     looked: u64,
 }
 
-impl<P, Q> Engine<P, Q>
+impl<P, Q> EventDrivenEngine<P, Q>
 where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
@@ -79,7 +79,7 @@ where
     }
 }
 
-impl<F: Field<Plane>> Disks<F> {
+impl<F: Field<Plane>> DiskSystem<F> {
     /// Finds all contacts with the disks around one, in a single grid, after a wait and in the
     /// order of their lists. Returns the number of candidates.
     fn contacts<S: Sizes>(
@@ -129,13 +129,13 @@ mod tests {
         for disk in 0..engine.disks.all.len() as u32 {
             engine.disks.advance(disk, engine.now);
         }
-        let forget = |engine: &mut Engine<_, Buckets>| {
+        let forget = |engine: &mut EventDrivenEngine<_, Buckets>| {
             engine.tally.predictions = 0;
             for disk in 0..engine.disks.all.len() as u32 {
                 engine.disks.expect_contact(disk, f64::INFINITY, NONE);
             }
         };
-        let known = |engine: &Engine<_, Buckets>| {
+        let known = |engine: &EventDrivenEngine<_, Buckets>| {
             let disks = engine.disks.all.iter();
             let contacts: Vec<_> = disks
                 .map(|disk| (disk.contact, disk.partner, disk.partner_count))

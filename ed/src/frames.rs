@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, vector};
 
 /// Frames of the cells around one, by their numbers: positions and velocities.
-pub(crate) trait Frames {
+pub(crate) trait CellFrames {
     /// Returns the separation of a disk from another at a position in a cell.
     fn separation(&self, cell: usize, position: Vector2<f64>) -> Vector2<f64>;
 
@@ -15,7 +15,7 @@ pub(crate) trait Frames {
 /// their rows.
 pub(crate) struct Still(pub(crate) [[f64; 4]; 2]);
 
-impl Frames for Still {
+impl CellFrames for Still {
     #[inline(always)]
     fn separation(&self, cell: usize, position: Vector2<f64>) -> Vector2<f64> {
         let [x, y] = &self.0;
@@ -38,7 +38,7 @@ pub(crate) struct Sliding {
     pub(crate) slip: [f64; 4],
 }
 
-impl Frames for Sliding {
+impl CellFrames for Sliding {
     #[inline(always)]
     fn separation(&self, cell: usize, position: Vector2<f64>) -> Vector2<f64> {
         vector![

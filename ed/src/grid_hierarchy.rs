@@ -20,7 +20,7 @@ use std::ops::Range;
 
 use nalgebra::{Vector2, vector};
 
-use crate::cells::{Cell, Cells};
+use crate::cells::{CellCoordinates, CellLists};
 
 /// Largest over finest cell, as a power of two.
 const MOST_LEVELS: u32 = 12;
@@ -33,7 +33,7 @@ const WORTH: f64 = 2.5;
 #[derive(Debug)]
 pub(crate) struct GridHierarchy {
     /// Grids of cells 2, 4, 8, ... times as wide as the finest.
-    grids: Vec<Cells>,
+    grids: Vec<CellLists>,
     /// Level of each disk: 0 for the finest grid.
     of: Vec<u8>,
     /// Least and largest radius at each level; `None` if no disk is there.
@@ -56,9 +56,9 @@ impl GridHierarchy {
         largest_diameter: f64,
         disks: usize,
         unequal: bool,
-    ) -> (Cells, Vec<Cells>) {
-        let single = Cells::new(lengths, periodic, largest_diameter, disks);
-        let ratio = largest_diameter / Cells::ideal(lengths, disks);
+    ) -> (CellLists, Vec<CellLists>) {
+        let single = CellLists::new(lengths, periodic, largest_diameter, disks);
+        let ratio = largest_diameter / CellLists::ideal(lengths, disks);
         if !unequal || ratio < WORTH {
             return (single, Vec::new());
         }
@@ -67,13 +67,17 @@ impl GridHierarchy {
         let most = (ratio.log2().floor() as u32).min(MOST_LEVELS).min(room);
         let grid = |level: u32| {
             let counts = top.map(|count| count << (most - level));
-            Cells::with_counts(lengths, periodic, counts, single.narrow())
+            CellLists::with_counts(lengths, periodic, counts, single.narrow())
         };
         (grid(0), (1..=most).map(grid).collect())
     }
 
     /// Creates the levels of disks with the given radii.
-    pub(crate) fn new(grids: Vec<Cells>, finest: &Cells, radii: impl Iterator<Item = f64>) -> Self {
+    pub(crate) fn new(
+        grids: Vec<CellLists>,
+        finest: &CellLists,
+        radii: impl Iterator<Item = f64>,
+    ) -> Self {
         let mut levels = Self {
             radii: vec![None; grids.len() + 1],
             grids,
@@ -81,7 +85,7 @@ impl GridHierarchy {
         };
         for radius in radii {
             let widths = std::iter::once(finest).chain(&levels.grids);
-            let fits = |cells: &Cells| 2.0 * radius * (1.0 + 1e-9) <= cells.width().min();
+            let fits = |cells: &CellLists| 2.0 * radius * (1.0 + 1e-9) <= cells.width().min();
             let level = widths.map(fits).position(|fits| fits);
             let level = level.unwrap_or(levels.grids.len());
             levels.of.push(level as u8);
@@ -105,7 +109,7 @@ impl GridHierarchy {
 
     /// Returns the grid of a level.
     #[inline]
-    pub(crate) fn grid<'a>(&'a self, finest: &'a Cells, level: usize) -> &'a Cells {
+    pub(crate) fn grid<'a>(&'a self, finest: &'a CellLists, level: usize) -> &'a CellLists {
         match level {
             0 => finest,
             _ => &self.grids[level - 1],
@@ -114,13 +118,13 @@ impl GridHierarchy {
 
     /// Returns the grid of a level above the finest.
     #[inline]
-    pub(crate) fn coarse_mut(&mut self, level: usize) -> &mut Cells {
+    pub(crate) fn coarse_mut(&mut self, level: usize) -> &mut CellLists {
         &mut self.grids[level - 1]
     }
 
     /// Returns the cell at a level that holds one of the finest grid.
     #[inline]
-    pub(crate) fn parent(cell: Cell, level: usize) -> Cell {
+    pub(crate) fn parent(cell: CellCoordinates, level: usize) -> CellCoordinates {
         cell.map(|number| number >> level)
     }
 
@@ -128,8 +132,8 @@ impl GridHierarchy {
     #[inline]
     pub(crate) fn nine(
         &self,
-        finest: &Cells,
-        home: Cell,
+        finest: &CellLists,
+        home: CellCoordinates,
         level: usize,
         mut visit: impl FnMut(Nearby),
     ) {
@@ -151,8 +155,8 @@ impl GridHierarchy {
     /// from within its cell of the finest grid.
     pub(crate) fn ring(
         &self,
-        finest: &Cells,
-        home: Cell,
+        finest: &CellLists,
+        home: CellCoordinates,
         level: usize,
         radius: f64,
         mut visit: impl FnMut(Nearby),
@@ -208,7 +212,7 @@ impl GridHierarchy {
 
     /// Memory held \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
-        self.of.capacity() + self.grids.iter().map(Cells::bytes).sum::<usize>()
+        self.of.capacity() + self.grids.iter().map(CellLists::bytes).sum::<usize>()
     }
 }
 
@@ -224,7 +228,12 @@ fn distances(own: &Range<f64>, steps: i32, width: f64) -> (f64, f64) {
 
 /// Returns the vector from the corner of one cell of the finest grid to that of another, a number
 /// of boxes away.
-pub(crate) fn shift(finest: &Cells, from: Cell, to: Cell, boxes: [i32; 2]) -> Vector2<f64> {
+pub(crate) fn shift(
+    finest: &CellLists,
+    from: CellCoordinates,
+    to: CellCoordinates,
+    boxes: [i32; 2],
+) -> Vector2<f64> {
     let steps = [0, 1].map(|axis| {
         let across = boxes[axis] * i32::from(finest.counts()[axis]);
         f64::from(i32::from(to[axis]) - i32::from(from[axis]) + across)

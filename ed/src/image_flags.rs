@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use stosszahl_model::{Domain, ParticleModel, Plane, State};
 
-use crate::error::EngineError;
+use crate::error::EventDrivenError;
 
 /// Number of times a disk has left the box on the right and at the top, less that on the left and
 /// at the bottom.
@@ -21,12 +21,12 @@ pub(crate) fn follow<P: ParticleModel<Space = Plane>>(
     state: &State<P>,
     image_flags: &[ImageFlags],
     order: &[u32],
-) -> Result<Vec<ImageFlags>, EngineError> {
+) -> Result<Vec<ImageFlags>, EventDrivenError> {
     if image_flags.is_empty() {
         return Ok(Vec::new());
     }
     if image_flags.len() != order.len() {
-        return Err(EngineError::WrongCount {
+        return Err(EventDrivenError::WrongCount {
             quantity: "windings",
             found: image_flags.len(),
             disks: order.len(),

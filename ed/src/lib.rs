@@ -23,10 +23,10 @@
 //! fastest disk, so that gases of any temperature compute alike. Disks of very different sizes get
 //! a hierarchy of grids.
 //!
-//! Walls and obstacles ([`Boundaries`]) are found in a table by cell; a contact with one of them
-//! takes the place of one with a partner, so that a disk still has one event. Contact times with
-//! all of them are closed forms or bracketed roots (`stosszahl_model::walls`). The momentum and
-//! energy that they give to the gas are in [`Engine::ledgers`].
+//! Walls and obstacles ([`DiskBoundaries`]) are found in a table by cell; a contact with one of
+//! them takes the place of one with a partner, so that a disk still has one event. Contact times
+//! with all of them are closed forms or bracketed roots (`stosszahl_model::walls`). The momentum
+//! and energy that they give to the gas are in [`EventDrivenEngine::ledgers`].
 //!
 //! The cost of one collision is about constant in the number of disks but for the memory hierarchy:
 //! measurements, and rejected alternatives, are in `docs/development/event-driven.md`.
@@ -67,16 +67,16 @@ mod strip_log;
 mod strips;
 mod surroundings;
 
-pub use calendar::{Buckets, Calendar, Entry, EventTimes, Sorted};
+pub use calendar::{Buckets, Calendar, CalendarEntry, EventTimes, Sorted};
 pub use cells::crossings_per_collision;
-pub use checkpoint::{Checkpoint, Dissipation, EventCounters};
+pub use checkpoint::{DissipationRule, EventCounters, EventDrivenCheckpoint};
 pub use contact::time_to_contact;
-pub use engine::Engine;
-pub use error::{EngineError, Touchable};
+pub use engine::EventDrivenEngine;
+pub use error::{EventDrivenError, Touchable};
 pub use prefetch_plan::PrefetchPlan;
 pub use simulate::{resume, simulate, strips_for};
 pub use strips::{StripSettings, StripedEngine};
-pub use surroundings::Boundaries;
+pub use surroundings::DiskBoundaries;
 
 /// Version of the statistics of this engine: one more with each change that moves means beyond
 /// their errors, under *Results changed* in the changelog. Other digits of the same means do not

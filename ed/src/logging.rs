@@ -5,11 +5,11 @@ use stosszahl_model::{ParticleModel, Plane, SpinOf};
 use crate::calendar::Calendar;
 use crate::cells::NONE;
 use crate::collapse::ContactInfo;
-use crate::engine::Engine;
-use crate::record::{Disk, VOID};
+use crate::engine::EventDrivenEngine;
+use crate::record::{DiskRecord, VOID};
 use crate::strip_log::{SEAM, SeamRecord, WallImpulse, above, mixed};
 
-impl<P, Q> Engine<P, Q>
+impl<P, Q> EventDrivenEngine<P, Q>
 where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
@@ -139,7 +139,7 @@ where
     fn trace(&self, who: u32, is_beyond: bool) -> SeamRecord<SpinOf<P>> {
         let disk = &self.disks.all[who as usize];
         // A partner that has collided since may be anywhere, and counts as absent.
-        let is_lost = |partner: &Disk| partner.count != disk.partner_count;
+        let is_lost = |partner: &DiskRecord| partner.count != disk.partner_count;
         let partner = self.disks.all.get(disk.partner as usize);
         let (partner, partner_count) = if partner.is_some_and(is_lost) {
             (NONE, VOID)

@@ -6,11 +6,11 @@ use nalgebra::Vector2;
 use stosszahl_model::walls::flight::time_to_plane;
 use stosszahl_model::{Field, Plane};
 
-use crate::record::Disk;
+use crate::record::DiskRecord;
 
 /// Flight along straight lines or parabolas; straight flight costs no more than without fields.
 #[derive(Debug)]
-pub(crate) struct Motion<F> {
+pub(crate) struct FlightMotion<F> {
     /// Own acceleration, equal for all disks.
     acceleration: Vector2<f64>,
     /// Shear rate of the flow in engine units.
@@ -18,15 +18,15 @@ pub(crate) struct Motion<F> {
     field: PhantomData<F>,
 }
 
-impl<F> Clone for Motion<F> {
+impl<F> Clone for FlightMotion<F> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<F> Copy for Motion<F> {}
+impl<F> Copy for FlightMotion<F> {}
 
-impl<F: Field<Plane>> Motion<F> {
+impl<F: Field<Plane>> FlightMotion<F> {
     /// Creates the flight in a field, with speeds in a unit.
     pub(crate) fn new(field: &F, speed: f64) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl<F: Field<Plane>> Motion<F> {
 
     /// Returns the position of a disk, relative to the corner of its cell, at a time.
     #[inline(always)]
-    pub(crate) fn at(&self, disk: &Disk, time: f64) -> Vector2<f64> {
+    pub(crate) fn at(&self, disk: &DiskRecord, time: f64) -> Vector2<f64> {
         let flight = time - disk.clock;
         if F::FREE {
             disk.position + disk.velocity * flight
@@ -60,7 +60,7 @@ impl<F: Field<Plane>> Motion<F> {
 
     /// Returns the velocity of a disk at a time.
     #[inline(always)]
-    pub(crate) fn velocity(&self, disk: &Disk, time: f64) -> Vector2<f64> {
+    pub(crate) fn velocity(&self, disk: &DiskRecord, time: f64) -> Vector2<f64> {
         if F::FREE {
             disk.velocity
         } else {
@@ -70,7 +70,7 @@ impl<F: Field<Plane>> Motion<F> {
 
     /// Advances a disk to a time.
     #[inline(always)]
-    pub(crate) fn advance(&self, disk: &mut Disk, time: f64) {
+    pub(crate) fn advance(&self, disk: &mut DiskRecord, time: f64) {
         disk.position = self.at(disk, time);
         disk.velocity = self.velocity(disk, time);
         disk.clock = time;
@@ -78,7 +78,7 @@ impl<F: Field<Plane>> Motion<F> {
 
     /// Returns true if a disk at a boundary of its cell along an axis goes forward through it.
     #[inline(always)]
-    pub(crate) fn goes_forward(&self, disk: &Disk, axis: usize, width: f64) -> bool {
+    pub(crate) fn goes_forward(&self, disk: &DiskRecord, axis: usize, width: f64) -> bool {
         if F::FREE || self.acceleration[axis] == 0.0 {
             disk.velocity[axis] > 0.0
         } else {
@@ -90,7 +90,7 @@ impl<F: Field<Plane>> Motion<F> {
     /// Returns time and axis of the next cell boundary of a disk; the time is never before its
     /// clock.
     #[inline(always)]
-    pub(crate) fn exit(&self, disk: &Disk, width: Vector2<f64>) -> (f64, usize) {
+    pub(crate) fn exit(&self, disk: &DiskRecord, width: Vector2<f64>) -> (f64, usize) {
         let straight = |axis: usize| {
             let speed = disk.velocity[axis];
             let boundary = if speed > 0.0 { width[axis] } else { 0.0 };

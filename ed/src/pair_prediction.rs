@@ -8,7 +8,7 @@ use wide::f64x2;
 
 use crate::cell_list_walk::CellListWalk;
 use crate::cells::{NONE, line_of};
-use crate::disk::Disks;
+use crate::disk::DiskSystem;
 
 /// Number of columns and rows around two adjacent cells.
 const SIDE: usize = 4;
@@ -16,7 +16,7 @@ const SIDE: usize = 4;
 /// Cells around one of the two disks, as bits; to be shifted to the first of these cells.
 const AROUND_ONE: u32 = 0x0777;
 
-impl<F: Field<Plane>> Disks<F> {
+impl<F: Field<Plane>> DiskSystem<F> {
     /// Predicts from nothing the next contacts of two disks that are up to date and in cells next
     /// to each other. Returns the number of candidates tested, or `None` if the case is too special
     /// for two at a time, and has to be done one by one.

@@ -11,7 +11,7 @@ use stosszahl_model::{
 
 use crate::contact::time_to_contact;
 use crate::error::Touchable;
-use crate::surroundings::{Boundaries, FACES, above, images};
+use crate::surroundings::{DiskBoundaries, FACES, above, images};
 
 /// One collision of the plain gas.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Event {
 
 /// Partners of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Met {
+pub enum ContactPartners {
     /// Two disks, the smaller index first.
     Disks([usize; 2]),
     /// A disk and a wall or an obstacle.
@@ -33,11 +33,11 @@ pub enum Met {
 
 /// One contact of the plain gas between walls and around obstacles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct PlainContact {
     /// Time of the contact \[time\].
     pub time: f64,
     /// Partners of the contact.
-    pub met: Met,
+    pub met: ContactPartners,
 }
 
 /// Moves the gas through its next `collisions` collisions and lists them.
@@ -50,13 +50,13 @@ pub fn run<P: ParticleModel<Space = Plane>>(
     state: &mut State<P>,
     collisions: usize,
 ) -> Vec<Event> {
-    let contacts = run_between(scene, state, &Boundaries::periodic(), collisions);
-    let event = |contact: Contact| match contact.met {
-        Met::Disks(pair) => Some(Event {
+    let contacts = run_between(scene, state, &DiskBoundaries::periodic(), collisions);
+    let event = |contact: PlainContact| match contact.met {
+        ContactPartners::Disks(pair) => Some(Event {
             time: contact.time,
             pair,
         }),
-        Met::Boundary(..) => None,
+        ContactPartners::Boundary(..) => None,
     };
     contacts.into_iter().filter_map(event).collect()
 }
@@ -66,9 +66,9 @@ pub fn run<P: ParticleModel<Space = Plane>>(
 pub fn run_between<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
-    boundaries: &Boundaries,
+    boundaries: &DiskBoundaries,
     contacts: usize,
-) -> Vec<Contact> {
+) -> Vec<PlainContact> {
     let mut rebounds = vec![0; state.bodies.len()];
     let mut all = Vec::new();
     for _ in 0..contacts {
@@ -87,14 +87,14 @@ pub fn run_between<P: ParticleModel<Space = Plane>>(
             body.position = state.domain.wrap(body.position);
         }
         match next.met {
-            Met::Disks(pair) => meet(scene, state, pair, next.line),
-            Met::Boundary(disk, what) => {
+            ContactPartners::Disks(pair) => meet(scene, state, pair, next.line),
+            ContactPartners::Boundary(disk, what) => {
                 let number = rebounds[disk];
                 rebound(scene, state, boundaries, [disk, number], what, next.line);
                 rebounds[disk] += 1;
             }
         }
-        all.push(Contact {
+        all.push(PlainContact {
             time: state.time,
             met: next.met,
         });
@@ -106,7 +106,7 @@ pub fn run_between<P: ParticleModel<Space = Plane>>(
 #[derive(Clone, Copy)]
 struct Next {
     wait: f64,
-    met: Met,
+    met: ContactPartners,
     line: Vector2<f64>,
 }
 
@@ -138,7 +138,7 @@ fn next_pair<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> Op
                     {
                         next = Some(Next {
                             wait,
-                            met: Met::Disks([i, j]),
+                            met: ContactPartners::Disks([i, j]),
                             line: separation + relative * wait,
                         });
                     }
@@ -153,7 +153,7 @@ fn next_pair<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> Op
 fn next_boundary<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &State<P>,
-    boundaries: &Boundaries,
+    boundaries: &DiskBoundaries,
     mut limit: f64,
 ) -> Option<Next> {
     let sizes = scene.sizes();
@@ -179,7 +179,7 @@ fn next_boundary<P: ParticleModel<Space = Plane>>(
                 limit = wait;
                 next = Some(Next {
                     wait,
-                    met: Met::Boundary(disk, Touchable::Wall { axis, side }),
+                    met: ContactPartners::Boundary(disk, Touchable::Wall { axis, side }),
                     line: normal,
                 });
             }
@@ -191,7 +191,7 @@ fn next_boundary<P: ParticleModel<Space = Plane>>(
                     limit = time;
                     next = Some(Next {
                         wait: time,
-                        met: Met::Boundary(disk, Touchable::Obstacle(number)),
+                        met: ContactPartners::Boundary(disk, Touchable::Obstacle(number)),
                         line: normal,
                     });
                 }
@@ -240,7 +240,7 @@ fn meet<P: ParticleModel<Space = Plane>>(
 fn rebound<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
-    boundaries: &Boundaries,
+    boundaries: &DiskBoundaries,
     [disk, number]: [usize; 2],
     what: Touchable,
     normal: Vector2<f64>,

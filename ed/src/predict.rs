@@ -2,20 +2,20 @@
 
 use stosszahl_model::{ParticleModel, Plane, Sizes};
 
-use crate::calendar::{Calendar, Entry, EventTimes};
+use crate::calendar::{Calendar, CalendarEntry, EventTimes};
 use crate::cells::NONE;
-use crate::engine::Engine;
-use crate::error::EngineError;
+use crate::engine::EventDrivenEngine;
+use crate::error::EventDrivenError;
 use crate::sliding_rows::Seam;
 use crate::surroundings::Approach;
 
-impl<P, Q> Engine<P, Q>
+impl<P, Q> EventDrivenEngine<P, Q>
 where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Improves the predicted contact of a disk, which is up to date, by those with disks in the
-    /// cells around it: [`Disks::search`].
+    /// cells around it: [`DiskSystem::search`].
     #[inline(always)]
     pub(crate) fn search(&mut self, who: u32, beyond: Option<(usize, bool)>) {
         self.tally.predictions += self.disks.search(
@@ -100,12 +100,12 @@ where
     fn schedule(&mut self, who: u32) {
         let time = self.disks.time(who);
         self.tally.pushes += u64::from(time.is_finite());
-        self.calendar.push(Entry { time, disk: who });
+        self.calendar.push(CalendarEntry { time, disk: who });
     }
 
     /// Advances rows of cells that slide to the next cells, and searches those that come into
     /// reach.
-    pub(crate) fn step_rows(&mut self, seam: Seam) -> Result<(), EngineError> {
+    pub(crate) fn step_rows(&mut self, seam: Seam) -> Result<(), EventDrivenError> {
         self.disks.rows.step(seam);
         let columns = self.disks.cells.counts()[0];
         let mut disks = Vec::new();
@@ -136,10 +136,10 @@ where
 
     /// Counts a crossing; an error if there were too many without a collision.
     #[inline(always)]
-    fn count_crossing(&mut self) -> Result<(), EngineError> {
+    fn count_crossing(&mut self) -> Result<(), EventDrivenError> {
         if let Some(crossings) = self.progress.crossing(self.names.len()) {
             self.time = self.epoch + self.now / self.speed;
-            return Err(EngineError::NoCollisions {
+            return Err(EventDrivenError::NoCollisions {
                 time: self.time,
                 crossings,
             });
@@ -149,7 +149,7 @@ where
 
     /// Moves a disk into the next cell and searches the cells that come into its reach.
     #[inline(always)]
-    pub(crate) fn cross(&mut self, who: u32, axis: usize) -> Result<(), EngineError> {
+    pub(crate) fn cross(&mut self, who: u32, axis: usize) -> Result<(), EventDrivenError> {
         self.tally.crossings += 1;
         self.enter_flight(who);
         let (forward, around) = self.disks.cross(who, axis, self.now);
@@ -256,13 +256,13 @@ mod tests {
             });
             let Some(second) = second else { continue };
             let pair = [first, second];
-            let forget = |engine: &mut Engine<_, _>| {
+            let forget = |engine: &mut EventDrivenEngine<_, _>| {
                 for who in pair {
                     engine.disks.advance(who, engine.now);
                     engine.disks.expect_contact(who, f64::INFINITY, NONE);
                 }
             };
-            let contact = |engine: &Engine<_, Buckets>, who: u32| {
+            let contact = |engine: &EventDrivenEngine<_, Buckets>, who: u32| {
                 let disk = &engine.disks.all[who as usize];
                 (disk.contact.to_bits(), disk.partner)
             };
@@ -279,7 +279,8 @@ mod tests {
                 assert_eq!(contact(&engine, who), both);
                 compared += u32::from(both.1 != NONE);
             }
-            engine = Engine::new(engine.scene, engine.dissipation, before).expect("a state");
+            engine =
+                EventDrivenEngine::new(engine.scene, engine.dissipation, before).expect("a state");
         }
         assert!(compared > 1000, "{compared}");
     }

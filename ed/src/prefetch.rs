@@ -4,12 +4,12 @@ use std::hint::select_unpredictable;
 
 use stosszahl_model::{Field, Plane, memory};
 
-use crate::cells::{Cell, line_of};
-use crate::disk::Disks;
+use crate::cells::{CellCoordinates, line_of};
+use crate::disk::DiskSystem;
 use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
-use crate::record::Disk;
+use crate::record::DiskRecord;
 
-impl<F: Field<Plane>> Disks<F> {
+impl<F: Field<Plane>> DiskSystem<F> {
     /// Prefetches for the events of disks that come up in a number of buckets, the last of which
     /// ends at a time. First their records are prefetched; then partners and the cells around,
     /// which the records name; then the first disks of these.
@@ -83,7 +83,7 @@ impl<F: Field<Plane>> Disks<F> {
     /// Returns the partner of a disk; the disk itself if it has none, or one that has collided
     /// since.
     #[inline(always)]
-    fn partner(&self, disk: u32) -> &Disk {
+    fn partner(&self, disk: u32) -> &DiskRecord {
         let own = &self.all[disk as usize];
         match self.all.get(own.partner as usize) {
             Some(partner) => select_unpredictable(partner.count == own.partner_count, partner, own),
@@ -94,7 +94,7 @@ impl<F: Field<Plane>> Disks<F> {
     /// Returns the boundary of its cell that a disk reaches first if it flies straight: the axis,
     /// and whether forward.
     #[inline(always)]
-    fn way_out(&self, disk: &Disk) -> (usize, bool) {
+    fn way_out(&self, disk: &DiskRecord) -> (usize, bool) {
         let width = self.cells.width();
         let forward = [0, 1].map(|axis| disk.velocity[axis] > 0.0);
         let distance = [0, 1].map(|axis| {
@@ -109,7 +109,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Prefetches the lists of the cells around one.
     #[inline(always)]
-    fn prefetch_cells(&self, home: Cell) {
+    fn prefetch_cells(&self, home: CellCoordinates) {
         let (x, y) = self.cells.around(home);
         for row in y {
             self.cells.prefetch((x[0] + row) as usize);
@@ -119,7 +119,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Prefetches the first disks of the cells around one.
     #[inline(always)]
-    fn prefetch_neighbours(&self, home: Cell) {
+    fn prefetch_neighbours(&self, home: CellCoordinates) {
         let (x, y) = self.cells.around(home);
         for row in y {
             for column in x {
@@ -145,11 +145,11 @@ mod tests {
     use crate::arrange::GridOptions;
     use crate::cells::NONE;
     use crate::disk::tests::lattice;
-    use crate::motion::Motion;
+    use crate::motion::FlightMotion;
     use crate::{Buckets, Sorted};
 
     /// Creates disks all over a box, with speeds of no pattern.
-    fn scattered(lengths: [f64; 2], periodic: [bool; 2]) -> Disks<Free> {
+    fn scattered(lengths: [f64; 2], periodic: [bool; 2]) -> DiskSystem<Free> {
         let face = |around: bool| {
             if around {
                 Face::Periodic
@@ -166,7 +166,15 @@ mod tests {
             (Vector2::from(lengths).component_mul(&place), velocity, 0.5)
         };
         let options = GridOptions::default();
-        Disks::new(&domain, 0.5, 200, &body, Motion::new(&Free, 1.0), options).0
+        DiskSystem::new(
+            &domain,
+            0.5,
+            200,
+            &body,
+            FlightMotion::new(&Free, 1.0),
+            options,
+        )
+        .0
     }
 
     /// Boxes of one and two columns, and with walls, too.
@@ -225,7 +233,7 @@ mod tests {
     #[test]
     fn a_partner_counts_until_it_collides() {
         let mut disks = lattice::<Buckets>(8).disks;
-        let is = |disks: &Disks<Free>, who: u32| {
+        let is = |disks: &DiskSystem<Free>, who: u32| {
             std::ptr::eq(disks.partner(0), &raw const disks.all[who as usize])
         };
         (disks.all[0].partner, disks.all[0].partner_count) = (5, disks.all[5].count);

@@ -7,9 +7,9 @@ use stosszahl_model::{Field, ParticleModel, Plane, Rebound, Sizes, SpinOf, Surfa
 
 use crate::calendar::Calendar;
 use crate::cells::NONE;
-use crate::checkpoint::Dissipation;
-use crate::engine::Engine;
-use crate::error::{EngineError, Touchable};
+use crate::checkpoint::DissipationRule;
+use crate::engine::EventDrivenEngine;
+use crate::error::{EventDrivenError, Touchable};
 use crate::strip_log::WallImpulse;
 use crate::surroundings::Touched;
 
@@ -18,14 +18,19 @@ use crate::surroundings::Touched;
 /// and elastic.
 const LEAST_HOP: f64 = 0.5;
 
-impl<P, Q> Engine<P, Q>
+impl<P, Q> EventDrivenEngine<P, Q>
 where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
     /// Applies the contact of a disk with a wall or an obstacle; `ends` says whether there is a
     /// time to be reached.
-    pub(crate) fn rebound(&mut self, who: u32, what: u32, ends: bool) -> Result<(), EngineError> {
+    pub(crate) fn rebound(
+        &mut self,
+        who: u32,
+        what: u32,
+        ends: bool,
+    ) -> Result<(), EventDrivenError> {
         let (now, speed) = (self.now, self.speed);
         self.disks.meet(who, now);
         let place = self.disks.place(who, now);
@@ -81,7 +86,7 @@ where
         self.account_for(&given);
         if let Some(crossings) = self.progress.rebound(ends, self.names.len()) {
             self.time = self.epoch + now / speed;
-            return Err(EngineError::NoCollisions {
+            return Err(EventDrivenError::NoCollisions {
                 time: self.time,
                 crossings,
             });
@@ -109,9 +114,9 @@ where
             slip: 1.0,
         };
         match self.dissipation {
-            Dissipation::Elastic => SPECULAR,
-            Dissipation::Scene => *rebound,
-            Dissipation::ContactTime(contact_time) => {
+            DissipationRule::Elastic => SPECULAR,
+            DissipationRule::Scene => *rebound,
+            DissipationRule::ContactTime(contact_time) => {
                 let recent = self.touches_again(who, contact_time);
                 self.tally.elastic_contacts += u64::from(recent);
                 if recent { SPECULAR } else { *rebound }
@@ -131,7 +136,7 @@ where
             *velocity += normal * least;
             least *= 2.0;
         }
-        if let Dissipation::ContactTime(contact_time) = self.dissipation
+        if let DissipationRule::ContactTime(contact_time) = self.dissipation
             && !P::Field::FREE
         {
             let pull = -self.scene.field().acceleration().dot(&normal);
@@ -147,9 +152,9 @@ where
 
     /// Stops at the time of a collapse against a wall, and returns the error.
     #[cold]
-    fn wall_collapse(&mut self, who: u32, touched: &Touched) -> EngineError {
+    fn wall_collapse(&mut self, who: u32, touched: &Touched) -> EventDrivenError {
         self.time = self.epoch + self.now / self.speed;
-        EngineError::WallCollapse {
+        EventDrivenError::WallCollapse {
             time: self.time,
             collisions: self.progress.stalled(self.tally.contacts()),
             disk: self.names[who as usize] as usize,
@@ -161,9 +166,9 @@ where
 
     /// Returns the error of a disk that is beyond a wall.
     #[cold]
-    pub(crate) fn escaped(&mut self, who: u32, axis: usize, forward: bool) -> EngineError {
+    pub(crate) fn escaped(&mut self, who: u32, axis: usize, forward: bool) -> EventDrivenError {
         self.time = self.epoch + self.now / self.speed;
-        EngineError::Escaped {
+        EventDrivenError::Escaped {
             disk: self.names[who as usize] as usize,
             wall: Touchable::Wall {
                 axis,

@@ -2,12 +2,12 @@
 
 use nalgebra::Vector2;
 
-use crate::cells::{Cell, NONE};
+use crate::cells::{CellCoordinates, NONE};
 
 /// Record of a disk in one cache line. Times and speeds are in the engine's own units.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) struct Disk {
+pub(crate) struct DiskRecord {
     /// Position relative to the corner of the cell, at the time `clock`.
     pub(crate) position: Vector2<f64>,
     pub(crate) velocity: Vector2<f64>,
@@ -25,7 +25,7 @@ pub(crate) struct Disk {
     /// Collisions of this disk, from [`FIRST`] to the largest number and from [`FIRST`] again.
     pub(crate) count: u16,
     /// Cell of the finest grid.
-    pub(crate) home: Cell,
+    pub(crate) home: CellCoordinates,
 }
 
 /// Count that no disk has.
@@ -37,9 +37,13 @@ pub(crate) const ABSENT: u16 = VOID + 1;
 /// First count of a disk.
 pub(crate) const FIRST: u16 = ABSENT + 1;
 
-impl Disk {
+impl DiskRecord {
     /// Creates the record of a disk at time 0 without a predicted contact.
-    pub(crate) fn new(home: Cell, position: Vector2<f64>, velocity: Vector2<f64>) -> Self {
+    pub(crate) fn new(
+        home: CellCoordinates,
+        position: Vector2<f64>,
+        velocity: Vector2<f64>,
+    ) -> Self {
         Self {
             position,
             velocity,

@@ -7,16 +7,16 @@ use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Field, Grains, Interrupt, Invalid, Moments, Observer, Particle,
-    ParticleModel, ParticleState, Particles, Plane, RecentContacts, Simulation, SizeDistribution,
-    Sizes, Smooth, State, Surface, Vector as _, Work,
+    BoundaryFlux, Budget, Failure, Field, Interrupt, Invalid, Observer, Particle, ParticleModel,
+    ParticleSpec, ParticleState, Particles, Plane, RecentContacts, Simulation, SizeDistribution,
+    Sizes, Smooth, State, Surface, Vector as _, VelocityMoments, WorkCounters,
 };
 
-use crate::checkpoint::{Checkpoint, Dissipation, EventCounters};
-use crate::engine::Engine;
-use crate::error::EngineError;
+use crate::checkpoint::{DissipationRule, EventCounters, EventDrivenCheckpoint};
+use crate::engine::EventDrivenEngine;
+use crate::error::EventDrivenError;
 use crate::strips::{StripSettings, StripedEngine};
-use crate::surroundings::Boundaries;
+use crate::surroundings::DiskBoundaries;
 
 /// Collisions per disk in one leg. A new leg costs about as much as a tenth of a collision per
 /// disk. A run that resumes from a checkpoint in a leg repeats up to that many.
@@ -36,8 +36,8 @@ pub fn strips_for(threads: usize, disks: usize) -> usize {
 /// Starts exact dynamics of disks.
 ///
 /// ```
-/// use stosszahl_ed::{Boundaries, Dissipation, simulate};
-/// use stosszahl_model::{Budget, Constant, Grains, Particles, Simulation};
+/// use stosszahl_ed::{DiskBoundaries, DissipationRule, simulate};
+/// use stosszahl_model::{Budget, Constant, ParticleSpec, Particles, Simulation};
 /// # fn particles() -> Particles {
 /// #     use stosszahl_model::{Particle, Vector};
 /// #     let at = |x: f64, v: f64| Particle {
@@ -48,9 +48,9 @@ pub fn strips_for(threads: usize, disks: usize) -> usize {
 /// #         all: vec![at(2.0, 1.0), at(6.0, -1.0)] }
 /// # }
 ///
-/// let grains = Grains::equal(0.5, 1.0, Constant::new(0.5)?);
-/// let boundaries = Boundaries::periodic();
-/// let mut gas = simulate(&grains, Dissipation::Scene, &boundaries, &particles())?;
+/// let grains = ParticleSpec::equal(0.5, 1.0, Constant::new(0.5)?);
+/// let boundaries = DiskBoundaries::periodic();
+/// let mut gas = simulate(&grains, DissipationRule::Scene, &boundaries, &particles())?;
 /// gas.advance(2.0, Budget::Unlimited, &mut ())?;
 /// assert_eq!(gas.work().collisions, 1);
 /// assert!((gas.temperature() - 0.5 * 0.25).abs() < 1e-15);
@@ -58,15 +58,15 @@ pub fn strips_for(threads: usize, disks: usize) -> usize {
 /// ```
 ///
 /// # Errors
-/// [`EngineError`] if grains, boundaries and particles do not go together, or particles overlap;
-/// [`EngineError::NoShear`] and [`EngineError::NoRough`] without the features
+/// [`EventDrivenError`] if grains, boundaries and particles do not go together, or particles
+/// overlap; [`EventDrivenError::NoShear`] and [`EventDrivenError::NoRough`] without the features
 /// `shear` and `rough`.
 pub fn simulate(
-    grains: &Grains,
-    dissipation: Dissipation,
-    boundaries: &Boundaries,
+    grains: &ParticleSpec,
+    dissipation: DissipationRule,
+    boundaries: &DiskBoundaries,
     start: &Particles,
-) -> Result<Box<dyn Simulation>, EngineError> {
+) -> Result<Box<dyn Simulation>, EventDrivenError> {
     let begin = Begin {
         dissipation,
         boundaries,
@@ -80,15 +80,15 @@ pub fn simulate(
 /// interrupt can break off.
 ///
 /// # Errors
-/// As [`simulate`]; and [`EngineError::Checkpoint`] if the bytes are none of this engine.
+/// As [`simulate`]; and [`EventDrivenError::Checkpoint`] if the bytes are none of this engine.
 pub fn resume(
-    grains: &Grains,
+    grains: &ParticleSpec,
     count: usize,
-    dissipation: Dissipation,
-    boundaries: &Boundaries,
+    dissipation: DissipationRule,
+    boundaries: &DiskBoundaries,
     checkpoint: &[u8],
     interrupt: &Interrupt,
-) -> Result<Box<dyn Simulation>, EngineError> {
+) -> Result<Box<dyn Simulation>, EventDrivenError> {
     let begin = Begin {
         dissipation,
         boundaries,
@@ -105,16 +105,20 @@ enum Source<'a> {
 
 /// Builder of an engine of the types of a scene.
 struct Begin<'a> {
-    dissipation: Dissipation,
-    boundaries: &'a Boundaries,
+    dissipation: DissipationRule,
+    boundaries: &'a DiskBoundaries,
     from: Source<'a>,
 }
 
 impl Begin<'_> {
     /// Chooses the engine for the kinds of disks that differ in the data stored for a disk.
-    fn choose(self, grains: &Grains, count: usize) -> Result<Box<dyn Simulation>, EngineError> {
+    fn choose(
+        self,
+        grains: &ParticleSpec,
+        count: usize,
+    ) -> Result<Box<dyn Simulation>, EventDrivenError> {
         if grains.rough.is_some() && !cfg!(feature = "rough") {
-            return Err(EngineError::NoRough);
+            return Err(EventDrivenError::NoRough);
         }
         if grains.shear_rate.is_some() {
             return self.in_shear_flow(grains, count);
@@ -134,11 +138,11 @@ impl Begin<'_> {
     /// Chooses the engine for a uniform shear flow.
     fn in_shear_flow(
         self,
-        grains: &Grains,
+        grains: &ParticleSpec,
         count: usize,
-    ) -> Result<Box<dyn Simulation>, EngineError> {
+    ) -> Result<Box<dyn Simulation>, EventDrivenError> {
         if !cfg!(feature = "shear") {
-            return Err(EngineError::NoShear);
+            return Err(EventDrivenError::NoShear);
         }
         match (&grains.sizes, grains.rough) {
             (SizeDistribution::Equal(sizes), None) => self.run(grains.sheared_smooth(*sizes)?),
@@ -150,7 +154,7 @@ impl Begin<'_> {
     fn run<P: ParticleModel<Space = Plane>>(
         self,
         scene: P,
-    ) -> Result<Box<dyn Simulation>, EngineError> {
+    ) -> Result<Box<dyn Simulation>, EventDrivenError> {
         let (checkpoint, stops, origin) = match self.from {
             Source::Start(start) => {
                 let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;
@@ -167,8 +171,8 @@ impl Begin<'_> {
                 };
                 // The engine checks the start; the checkpoint before it is what the first leg
                 // begins with.
-                let checkpoint = Checkpoint::from(state);
-                Engine::<P>::between(
+                let checkpoint = EventDrivenCheckpoint::from(state);
+                EventDrivenEngine::<P>::between(
                     scene.clone(),
                     self.dissipation,
                     checkpoint.clone(),
@@ -216,8 +220,8 @@ fn flat(vector: Vector3<f64>) -> Vector2<f64> {
 /// stops have no influence on the trajectory.
 struct Disks<P: ParticleModel<Space = Plane>> {
     scene: P,
-    dissipation: Dissipation,
-    boundaries: Boundaries,
+    dissipation: DissipationRule,
+    boundaries: DiskBoundaries,
     stage: Stage<P>,
     /// State of an engine that has been requested since it stopped.
     present: OnceLock<State<P>>,
@@ -230,18 +234,18 @@ struct Disks<P: ParticleModel<Space = Plane>> {
     stop: Interruption,
     pause: Option<Interrupt>,
     /// Collapse in which the gas ended, until its velocities change.
-    collapse: Option<EngineError>,
+    collapse: Option<EventDrivenError>,
 }
 
 /// Storage of the gas: a checkpoint, or an engine.
 enum Stage<P: ParticleModel<Space = Plane>> {
-    Between(Box<Checkpoint<P>>),
+    Between(Box<EventDrivenCheckpoint<P>>),
     Flying(Box<StripedEngine<P>>, Option<Box<Leg<P>>>),
 }
 
 /// Leg in progress.
 struct Leg<P: ParticleModel> {
-    from: Checkpoint<P>,
+    from: EventDrivenCheckpoint<P>,
     /// Times that were reached since its begin.
     stops: Vec<f64>,
 }
@@ -249,7 +253,7 @@ struct Leg<P: ParticleModel> {
 /// Content of a checkpoint: the gas, the times that its leg has reached since, and the origin of
 /// displacements.
 type Kept<'a, P> = (
-    Cow<'a, Checkpoint<P>>,
+    Cow<'a, EventDrivenCheckpoint<P>>,
     Cow<'a, [f64]>,
     Cow<'a, [Vector2<f64>]>,
 );
@@ -271,7 +275,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
     }
 
     /// Ends the leg: replaces the engine by a checkpoint.
-    fn land(&mut self) -> &mut Checkpoint<P> {
+    fn land(&mut self) -> &mut EventDrivenCheckpoint<P> {
         self.present.take();
         if let Stage::Flying(engine, leg) = &mut self.stage {
             *leg = None;
@@ -288,20 +292,26 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
     }
 
     /// Begins a leg: makes an engine of the checkpoint, which is kept for the leg.
-    fn take_off(&mut self, is_leg: bool) -> Result<&mut StripedEngine<P>, EngineError> {
+    fn take_off(&mut self, is_leg: bool) -> Result<&mut StripedEngine<P>, EventDrivenError> {
         self.present.take();
         if let Stage::Between(gas) = &mut self.stage {
             let leg = is_leg.then(|| {
                 let (from, stops) = ((**gas).clone(), Vec::new());
                 Box::new(Leg { from, stops })
             });
-            let nowhere = Checkpoint::nowhere(gas);
+            let nowhere = EventDrivenCheckpoint::nowhere(gas);
             let gas = std::mem::replace(&mut **gas, nowhere);
             let (scene, boundaries) = (self.scene.clone(), self.boundaries.clone());
             let (dissipation, spread) = (self.dissipation, self.spread.clone());
             let parallel = spread.strips > 1;
-            let engine =
-                Engine::from_checkpoint(scene, dissipation, gas, None, boundaries, parallel)?;
+            let engine = EventDrivenEngine::from_checkpoint(
+                scene,
+                dissipation,
+                gas,
+                None,
+                boundaries,
+                parallel,
+            )?;
             let engine = StripedEngine::with_settings(engine, spread);
             self.stage = Stage::Flying(Box::new(engine), leg);
         }
@@ -312,7 +322,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
     }
 
     /// Returns the gas as a checkpoint, from either storage.
-    fn now(&self) -> Cow<'_, Checkpoint<P>> {
+    fn now(&self) -> Cow<'_, EventDrivenCheckpoint<P>> {
         match &self.stage {
             Stage::Between(gas) => Cow::Borrowed(&**gas),
             Stage::Flying(engine, _) => Cow::Owned(engine.engine().checkpoint()),
@@ -334,7 +344,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
     }
 
     /// Repeats a leg up to its last stop.
-    fn repeat(&mut self, stops: Vec<f64>) -> Result<(), EngineError> {
+    fn repeat(&mut self, stops: Vec<f64>) -> Result<(), EventDrivenError> {
         if stops.is_empty() {
             return Ok(());
         }
@@ -358,7 +368,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         until: f64,
         budget: Budget,
         observer: &mut dyn Observer,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<bool, EventDrivenError> {
         let left = match budget {
             Budget::Leg => self.left_of_leg(),
             Budget::Collisions(most) => most,
@@ -494,8 +504,8 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         self.show(self.state(), look);
     }
 
-    fn moments(&self) -> Moments {
-        Moments::of_state(&self.scene, self.state())
+    fn moments(&self) -> VelocityMoments {
+        VelocityMoments::of_state(&self.scene, self.state())
     }
 
     fn particles(&self) -> Particles {
@@ -539,7 +549,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         postcard::to_stdvec(&kept).map_err(Failure::new)
     }
 
-    fn work(&self) -> Work {
+    fn work(&self) -> WorkCounters {
         let tally = self.tally();
         let each = |count: u64| count as f64 / tally.collisions.max(1) as f64;
         let numbers = [
@@ -555,7 +565,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         let flow = self.shear_imbalance();
         let flow = flow.map(|imbalance| ("shear_energy_imbalance", imbalance));
         let numbers = numbers.into_iter().chain(flow);
-        Work {
+        WorkCounters {
             collisions: tally.collisions,
             numbers: numbers
                 .map(|(name, number)| (name.to_owned(), number))

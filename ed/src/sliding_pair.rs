@@ -7,7 +7,7 @@ use stosszahl_model::{Field, Plane, Sizes};
 use wide::f64x2;
 
 use crate::cell_list_walk::CellListWalk;
-use crate::disk::Disks;
+use crate::disk::DiskSystem;
 use crate::pair_prediction::PairFrames;
 
 /// Number of rows around two disks in adjacent rows.
@@ -39,7 +39,7 @@ impl PairFrames for SlidingPair {
     }
 }
 
-impl<F: Field<Plane>> Disks<F> {
+impl<F: Field<Plane>> DiskSystem<F> {
     /// Predicts the contacts of a pair in rows that slide: most cells around one disk are around
     /// the other too, in whichever rows both are.
     #[inline(always)]

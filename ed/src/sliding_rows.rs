@@ -12,7 +12,7 @@
 //! event for all boundaries of a kind, in which each cell searches the cell that is new in its
 //! reach.
 
-use crate::cells::{Cell, Cells};
+use crate::cells::{CellCoordinates, CellLists};
 
 /// Kind of the boundaries between rows, which slide alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +43,7 @@ pub(crate) struct SlidingRows {
 
 impl SlidingRows {
     /// Creates the rows of a grid in a flow with this shear rate in engine units, at engine time 0.
-    pub(crate) fn new(cells: &Cells, rate: f64, offset: f64) -> Self {
+    pub(crate) fn new(cells: &CellLists, rate: f64, offset: f64) -> Self {
         let [columns, rows] = cells.counts();
         let width = [cells.width()[0], cells.width()[1]];
         let offsets = [0.0, offset];
@@ -133,7 +133,7 @@ impl SlidingRows {
     /// Returns the first of the four columns of the row above that a cell can be touched from, and
     /// the distance of its corner from that of the cell.
     #[inline(always)]
-    pub(crate) fn first_above(&self, [column, row]: Cell, now: f64) -> (i32, f64) {
+    pub(crate) fn first_above(&self, [column, row]: CellCoordinates, now: f64) -> (i32, f64) {
         let seam = self.above(row);
         let first = self.column(i32::from(column) - 2 - self.turned[seam]);
         (first, self.remainder(seam, now) - 2.0 * self.width[0])
@@ -142,7 +142,7 @@ impl SlidingRows {
     /// Returns the first of the four columns of the row below that a cell can be touched from, and
     /// the distance of its corner from that of the cell.
     #[inline(always)]
-    pub(crate) fn first_below(&self, [column, row]: Cell, now: f64) -> (i32, f64) {
+    pub(crate) fn first_below(&self, [column, row]: CellCoordinates, now: f64) -> (i32, f64) {
         let seam = Self::below(row);
         let first = self.column(i32::from(column) - 1 + self.turned[seam]);
         (first, -self.remainder(seam, now) - self.width[0])
@@ -153,7 +153,7 @@ impl SlidingRows {
     #[inline(always)]
     pub(crate) fn cross(
         &self,
-        [column, row]: Cell,
+        [column, row]: CellCoordinates,
         place: f64,
         forward: bool,
         now: f64,
@@ -183,8 +183,8 @@ impl SlidingRows {
     /// row less that of the second.
     pub(crate) fn between(
         &self,
-        first: Cell,
-        second: Cell,
+        first: CellCoordinates,
+        second: CellCoordinates,
         now: f64,
     ) -> impl Iterator<Item = ([f64; 2], f64)> {
         let rows = i32::from(self.rows);
@@ -199,7 +199,12 @@ impl SlidingRows {
     /// Returns the one vector of [`Self::between`] in a box of at least three rows, between cells
     /// in the same row or in adjacent ones.
     #[inline(always)]
-    pub(crate) fn nearest_between(&self, first: Cell, second: Cell, now: f64) -> ([f64; 2], f64) {
+    pub(crate) fn nearest_between(
+        &self,
+        first: CellCoordinates,
+        second: CellCoordinates,
+        now: f64,
+    ) -> ([f64; 2], f64) {
         let rows = i32::from(self.rows);
         let apart = i32::from(first[1]) - i32::from(second[1]);
         let step = match apart {
@@ -213,7 +218,13 @@ impl SlidingRows {
     /// Returns the vector from the corner of the second cell to that of the first over the image
     /// `step` rows above, and the velocity of the first row less that of the second.
     #[inline(always)]
-    fn in_row(&self, first: Cell, second: Cell, step: i32, now: f64) -> ([f64; 2], f64) {
+    fn in_row(
+        &self,
+        first: CellCoordinates,
+        second: CellCoordinates,
+        step: i32,
+        now: f64,
+    ) -> ([f64; 2], f64) {
         let columns = i32::from(first[0]) - i32::from(second[0]);
         let way = |seam: usize| self.offsets[seam] + self.slip() * now;
         let way = match step {

@@ -4,13 +4,13 @@ use nalgebra::{Vector2, vector};
 use stosszahl_model::{Field, Plane, Sizes};
 
 use crate::cell_list_walk::CellListWalk;
-use crate::cells::{self, Cell, NONE};
+use crate::cells::{self, CellCoordinates, NONE};
 use crate::contact::Candidates;
-use crate::disk::Disks;
+use crate::disk::DiskSystem;
 use crate::frames::Sliding;
-use crate::record::Disk;
+use crate::record::DiskRecord;
 
-impl<F: Field<Plane>> Disks<F> {
+impl<F: Field<Plane>> DiskSystem<F> {
     /// Opens the lists of the cells around one in rows that slide, of which these are `wanted`:
     /// below, its own, above. Cells are numbered by four times the row and their place in it: of
     /// four, or of three in the own row.
@@ -18,7 +18,7 @@ impl<F: Field<Plane>> Disks<F> {
     pub(crate) fn open_sliding(
         &self,
         lists: &mut CellListWalk,
-        home: Cell,
+        home: CellCoordinates,
         time: f64,
         wanted: [bool; 3],
     ) {
@@ -55,7 +55,7 @@ impl<F: Field<Plane>> Disks<F> {
     pub(crate) fn open_beyond_sliding(
         &self,
         lists: &mut CellListWalk,
-        home: Cell,
+        home: CellCoordinates,
         (axis, forward): (usize, bool),
         time: f64,
     ) {
@@ -116,7 +116,7 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Returns true if a disk is in the cell that has come into reach above a cell with the last
     /// step of rows.
-    pub(crate) fn has_newest(&self, home: Cell, now: f64) -> bool {
+    pub(crate) fn has_newest(&self, home: CellCoordinates, now: f64) -> bool {
         let first = self.rows.first_above(home, now).0;
         let right = self.cells.four_columns(first)[self.rows.newest()];
         let row = self.cells.around(home).1[2];
@@ -125,7 +125,12 @@ impl<F: Field<Plane>> Disks<F> {
 
     /// Returns the corners and frames of the cells around one, in rows that slide.
     #[inline(always)]
-    pub(crate) fn sliding(&self, home: Cell, position: Vector2<f64>, time: f64) -> Sliding {
+    pub(crate) fn sliding(
+        &self,
+        home: CellCoordinates,
+        position: Vector2<f64>,
+        time: f64,
+    ) -> Sliding {
         let width = self.cells.width();
         let mut sliding = Sliding {
             x: [0.0; 12],
@@ -151,8 +156,8 @@ impl<F: Field<Plane>> Disks<F> {
     #[inline(always)]
     pub(crate) fn sheared_line(
         &self,
-        one: &Disk,
-        other: &Disk,
+        one: &DiskRecord,
+        other: &DiskRecord,
         distance: f64,
     ) -> (Vector2<f64>, f64) {
         let apart = one.position - other.position;

@@ -3,9 +3,9 @@
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{Domain, Field, ParticleModel, Plane, Sizes, State, Surface};
 
-use crate::checkpoint::Checkpoint;
-use crate::error::{EngineError, POSITION, Touchable};
-use crate::surroundings::{Boundaries, FACES, above, images, overlap_of};
+use crate::checkpoint::EventDrivenCheckpoint;
+use crate::error::{EventDrivenError, POSITION, Touchable};
+use crate::surroundings::{DiskBoundaries, FACES, above, images, overlap_of};
 
 /// Largest overlap, in diameters, that counts as rounding.
 pub(crate) const ROUNDING: f64 = 1e-9;
@@ -13,30 +13,30 @@ pub(crate) const ROUNDING: f64 = 1e-9;
 /// Checks that the engine can start from a checkpoint.
 pub(crate) fn check<P: ParticleModel<Space = Plane>>(
     scene: &P,
-    start: &Checkpoint<P>,
+    start: &EventDrivenCheckpoint<P>,
     diameter: f64,
-) -> Result<(), EngineError> {
+) -> Result<(), EventDrivenError> {
     let (state, last_contact) = (&start.state, &start.last_contact);
     let count = state.bodies.len();
     if !state.time.is_finite() {
-        return Err(EngineError::BadStart { time: state.time });
+        return Err(EventDrivenError::BadStart { time: state.time });
     }
     if count >= u32::MAX as usize {
-        return Err(EngineError::TooMany { disks: count });
+        return Err(EventDrivenError::TooMany { disks: count });
     }
     let found = state.domain.images().shear().map(|shear| shear.rate);
     let rate = P::Field::SHEARED.then(|| scene.field().shear_rate());
     if found != rate {
-        return Err(EngineError::UnlikeFlow { found, rate });
+        return Err(EventDrivenError::UnlikeFlow { found, rate });
     }
     if P::Field::SHEARED && !start.image_flags.is_empty() {
-        return Err(EngineError::FlagsInFlow);
+        return Err(EventDrivenError::FlagsInFlow);
     }
     let lengths = state.domain.lengths();
     let narrow =
         |axis: usize| state.domain.is_periodic(axis) && lengths[axis] <= diameter * (1.0 + 1e-9);
     if narrow(0) || narrow(1) {
-        return Err(EngineError::BoxTooSmall {
+        return Err(EventDrivenError::BoxTooSmall {
             diameter,
             lengths: lengths.into(),
         });
@@ -48,12 +48,12 @@ pub(crate) fn check<P: ParticleModel<Space = Plane>>(
             .spin_energy(mass, radius, body.spin)
             .is_finite()
         {
-            return Err(EngineError::BadSpin { disk: index });
+            return Err(EventDrivenError::BadSpin { disk: index });
         }
         for (quantity, value) in [(POSITION, body.position), ("velocity", body.velocity)] {
             // Also false for NaN.
             if !value.iter().all(|x| x.abs() <= 1e150) {
-                return Err(EngineError::BadNumber {
+                return Err(EventDrivenError::BadNumber {
                     disk: index,
                     quantity,
                     value: value.into(),
@@ -62,7 +62,7 @@ pub(crate) fn check<P: ParticleModel<Space = Plane>>(
         }
     }
     if !last_contact.is_empty() && last_contact.len() != count {
-        return Err(EngineError::WrongCount {
+        return Err(EventDrivenError::WrongCount {
             quantity: "times of last contact",
             found: last_contact.len(),
             disks: count,
@@ -74,13 +74,13 @@ pub(crate) fn check<P: ParticleModel<Space = Plane>>(
 /// Checks that boundaries fit a box and leave room for the largest disk.
 pub(crate) fn check_boundaries(
     domain: &Domain<Plane>,
-    boundaries: &Boundaries,
+    boundaries: &DiskBoundaries,
     diameter: f64,
     ledgers: usize,
-) -> Result<(), EngineError> {
+) -> Result<(), EventDrivenError> {
     let expected = boundaries.ledgers();
     if ledgers != 0 && ledgers != expected {
-        return Err(EngineError::WrongLedgers {
+        return Err(EventDrivenError::WrongLedgers {
             found: ledgers,
             expected,
         });
@@ -89,19 +89,19 @@ pub(crate) fn check_boundaries(
     for axis in 0..2 {
         for side in 0..2 {
             if *walls.face(axis, side) == Face::Open {
-                return Err(EngineError::OpenFace { axis, side });
+                return Err(EventDrivenError::OpenFace { axis, side });
             }
         }
         let state = domain.is_periodic(axis);
         if state != (*walls.face(axis, 0) == Face::Periodic) {
-            return Err(EngineError::UnlikeBox { axis, state });
+            return Err(EventDrivenError::UnlikeBox { axis, state });
         }
         if state {
             continue;
         }
         let room = domain.lengths()[axis] - reach(walls, axis, 0) - reach(walls, axis, 1);
         if room < diameter {
-            return Err(EngineError::NoRoom {
+            return Err(EventDrivenError::NoRoom {
                 axis,
                 room,
                 diameter,
@@ -110,7 +110,7 @@ pub(crate) fn check_boundaries(
     }
     for (number, obstacle) in boundaries.obstacles.iter().enumerate() {
         let inside = obstacle.check_inside(domain.lengths());
-        inside.map_err(|source| EngineError::BadObstacle {
+        inside.map_err(|source| EventDrivenError::BadObstacle {
             obstacle: number,
             source,
         })?;
@@ -128,8 +128,8 @@ fn reach(walls: &Walls<Plane>, axis: usize, side: usize) -> f64 {
 pub(crate) fn check_overlaps<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &State<P>,
-    boundaries: &Boundaries,
-) -> Result<(), EngineError> {
+    boundaries: &DiskBoundaries,
+) -> Result<(), EventDrivenError> {
     let sizes = scene.sizes();
     for (disk, body) in state.bodies.iter().enumerate() {
         let radius = sizes.radius(sizes.tag(disk));
@@ -138,7 +138,7 @@ pub(crate) fn check_overlaps<P: ParticleModel<Space = Plane>>(
             if depth <= 2.0 * radius * ROUNDING {
                 return Ok(());
             }
-            Err(EngineError::Overlap {
+            Err(EventDrivenError::Overlap {
                 disk,
                 place: place.into(),
                 what: Touchable::of_ledger(ledger),

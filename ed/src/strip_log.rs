@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::Vector2;
 use stosszahl_model::{ParticleModel, Plane, SpinOf};
 
-use crate::cells::Cell;
+use crate::cells::CellCoordinates;
 use crate::checkpoint::EventCounters;
 use crate::collapse::ContactInfo;
 use crate::image_flags::ImageFlags;
@@ -45,7 +45,7 @@ impl StripRows {
 
 /// Boundary between two strips, before a row of cells.
 #[derive(Clone, Debug)]
-pub(crate) struct Edge<S> {
+pub(crate) struct StripEdge<S> {
     /// Number of the row.
     pub(crate) row: i32,
     /// All records of the seam.
@@ -60,7 +60,7 @@ pub(crate) struct Edge<S> {
 pub(crate) struct SeamRecord<S> {
     pub(crate) time: f64,
     pub(crate) disk: u32,
-    pub(crate) home: Cell,
+    pub(crate) home: CellCoordinates,
     pub(crate) position: Vector2<f64>,
     pub(crate) velocity: Vector2<f64>,
     pub(crate) spin: S,
@@ -100,7 +100,7 @@ pub(crate) struct StripLog<P: ParticleModel> {
     /// Rows of the strip. Events in its core count here; those in its halos are simulated twice.
     pub(crate) place: StripRows,
     /// Lower and upper edge of the core, where there is a neighbour.
-    pub(crate) edges: [Option<Edge<SpinOf<P>>>; 2],
+    pub(crate) edges: [Option<StripEdge<SpinOf<P>>>; 2],
     pub(crate) contacts: Vec<LoggedContact>,
     pub(crate) given: Vec<WallImpulse>,
     /// Times at which disks crossed from cell to cell, or touched walls without end, since the last
@@ -139,7 +139,7 @@ impl<P: ParticleModel<Space = Plane>> StripLog<P> {
     pub(crate) fn new(place: &StripRows, rows_in_box: usize) -> Self {
         let rows = [place.core.start, place.core.end];
         let edge = |side: usize| {
-            place.neighbours[side].then(|| Edge {
+            place.neighbours[side].then(|| StripEdge {
                 row: rows[side],
                 seam: Vec::new(),
                 rows: vec![0; 2 * place.halo as usize],

@@ -7,10 +7,10 @@
 use nalgebra::Vector2;
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
-use stosszahl_model::walls::{Feature, Flight, Obstacle, Vibration};
+use stosszahl_model::walls::{Feature, FlyingParticle, Obstacle, Vibration};
 use stosszahl_model::{Domain, Plane, Rebound, Walls};
 
-use crate::cells::{Cell, Cells};
+use crate::cells::{CellCoordinates, CellLists};
 
 /// Faces of a box, which come before the obstacles: lower and upper along the first axis, then
 /// along the second.
@@ -18,7 +18,7 @@ pub(crate) const FACES: usize = 4;
 
 /// Walls at the faces of the box, and obstacles in it.
 #[derive(Clone, Debug)]
-pub struct Boundaries {
+pub struct DiskBoundaries {
     /// Faces of the box.
     pub walls: Walls<Plane>,
     /// Obstacles inside the box.
@@ -27,7 +27,7 @@ pub struct Boundaries {
     pub streams: Streams,
 }
 
-impl Boundaries {
+impl DiskBoundaries {
     /// Returns a periodic box with nothing in it.
     pub fn periodic() -> Self {
         Self {
@@ -54,14 +54,14 @@ impl Boundaries {
 
 /// Units of the engine: its speed, and the absolute time at which its own is zero.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Units {
+pub(crate) struct EngineUnits {
     pub(crate) speed: f64,
     pub(crate) epoch: f64,
 }
 
 /// Disk that may touch a wall or obstacle, in the engine's own units.
 pub(crate) struct Approach {
-    pub(crate) home: Cell,
+    pub(crate) home: CellCoordinates,
     /// Position relative to the corner of the cell, at `clock`.
     pub(crate) position: Vector2<f64>,
     pub(crate) velocity: Vector2<f64>,
@@ -105,8 +105,8 @@ struct Part {
 /// Boundaries, and the table of those near each cell.
 #[derive(Debug)]
 pub(crate) struct BoundaryGeometry {
-    pub(crate) boundaries: Boundaries,
-    units: Units,
+    pub(crate) boundaries: DiskBoundaries,
+    units: EngineUnits,
     near: Vec<Near>,
     lists: Vec<u32>,
     parts: Vec<Part>,
@@ -115,11 +115,11 @@ pub(crate) struct BoundaryGeometry {
 impl BoundaryGeometry {
     /// Creates the table for a grid; obstacles are known to be inside the box.
     pub(crate) fn new(
-        boundaries: Boundaries,
+        boundaries: DiskBoundaries,
         domain: &Domain<Plane>,
-        cells: &Cells,
+        cells: &CellLists,
         largest_radius: f64,
-        units: Units,
+        units: EngineUnits,
     ) -> Self {
         let mut surroundings = Self {
             near: Vec::new(),
@@ -143,7 +143,7 @@ impl BoundaryGeometry {
     }
 
     /// Marks the cells from which a wall can be touched, at all its displacements.
-    fn find_walls(&mut self, cells: &Cells, largest_radius: f64) {
+    fn find_walls(&mut self, cells: &CellLists, largest_radius: f64) {
         let counts = cells.counts();
         for axis in 0..2 {
             for side in 0..2 {
@@ -176,7 +176,7 @@ impl BoundaryGeometry {
     }
 
     /// Lists the parts of obstacles by the cells from which they can be touched.
-    fn find_obstacles(&mut self, domain: &Domain<Plane>, cells: &Cells, largest_radius: f64) {
+    fn find_obstacles(&mut self, domain: &Domain<Plane>, cells: &CellLists, largest_radius: f64) {
         let (width, lengths) = (cells.width(), domain.lengths());
         let (diagonal, counts) = (0.5 * width.norm(), cells.counts());
         let mut listed: Vec<(u32, u32)> = Vec::new();
@@ -232,7 +232,7 @@ impl BoundaryGeometry {
 
     /// Returns the first contact of a disk before its limit: the wait for it, and the number of the
     /// wall or obstacle.
-    pub(crate) fn first_contact(&self, cells: &Cells, disk: &Approach) -> Option<(f64, u32)> {
+    pub(crate) fn first_contact(&self, cells: &CellLists, disk: &Approach) -> Option<(f64, u32)> {
         let near = self.near[cells.place(disk.home, 1, 1)];
         let mut first: Option<(f64, u32)> = None;
         let mut limit = disk.limit;
@@ -246,7 +246,7 @@ impl BoundaryGeometry {
             }
         }
         if near.begin < near.end {
-            let flight = Flight {
+            let flight = FlyingParticle {
                 position: cells.corner(disk.home) + disk.position,
                 velocity: disk.velocity,
                 acceleration: disk.acceleration,
@@ -263,7 +263,13 @@ impl BoundaryGeometry {
         first
     }
 
-    fn time_to_wall(&self, cells: &Cells, face: usize, disk: &Approach, limit: f64) -> Option<f64> {
+    fn time_to_wall(
+        &self,
+        cells: &CellLists,
+        face: usize,
+        disk: &Approach,
+        limit: f64,
+    ) -> Option<f64> {
         let (axis, side) = (face / 2, face % 2);
         let wall = self.boundaries.walls.wall(axis, side)?;
         // Away from the wall: the last boundary of the last cell is the face.

@@ -19,7 +19,7 @@ const PATIENCE: u32 = 1 << 29;
 
 /// A sum of numbers of double precision, exact until it is rounded.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Exact {
+pub struct ExactSum {
     /// Index of the first chunk stored; chunk i counts 2^(32 i - 1074).
     low: u8,
     chunks: Vec<i64>,
@@ -29,7 +29,7 @@ pub struct Exact {
     special: f64,
 }
 
-impl Exact {
+impl ExactSum {
     /// Adds a number without rounding.
     #[inline]
     pub fn add(&mut self, number: f64) {
@@ -165,7 +165,7 @@ impl Exact {
     }
 }
 
-impl Extend<f64> for Exact {
+impl Extend<f64> for ExactSum {
     fn extend<I: IntoIterator<Item = f64>>(&mut self, numbers: I) {
         numbers.into_iter().for_each(|number| self.add(number));
     }
@@ -186,7 +186,7 @@ mod tests {
     use rand::RngExt as _;
 
     fn sum(numbers: &[f64]) -> f64 {
-        let mut sum = Exact::default();
+        let mut sum = ExactSum::default();
         sum.extend(numbers.iter().copied());
         sum.value()
     }
@@ -261,9 +261,9 @@ mod tests {
             let wanted = sum(&numbers);
             numbers.sort_by(f64::total_cmp);
             assert_eq!(sum(&numbers).to_bits(), wanted.to_bits(), "seed {seed}");
-            let mut parts = Exact::default();
+            let mut parts = ExactSum::default();
             for part in numbers.chunks(7).rev() {
-                let mut one = Exact::default();
+                let mut one = ExactSum::default();
                 one.extend(part.iter().copied());
                 parts.merge(&one);
             }
@@ -294,7 +294,7 @@ mod tests {
     /// Sums of 2^40 numbers stay exact, because carries are passed on to higher words.
     #[test]
     fn many_numbers_do_not_overflow() {
-        let mut all = Exact::default();
+        let mut all = ExactSum::default();
         all.add(f64::from_bits(0x3fef_ffff_ffff_ffff));
         for _ in 0..40 {
             let half = all.clone();

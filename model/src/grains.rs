@@ -1,8 +1,8 @@
 //! The physics of a gas as data: choices of run time, and the types that they become.
 //!
-//! Engines are generic; a program that reads a case is not. [`Grains`] describes the particles and
-//! makes the [`Scene`] that stands for them. An engine's crate chooses among scenes by what changes
-//! that which is stored or computed for each particle. All else is data in it.
+//! Engines are generic; a program that reads a case is not. [`ParticleSpec`] describes the
+//! particles and makes the [`Scene`] that stands for them. An engine's crate chooses among scenes
+//! by what changes that which is stored or computed for each particle. All else is data in it.
 
 use nalgebra::Vector3;
 
@@ -28,7 +28,7 @@ pub enum SizeDistribution {
 
 /// Particles, their contact laws, and the field that they fly in.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grains {
+pub struct ParticleSpec {
     /// Radii \[length\] and masses.
     pub sizes: SizeDistribution,
     /// The normal contact law.
@@ -43,7 +43,7 @@ pub struct Grains {
     pub is_bounded: bool,
 }
 
-impl Grains {
+impl ParticleSpec {
     /// Creates smooth particles of one radius \[length\] and mass in a periodic box.
     pub fn equal(radius: f64, mass: f64, restitution: impl Into<Law>) -> Self {
         Self {
@@ -58,7 +58,7 @@ impl Grains {
 
     /// Returns the sizes as species, which scenes with walls, spin or gravity need.
     fn species(&self, count: usize) -> Result<Species, Invalid> {
-        let kind = |radius, mass, count| crate::species::Kind {
+        let kind = |radius, mass, count| crate::species::SpeciesProperties {
             radius,
             mass,
             count,
@@ -143,7 +143,7 @@ impl Grains {
 
 fn scene<S: Space, C: Surface<S>, Z, F: Field<S>>(
     surface: C,
-    grains: &Grains,
+    grains: &ParticleSpec,
     sizes: Z,
     field: F,
 ) -> Scene<S, C, Law, Z, F> {

@@ -62,10 +62,10 @@ pub use clusters::Clusters;
 pub use colliding_pair::{CollidingPair, PostCollision};
 pub use collision::{Collision, bounce, collide};
 pub use domain::Domain;
-pub use exact::Exact;
+pub use exact::ExactSum;
 pub use field::{Field, Free, Gravity, Sheared};
 pub use format_short::format_short;
-pub use grains::{Grains, SizeDistribution};
+pub use grains::{ParticleSpec, SizeDistribution};
 pub use images::{Image, Images, Shear};
 pub use interrupt::Interrupt;
 pub use invalid::Invalid;
@@ -76,10 +76,12 @@ pub use physics::{ParticleModel, Scene, SpinOf, VectorOf};
 pub use recent_contacts::RecentContacts;
 pub use restitution::*;
 pub use shear_work::ShearWork;
-pub use simulation::{BoundaryFlux, Budget, Census, Failure, Moments, Particles, Simulation, Work};
+pub use simulation::{
+    BoundaryFlux, Budget, Census, Failure, Particles, Simulation, VelocityMoments, WorkCounters,
+};
 pub use sizes::{Monodisperse, Polydisperse, Sizes};
 pub use space::{Plane, Space, Vector, Volume};
-pub use species::{Grouping, Kind, Species};
+pub use species::{Grouping, Species, SpeciesProperties};
 pub use state::{ParticleState, State};
 pub use sum::{ParticleReduction, Sum};
 pub use surface::{Rough, Smooth, Surface};

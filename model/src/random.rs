@@ -98,9 +98,9 @@ impl Streams {
 
     /// Returns many short streams that share the first part of their address.
     #[inline]
-    pub fn bundle(&self, purpose: Purpose, first: u64) -> Bundle {
+    pub fn bundle(&self, purpose: Purpose, first: u64) -> StreamBundle {
         let key = absorb(absorb(self.root, purpose as u64), first);
-        Bundle {
+        StreamBundle {
             roots: [absorb(key, 0), absorb(key, 1)],
         }
     }
@@ -112,11 +112,11 @@ impl Streams {
 /// stream are hashes of the second half of the address, counted from two roots of 64 bits that are
 /// hashes of the rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Bundle {
+pub struct StreamBundle {
     roots: [u64; 2],
 }
 
-impl Bundle {
+impl StreamBundle {
     /// Returns the stream at the second half of the address.
     #[inline]
     pub fn at(&self, second: u64) -> ShortStream {

@@ -13,7 +13,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::exact::Exact;
+use crate::exact::ExactSum;
 use crate::images::{Images, wrapped};
 use crate::interrupt::Interrupt;
 use crate::observer::Observer;
@@ -25,7 +25,7 @@ use crate::snapshot::Fingerprint;
 use crate::space::{Space, Vector as _, Volume};
 use crate::state::State;
 use crate::sum::{ParticleReduction, Sum};
-use crate::walls::Ledger;
+use crate::walls::WallLedger;
 
 /// All particles at one time: the input of measurements and the start of engines.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,8 +49,8 @@ impl Particles {
     }
 
     /// Returns the moments of the velocities.
-    pub fn moments(&self) -> Moments {
-        let mut moments = Moments::default();
+    pub fn moments(&self) -> VelocityMoments {
+        let mut moments = VelocityMoments::default();
         for particle in &self.all {
             ParticleReduction::add(&mut moments, particle);
         }
@@ -85,13 +85,13 @@ impl Particles {
 /// Moments of velocities. Their sums are exact, so that they do not depend on the order in which
 /// particles are added.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Moments {
-    count: Exact,
-    second: Exact,
-    fourth: Exact,
+pub struct VelocityMoments {
+    count: ExactSum,
+    second: ExactSum,
+    fourth: ExactSum,
 }
 
-impl Moments {
+impl VelocityMoments {
     /// Moments of the bodies of a state.
     pub fn of_state<P: ParticleModel>(scene: &P, state: &State<P>) -> Self {
         let (sizes, mut moments) = (scene.sizes(), Self::default());
@@ -121,7 +121,7 @@ impl Moments {
     }
 }
 
-impl ParticleReduction for Moments {
+impl ParticleReduction for VelocityMoments {
     const NAME: &'static str = "moments";
 
     fn add(&mut self, particle: &Particle) {
@@ -174,7 +174,7 @@ pub fn in_slices<T>(
 
 /// Work done, in numbers that do not depend on the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Work {
+pub struct WorkCounters {
     /// Pair collisions; of simulators where simulators collide.
     pub collisions: u64,
     /// Named numbers, such as predictions per collision.
@@ -196,7 +196,7 @@ pub struct BoundaryFlux {
 
 impl BoundaryFlux {
     /// Converts the ledger of a wall or an obstacle.
-    pub fn of_ledger<S: Space>(name: impl Into<String>, ledger: &Ledger<S>) -> Self {
+    pub fn of_ledger<S: Space>(name: impl Into<String>, ledger: &WallLedger<S>) -> Self {
         Self {
             name: name.into(),
             particles: ledger.contacts,
@@ -309,8 +309,8 @@ pub trait Simulation: Send {
     }
 
     /// Returns the moments of the velocities.
-    fn moments(&self) -> Moments {
-        let mut moments = Moments::default();
+    fn moments(&self) -> VelocityMoments {
+        let mut moments = VelocityMoments::default();
         self.reduce_particles(&mut moments);
         moments
     }
@@ -355,7 +355,7 @@ pub trait Simulation: Send {
     }
 
     /// Returns the work done so far.
-    fn work(&self) -> Work;
+    fn work(&self) -> WorkCounters;
 
     /// Returns the latest contacts, of engines that go from contact to contact; `None` if they are
     /// unknown.

@@ -9,7 +9,7 @@ use crate::sizes::Sizes;
 
 /// One species of a mixture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Kind {
+pub struct SpeciesProperties {
     /// Radius \[length\].
     pub radius: f64,
     /// Mass of one particle.
@@ -22,7 +22,7 @@ pub struct Kind {
 /// its species, so the table stays in the fastest cache for any number of particles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
-    kinds: Arc<[Kind]>,
+    kinds: Arc<[SpeciesProperties]>,
     /// Offsets: first index of each species in the state, then the total number of particles.
     first: Arc<[usize]>,
     /// Largest radius \[length\].
@@ -40,7 +40,7 @@ impl Species {
     /// # Errors
     /// [`Invalid`] if there is none, or 2^32 or more, if a radius or mass is not positive and
     /// finite, or if there are 2^32 particles or more.
-    pub fn new(kinds: Vec<Kind>) -> Result<Self, Invalid> {
+    pub fn new(kinds: Vec<SpeciesProperties>) -> Result<Self, Invalid> {
         let some = !kinds.is_empty() && u32::try_from(kinds.len()).is_ok();
         let found = kinds.len() as f64;
         Invalid::require(some, "number of species", found, "1 to 4294967295")?;
@@ -60,7 +60,7 @@ impl Species {
             "at most 4294967295",
         )?;
         let largest = kinds.iter().map(|kind| kind.radius).fold(0.0, f64::max);
-        let size = |kind: &Kind| (kind.radius, kind.mass);
+        let size = |kind: &SpeciesProperties| (kind.radius, kind.mass);
         let equal = kinds.iter().all(|kind| size(kind) == size(&kinds[0]));
         Ok(Self {
             numbers: (0..kinds.len() as u32).collect(),
@@ -86,7 +86,7 @@ impl Species {
     }
 
     /// Returns the entries in their order; those of a repeated gas copy after copy.
-    pub fn kinds(&self) -> &[Kind] {
+    pub fn kinds(&self) -> &[SpeciesProperties] {
         &self.kinds
     }
 
@@ -110,7 +110,7 @@ impl Sizes for Species {
         order
     }
     fn repeated(&self, times: usize) -> Self {
-        let kinds: Vec<Kind> = (0..times)
+        let kinds: Vec<SpeciesProperties> = (0..times)
             .flat_map(|_| self.kinds.iter().copied())
             .collect();
         let mut first = vec![0];
@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn species_are_found_by_the_index_also_around_empty_ones() {
-        let kind = |radius, count| Kind {
+        let kind = |radius, count| SpeciesProperties {
             radius,
             mass: 1.0,
             count,

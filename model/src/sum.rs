@@ -4,12 +4,12 @@
 //! particles form a group, their order in it and its number do not depend on how many processes or
 //! threads hold the gas; the order of groups may. So within a group numbers are added as usual, and
 //! groups are combined independently of their order: exactly ([`Totals`]), in the order of their
-//! numbers once all are there ([`Parts`]), or as integers.
+//! numbers once all are there ([`SparseSums`]), or as integers.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::exact::Exact;
+use crate::exact::ExactSum;
 use crate::particle::Particle;
 
 /// Sum of some kind, which engines fill. An empty sum is sent to other processes to define the sum
@@ -72,9 +72,9 @@ impl<T: ParticleReduction> Sum for T {
 
 /// Function that restores a sum that another process has saved, by the name of its kind; `None` for
 /// another kind.
-pub type Make = fn(&str, &[u8]) -> Option<Box<dyn Sum>>;
+pub type ReductionFactory = fn(&str, &[u8]) -> Option<Box<dyn Sum>>;
 
-/// Restores a sum of the kind `T`: the [`Make`] of one kind.
+/// Restores a sum of the kind `T`: the [`ReductionFactory`] of one kind.
 pub fn made<T: ParticleReduction + 'static>(name: &str, bytes: &[u8]) -> Option<Box<dyn Sum>> {
     if name != T::NAME {
         return None;
@@ -86,7 +86,7 @@ pub fn made<T: ParticleReduction + 'static>(name: &str, bytes: &[u8]) -> Option<
 /// A short array of order-independent sums (superaccumulators), one per slot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Totals {
-    sums: Vec<Exact>,
+    sums: Vec<ExactSum>,
     /// Sums of the open group, by slot.
     #[serde(skip)]
     open: Vec<f64>,
@@ -96,7 +96,7 @@ impl Totals {
     /// Creates `places` empty sums.
     pub fn new(places: usize) -> Self {
         Self {
-            sums: vec![Exact::default(); places],
+            sums: vec![ExactSum::default(); places],
             open: Vec::new(),
         }
     }
@@ -126,14 +126,14 @@ impl Totals {
 
     /// Returns all sums, rounded.
     pub fn values(&self) -> Vec<f64> {
-        self.sums.iter().map(Exact::value).collect()
+        self.sums.iter().map(ExactSum::value).collect()
     }
 }
 
 /// Sparse sums by slot: each group adds to few slots of many. The sums of groups are kept apart
 /// until all groups are complete.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Parts<T> {
+pub struct SparseSums<T> {
     places: usize,
     /// Sums of closed groups: group, slot and sum.
     all: Vec<(u32, u32, T)>,
@@ -144,7 +144,7 @@ pub struct Parts<T> {
     touched: Vec<u32>,
 }
 
-impl<T: Copy + Default> Parts<T> {
+impl<T: Copy + Default> SparseSums<T> {
     /// Creates an empty array of `places` slots.
     pub fn new(places: usize) -> Self {
         Self {
@@ -202,14 +202,14 @@ mod tests {
     #[derive(Serialize, Deserialize)]
     struct Both {
         totals: Totals,
-        parts: Parts<f64>,
+        parts: SparseSums<f64>,
     }
 
     impl Both {
         fn new() -> Self {
             Self {
                 totals: Totals::new(3),
-                parts: Parts::new(3),
+                parts: SparseSums::new(3),
             }
         }
 

@@ -9,17 +9,17 @@ use include_dir::{Dir, include_dir};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyUserWarning};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
-use stosszahl_case::{Bundle, CaseFile};
+use stosszahl_case::{CaseBundle, CaseFile};
 use stosszahl_report::{ReportError, write_held_report, write_report};
 use stosszahl_results::{Existing, Manifest, Stored, Sweep};
 use stosszahl_study::plan::available_threads;
-use stosszahl_study::{Options, Progress, ProgressEstimate, format, run_case};
+use stosszahl_study::{Progress, ProgressEstimate, RunOptions, format, run_case};
 
 use crate::error::{Raise, raised};
-use crate::wait::{Messages, Stop, wait};
+use crate::wait::{Messages, PyInterrupt, wait};
 
 /// Cases that come with the package.
-static BUNDLE: Bundle = Bundle({
+static BUNDLE: CaseBundle = CaseBundle({
     static FOLDER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../cases");
     &FOLDER
 });
@@ -165,7 +165,7 @@ pub fn run(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(PathBuf, bool)> {
     let file = case.read(py)?;
-    let (stop, seen) = (Stop::default(), Seen::default());
+    let (stop, seen) = (PyInterrupt::default(), Seen::default());
     let existing = match existing {
         "resume" => Existing::Resume,
         "force" => Existing::Replace,
@@ -184,7 +184,7 @@ pub fn run(
         progress.call1(py, (share, collisions, notes)).map(drop)
     };
     let work = |_: Messages<()>| {
-        let options = Options {
+        let options = RunOptions {
             out,
             existing,
             threads,

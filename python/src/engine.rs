@@ -13,8 +13,8 @@ use stosszahl_model::{Collision, Interrupt, Observer, Simulation};
 
 use crate::arrays::{WORDS, column, vectors, write_collision};
 use crate::error::{Raise, raised};
-use crate::gas::Gas;
-use crate::wait::{Messages, Stop, wait};
+use crate::gas::PyGas;
+use crate::wait::{Messages, PyInterrupt, wait};
 
 /// Most collisions of a batch for which memory is reserved at once.
 const MOST_RESERVED: usize = 1 << 16;
@@ -46,8 +46,8 @@ impl DerefMut for Kind {
 }
 
 /// Exact dynamics or Monte Carlo of a gas, as `stosszahl.engines` uses it from Python.
-#[pyclass(module = "stosszahl._native", frozen)]
-pub struct Engine(Mutex<Kind>);
+#[pyclass(name = "Engine", module = "stosszahl._native", frozen)]
+pub struct PyEngine(Mutex<Kind>);
 
 /// Observer that passes collisions to Python in large batches, and asks for a pause if Python has
 /// failed.
@@ -82,11 +82,11 @@ impl Observer for Batches {
 }
 
 /// Observer of impact parameters that runs without Python.
-#[pyclass(module = "stosszahl._native", frozen)]
-pub struct ImpactParameters(Mutex<stosszahl_analysis::impact::ImpactParameters>);
+#[pyclass(name = "ImpactParameters", module = "stosszahl._native", frozen)]
+pub struct PyImpactParameters(Mutex<stosszahl_analysis::impact::ImpactParameters>);
 
-/// Observer that fills [`ImpactParameters`], which Python may read meanwhile.
-struct Shared<'a>(&'a ImpactParameters);
+/// Observer that fills [`PyImpactParameters`], which Python may read meanwhile.
+struct Shared<'a>(&'a PyImpactParameters);
 
 impl Observer for Shared<'_> {
     fn collisions(&mut self, batch: &[Collision]) {
@@ -94,14 +94,14 @@ impl Observer for Shared<'_> {
     }
 }
 
-impl ImpactParameters {
+impl PyImpactParameters {
     fn lock(&self) -> MutexGuard<'_, stosszahl_analysis::impact::ImpactParameters> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 #[pymethods]
-impl ImpactParameters {
+impl PyImpactParameters {
     #[new]
     fn new(dimension: usize, bins: usize) -> Self {
         Self(Mutex::new(
@@ -131,7 +131,12 @@ type Flux = (String, f64, [f64; 3], f64);
 
 impl Kind {
     /// Advances, unless asked to stop.
-    fn go(&mut self, until: f64, observer: &mut dyn Observer, stop: &Stop) -> Result<(), GasError> {
+    fn go(
+        &mut self,
+        until: f64,
+        observer: &mut dyn Observer,
+        stop: &PyInterrupt,
+    ) -> Result<(), GasError> {
         self.set_pause_flag(&stop.soon);
         self.set_stop_flag(&stop.now);
         match self {
@@ -141,7 +146,7 @@ impl Kind {
     }
 }
 
-impl Engine {
+impl PyEngine {
     fn of(kind: Kind) -> Self {
         Self(Mutex::new(kind))
     }
@@ -174,16 +179,16 @@ fn scheme(name: &str, stiffness: Option<f64>, radius: Option<f64>) -> PyResult<S
 }
 
 #[pymethods]
-impl Engine {
+impl PyEngine {
     #[staticmethod]
-    fn event_driven(gas: &Gas) -> PyResult<Self> {
+    fn event_driven(gas: &PyGas) -> PyResult<Self> {
         let engine = EventDriven::new(&gas.0).map_err(Raise::raise)?;
         Ok(Self::of(Kind::Exact(engine)))
     }
 
     /// Creates Monte Carlo of a gas without positions.
     #[staticmethod]
-    fn without_positions(gas: &Gas) -> PyResult<Self> {
+    fn without_positions(gas: &PyGas) -> PyResult<Self> {
         let engine = MonteCarlo::new(&gas.0).map_err(Raise::raise)?;
         Ok(Self::of(Kind::Chaos(engine)))
     }
@@ -192,7 +197,7 @@ impl Engine {
     #[staticmethod]
     #[pyo3(signature = (gas, name, *, cell_size, steps_per_cell_crossing, max_contact_value, stiffness, partner_radius))]
     fn in_cells(
-        gas: &Gas,
+        gas: &PyGas,
         name: &str,
         cell_size: Option<f64>,
         steps_per_cell_crossing: Option<f64>,
@@ -212,7 +217,7 @@ impl Engine {
         Ok(Self::of(Kind::Chaos(engine)))
     }
 
-    /// Advances to a time. The observer is none, an [`ImpactParameters`], or a function of bytes.
+    /// Advances to a time. The observer is none, an [`ImpactParameters`](PyImpactParameters), or a function of bytes.
     fn advance(
         &self,
         py: Python<'_>,
@@ -222,8 +227,8 @@ impl Engine {
     ) -> PyResult<()> {
         let mut guard = self.lock()?;
         let engine = &mut *guard;
-        let stop = Stop::default();
-        let rust = observer.and_then(|one| one.cast::<ImpactParameters>().ok());
+        let stop = PyInterrupt::default();
+        let rust = observer.and_then(|one| one.cast::<PyImpactParameters>().ok());
         let python = observer
             .filter(|_| rust.is_none())
             .map(|one| one.clone().unbind());
@@ -261,7 +266,7 @@ impl Engine {
             let text = "equilibrate is of EventDriven; equilibrate there and start Monte Carlo from its state";
             return Err(raised("GasError", text));
         };
-        let stop = Stop::default();
+        let stop = PyInterrupt::default();
         let work = |_: Messages<()>| engine.equilibrate_unless(collisions_per_particle, &stop.soon);
         let done = wait(py, &stop, work, |_, ()| Ok(()), |_| Ok(()))?;
         done.map_err(Raise::raise)?;
@@ -269,8 +274,8 @@ impl Engine {
     }
 
     /// Returns the current gas.
-    fn state(&self) -> PyResult<Gas> {
-        Ok(Gas(match &*self.lock()? {
+    fn state(&self) -> PyResult<PyGas> {
+        Ok(PyGas(match &*self.lock()? {
             Kind::Exact(engine) => engine.state(),
             Kind::Chaos(engine) => engine.state(),
         }))

@@ -11,11 +11,11 @@ use stosszahl_model::{
 
 use crate::arrays::{column, vectors};
 use crate::error::Raise;
-use crate::wait::{Messages, Stop, wait};
+use crate::wait::{Messages, PyInterrupt, wait};
 
 /// Particles, box and contact laws of a gas, as `stosszahl.Gas` uses them from Python.
-#[pyclass(module = "stosszahl._native", frozen)]
-pub struct Gas(pub stosszahl_gas::Gas);
+#[pyclass(name = "Gas", module = "stosszahl._native", frozen)]
+pub struct PyGas(pub stosszahl_gas::Gas);
 
 /// Wall as `stosszahl.Wall` has it.
 #[derive(FromPyObject)]
@@ -159,7 +159,7 @@ impl Start {
 fn build(
     given: &Description,
     start: Option<&Start>,
-    stop: &Stop,
+    stop: &PyInterrupt,
 ) -> Result<stosszahl_gas::Gas, stosszahl_gas::GasError> {
     let mut gas = match given.dimension {
         2 => stosszahl_gas::Gas::disks(given.number),
@@ -199,10 +199,10 @@ fn build(
 }
 
 #[pymethods]
-impl Gas {
+impl PyGas {
     #[new]
     fn new(py: Python<'_>, description: Description, start: Option<Start>) -> PyResult<Self> {
-        let stop = Stop::default();
+        let stop = PyInterrupt::default();
         let work = |_: Messages<()>| build(&description, start.as_ref(), &stop);
         let gas = wait(py, &stop, work, |_, ()| Ok(()), |_| Ok(()))?;
         Ok(Self(gas.map_err(Raise::raise)?))

@@ -26,7 +26,7 @@ mod _native {
         bundled, case_text, check, engines, manifest, report, run, schema, sweep, toml_of_json,
     };
     #[pymodule_export]
-    use crate::engine::{Engine, ImpactParameters};
+    use crate::engine::{PyEngine, PyImpactParameters};
     #[pymodule_export]
-    use crate::gas::Gas;
+    use crate::gas::PyGas;
 }

@@ -14,7 +14,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Interrupts of the work: one for soon, one for now.
 #[derive(Clone, Debug, Default)]
-pub struct Stop {
+pub struct PyInterrupt {
     /// Interrupt at the next good moment, such as the end of a leg.
     pub soon: Interrupt,
     /// Interrupt within a fraction of a second, in the middle of any work.
@@ -51,7 +51,7 @@ impl<M> Messages<M> {
 /// Those of `hear`, `idle`, and `KeyboardInterrupt`; and what the work ended with is then lost.
 pub fn wait<T: Send, M: Send>(
     py: Python<'_>,
-    stop: &Stop,
+    stop: &PyInterrupt,
     work: impl FnOnce(Messages<M>) -> T + Send,
     mut hear: impl FnMut(Python<'_>, M) -> PyResult<()> + Send,
     mut idle: impl FnMut(Python<'_>) -> PyResult<()> + Send,

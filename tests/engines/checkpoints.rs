@@ -6,7 +6,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
-use stosszahl::ed::{Checkpoint, Dissipation, Engine};
+use stosszahl::ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine};
 use stosszahl::model::initial::{self, Arrangement};
 use stosszahl::model::snapshot::{self, SnapshotError};
 
@@ -17,11 +17,12 @@ const RUN: snapshot::Fingerprint = [3; 32];
 
 /// Returns the files of two checkpoints, with and without contact times.
 fn checkpoints(folder: &Path) -> Vec<Vec<u8>> {
-    [Dissipation::Scene, Dissipation::ContactTime(1e-3)]
+    [DissipationRule::Scene, DissipationRule::ContactTime(1e-3)]
         .into_iter()
         .map(|dissipation| {
             let start = gas(Arrangement::Disordered, 6, 0.3, 1);
-            let mut engine = Engine::<_>::new(disks(0.9), dissipation, start).expect("an engine");
+            let mut engine =
+                EventDrivenEngine::<_>::new(disks(0.9), dissipation, start).expect("an engine");
             engine
                 .advance(f64::INFINITY, 20, &mut ())
                 .expect("collisions");
@@ -43,7 +44,7 @@ fn damaged_checkpoints() {
     let path = folder.path().join("checkpoint");
     fuzz(3000, &valid, |bytes| {
         fs::write(&path, bytes).expect("written");
-        match snapshot::read::<Checkpoint<Disks>>(&path, &RUN) {
+        match snapshot::read::<EventDrivenCheckpoint<Disks>>(&path, &RUN) {
             Err(error @ (SnapshotError::Damaged { .. } | SnapshotError::Foreign { .. })) => {
                 clear(&error.to_string(), &path)
             }
@@ -77,10 +78,11 @@ fn wrong_checkpoints() {
         bytes.extend_from_slice(blake3::hash(payload).as_bytes());
         bytes.extend_from_slice(payload);
         fs::write(&path, bytes).expect("written");
-        match snapshot::read::<Checkpoint<Disks>>(&path, &RUN) {
+        match snapshot::read::<EventDrivenCheckpoint<Disks>>(&path, &RUN) {
             Err(error) => clear(&error.to_string(), &path),
             Ok(checkpoint) => {
-                // States that the engine does not refuse, see `Engine::new`, are left out.
+                // States that the engine does not refuse, see `EventDrivenEngine::new`, are left
+                // out.
                 let state = &checkpoint.state;
                 let positions: Vec<_> = state
                     .bodies
@@ -96,9 +98,9 @@ fn wrong_checkpoints() {
                 {
                     return Ok(());
                 }
-                for dissipation in [Dissipation::Scene, Dissipation::ContactTime(1e-3)] {
+                for dissipation in [DissipationRule::Scene, DissipationRule::ContactTime(1e-3)] {
                     if let Err(error) =
-                        Engine::<_>::new(disks(0.9), dissipation, checkpoint.clone())
+                        EventDrivenEngine::<_>::new(disks(0.9), dissipation, checkpoint.clone())
                     {
                         prop_assert!(error.to_string().len() > 12, "{error}");
                     }

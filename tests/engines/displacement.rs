@@ -2,8 +2,10 @@
 //! diffusion of Enskog.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Tracked};
-use stosszahl_ed::{Checkpoint, Dissipation, Engine as EventDriven};
+use stosszahl_dsmc::{
+    DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme, SimulatorStart, Tracked,
+};
+use stosszahl_ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine as EventDriven};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Domain, ParticleState, State, kinetic};
@@ -15,25 +17,29 @@ fn equal(restitution: f64, count: usize) -> Kinds {
     kinds(restitution, [(0.5, 1.0, count)])
 }
 
-fn tracked(state: State<Disks>) -> Checkpoint<Disks> {
+fn tracked(state: State<Disks>) -> EventDrivenCheckpoint<Disks> {
     let image_flags = vec![[0; 2]; state.bodies.len()];
-    Checkpoint {
+    EventDrivenCheckpoint {
         image_flags,
         ..state.into()
     }
 }
 
 /// Returns positions of disks that were never wrapped.
-fn unwrapped(gas: &Checkpoint<Disks>) -> Vec<Vector2<f64>> {
+fn unwrapped(gas: &EventDrivenCheckpoint<Disks>) -> Vec<Vector2<f64>> {
     let lengths = gas.state.domain.lengths();
     let winding = |w: &[i32; 2]| vector![f64::from(w[0]), f64::from(w[1])].component_mul(&lengths);
     let bodies = gas.state.bodies.iter().zip(&gas.image_flags);
     bodies.map(|(body, w)| body.position + winding(w)).collect()
 }
 
-fn leg(gas: Checkpoint<Disks>, restitution: f64, until: f64) -> Checkpoint<Disks> {
+fn leg(
+    gas: EventDrivenCheckpoint<Disks>,
+    restitution: f64,
+    until: f64,
+) -> EventDrivenCheckpoint<Disks> {
     let mut engine =
-        EventDriven::<_>::new(disks(restitution), Dissipation::Scene, gas).expect("an engine");
+        EventDriven::<_>::new(disks(restitution), DissipationRule::Scene, gas).expect("an engine");
     assert!(engine.advance(until, u64::MAX, &mut ()).expect("a leg"));
     engine.checkpoint()
 }
@@ -84,7 +90,7 @@ fn windings_add_up_to_the_displacements() {
         let lengths = start.domain.lengths();
         let mut sums: Vec<Vector2<f64>> = start.bodies.iter().map(|body| body.position).collect();
         let mut gas = tracked(start.clone());
-        let mut plain: Checkpoint<Disks> = start.into();
+        let mut plain: EventDrivenCheckpoint<Disks> = start.into();
         let speed = gas
             .state
             .bodies
@@ -121,20 +127,24 @@ fn windings_add_up_to_the_displacements() {
 fn windings_of_other_disks_are_refused() {
     let mut start = tracked(gas(Arrangement::Square, 16, 0.2, 5));
     start.image_flags.pop();
-    let refused = EventDriven::<_>::new(disks(1.0), Dissipation::Scene, start);
+    let refused = EventDriven::<_>::new(disks(1.0), DissipationRule::Scene, start);
     assert_eq!(
         refused.err().expect("an error").to_string(),
         "15 windings for 16 disks; allowed are none, or one for each disk"
     );
 }
 
-fn parameters(cell: f64, simulators_per_particle: u32, displacement: Displacement) -> Parameters {
+fn parameters(
+    cell: f64,
+    simulators_per_particle: u32,
+    displacement: PartnerDisplacement,
+) -> Parameters {
     Parameters {
         scheme: Scheme::Enskog(Neighbourhood::Mean),
         displacement,
         cell_size: Some(cell),
         simulators_per_particle,
-        copies: Copies::Independent,
+        copies: SimulatorStart::Independent,
         steps_per_cell_crossing: 8.0,
         max_contact_value: 10.0,
     }
@@ -150,16 +160,16 @@ fn displacements_of_simulators_end_at_their_positions() {
         body.position = origin;
     }
     let (scene, start) = (equal(1.0, 300), as_kinds(&start));
-    for displacement in [Displacement::None, Displacement::Diameter] {
+    for displacement in [PartnerDisplacement::None, PartnerDisplacement::Diameter] {
         let streams = Streams::new(1, 0);
         let parameters = parameters(2.0, 1, displacement);
-        let mut engine =
-            Engine::<_, Tracked>::start(&scene, parameters, &start, streams).expect("an engine");
+        let mut engine = DsmcEngine::<_, Tracked>::start(&scene, parameters, &start, streams)
+            .expect("an engine");
         engine.track_displacements();
         engine.advance(40.0, u64::MAX, &mut ());
         // Two parts, as in a resumed run.
         let checkpoint = engine.checkpoint();
-        let mut engine = Engine::resume(&scene, parameters, start.domain, checkpoint, streams)
+        let mut engine = DsmcEngine::resume(&scene, parameters, start.domain, checkpoint, streams)
             .expect("an engine");
         engine.advance(80.0, u64::MAX, &mut ());
         assert!(engine.tally().collisions > 5_000);
@@ -195,9 +205,9 @@ fn simulators_diffuse_as_enskog_says() {
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 600, packing, seed);
             let streams = Streams::new(seed, 0);
-            let mut engine = Engine::<_, Tracked>::start(
+            let mut engine = DsmcEngine::<_, Tracked>::start(
                 &equal(1.0, 600),
-                parameters(4.0, 32, Displacement::None),
+                parameters(4.0, 32, PartnerDisplacement::None),
                 &as_kinds(&start),
                 streams,
             )
@@ -292,9 +302,9 @@ fn cooling_gas_spreads_as_the_logarithm_of_time() {
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 400, packing, seed);
             let streams = Streams::new(seed, 0);
-            let mut engine = Engine::<_, Tracked>::start(
+            let mut engine = DsmcEngine::<_, Tracked>::start(
                 &equal(r, 400),
-                parameters(4.0, 16, Displacement::None),
+                parameters(4.0, 16, PartnerDisplacement::None),
                 &as_kinds(&start),
                 streams,
             )

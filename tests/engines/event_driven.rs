@@ -3,7 +3,8 @@
 use nalgebra::{Vector2, Vector3};
 use rand::RngExt;
 use stosszahl_ed::{
-    Buckets, Calendar, Checkpoint, Dissipation, Engine, Sorted, crossings_per_collision, plain,
+    Buckets, Calendar, DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, Sorted,
+    crossings_per_collision, plain,
 };
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
@@ -30,8 +31,8 @@ fn run<Q: Calendar>(
     state: State<Disks>,
     collisions: u64,
 ) -> (Journal, State<Disks>) {
-    let mut engine =
-        Engine::<_, Q>::new(scene.clone(), Dissipation::Scene, state).expect("an engine");
+    let mut engine = EventDrivenEngine::<_, Q>::new(scene.clone(), DissipationRule::Scene, state)
+        .expect("an engine");
     let mut journal = Journal::default();
     engine
         .advance(f64::INFINITY, collisions, &mut journal)
@@ -148,8 +149,8 @@ fn elastic_gas_conserves_energy_momentum_and_distance() {
         let scene = disks(1.0);
         let state = gas(Arrangement::Disordered, 1000, packing, 2);
         let energy = state.kinetic_energy(&scene);
-        let mut engine =
-            Engine::<_>::new(scene.clone(), Dissipation::Scene, state).expect("an engine");
+        let mut engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, state)
+            .expect("an engine");
         engine
             .advance(f64::INFINITY, 500_000, &mut ())
             .expect("collisions");
@@ -163,7 +164,8 @@ fn elastic_gas_conserves_energy_momentum_and_distance() {
             engine.worst_overlap()
         );
         let fresh =
-            Engine::<_>::new(scene.clone(), Dissipation::Scene, engine.state()).expect("an engine");
+            EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, engine.state())
+                .expect("an engine");
         assert!(fresh.worst_overlap() < 1e-12);
     }
 }
@@ -173,19 +175,20 @@ fn elastic_gas_conserves_energy_momentum_and_distance() {
 fn legs_are_functions_of_their_checkpoint() {
     let scene = disks(0.9);
     let folder = tempfile::tempdir().expect("a folder");
-    for dissipation in [Dissipation::Scene, Dissipation::ContactTime(1e-3)] {
+    for dissipation in [DissipationRule::Scene, DissipationRule::ContactTime(1e-3)] {
         let start = gas(Arrangement::Disordered, 300, 0.4, 3);
-        let mut first = Engine::<_>::new(scene.clone(), dissipation, start).expect("an engine");
+        let mut first =
+            EventDrivenEngine::<_>::new(scene.clone(), dissipation, start).expect("an engine");
         first
             .advance(f64::INFINITY, 3000, &mut ())
             .expect("collisions");
         let checkpoint = first.checkpoint();
         let path = folder.path().join("checkpoint");
         snapshot::write(&path, &[1; 32], &checkpoint).expect("written");
-        let read: Checkpoint<Disks> = snapshot::read(&path, &[1; 32]).expect("read");
+        let read: EventDrivenCheckpoint<Disks> = snapshot::read(&path, &[1; 32]).expect("read");
         let finish = |checkpoint| {
-            let mut engine =
-                Engine::<_>::new(scene.clone(), dissipation, checkpoint).expect("an engine");
+            let mut engine = EventDrivenEngine::<_>::new(scene.clone(), dissipation, checkpoint)
+                .expect("an engine");
             engine
                 .advance(f64::INFINITY, 3000, &mut ())
                 .expect("collisions");
@@ -211,7 +214,8 @@ fn contacts_without_rebound_happen_once() {
         let aim = apart.normalize() + Vector2::new(0.1, -0.1) * (seed as f64 / 2000.0 - 0.5);
         start.bodies[0].velocity = aim;
         start.bodies[1].velocity = Vector2::zeros();
-        let mut engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
+        let mut engine =
+            EventDrivenEngine::<_>::new(scene, DissipationRule::Scene, start).expect("an engine");
         let mut journal = Journal::default();
         engine
             .advance(4.0, 1_000_000, &mut journal)
@@ -244,11 +248,12 @@ fn unequal(sizes: Vec<(f64, f64)>) -> Mixture {
 #[test]
 fn starting_afresh_is_a_cut() {
     let (count, collisions) = (50, 130_000);
-    let mut start = Checkpoint::from(gas(Arrangement::Disordered, count, 0.3, 8));
+    let mut start = EventDrivenCheckpoint::from(gas(Arrangement::Disordered, count, 0.3, 8));
     start.state.time = 1e3;
     start.image_flags = vec![[0; 2]; count];
     let new = |checkpoint| {
-        Engine::<_>::new(disks(1.0), Dissipation::ContactTime(1e-2), checkpoint).expect("an engine")
+        EventDrivenEngine::<_>::new(disks(1.0), DissipationRule::ContactTime(1e-2), checkpoint)
+            .expect("an engine")
     };
     let mut whole = new(start.clone());
     whole
@@ -302,8 +307,8 @@ fn thin_gases_are_exact() {
         let scene = disks(1.0);
         let start = gas(Arrangement::Disordered, count, packing, 8);
         let energy = start.kinetic_energy(&scene);
-        let mut engine =
-            Engine::<_>::new(scene.clone(), Dissipation::Scene, start).expect("an engine");
+        let mut engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, start)
+            .expect("an engine");
         let mut journal = Journal::default();
         engine
             .advance(f64::INFINITY, 100, &mut journal)
@@ -384,7 +389,8 @@ fn very_unequal_disks_follow_all_pairs() {
     initial::maxwellian(&scene, &mut state, 1.0, &mut stream);
     let energy = state.kinetic_energy(&scene);
     let events = plain::run(&scene, &mut state.clone(), 150);
-    let mut engine = Engine::<_>::new(scene.clone(), Dissipation::Scene, state).expect("an engine");
+    let mut engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, state)
+        .expect("an engine");
     let mut journal = Journal::default();
     engine
         .advance(f64::INFINITY, 150, &mut journal)
@@ -421,12 +427,12 @@ fn work_per_collision_is_bounded() {
         (0.69, [15.5, 2.55, 0.17, 0.02, 0.18]),
     ] {
         let start = gas(Arrangement::Disordered, 4000, packing, 2);
-        let mut engine =
-            Engine::<_>::new(disks(1.0), Dissipation::Scene, start).expect("an engine");
+        let mut engine = EventDrivenEngine::<_>::new(disks(1.0), DissipationRule::Scene, start)
+            .expect("an engine");
         engine
             .advance(f64::INFINITY, 40_000, &mut ())
             .expect("collisions");
-        let counts = |engine: &Engine<_>| {
+        let counts = |engine: &EventDrivenEngine<_>| {
             let tally = engine.tally();
             let all = [tally.predictions, tally.pushes, tally.crossings];
             let rare = [engine.stale(), tally.broken];
@@ -460,10 +466,11 @@ fn inelastic_collapse_is_an_error_and_the_contact_time_prevents_it() {
     for (count, leg) in [(200, 100_000_000), (200, 3_000), (1_500, 16_000)] {
         let start = gas(Arrangement::Disordered, count, 0.5, 4);
         let scene = disks(0.1);
-        let mut checkpoint = Checkpoint::from(start.clone());
+        let mut checkpoint = EventDrivenCheckpoint::from(start.clone());
         let error = loop {
             let mut engine =
-                Engine::<_>::new(scene.clone(), Dissipation::Scene, checkpoint).expect("an engine");
+                EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, checkpoint)
+                    .expect("an engine");
             match engine.advance(1e6, leg, &mut ()) {
                 Ok(true) => panic!("no collapse of {count} disks"),
                 Ok(false) => checkpoint = engine.checkpoint(),
@@ -472,7 +479,8 @@ fn inelastic_collapse_is_an_error_and_the_contact_time_prevents_it() {
         };
         assert!(error.to_string().contains("inelastic collapse"), "{error}");
         let mut engine =
-            Engine::<_>::new(scene, Dissipation::ContactTime(1e-3), start).expect("an engine");
+            EventDrivenEngine::<_>::new(scene, DissipationRule::ContactTime(1e-3), start)
+                .expect("an engine");
         engine
             .advance(f64::INFINITY, 100 * count as u64, &mut ())
             .expect("no collapse");
@@ -487,11 +495,11 @@ fn gas_at_rest_reaches_the_time() {
     for body in &mut start.bodies {
         body.velocity = Vector2::zeros();
     }
-    let mut engine =
-        Engine::<_>::new(disks(0.0), Dissipation::Scene, start.clone()).expect("an engine");
+    let mut engine = EventDrivenEngine::<_>::new(disks(0.0), DissipationRule::Scene, start.clone())
+        .expect("an engine");
     assert!(engine.advance(1e9, u64::MAX, &mut ()).expect("nothing"));
     assert_eq!(engine.time(), 1e9);
     assert_eq!(engine.state().bodies, start.bodies);
     start.bodies[3].velocity[0] = f64::NAN;
-    assert!(Engine::<_>::new(disks(0.0), Dissipation::Scene, start).is_err());
+    assert!(EventDrivenEngine::<_>::new(disks(0.0), DissipationRule::Scene, start).is_err());
 }

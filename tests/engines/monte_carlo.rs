@@ -1,12 +1,13 @@
 //! The Monte Carlo engine, against kinetic theory and the conservation laws.
 
 use stosszahl_dsmc::{
-    Boundaries, Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, simulate,
+    BoundaryConditions, DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme,
+    SimulatorStart, simulate,
 };
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Budget, Collision, Constant, Grains, Observer, Particle, Particles, Plane, State, Vector,
+    Budget, Collision, Constant, Observer, Particle, ParticleSpec, Particles, Plane, State, Vector,
     kinetic,
 };
 
@@ -14,10 +15,10 @@ use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds};
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Enskog(Neighbourhood::Mean),
-    displacement: Displacement::None,
+    displacement: PartnerDisplacement::None,
     cell_size: Some(20.0),
     simulators_per_particle: 1,
-    copies: Copies::Independent,
+    copies: SimulatorStart::Independent,
     steps_per_cell_crossing: 4.0,
     max_contact_value: 10.0,
 };
@@ -45,9 +46,9 @@ fn engine(
     packing: f64,
     seed: u64,
     parameters: Parameters,
-) -> Engine<Disks> {
+) -> DsmcEngine<Disks> {
     let state = gas(Arrangement::Disordered, count, packing, seed);
-    Engine::new(
+    DsmcEngine::new(
         &disks(restitution),
         parameters,
         &state,
@@ -135,7 +136,7 @@ fn homogeneous_cooling_follows_haff() {
 
 #[test]
 fn elastic_gas_conserves_energy_and_momentum() {
-    for displacement in [Displacement::None, Displacement::Diameter] {
+    for displacement in [PartnerDisplacement::None, PartnerDisplacement::Diameter] {
         let parameters = Parameters {
             scheme: Scheme::Enskog(Neighbourhood::Cells(2)),
             displacement,
@@ -168,15 +169,16 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
     let mut values = Vec::new();
     for seed in 0..6 {
         let parameters = Parameters {
-            displacement: Displacement::Diameter,
+            displacement: PartnerDisplacement::Diameter,
             cell_size: Some(10.0),
             // Short steps, so that hardly a disk collides twice in one.
             steps_per_cell_crossing: 100.0,
             ..PARAMETERS
         };
         let start = as_kinds(&gas(Arrangement::Disordered, count, 0.25, seed));
-        let mut engine = Engine::new(&followed(count), parameters, &start, Streams::new(seed, 0))
-            .expect("an engine");
+        let mut engine =
+            DsmcEngine::new(&followed(count), parameters, &start, Streams::new(seed, 0))
+                .expect("an engine");
         let mut carried = 0.0;
         for _ in 0..steps {
             let before = engine.state();
@@ -221,7 +223,7 @@ fn one_species_is_a_gas_of_equal_disks() {
         periodic: [true; 3],
         all: all.collect(),
     };
-    let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
+    let grains = ParticleSpec::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
     let schemes = Scheme::ALL.map(|scheme| (scheme, 2));
     for (scheme, simulators_per_particle) in
         [(Scheme::CONTACT_POINT, 16)].into_iter().chain(schemes)
@@ -231,10 +233,10 @@ fn one_species_is_a_gas_of_equal_disks() {
             ..Parameters::for_scheme(scheme)
         };
         let after = |displacements: bool| {
-            let parts = stosszahl_dsmc::Gas {
+            let parts = stosszahl_dsmc::CellGas {
                 grains: &grains,
                 parameters,
-                boundaries: &Boundaries::default(),
+                boundaries: &BoundaryConditions::default(),
                 streams: Streams::new(7, 0),
                 displacements,
             };
@@ -271,14 +273,14 @@ fn mixtures_continue_to_the_same_bits() {
     ] {
         let parameters = Parameters {
             scheme,
-            displacement: Displacement::Diameter,
+            displacement: PartnerDisplacement::Diameter,
             cell_size: None,
             ..PARAMETERS
         };
         let streams = Streams::new(8, 0);
-        let mut whole = Engine::new(&scene, parameters, &start, streams).expect("an engine");
+        let mut whole = DsmcEngine::new(&scene, parameters, &start, streams).expect("an engine");
         whole.advance(1e9, 40, &mut ());
-        let mut rest = Engine::resume(
+        let mut rest = DsmcEngine::resume(
             &scene,
             parameters,
             start.domain,
@@ -301,14 +303,14 @@ fn checkpoints_continue_to_the_same_bits() {
     for simulators_per_particle in [1, 3] {
         let parameters = Parameters {
             scheme: Scheme::FreeVolume,
-            displacement: Displacement::Diameter,
+            displacement: PartnerDisplacement::Diameter,
             cell_size: None,
             simulators_per_particle,
             ..PARAMETERS
         };
         let mut whole = engine(0.8, 1500, 0.25, 6, parameters);
         assert!(!whole.advance(50.0, 40, &mut ()));
-        let mut rest = Engine::resume(
+        let mut rest = DsmcEngine::resume(
             &disks(0.8),
             parameters,
             whole.state().domain,
@@ -364,7 +366,7 @@ fn meaningless_parameters_are_refused() {
             ..PARAMETERS
         },
     ] {
-        let error = Engine::new(&disks(1.0), parameters, &state, Streams::new(1, 0))
+        let error = DsmcEngine::new(&disks(1.0), parameters, &state, Streams::new(1, 0))
             .err()
             .expect("refused");
         assert!(error.to_string().contains("allowed"), "{error}");

@@ -9,7 +9,9 @@ use nalgebra::{Vector2, vector};
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 use rand::{RngExt, SeedableRng};
-use stosszahl::ed::{Checkpoint, Dissipation, Engine, EngineError, plain};
+use stosszahl::ed::{
+    DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, EventDrivenError, plain,
+};
 use stosszahl::model::random::Stream;
 use stosszahl::model::{
     Collision, Constant, Domain, Free, Observer, ParticleState, Plane, Polydisperse, Scene, Sizes,
@@ -175,22 +177,22 @@ impl Observer for Laws {
 
 fn engine(
     scene: &Mixture,
-    from: impl Into<Checkpoint<Mixture>>,
-) -> Result<Engine<Mixture>, TestCaseError> {
-    Engine::new(scene.clone(), Dissipation::Scene, from)
+    from: impl Into<EventDrivenCheckpoint<Mixture>>,
+) -> Result<EventDrivenEngine<Mixture>, TestCaseError> {
+    EventDrivenEngine::new(scene.clone(), DissipationRule::Scene, from)
         .map_err(|error| TestCaseError::fail(error.to_string()))
 }
 
 /// Runs a number of collisions, or ends if there are none for long; returns the collisions.
 fn run(
-    engine: &mut Engine<Mixture>,
+    engine: &mut EventDrivenEngine<Mixture>,
     collisions: u64,
     watch: &mut impl Observer,
 ) -> Result<(), TestCaseError> {
     let until = engine.time() + 1000.0;
     match engine.advance(until, collisions, watch) {
         // Collapse is an allowed end of such a gas.
-        Ok(_) | Err(EngineError::InelasticCollapse { .. }) => Ok(()),
+        Ok(_) | Err(EventDrivenError::InelasticCollapse { .. }) => Ok(()),
         Err(error) => Err(TestCaseError::fail(error.to_string())),
     }
 }

@@ -4,8 +4,8 @@ use nalgebra::vector;
 use stosszahl::model::initial::{self, Arrangement};
 use stosszahl::model::random::{Purpose, Streams};
 use stosszahl::model::{
-    Constant, Domain, Free, Gravity, Interrupt, Kind, Law, Monodisperse, ParticleState, Plane,
-    Polydisperse, Scene, Smooth, Species, State,
+    Constant, Domain, Free, Gravity, Interrupt, Law, Monodisperse, ParticleState, Plane,
+    Polydisperse, Scene, Smooth, Species, SpeciesProperties, State,
 };
 
 /// Smooth equal disks of diameter and mass one. All scenes here have the types that programs use:
@@ -34,7 +34,7 @@ pub fn disks(restitution: f64) -> Disks {
 
 /// Creates the scene of species, by radius, mass and count.
 pub fn kinds(restitution: f64, all: impl IntoIterator<Item = (f64, f64, usize)>) -> Kinds {
-    let kind = |(radius, mass, count)| Kind {
+    let kind = |(radius, mass, count)| SpeciesProperties {
         radius,
         mass,
         count,

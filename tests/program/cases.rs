@@ -5,9 +5,9 @@ use std::path::Path;
 
 use crate::support::program::{SHRUNKEN, SMALL, TestFolder, bundled, bundled_names, plan, stored};
 use stosszahl::case::CaseFile;
-use stosszahl::case::format::{Restitution, Units};
+use stosszahl::case::format::{RestitutionSpec, UnitsSpec};
 use stosszahl::results::Sweep;
-use stosszahl::study::Plan;
+use stosszahl::study::CasePlan;
 use stosszahl::study::plan::Looks;
 
 #[test]
@@ -30,7 +30,7 @@ fn every_case_is_valid_and_asks_a_question() {
         let end = comment.iter().position(|line| line.contains('?'));
         assert!(end.is_some_and(|end| end < 3), "{name}: {comment:?}");
         for point in &file.points {
-            let plan = Plan::new(&point.case, Path::new(""));
+            let plan = CasePlan::new(&point.case, Path::new(""));
             let plan = plan.unwrap_or_else(|error| panic!("{name} {}: {error}", point.name));
             let times = plan.sample_times();
             assert_eq!(times.first(), Some(&0.0), "{name}");
@@ -171,9 +171,9 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
 fn luding_1998_is_as_published() {
     let file = CaseFile::read(&bundled("luding-1998"), &[]).expect("a case");
     let case = &file.points[0].case;
-    assert_eq!(case.units, Units::Si);
-    assert_eq!(case.gas.restitution, Restitution::Constant(0.8));
-    let plan = Plan::new(case, Path::new("")).expect("a plan");
+    assert_eq!(case.units, UnitsSpec::Si);
+    assert_eq!(case.gas.restitution, RestitutionSpec::Constant(0.8));
+    let plan = CasePlan::new(case, Path::new("")).expect("a plan");
     assert_eq!((plan.count(), plan.packing_fraction), (99856, 0.25));
     assert!(
         (plan.lengths[0] / 560.095 - 1.0).abs() < 1e-6,
@@ -194,7 +194,7 @@ fn dense_240_has_a_hundred_thousand_collisions_a_point() {
     let file = CaseFile::read(&bundled("dense-240"), &[]).expect("a case");
     assert_eq!(file.points.len(), 8 + 3);
     for point in &file.points {
-        let Restitution::Constant(r) = point.case.gas.restitution else {
+        let RestitutionSpec::Constant(r) = point.case.gas.restitution else {
             panic!("constant restitution");
         };
         let until = point.case.run.until;

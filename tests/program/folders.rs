@@ -18,7 +18,7 @@ use stosszahl::case::CaseFile;
 use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
 use stosszahl::results::{Existing, half_written};
-use stosszahl::study::{self, Options};
+use stosszahl::study::{self, RunOptions};
 
 use crate::resume::run;
 use crate::support::part::part_of;
@@ -468,7 +468,7 @@ impl Stopped {
     /// Resumes in a folder, and compares the results; returns the message of a refusal.
     fn go_on(&self, out: &Path) -> Result<(), String> {
         let stop = Interrupt::default();
-        let options = Options {
+        let options = RunOptions {
             out: Some(out.to_owned()),
             existing: Existing::Resume,
             threads: Some(1),

@@ -12,7 +12,7 @@ use rand::{RngExt, SeedableRng};
 use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
 use stosszahl::results::Existing;
-use stosszahl::study::{self, Options, Progress};
+use stosszahl::study::{self, Progress, RunOptions};
 
 use crate::folders::{self, all_files};
 use crate::support::part::part_of;
@@ -174,7 +174,7 @@ fn each_replica_is_done_once() {
         for progress in &begun {
             scope.spawn(|| {
                 let stop = Interrupt::default();
-                let options = Options {
+                let options = RunOptions {
                     out: Some(folder.path().join("out")),
                     existing: Existing::Refuse,
                     threads: Some(1),

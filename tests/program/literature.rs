@@ -5,7 +5,7 @@ use std::fs;
 use crate::support::program::{
     CHANNEL, CLUSTERS, Columns, DRIVEN_MIXTURE, MIXTURE, TestFolder, bundled, manifest, plan,
 };
-use stosszahl::analysis::theory::{Component, Contact, Mixture};
+use stosszahl::analysis::theory::{Component, ContactValues, MaxwellianMixture};
 use stosszahl::model::Constant;
 
 /// Both engines settle at the temperature of Enskog's theory, in the second half of the run.
@@ -128,7 +128,8 @@ fn theory_of_a_mixture_is_that_of_the_library() {
     };
     let components = vec![component(1.0, 1.0, 0.1), component(4.0, 1.5, 500.0 / 2e4)];
     let law = Constant::new(0.8).expect("a coefficient");
-    let mixture = Mixture::new(3, components, law, Contact::Dilute).expect("a mixture");
+    let mixture =
+        MaxwellianMixture::new(3, components, law, ContactValues::Dilute).expect("a mixture");
     let (time, number) = (species.numbers("time"), species.numbers("species"));
     let times: Vec<f64> = time.iter().copied().step_by(2).collect();
     let orders = mixture.affordable_orders();

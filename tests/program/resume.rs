@@ -19,7 +19,7 @@ use stosszahl::case::CaseFile;
 use stosszahl::model::Interrupt;
 use stosszahl::model::random::Stream;
 use stosszahl::results::Existing;
-use stosszahl::study::{self, Options, Progress};
+use stosszahl::study::{self, Progress, RunOptions};
 
 /// Progress that asks a run to stop when some legs are done.
 struct Legs {
@@ -59,7 +59,7 @@ pub(crate) fn run(
     legs: i64,
 ) -> (bool, i64) {
     let progress = Legs::new(legs);
-    let options = Options {
+    let options = RunOptions {
         out: Some(out.to_owned()),
         existing,
         threads: Some(threads),

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use stosszahl::case::{CaseFile, Format};
 use stosszahl::results::{Manifest, Stored};
-use stosszahl::study::{self, Plan};
+use stosszahl::study::{self, CasePlan};
 use tempfile::TempDir;
 
 /// Folder of the cases that come with the program.
@@ -575,8 +575,8 @@ pub fn overridden(path: &Path, text: &str, set: &[&str]) -> CaseFile {
 }
 
 /// Plans the first point of a case.
-pub fn plan(text: &str, set: &[&str]) -> Plan {
+pub fn plan(text: &str, set: &[&str]) -> CasePlan {
     let file = overridden(Path::new("case.toml"), text, set);
-    let plan = Plan::new(&file.points[0].case, Path::new(""));
+    let plan = CasePlan::new(&file.points[0].case, Path::new(""));
     plan.unwrap_or_else(|error| panic!("{error}"))
 }

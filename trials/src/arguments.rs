@@ -15,15 +15,15 @@ use crate::validate::{ValidateAll, ValidateDsmc};
     version,
     after_help = "Exit codes: 0 all is well, 1 something does not hold, 2 the input was refused."
 )]
-pub struct Arguments {
+pub struct TrialArguments {
     /// Command to run.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: TrialCommand,
 }
 
 /// Commands of the program.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub enum TrialCommand {
     /// Measure the speed of an engine on a defined piece of work, in some seconds.
     #[command(
         subcommand,
@@ -42,7 +42,7 @@ pub enum Command {
                       stosszahl-trials stress ed                the short ones\n  \
                       stosszahl-trials stress walls --case floor  only this one"
     )]
-    Stress(Stress),
+    Stress(StressCommand),
     /// Ask the judge about replicas of which the truth is known: how often verdicts ring, and how
     /// often they find what is there.
     ///
@@ -100,7 +100,7 @@ pub enum Validate {
 
 /// `stosszahl-trials stress`.
 #[derive(Debug, Subcommand)]
-pub enum Stress {
+pub enum StressCommand {
     /// Event-driven hard disks: collapse, close packing, ties, grazing contacts, long runs, extreme
     /// sizes and speeds, kills.
     #[command(

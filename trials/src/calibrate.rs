@@ -19,12 +19,14 @@ use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use statrs::distribution::{Binomial, DiscreteCDF};
 use stosszahl_analysis::replicas::{power, replicas_needed};
-use stosszahl_analysis::windows::{Window, Windows};
+use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_model::Interrupt;
 use stosszahl_results::{Existing, VerdictKind};
-use stosszahl_study::judge::{self, Comparison, ImpactTest, Pair, Places, Rule, Unit};
+use stosszahl_study::judge::{
+    self, ComparedPair, Comparison, DifferenceUnit, ImpactTest, Places, VerdictRule,
+};
 use stosszahl_study::power::FOUND;
-use stosszahl_study::{Options, run_case};
+use stosszahl_study::{RunOptions, run_case};
 
 use crate::terminal::{say, trial_names};
 use crate::trial::{ENDLESS, chosen};
@@ -99,7 +101,7 @@ const CHANCE: f64 = 1.0 / 16_000.0;
 const LEVEL: f64 = 0.05;
 
 /// Rule with a margin so small that only the side of zero decides.
-const NARROW: Rule = Rule {
+const NARROW: VerdictRule = VerdictRule {
     level: LEVEL,
     margin: 1e-6,
     differ_beyond: 0.0,
@@ -164,11 +166,11 @@ fn energies_differ(
         a: "a",
         b: "b",
         quantity: "energy",
-        unit: Unit::Relative,
+        unit: DifferenceUnit::Relative,
         rule: NARROW,
     };
     let places = Places::Times(times);
-    Pair { comparison, places }
+    ComparedPair { comparison, places }
         .judge(&pairs)
         .is_some_and(|found| found.kind == VerdictKind::Differ)
 }
@@ -188,8 +190,13 @@ fn energies(log: &mut TrialLog) -> Done {
 
 /// A window of a replica, of collisions whose impact parameters have the density 1 + slope (u -
 /// 1/2) + curvature (6 (u - 1/2)² - 1/2).
-fn window(stream: &mut Xoshiro256PlusPlus, collisions: u64, slope: f64, curvature: f64) -> Window {
-    let mut window = Windows::new(&[[0.0, 1.0]], 20, 1, 0.0, 1.0)
+fn window(
+    stream: &mut Xoshiro256PlusPlus,
+    collisions: u64,
+    slope: f64,
+    curvature: f64,
+) -> CollisionWindow {
+    let mut window = CollisionWindows::new(&[[0.0, 1.0]], 20, 1, 0.0, 1.0)
         .windows
         .remove(0);
     let highest = 1.0 + 0.5 * slope.abs() + curvature.abs();
@@ -219,7 +226,7 @@ fn bends(
             std::array::from_fn(|_| own * stream.sample::<f64, _>(StandardNormal));
         window(stream, collisions as u64, slope + a, 0.5 * b)
     };
-    let windows: Vec<Window> = (0..replicas).map(draw).collect();
+    let windows: Vec<CollisionWindow> = (0..replicas).map(draw).collect();
     let tests = [ImpactTest::of(
         [0.0, 1.0],
         &windows.iter().collect::<Vec<_>>(),
@@ -340,7 +347,7 @@ fn elastic(log: &mut TrialLog) -> Done {
                 &[format!("seed={seed}")],
             )
             .map_err(|error| failed(&error))?;
-        let options = Options {
+        let options = RunOptions {
             out: Some(folder.path().join("case")),
             existing: Existing::Replace,
             threads: None,

@@ -3,35 +3,37 @@
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-use crate::arguments::{Arguments, Bench, Command, Stress, Validate};
-use crate::bench::Work;
+use crate::arguments::{Bench, StressCommand, TrialArguments, TrialCommand, Validate};
+use crate::bench::BenchWork;
 use crate::terminal::say;
 use crate::{Done, calibrate, docs, stress, validate};
 
-fn bench(work: &dyn Work, json: bool) -> Done {
+fn bench(work: &dyn BenchWork, json: bool) -> Done {
     say(&work.measure()?.text(json));
     Ok(())
 }
 
 /// Runs the command line, and returns its exit code.
-pub fn execute(arguments: Arguments) -> ExitCode {
+pub fn execute(arguments: TrialArguments) -> ExitCode {
     let done = match arguments.command {
-        Command::Bench(Bench::Ed(work)) => bench(&work, work.json),
-        Command::Bench(Bench::Dsmc(work)) => bench(&work, work.json),
-        Command::Bench(Bench::Mixture(work)) => bench(&work, work.json),
-        Command::Stress(Stress::Ed(asked)) => {
+        TrialCommand::Bench(Bench::Ed(work)) => bench(&work, work.json),
+        TrialCommand::Bench(Bench::Dsmc(work)) => bench(&work, work.json),
+        TrialCommand::Bench(Bench::Mixture(work)) => bench(&work, work.json),
+        TrialCommand::Stress(StressCommand::Ed(asked)) => {
             stress::command(&stress::event_driven(), &asked.cases, asked.collisions)
         }
-        Command::Stress(Stress::Dsmc(asked)) => {
+        TrialCommand::Stress(StressCommand::Dsmc(asked)) => {
             stress::command(&stress::monte_carlo(), &asked, None)
         }
-        Command::Stress(Stress::Mixture(asked)) => {
+        TrialCommand::Stress(StressCommand::Mixture(asked)) => {
             stress::command(&stress::mixtures(), &asked, None)
         }
-        Command::Stress(Stress::Walls(asked)) => stress::command(&stress::walls(), &asked, None),
-        Command::Docs(asked) => docs::command(&asked),
-        Command::Calibrate(asked) => calibrate::command(&asked),
-        Command::Validate(asked) => match asked.engine {
+        TrialCommand::Stress(StressCommand::Walls(asked)) => {
+            stress::command(&stress::walls(), &asked, None)
+        }
+        TrialCommand::Docs(asked) => docs::command(&asked),
+        TrialCommand::Calibrate(asked) => calibrate::command(&asked),
+        TrialCommand::Validate(asked) => match asked.engine {
             Some(Validate::Dsmc(asked)) => validate::schemes_command(&asked),
             None => validate::command(&asked.all),
         },

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::table::Row;
+use crate::table::TrialTableRow;
 use crate::{Done, Effort};
 
 /// Numbers, faults and rows of one trial.
@@ -17,7 +17,7 @@ pub struct TrialLog {
     found: Vec<String>,
     faults: Vec<String>,
     hidden: usize,
-    rows: Vec<Row>,
+    rows: Vec<TrialTableRow>,
 }
 
 /// Most faults of one trial that are listed; more are only counted.
@@ -60,7 +60,7 @@ impl TrialLog {
     }
 
     /// Records a claim, and prints it at once.
-    pub fn add(&mut self, row: Row) {
+    pub fn add(&mut self, row: TrialTableRow) {
         if let Some(say) = self.effort.say {
             say(&row.line());
         }
@@ -68,7 +68,7 @@ impl TrialLog {
     }
 
     /// Returns the claims so far.
-    pub fn rows(&self) -> &[Row] {
+    pub fn rows(&self) -> &[TrialTableRow] {
         &self.rows
     }
 
@@ -108,7 +108,7 @@ impl TrialLog {
     }
 
     /// Returns the findings, faults and rows.
-    pub(crate) fn into_parts(mut self) -> (Vec<String>, Vec<String>, Vec<Row>) {
+    pub(crate) fn into_parts(mut self) -> (Vec<String>, Vec<String>, Vec<TrialTableRow>) {
         if self.hidden > 0 {
             self.faults.push(format!("and {} more", self.hidden));
         }

@@ -2,28 +2,30 @@
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
-use stosszahl_dsmc::homogeneous::{self, Bounce, Contact, Grains, Selection};
-use stosszahl_dsmc::{Copies, Displacement, Parameters, Scheme};
-use stosszahl_ed::{Dissipation, Engine};
+use stosszahl_dsmc::homogeneous::{
+    self, Bounce, PairCorrelationFactor, SelectionMethod, SmoothPhysics,
+};
+use stosszahl_dsmc::{Parameters, PartnerDisplacement, Scheme, SimulatorStart};
+use stosszahl_ed::{DissipationRule, EventDrivenEngine};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
-    Constant, Domain, Free, Interrupt, Kind, Law, Monodisperse, Particle, ParticleModel,
-    ParticleState, Plane, Polydisperse, Scene, Sizes, Smooth, Space, Species, State, Vector as _,
-    VectorOf, Volume,
+    Constant, Domain, Free, Interrupt, Law, Monodisperse, Particle, ParticleModel, ParticleState,
+    Plane, Polydisperse, Scene, Sizes, Smooth, Space, Species, SpeciesProperties, State,
+    Vector as _, VectorOf, Volume,
 };
 
 use crate::TrialError;
 
 /// Smooth particles in free flight, with the law that programs have: trials test the engines that
 /// users run.
-pub type Particles<S, Z = Monodisperse> = Scene<S, Smooth, Law, Z, Free>;
+pub type SmoothParticles<S, Z = Monodisperse> = Scene<S, Smooth, Law, Z, Free>;
 /// Smooth equal disks of diameter and mass one.
-pub type Disks = Particles<Plane>;
+pub type EqualDisks = SmoothParticles<Plane>;
 /// Disks of different sizes.
-pub type Mixture = Particles<Plane, Polydisperse>;
+pub type DiskMixture = SmoothParticles<Plane, Polydisperse>;
 /// Spheres of several species.
-pub type Spheres = Particles<Volume, Species>;
+pub type Spheres = SmoothParticles<Volume, Species>;
 
 /// Sizes of unit disks: diameter and mass one.
 pub const UNIT: Monodisperse = Monodisperse {
@@ -34,10 +36,10 @@ pub const UNIT: Monodisperse = Monodisperse {
 /// Parameters of a Monte Carlo scheme unless a trial sets others.
 pub const PLAIN: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
-    displacement: Displacement::None,
+    displacement: PartnerDisplacement::None,
     cell_size: None,
     simulators_per_particle: 1,
-    copies: Copies::Independent,
+    copies: SimulatorStart::Independent,
     steps_per_cell_crossing: 4.0,
     max_contact_value: 10.0,
 };
@@ -46,7 +48,7 @@ pub const PLAIN: Parameters = Parameters {
 pub(crate) fn particles<S: Space, Z: Sizes>(
     restitution: impl Into<Law>,
     sizes: Z,
-) -> Particles<S, Z> {
+) -> SmoothParticles<S, Z> {
     Scene {
         space: S::default(),
         surface: Smooth,
@@ -65,12 +67,12 @@ pub(crate) fn law(restitution: f64) -> Result<Law, TrialError> {
 ///
 /// # Errors
 /// As `law`.
-pub fn disks(restitution: f64) -> Result<Disks, TrialError> {
+pub fn disks(restitution: f64) -> Result<EqualDisks, TrialError> {
     Ok(particles(law(restitution)?, UNIT))
 }
 
 /// Creates disks of different sizes, (radius, mass) each.
-pub(crate) fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<Mixture, TrialError> {
+pub(crate) fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<DiskMixture, TrialError> {
     Ok(particles(law(restitution)?, Polydisperse::new(sizes)?))
 }
 
@@ -79,11 +81,13 @@ pub(crate) fn spheres(
     kinds: &[(f64, f64, usize)],
     restitution: f64,
 ) -> Result<Spheres, TrialError> {
-    let kinds = kinds.iter().map(|&(diameter, mass, count)| Kind {
-        radius: 0.5 * diameter,
-        mass,
-        count,
-    });
+    let kinds = kinds
+        .iter()
+        .map(|&(diameter, mass, count)| SpeciesProperties {
+            radius: 0.5 * diameter,
+            mass,
+            count,
+        });
     let species = Species::new(kinds.collect())?;
     Ok(particles(law(restitution)?, species))
 }
@@ -115,8 +119,8 @@ pub(crate) fn state<P: ParticleModel>(
 }
 
 /// Converts unit disks to the common interface of all engines.
-pub(crate) fn particles_of(state: &State<Disks>) -> stosszahl_model::Particles {
-    let particle = |body: &ParticleState<Disks>| Particle {
+pub(crate) fn particles_of(state: &State<EqualDisks>) -> stosszahl_model::Particles {
+    let particle = |body: &ParticleState<EqualDisks>| Particle {
         position: body.position.spatial(),
         velocity: body.velocity.spatial(),
         ..Particle::of(UNIT.radius, UNIT.mass)
@@ -195,7 +199,7 @@ pub(crate) fn fluid(
     packing_fraction: f64,
     aspect: f64,
     seed: u64,
-) -> Result<State<Disks>, TrialError> {
+) -> Result<State<EqualDisks>, TrialError> {
     let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
     let width = (area / aspect).sqrt();
     let domain = domain(width, area / width)?;
@@ -210,18 +214,19 @@ pub(crate) fn fluid(
 ///
 /// # Errors
 /// As `fluid`.
-pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<Disks>, TrialError> {
+pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<EqualDisks>, TrialError> {
     fluid(Arrangement::Disordered, disks, packing, 1.0, seed)
 }
 
 /// Returns a gas after a number of elastic collisions of each disk under exact dynamics, at time
 /// zero.
 pub(crate) fn relaxed(
-    start: State<Disks>,
+    start: State<EqualDisks>,
     collisions_each: f64,
-) -> Result<State<Disks>, TrialError> {
+) -> Result<State<EqualDisks>, TrialError> {
     let collisions = (0.5 * collisions_each * start.bodies.len() as f64).ceil() as u64;
-    let mut engine = Engine::<Disks>::new(disks(1.0)?, Dissipation::Elastic, start)?;
+    let mut engine =
+        EventDrivenEngine::<EqualDisks>::new(disks(1.0)?, DissipationRule::Elastic, start)?;
     engine.advance(f64::INFINITY, collisions, &mut ())?;
     let mut state = engine.into_state();
     state.time = 0.0;
@@ -230,15 +235,27 @@ pub(crate) fn relaxed(
 
 /// Creates a gas without positions, with a number of particles in a volume and a temperature for
 /// each species.
-pub(crate) fn without_positions<P: Grains, S: Selection<P>>(
+pub(crate) fn without_positions<P: SmoothPhysics, S: SelectionMethod<P>>(
     scene: P,
-    contact: Contact,
+    contact: PairCorrelationFactor,
     (volume, count): (f64, usize),
     temperature: impl Fn(u32) -> f64,
     seed: u64,
-) -> Result<homogeneous::Engine<P, S>, TrialError> {
+) -> Result<homogeneous::HomogeneousEngine<P, S>, TrialError> {
     let streams = Streams::new(seed, 0);
     let mut start = streams.at(Purpose::Velocities, [0, 0]);
-    let gas = homogeneous::Gas::maxwellian(scene, contact, volume, count, temperature, &mut start)?;
-    Ok(homogeneous::Engine::new(gas, (), Bounce, streams)?)
+    let gas = homogeneous::HomogeneousGas::maxwellian(
+        scene,
+        contact,
+        volume,
+        count,
+        temperature,
+        &mut start,
+    )?;
+    Ok(homogeneous::HomogeneousEngine::new(
+        gas,
+        (),
+        Bounce,
+        streams,
+    )?)
 }

@@ -5,7 +5,7 @@
 //! They stand on the public interface of the engines, as any other program would, and no user's
 //! program contains them. A [`TrialRow`] is a row in a table: its name, what is tried, what must hold,
 //! and a function that finds out. All trials run in one loop, [`TrialRow::run`]; what they find is
-//! text, faults and [rows](table::Row) of claims. Gases are made in one place, [`gas`].
+//! text, faults and [rows](table::TrialTableRow) of claims. Gases are made in one place, [`gas`].
 
 #[macro_use]
 mod trial;
@@ -24,7 +24,7 @@ mod trouble;
 pub mod validate;
 
 pub use findings::TrialLog;
-pub use trial::{Effort, Report, TrialRow};
+pub use trial::{Effort, TrialReport, TrialRow};
 pub use trouble::TrialError;
 
 /// Result of a trial: an error if it could not be run.

@@ -4,9 +4,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use stosszahl_model::memory;
-use stosszahl_trials::{arguments::Arguments, commands};
+use stosszahl_trials::{arguments::TrialArguments, commands};
 
 fn main() -> ExitCode {
     memory::return_large_blocks();
-    commands::execute(Arguments::parse())
+    commands::execute(TrialArguments::parse())
 }

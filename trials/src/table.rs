@@ -9,7 +9,7 @@ use crate::TrialError;
 
 /// Verdict of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum RowVerdict {
     /// Claimed, and within the tolerance, with an error bar of at most half of it.
     Pass,
     /// Claimed, and not within the tolerance.
@@ -20,7 +20,7 @@ pub enum Verdict {
     Measured,
 }
 
-impl Verdict {
+impl RowVerdict {
     /// Returns the word for the table.
     pub fn name(self) -> &'static str {
         match self {
@@ -34,9 +34,9 @@ impl Verdict {
 
 /// One row of the table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct TrialTableRow {
     /// Part, scheme and setting of the row.
-    pub place: Place,
+    pub place: RowPlace,
     /// Measured quantity, with its unit.
     pub quantity: String,
     /// Expected value, from theory or the other engine.
@@ -48,12 +48,12 @@ pub struct Row {
     /// Largest deviation from the expected value; `None` if nothing is claimed.
     pub tolerance: Option<f64>,
     /// Verdict of the row.
-    pub verdict: Verdict,
+    pub verdict: RowVerdict,
 }
 
 /// Part, scheme and setting of a row.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct RowPlace {
     /// Part of the validation.
     pub part: &'static str,
     /// Name of the scheme.
@@ -68,7 +68,7 @@ pub struct Place {
     pub default: bool,
 }
 
-impl Place {
+impl RowPlace {
     /// Creates the place of claims that must hold.
     pub fn new(
         part: &'static str,
@@ -104,7 +104,7 @@ impl Place {
         expected: f64,
         found: f64,
         tolerance: f64,
-    ) -> Row {
+    ) -> TrialTableRow {
         self.row(quantity, expected, estimate(found, 0.0), Some(tolerance))
     }
 
@@ -115,9 +115,9 @@ impl Place {
         expected: f64,
         found: Estimate,
         tolerance: Option<f64>,
-    ) -> Row {
+    ) -> TrialTableRow {
         let error = found.standard_error.unwrap_or(f64::NAN);
-        Row {
+        TrialTableRow {
             place: self.clone(),
             quantity: quantity.into(),
             expected,
@@ -133,18 +133,18 @@ impl Place {
 /// (false alarm 0.1 % each where it is exactly at its tolerance).
 const SURE: f64 = 3.09;
 
-fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> Verdict {
+fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> RowVerdict {
     let Some(tolerance) = tolerance else {
-        return Verdict::Measured;
+        return RowVerdict::Measured;
     };
     let deviation = (found - expected).abs();
     // Written so that a value or an error that is no number fails.
     if deviation <= tolerance && error <= 0.5 * tolerance {
-        Verdict::Pass
+        RowVerdict::Pass
     } else if deviation <= tolerance + SURE * error && error > 0.5 * tolerance {
-        Verdict::Unresolved
+        RowVerdict::Unresolved
     } else {
-        Verdict::Fail
+        RowVerdict::Fail
     }
 }
 
@@ -164,7 +164,7 @@ pub(crate) fn numbers(tolerance: Option<f64>, values: [f64; 3]) -> [String; 4] {
     [within, expected, found, error]
 }
 
-impl Row {
+impl TrialTableRow {
     fn numbers(&self) -> [String; 4] {
         let values = [self.expected, self.found, self.standard_error];
         numbers(self.tolerance, values)
@@ -190,7 +190,7 @@ impl Row {
             return true;
         };
         let beyond = (self.found - self.expected).abs() - tolerance;
-        self.verdict == Verdict::Pass || beyond > SURE * self.standard_error
+        self.verdict == RowVerdict::Pass || beyond > SURE * self.standard_error
     }
 }
 
@@ -234,7 +234,7 @@ pub fn over(found: Estimate, unit: f64) -> Estimate {
 }
 
 /// Formats the table in Markdown.
-pub fn markdown(rows: &[Row]) -> String {
+pub fn markdown(rows: &[TrialTableRow]) -> String {
     let mut text = String::from(
         "| part | scheme | setting | packing | quantity | expected | within | found | verdict | CPU s |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
@@ -273,12 +273,13 @@ pub(crate) fn columns() -> results::Table {
 }
 
 /// Creates the table of claims from its rows.
-pub(crate) fn table(rows: &[Row]) -> results::Table {
+pub(crate) fn table(rows: &[TrialTableRow]) -> results::Table {
     let mut table = columns();
     for row in rows {
         let (part, scheme, setting, packing) = row.place.names();
         let error = row.standard_error;
-        let found = results::Estimate::of(row.found, Some(error).filter(|one| one.is_finite()));
+        let found =
+            results::TableEstimate::of(row.found, Some(error).filter(|one| one.is_finite()));
         table.add((
             (part, scheme, setting),
             (packing, &*row.quantity),
@@ -296,13 +297,16 @@ mod tests {
 
     #[test]
     fn verdicts_need_narrow_errors() {
-        assert_eq!(verdict(1.0, 1.009, 0.004, Some(0.01)), Verdict::Pass);
-        assert_eq!(verdict(1.0, 1.009, 0.006, Some(0.01)), Verdict::Unresolved);
-        assert_eq!(verdict(1.0, 1.011, 0.004, Some(0.01)), Verdict::Fail);
-        assert_eq!(verdict(1.0, 1.05, 0.006, Some(0.01)), Verdict::Fail);
-        assert_eq!(verdict(1.0, 1.05, 0.006, None), Verdict::Measured);
+        assert_eq!(verdict(1.0, 1.009, 0.004, Some(0.01)), RowVerdict::Pass);
+        assert_eq!(
+            verdict(1.0, 1.009, 0.006, Some(0.01)),
+            RowVerdict::Unresolved
+        );
+        assert_eq!(verdict(1.0, 1.011, 0.004, Some(0.01)), RowVerdict::Fail);
+        assert_eq!(verdict(1.0, 1.05, 0.006, Some(0.01)), RowVerdict::Fail);
+        assert_eq!(verdict(1.0, 1.05, 0.006, None), RowVerdict::Measured);
         for [found, error] in [[f64::NAN, 0.001], [1.0, f64::NAN]] {
-            assert_eq!(verdict(1.0, found, error, Some(0.01)), Verdict::Fail);
+            assert_eq!(verdict(1.0, found, error, Some(0.01)), RowVerdict::Fail);
         }
     }
 
@@ -316,10 +320,10 @@ mod tests {
 
     #[test]
     fn tables_have_a_line_for_each_row() {
-        let place = Place::new("elastic", "a", "single", 0.25, 1.0);
+        let place = RowPlace::new("elastic", "a", "single", 0.25, 1.0);
         let found = Estimate::over_replicas(&[1.0, 1.002]);
         let rows = [place.row("rate", 1.0, found.expect("two values"), Some(0.01))];
-        assert_eq!(rows[0].verdict, Verdict::Pass);
+        assert_eq!(rows[0].verdict, RowVerdict::Pass);
         assert_eq!(markdown(&rows).lines().count(), 3);
         let text = table(&rows).to_csv().expect("a table");
         let text = String::from_utf8(text).expect("text");

@@ -58,7 +58,7 @@ const FASTEST: f64 = 5.0;
 
 /// First-order coefficient in density, found by Monte Carlo.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Order {
+pub struct DensityCoefficient {
     /// Value over the packing fraction.
     pub value: f64,
     /// Standard error of the value.
@@ -245,11 +245,11 @@ impl Sums {
         }
     }
 
-    fn orders(&self, unit: f64) -> Vec<Order> {
+    fn orders(&self, unit: f64) -> Vec<DensityCoefficient> {
         let one = |[sum, squares]: &[f64; 2]| {
             let mean = sum / self.count;
             let square = ((squares / self.count - mean * mean) / self.count).max(0.0);
-            Order {
+            DensityCoefficient {
                 value: unit * mean,
                 standard_error: unit * square.sqrt(),
             }
@@ -260,7 +260,7 @@ impl Sums {
 
 /// Computes `zeta(t)/zeta_E - 1` over the packing fraction at rising lags \[d sqrt(m/T)\], from
 /// `samples` random third disks.
-pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<Order> {
+pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<DensityCoefficient> {
     let until = lags.last().copied().unwrap_or(0.0);
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut sums = Sums::new(lags.len());
@@ -291,7 +291,12 @@ pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<Order> {
 /// Computes the slope of P(b/d) in the collisions up to a time \[d sqrt(m/T)\] after elastic
 /// equilibrium, over the packing fraction. The first value is without losses, where theory gives
 /// zero; the others are those of each restitution less the first, from the same disks.
-pub fn onset(restitutions: &[f64], until: f64, samples: u64, seed: u64) -> (Order, Vec<Order>) {
+pub fn onset(
+    restitutions: &[f64],
+    until: f64,
+    samples: u64,
+    seed: u64,
+) -> (DensityCoefficient, Vec<DensityCoefficient>) {
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let (mut elastic, mut others) = (Sums::new(1), Sums::new(restitutions.len()));
     for _ in 0..samples {

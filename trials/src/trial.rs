@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::findings::said;
-use crate::table::Row;
+use crate::table::TrialTableRow;
 use crate::validate::schemes::Method;
 use crate::{Done, TrialError, TrialLog};
 
@@ -119,7 +119,7 @@ impl TrialRow {
 
     /// Runs the trial in its own thread with a time limit. Neither a panic nor an endless loop in
     /// it harms the caller, but an endless loop keeps a thread busy until the program ends.
-    pub fn run(self, effort: &Effort) -> Report {
+    pub fn run(self, effort: &Effort) -> TrialReport {
         let began = Instant::now();
         let (sender, receiver) = channel();
         let mut findings = TrialLog::new(self.name, effort.clone());
@@ -155,7 +155,7 @@ impl TrialRow {
                 })
             }
         };
-        Report {
+        TrialReport {
             name: self.name,
             tried: self.tried,
             required: self.required,
@@ -189,7 +189,7 @@ pub(crate) fn chosen<T: Copy>(
 
 /// Outcome of a trial.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct TrialReport {
     /// Name of the trial.
     pub name: &'static str,
     /// Description of the work.
@@ -204,17 +204,17 @@ pub struct Report {
     pub seconds: f64,
     /// Claims with their verdicts.
     #[serde(skip)]
-    pub rows: Vec<Row>,
+    pub rows: Vec<TrialTableRow>,
 }
 
-impl Report {
+impl TrialReport {
     /// Returns true if all conditions held.
     pub fn passed(&self) -> bool {
         self.faults.is_empty()
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for TrialReport {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = if self.passed() { "pass" } else { "FAIL" };
         writeln!(out, "{verdict}  {} ({:.1} s)", self.name, self.seconds)?;

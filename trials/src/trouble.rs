@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fmt;
 
-use stosszahl_dsmc::homogeneous::GasError;
+use stosszahl_dsmc::homogeneous::HomogeneousError;
 use stosszahl_model::{Invalid, initial::PlacementError};
 
 /// Reason why a trial could not be run, or a command fails: any error, or a text.
@@ -46,8 +46,9 @@ impl fmt::Display for TrialError {
 impl<E: Error + Send + Sync + 'static> From<E> for TrialError {
     fn from(error: E) -> Self {
         let source: Box<dyn Error + Send + Sync> = error.into();
-        let refused =
-            source.is::<Invalid>() || source.is::<PlacementError>() || source.is::<GasError>();
+        let refused = source.is::<Invalid>()
+            || source.is::<PlacementError>()
+            || source.is::<HomogeneousError>();
         Self { source, refused }
     }
 }

@@ -15,7 +15,7 @@ fn plus<const N: usize>(sums: &mut [f64; N], terms: &[f64; N]) {
 
 /// Sums over the collisions and pairs of one window of time. Results are ratios of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sums {
+pub struct ContactSums {
     /// Number of physical collisions: each counts the weight of its simulators.
     pub physical: f64,
     /// Number of physical collisions whose local temperature is known.
@@ -56,7 +56,7 @@ pub struct Sums {
     pub velocities: [[Products; 2]; DISTANCES],
 }
 
-impl Sums {
+impl ContactSums {
     /// Counts a collision by the past of its partners.
     pub(super) fn note(&mut self, past: Past) {
         self.named += 1.0;
@@ -186,13 +186,13 @@ mod tests {
     use super::*;
 
     /// Sums whose every number is another one, from `first` on.
-    fn numbered(first: f64) -> Sums {
+    fn numbered(first: f64) -> ContactSums {
         let mut next = first - 1.0;
         let mut number = || {
             next += 1.0;
             next
         };
-        let mut sums = Sums::default();
+        let mut sums = ContactSums::default();
         // Written through the serialized form, so that no field can be forgotten: all are numbers.
         let bytes = postcard::to_stdvec(&sums).expect("numbers");
         assert_eq!(bytes.len() % 8, 0);

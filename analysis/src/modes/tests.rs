@@ -1,5 +1,5 @@
 use super::*;
-use crate::statistics::Moments;
+use crate::statistics::RunningMoments;
 use crate::structure_factor::direct_sum;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -61,7 +61,7 @@ fn powers_of_phases_are_the_plain_sums() {
 fn thermal_modes_have_unit_energy() {
     let modes = Modes::band(LENGTHS, [0.3, 4.0], 40).unwrap();
     assert!((20..=40).contains(&modes.indices().len()));
-    let [mut along, mut across] = [Moments::default(); 2];
+    let [mut along, mut across] = [RunningMoments::default(); 2];
     for seed in 0..1000 {
         let (places, velocities) = gas(100, seed);
         for amplitude in modes.measure(&places, &velocities).unwrap() {

@@ -15,8 +15,8 @@ fn options(
     assignment: Assignment,
     correction: bool,
     diameter: f64,
-) -> Options {
-    Options {
+) -> LatticeOptions {
+    LatticeOptions {
         largest_wave_number,
         assignment,
         correction,
@@ -273,14 +273,14 @@ fn bad_input_is_refused() {
     ));
     for diameter in [0.0, -1.0, f64::INFINITY] {
         assert_eq!(
-            refusal([8.0; 2], Options { diameter, ..good }),
+            refusal([8.0; 2], LatticeOptions { diameter, ..good }),
             Some(Invalid::new("diameter", diameter, "finite numbers above 0").into())
         );
     }
     assert_eq!(
         refusal(
             [8.0; 2],
-            Options {
+            LatticeOptions {
                 largest_wave_number: 0,
                 ..good
             }
@@ -288,11 +288,11 @@ fn bad_input_is_refused() {
         Some(Error::WaveNumberInvalid)
     );
     for huge in [
-        Options {
+        LatticeOptions {
             largest_wave_number: 4097,
             ..good
         },
-        Options {
+        LatticeOptions {
             largest_wave_number: usize::MAX,
             ..good
         },
@@ -579,7 +579,7 @@ fn correction_leaves_only_the_residual_aliasing() {
 #[test]
 fn partial_structure_factors_are_products_of_amplitudes() {
     let lengths = [20.0, 20.0];
-    let options = Options {
+    let options = LatticeOptions {
         largest_wave_number: 3,
         assignment: Assignment::CloudInCell,
         correction: true,

@@ -25,13 +25,13 @@ pub struct Layer {
 
 /// Closed column in equilibrium.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct BarometricColumn {
     height: f64,
     gravity: f64,
     temperature: f64,
 }
 
-impl Column {
+impl BarometricColumn {
     /// Computes the equilibrium of a column that is released uniform, at rest and at the
     /// temperature `start`.
     ///
@@ -137,7 +137,7 @@ mod tests {
                 mass: 1.0,
                 number: 1.0,
             };
-            Column::settled(&[layer], 10.0, 0.1 * x, 1.0, freedoms).expect("a column")
+            BarometricColumn::settled(&[layer], 10.0, 0.1 * x, 1.0, freedoms).expect("a column")
         };
         for (freedoms, x, temperature) in [
             (6, 2.0, 1.09615),
@@ -163,7 +163,7 @@ mod tests {
             mass: 1.0,
             number: 0.0,
         };
-        assert!(Column::settled(&[layer], 1.0, 1.0, 1.0, 3).is_err());
-        assert!(Column::settled(&[], 1.0, 1.0, 1.0, 3).is_err());
+        assert!(BarometricColumn::settled(&[layer], 1.0, 1.0, 1.0, 3).is_err());
+        assert!(BarometricColumn::settled(&[], 1.0, 1.0, 1.0, 3).is_err());
     }
 }

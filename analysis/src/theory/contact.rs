@@ -9,7 +9,7 @@ use super::error::TheoryError;
 
 /// Effect of density on collision rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contact {
+pub enum ContactValues {
     /// No effect of density: contact values are one.
     Dilute,
     /// Contact values of Santos, Yuste & López de Haro (1999) in the plane, Boublík (1970) and
@@ -24,10 +24,10 @@ pub enum Contact {
 pub fn values(
     dimension: usize,
     components: &[Component],
-    contact: Contact,
+    contact: ContactValues,
 ) -> Result<Vec<f64>, TheoryError> {
     let count = components.len();
-    if contact == Contact::Dilute {
+    if contact == ContactValues::Dilute {
         return Ok(vec![1.0; count * count]);
     }
     let moment = |power: i32| -> f64 {
@@ -79,7 +79,7 @@ mod tests {
         let space = values(
             3,
             &[half(0.5 * phi * 6.0 / PI), half(0.5 * phi * 6.0 / PI)],
-            Contact::Enskog,
+            ContactValues::Enskog,
         )
         .expect("room");
         for value in space {
@@ -88,15 +88,15 @@ mod tests {
         let plane = values(
             2,
             &[half(0.5 * phi * 4.0 / PI), half(0.5 * phi * 4.0 / PI)],
-            Contact::Enskog,
+            ContactValues::Enskog,
         )
         .expect("room");
         for value in plane {
             assert!((value / kinetic::contact_value(phi) - 1.0).abs() < 1e-14);
         }
-        assert!(values(3, &[half(2.5)], Contact::Enskog).is_err());
+        assert!(values(3, &[half(2.5)], ContactValues::Enskog).is_err());
         assert_eq!(
-            values(2, &[half(99.0)], Contact::Dilute).expect("no density"),
+            values(2, &[half(99.0)], ContactValues::Dilute).expect("no density"),
             [1.0]
         );
     }

@@ -4,9 +4,9 @@
 use stosszahl_model::Constant;
 
 use super::component::Component;
-use super::contact::Contact;
+use super::contact::ContactValues;
 use super::error::TheoryError;
-use super::mixture::Mixture;
+use super::mixture::MaxwellianMixture;
 
 /// Collisions per particle after which the velocities of a cooling gas have their final form.
 const SETTLED: f64 = 40.0;
@@ -29,8 +29,8 @@ pub struct CoolingFactors {
 
 impl CoolingFactors {
     /// Computes the factors for equal particles of constant restitution in two or three dimensions,
-    /// from their cooling in a Sonine expansion of `orders` ([`Mixture::expand`]) between 40 and
-    /// 100 collisions of each particle. Elastic particles have ones.
+    /// from their cooling in a Sonine expansion of `orders` ([`MaxwellianMixture::expand`]) between
+    /// 40 and 100 collisions of each particle. Elastic particles have ones.
     ///
     /// # Errors
     /// [`TheoryError`] if the dimension, the restitution or the order is out of range, or the
@@ -42,7 +42,7 @@ impl CoolingFactors {
             diameter: 1.0,
             density: 1.0,
         };
-        let gas = Mixture::new(dimension, vec![particle], law, Contact::Dilute)?;
+        let gas = MaxwellianMixture::new(dimension, vec![particle], law, ContactValues::Dilute)?;
         let cooling = gas.rates(0, &[1.0]).cooling;
         if cooling == 0.0 {
             return Ok(Self {

@@ -4,7 +4,7 @@ use stosszahl_model::{Invalid, Restitution};
 
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
-use super::mixture::Mixture;
+use super::mixture::MaxwellianMixture;
 
 /// A mixture whose temperature ratios have become constant, so that
 /// `T_k(t) = T_k (1 + t/tau_0)^-2`. Restitution must not depend on speed.
@@ -29,7 +29,10 @@ impl CoolingState {
     /// # Errors
     /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the ratios
     /// do not settle.
-    pub fn of<R: Restitution>(mixture: &Mixture<R>, mean: f64) -> Result<Self, TheoryError> {
+    pub fn of<R: Restitution>(
+        mixture: &MaxwellianMixture<R>,
+        mean: f64,
+    ) -> Result<Self, TheoryError> {
         let count = mixture.components().len();
         Invalid::unless_positive("mean temperature", mean)?;
         let leader = mixture
@@ -87,7 +90,10 @@ impl CoolingState {
     }
 
     /// Creates the state from given temperatures, taken to be those of the cooling state.
-    pub fn from_temperatures<R: Restitution>(mixture: &Mixture<R>, temperatures: Vec<f64>) -> Self {
+    pub fn from_temperatures<R: Restitution>(
+        mixture: &MaxwellianMixture<R>,
+        temperatures: Vec<f64>,
+    ) -> Self {
         let leader = mixture
             .components()
             .iter()

@@ -33,7 +33,7 @@ pub const CONDUCTIVITY_ORDERS: f64 = 1.029;
 
 /// Parts of a transport coefficient.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parts {
+pub struct CoefficientParts {
     /// Kinetic part: transport by moving disks.
     pub kinetic: f64,
     /// Cross part: correlation of the kinetic and the collisional flux.
@@ -42,7 +42,7 @@ pub struct Parts {
     pub collisional: f64,
 }
 
-impl Parts {
+impl CoefficientParts {
     /// Splits `(dilute/chi)(1 + share)²` into its three terms and adds `beyond` to the collisional
     /// part.
     fn new(dilute: f64, contact_value: f64, share: f64, beyond: f64) -> Self {
@@ -84,10 +84,10 @@ impl ElasticDisks {
     /// let known = 1.022 * 0.5 / std::f64::consts::PI.sqrt();
     /// assert!((dilute.shear_viscosity().sum() - known).abs() < 1e-15);
     /// ```
-    pub fn shear_viscosity(&self) -> Parts {
+    pub fn shear_viscosity(&self) -> CoefficientParts {
         let share = self.packing_fraction * self.contact_value;
         let dilute = VISCOSITY_ORDERS * DILUTE_VISCOSITY;
-        Parts::new(
+        CoefficientParts::new(
             dilute,
             self.contact_value,
             share,
@@ -101,10 +101,10 @@ impl ElasticDisks {
     }
 
     /// Heat conductivity \[sqrt(T/m)/d\].
-    pub fn heat_conductivity(&self) -> Parts {
+    pub fn heat_conductivity(&self) -> CoefficientParts {
         let share = 1.5 * self.packing_fraction * self.contact_value;
         let dilute = CONDUCTIVITY_ORDERS * 2.0 / PI.sqrt();
-        Parts::new(dilute, self.contact_value, share, self.bulk_viscosity())
+        CoefficientParts::new(dilute, self.contact_value, share, self.bulk_viscosity())
     }
 }
 

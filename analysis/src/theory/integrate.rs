@@ -13,7 +13,7 @@ pub struct Tolerance {
 
 /// Work done, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
+pub struct IntegrationWork {
     /// Number of accepted steps.
     pub steps: u64,
     /// Number of rejected steps, whose error was too large.
@@ -81,7 +81,7 @@ pub struct Integrator<F> {
     slopes: [Vec<f64>; 7],
     trial: Vec<f64>,
     fresh: bool,
-    work: Work,
+    work: IntegrationWork,
 }
 
 impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
@@ -97,7 +97,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
             trial: zeros,
             y,
             fresh: true,
-            work: Work::default(),
+            work: IntegrationWork::default(),
         }
     }
 
@@ -112,7 +112,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
     }
 
     /// Returns the work done.
-    pub fn work(&self) -> Work {
+    pub fn work(&self) -> IntegrationWork {
         self.work
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use stosszahl_model::{Invalid, Restitution};
 
 use super::component::Component;
-use super::contact::{self, Contact};
+use super::contact::{self, ContactValues};
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 
@@ -23,7 +23,7 @@ const NODES: i32 = 40;
 /// speed g, `1 + e` and `(1 + e)^2` stand for their means with the weight `g^3 exp(-g^2/(2 S^2))`,
 /// which for viscoelastic spheres are the series of Bodrova & Osinsky (2024).
 #[derive(Clone, Debug)]
-pub struct Mixture<R> {
+pub struct MaxwellianMixture<R> {
     dimension: usize,
     components: Vec<Component>,
     law: R,
@@ -37,7 +37,7 @@ pub struct Mixture<R> {
 
 /// Rates of one species at given temperatures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rates {
+pub struct SpeciesRates {
     /// Decay rate of velocities, `nu_k` \[1/time\].
     pub velocity: f64,
     /// Cooling rate, `xi_k = -d ln T_k/dt` \[1/time\].
@@ -46,7 +46,7 @@ pub struct Rates {
     pub collisions: f64,
 }
 
-impl<R: Restitution> Mixture<R> {
+impl<R: Restitution> MaxwellianMixture<R> {
     /// Creates a mixture in two or three dimensions; `law.between([k, i], g)` is the restitution of
     /// a pair.
     ///
@@ -58,7 +58,7 @@ impl<R: Restitution> Mixture<R> {
         dimension: usize,
         components: Vec<Component>,
         law: R,
-        contact: Contact,
+        contact: ContactValues,
     ) -> Result<Self, TheoryError> {
         let check = |name, value: f64, good: bool, allowed| {
             Invalid::require(good && value.is_finite(), name, value, allowed)
@@ -171,10 +171,10 @@ impl<R: Restitution> Mixture<R> {
     }
 
     /// Computes the rates of species k at the given temperatures.
-    pub fn rates(&self, k: usize, temperatures: &[f64]) -> Rates {
+    pub fn rates(&self, k: usize, temperatures: &[f64]) -> SpeciesRates {
         let count = self.components.len();
         let (hit, t) = (&self.components[k], temperatures[k]);
-        let mut rates = Rates::default();
+        let mut rates = SpeciesRates::default();
         for (i, (partner, &other)) in self.components.iter().zip(temperatures).enumerate() {
             let base = self.rates[k * count + i];
             if base == 0.0 {

@@ -33,15 +33,15 @@ pub mod rough;
 pub mod sonine;
 pub mod uniform_shear;
 
-pub use barometric::{Column, Layer};
+pub use barometric::{BarometricColumn, Layer};
 pub use bath::BathState;
 pub use component::Component;
-pub use contact::Contact;
+pub use contact::ContactValues;
 pub use cooling_factors::CoolingFactors;
 pub use cooling_state::CoolingState;
 pub use elastic_disks::ElasticDisks;
 pub use error::TheoryError;
-pub use mixture::{Mixture, Moment, Rates};
+pub use mixture::{MaxwellianMixture, Moment, SpeciesRates};
 pub use rough::{RoughGas, Temperatures};
 pub use uniform_shear::UniformShear;
 

@@ -37,7 +37,8 @@ fn near(found: f64, printed: f64, unit: f64) {
 #[test]
 fn binary_mixture_from_equal_temperatures() {
     let both = vec![component(1.0, 1.0, 0.1), component(100.0, 1.0, 0.1)];
-    let mixture = Mixture::new(3, both, half(), Contact::Dilute).expect("a mixture");
+    let mixture =
+        MaxwellianMixture::new(3, both, half(), ContactValues::Dilute).expect("a mixture");
     let times = [1.0, 10.0, 100.0, 1e3, 1e4];
     let found = mixture.evolve(&[1.0, 1.0], &times).expect("smooth");
     // The first two by a plain Runge-Kutta integration of fourth order with a thousand steps.
@@ -57,8 +58,8 @@ fn binary_mixture_from_equal_temperatures() {
 
 #[test]
 fn closed_form_is_the_integral_of_the_equations() {
-    let mixture =
-        Mixture::new(3, solid(&[0.1, 0.001]), half(), Contact::Dilute).expect("a mixture");
+    let mixture = MaxwellianMixture::new(3, solid(&[0.1, 0.001]), half(), ContactValues::Dilute)
+        .expect("a mixture");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
     near(state.temperatures[0], 0.55407, 1e-5);
     near(state.temperatures[1], 45.593, 1e-3);
@@ -82,7 +83,8 @@ fn closed_form_is_the_integral_of_the_equations() {
 
 #[test]
 fn ternary_mixture_in_its_cooling_state() {
-    let mixture = Mixture::new(3, solid(&[0.1; 3]), half(), Contact::Dilute).expect("a mixture");
+    let mixture = MaxwellianMixture::new(3, solid(&[0.1; 3]), half(), ContactValues::Dilute)
+        .expect("a mixture");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
     near(state.time, 1.8368, 1e-4);
     for (k, temperature, relaxation, displacement) in [
@@ -101,8 +103,8 @@ fn ternary_mixture_in_its_cooling_state() {
 #[test]
 fn tracers_and_their_time_averages() {
     let law = |e| Constant::new(e).expect("a coefficient");
-    let mixture =
-        Mixture::new(3, solid(&[0.1, 0.0]), law(0.5), Contact::Dilute).expect("a mixture");
+    let mixture = MaxwellianMixture::new(3, solid(&[0.1, 0.0]), law(0.5), ContactValues::Dilute)
+        .expect("a mixture");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
     near(state.temperatures[1], 412.9277, 1e-3);
     near(state.time, 11.2838, 1e-4);
@@ -123,7 +125,8 @@ fn tracers_and_their_time_averages() {
 #[test]
 fn viscoelastic_mixtures() {
     let law = Viscoelastic::new(0.3).expect("positive");
-    let binary = Mixture::new(3, solid(&[0.1, 0.1]), law, Contact::Dilute).expect("a mixture");
+    let binary = MaxwellianMixture::new(3, solid(&[0.1, 0.1]), law, ContactValues::Dilute)
+        .expect("a mixture");
     let found = binary
         .evolve(&[1.0, 1.0], &[1.0, 10.0, 100.0, 1e5])
         .expect("smooth");
@@ -139,7 +142,8 @@ fn viscoelastic_mixtures() {
     // The means over speeds of a power of the approach speed are Gamma functions:
     // <g^(n/10)> = (2 S^2)^(n/20) Gamma(2 + n/20), Gamma(2.1) = 1.0464858.
     let table = PerPair::new(1, vec![law]).expect("one species");
-    let alone = Mixture::new(3, solid(&[0.1]), table, Contact::Dilute).expect("a gas");
+    let alone =
+        MaxwellianMixture::new(3, solid(&[0.1]), table, ContactValues::Dilute).expect("a gas");
     let rates = alone.rates(0, &[1.0]);
     assert!(rates.velocity > 0.0 && rates.cooling > 0.0);
 }
@@ -148,11 +152,11 @@ fn viscoelastic_mixtures() {
 fn one_species_is_haff_in_two_and_three_dimensions() {
     for (dimension, r) in [(2, 0.8), (3, 0.5)] {
         let law = Constant::new(r).expect("a coefficient");
-        let mixture = Mixture::new(
+        let mixture = MaxwellianMixture::new(
             dimension,
             vec![component(2.0, 1.5, 0.07)],
             law,
-            Contact::Enskog,
+            ContactValues::Enskog,
         )
         .expect("a gas");
         let rates = mixture.rates(0, &[0.9]);
@@ -186,12 +190,13 @@ fn collisions_with_ones_like_are_those_of_the_paper() {
         // Eq. 7.
         (3, 4.0 * 0.1 * 1.5 * 1.5 * root),
     ] {
-        let mixture = Mixture::new(dimension, both.clone(), half(), Contact::Dilute);
+        let mixture =
+            MaxwellianMixture::new(dimension, both.clone(), half(), ContactValues::Dilute);
         let found = mixture.expect("a mixture").like_collisions(0, 0.3);
         // Rounding of a few operations.
         assert!((found / expected - 1.0).abs() < 1e-14, "{found}");
         // A gas of one species hits nothing else.
-        let alone = Mixture::new(dimension, vec![both[0]], half(), Contact::Dilute);
+        let alone = MaxwellianMixture::new(dimension, vec![both[0]], half(), ContactValues::Dilute);
         let alone = alone.expect("a gas");
         let all = alone.rates(0, &[0.3]).collisions;
         assert!((found / all - 1.0).abs() < 1e-14, "{all}");
@@ -202,8 +207,13 @@ fn collisions_with_ones_like_are_those_of_the_paper() {
 /// rates.
 #[test]
 fn residuals_are_small() {
-    let mixture =
-        Mixture::new(2, solid(&[0.05, 0.01, 0.001]), half(), Contact::Dilute).expect("a mixture");
+    let mixture = MaxwellianMixture::new(
+        2,
+        solid(&[0.05, 0.01, 0.001]),
+        half(),
+        ContactValues::Dilute,
+    )
+    .expect("a mixture");
     let mut times = Vec::new();
     for step in 0..12 {
         let t = 0.1 * 3.0_f64.powi(step);
@@ -230,19 +240,27 @@ fn residuals_are_small() {
 
 #[test]
 fn impossible_mixtures_are_refused() {
-    let one = |c| Mixture::new(3, vec![c], half(), Contact::Enskog);
+    let one = |c| MaxwellianMixture::new(3, vec![c], half(), ContactValues::Enskog);
     assert!(one(component(0.0, 1.0, 0.1)).is_err());
     assert!(one(component(1.0, 1.0, 3.0)).is_err());
     assert!(one(component(1.0, 1.0, -0.1)).is_err());
-    assert!(Mixture::new(4, vec![component(1.0, 1.0, 0.1)], half(), Contact::Dilute).is_err());
+    assert!(
+        MaxwellianMixture::new(
+            4,
+            vec![component(1.0, 1.0, 0.1)],
+            half(),
+            ContactValues::Dilute
+        )
+        .is_err()
+    );
     let gas = one(component(1.0, 1.0, 0.1)).expect("a gas");
     assert!(gas.evolve(&[0.0], &[1.0]).is_err());
     assert!(gas.evolve(&[1.0, 1.0], &[1.0]).is_err());
-    let elastic = Mixture::new(
+    let elastic = MaxwellianMixture::new(
         3,
         vec![component(1.0, 1.0, 0.1)],
         Constant::ELASTIC,
-        Contact::Dilute,
+        ContactValues::Dilute,
     )
     .expect("a gas");
     assert!(CoolingState::of(&elastic, 1.0).is_err());
@@ -275,11 +293,13 @@ fn the_first_sonine_order_is_that_of_maxwellians() {
     for dimension in [2, 3] {
         let law = PerPair::new(3, vec![half(); 9]).expect("nine pairs");
         let parts = solid(&[0.05, 0.01, 0.001]);
-        let gas = Mixture::new(dimension, parts.clone(), law, Contact::Enskog).expect("a mixture");
+        let gas = MaxwellianMixture::new(dimension, parts.clone(), law, ContactValues::Enskog)
+            .expect("a mixture");
         let expected = gas.evolve(&start, &times).expect("smooth");
         check(&gas.expand(1, &start, &times).expect("smooth"), &expected);
         let law = Viscoelastic::new(0.3).expect("a strength");
-        let gas = Mixture::new(dimension, parts, law, Contact::Dilute).expect("a mixture");
+        let gas = MaxwellianMixture::new(dimension, parts, law, ContactValues::Dilute)
+            .expect("a mixture");
         let expected = gas.evolve(&start, &times).expect("smooth");
         check(&gas.expand(1, &start, &times).expect("smooth"), &expected);
     }
@@ -294,7 +314,8 @@ fn elastic_particles_diffuse_as_known() {
     let over_first = |dimension: usize, orders: usize| {
         let parts = vec![component(1.0, 1.0, 0.1)];
         let gas =
-            Mixture::new(dimension, parts, Constant::ELASTIC, Contact::Dilute).expect("a gas");
+            MaxwellianMixture::new(dimension, parts, Constant::ELASTIC, ContactValues::Dilute)
+                .expect("a gas");
         let found = gas.expand(orders, &[1.0], &times).expect("smooth");
         let spread = found[1].displacements[0] - found[0].displacements[0];
         // <R^2> = 2 D t T/(m nu).
@@ -331,7 +352,8 @@ fn fourth_cumulants_of_the_cooling_gas_are_those_of_the_literature() {
         for r in [0.5, 0.7, 0.8, 0.95] {
             let law = Constant::new(r).expect("a coefficient");
             let parts = vec![component(1.0, 1.0, 0.1)];
-            let gas = Mixture::new(dimension, parts, law, Contact::Dilute).expect("a gas");
+            let gas = MaxwellianMixture::new(dimension, parts, law, ContactValues::Dilute)
+                .expect("a gas");
             let of = |orders| {
                 let found = gas.expand(orders, &[1.0], &[1e4]).expect("smooth");
                 found[0].fourth_cumulants[0]
@@ -401,7 +423,8 @@ fn factors_of_the_cooling_state_follow_its_fourth_cumulant() {
 #[test]
 fn species_of_equals_are_one() {
     let one = |density| component(1.3, 0.9, density);
-    let gas = |parts| Mixture::new(3, parts, half(), Contact::Dilute).expect("a gas");
+    let gas =
+        |parts| MaxwellianMixture::new(3, parts, half(), ContactValues::Dilute).expect("a gas");
     let times = [1.0, 30.0, 1000.0];
     let alone = gas(vec![one(0.1)])
         .expand(4, &[1.0], &times)
@@ -421,7 +444,8 @@ fn species_of_equals_are_one() {
 /// interpolation of 40 starts.
 #[test]
 fn averages_over_time_are_those_of_the_closed_form() {
-    let gas = Mixture::new(3, solid(&[0.1, 0.001]), half(), Contact::Dilute).expect("a mixture");
+    let gas = MaxwellianMixture::new(3, solid(&[0.1, 0.001]), half(), ContactValues::Dilute)
+        .expect("a mixture");
     let state = CoolingState::of(&gas, 1.0).expect("it cools");
     let (lags, total) = ([0.1, 3.0, 100.0, 1000.0], 1e4);
     let found = gas
@@ -444,7 +468,8 @@ fn averages_over_time_are_those_of_the_closed_form() {
 
 #[test]
 fn impossible_orders_are_refused() {
-    let gas = Mixture::new(3, solid(&[0.1]), half(), Contact::Dilute).expect("a gas");
+    let gas =
+        MaxwellianMixture::new(3, solid(&[0.1]), half(), ContactValues::Dilute).expect("a gas");
     for orders in [0, sonine::MOST_ORDERS + 1] {
         assert!(gas.expand(orders, &[1.0], &[1.0]).is_err());
     }

@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector, memory};
 
 use super::alias::split;
-use super::classes::{Bounds, bring_to_rest, joined, raised};
-use super::gas::{GONE, Gas, Grains, size_key};
-use super::selection::{Candidate, ProposalValidity, Selection};
+use super::classes::{ClassBounds, bring_to_rest, joined, raised};
+use super::gas::{GONE, HomogeneousGas, SmoothPhysics, size_key};
+use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 
 /// Candidate pair: indices of two particles.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Pair {
+pub struct PairIndices {
     first: u32,
     second: u32,
 }
@@ -24,7 +24,7 @@ pub struct Pair {
 /// Selection of any two particles with one majorant for all pairs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Bird {
-    classes: Vec<Bounds>,
+    classes: Vec<ClassBounds>,
     majorant: f64,
     rate: f64,
     listed: u32,
@@ -32,7 +32,7 @@ pub struct Bird {
 
 impl Bird {
     /// Raises the majorant to all pairs with one class, and adapts the rate to it and to the list.
-    fn raise<P: Grains>(&mut self, gas: &Gas<P>, number: usize) {
+    fn raise<P: SmoothPhysics>(&mut self, gas: &HomogeneousGas<P>, number: usize) {
         let own = self.classes[number];
         for other in &self.classes {
             let speeds = own.square.sqrt() + other.square.sqrt();
@@ -45,8 +45,8 @@ impl Bird {
     }
 }
 
-impl<P: Grains> Selection<P> for Bird {
-    type Draw = Pair;
+impl<P: SmoothPhysics> SelectionMethod<P> for Bird {
+    type Draw = PairIndices;
     const NAME: &'static str = "single-majorant";
 
     fn new() -> Self {
@@ -58,14 +58,14 @@ impl<P: Grains> Selection<P> for Bird {
         }
     }
 
-    fn rebuild(&mut self, gas: &mut Gas<P>) {
+    fn rebuild(&mut self, gas: &mut HomogeneousGas<P>) {
         gas.sort();
         self.classes.clear();
         for particle in &mut gas.particles {
             let radius = gas.scene.sizes().radius(particle.tag);
             let key = size_key(radius);
             if self.classes.last().is_none_or(|class| class.key != key) {
-                self.classes.push(Bounds::new(key));
+                self.classes.push(ClassBounds::new(key));
             }
             let number = self.classes.len() - 1;
             self.classes[number].admit(radius, particle.velocity.square());
@@ -84,29 +84,29 @@ impl<P: Grains> Selection<P> for Bird {
     }
 
     #[inline]
-    fn draw(&self, stream: &mut impl Rng) -> Pair {
+    fn draw(&self, stream: &mut impl Rng) -> PairIndices {
         let (first, _) = split(stream.next_u64(), self.listed);
         let (other, _) = split(stream.next_u64(), self.listed - 1);
-        Pair {
+        PairIndices {
             first,
             second: other + u32::from(other >= first),
         }
     }
 
     #[inline]
-    fn prefetch_particles(&self, gas: &Gas<P>, draw: &Pair) {
+    fn prefetch_particles(&self, gas: &HomogeneousGas<P>, draw: &PairIndices) {
         memory::prefetch(&gas.particles, draw.first as usize);
         memory::prefetch(&gas.particles, draw.second as usize);
     }
 
     #[inline]
-    fn resolve(&self, gas: &Gas<P>, draw: &Pair) -> Option<Candidate> {
+    fn resolve(&self, gas: &HomogeneousGas<P>, draw: &PairIndices) -> Option<CandidatePair> {
         let [first, second] = [draw.first, draw.second].map(|index| &gas.particles[index as usize]);
         if (first.mark == GONE) | (second.mark == GONE) {
             return None;
         }
         let pair = gas.kernel.of(gas.radius(first), gas.radius(second));
-        Some(Candidate {
+        Some(CandidatePair {
             first: draw.first,
             second: draw.second,
             bound: self.majorant / pair,
@@ -114,7 +114,7 @@ impl<P: Grains> Selection<P> for Bird {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
+    fn changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let Some(number) = raised(gas, index, &mut self.classes) else {
             return ProposalValidity::Kept;
         };
@@ -122,7 +122,7 @@ impl<P: Grains> Selection<P> for Bird {
         ProposalValidity::Changed
     }
 
-    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
+    fn added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let Some((number, radius)) = joined(gas, index, &self.classes) else {
             return ProposalValidity::Outdated;
         };
@@ -137,6 +137,6 @@ impl<P: Grains> Selection<P> for Bird {
     }
 
     fn bytes(&self) -> usize {
-        self.classes.capacity() * size_of::<Bounds>()
+        self.classes.capacity() * size_of::<ClassBounds>()
     }
 }

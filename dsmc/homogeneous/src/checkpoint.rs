@@ -5,12 +5,12 @@ use stosszahl_model::ParticleModel;
 use stosszahl_model::random::Streams;
 
 use super::clock::{Clock, SelectionCounters};
-use super::contact::Contacts;
-use super::engine::Engine;
-use super::gas::{Gas, Grains, Particle};
-use super::kernel::{Contact, Kernel};
-use super::motion::Motion;
-use super::selection::Selection;
+use super::contact::ContactRule;
+use super::engine::HomogeneousEngine;
+use super::gas::{GasParticle, HomogeneousGas, SmoothPhysics};
+use super::kernel::{CollisionKernel, PairCorrelationFactor};
+use super::motion::PathRecord;
+use super::selection::SelectionMethod;
 use stosszahl_model::interrupt::Interruption;
 
 /// All data from which a run resumes to the same bytes, besides the scene.
@@ -19,11 +19,11 @@ use stosszahl_model::interrupt::Interruption;
     serialize = "S: Serialize, M: Serialize, C: Serialize",
     deserialize = "S: Deserialize<'de>, M: Deserialize<'de>, C: Deserialize<'de>"
 ))]
-pub struct Checkpoint<P: ParticleModel, S, M, C> {
-    kernel: Kernel,
-    contact: Contact,
+pub struct HomogeneousCheckpoint<P: ParticleModel, S, M, C> {
+    kernel: CollisionKernel,
+    contact: PairCorrelationFactor,
     volume: f64,
-    particles: Vec<Particle<P>>,
+    particles: Vec<GasParticle<P>>,
     gone: usize,
     selection: S,
     motion: M,
@@ -32,10 +32,12 @@ pub struct Checkpoint<P: ParticleModel, S, M, C> {
     tally: SelectionCounters,
 }
 
-impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {
+impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P>>
+    HomogeneousEngine<P, S, M, C>
+{
     /// Returns all data from which the run resumes to the same bytes.
-    pub fn checkpoint(&self) -> Checkpoint<P, S, M, C> {
-        Checkpoint {
+    pub fn checkpoint(&self) -> HomogeneousCheckpoint<P, S, M, C> {
+        HomogeneousCheckpoint {
             kernel: self.gas.kernel,
             contact: self.gas.contact,
             volume: self.gas.volume,
@@ -50,9 +52,13 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     }
 
     /// Resumes from a checkpoint of the same scene and streams.
-    pub fn resume(scene: P, checkpoint: Checkpoint<P, S, M, C>, streams: Streams) -> Self {
+    pub fn resume(
+        scene: P,
+        checkpoint: HomogeneousCheckpoint<P, S, M, C>,
+        streams: Streams,
+    ) -> Self {
         Self {
-            gas: Gas {
+            gas: HomogeneousGas {
                 scene,
                 kernel: checkpoint.kernel,
                 contact: checkpoint.contact,

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector};
 
-use super::gas::{COLDEST, Gas, Grains, size_key};
+use super::gas::{COLDEST, HomogeneousGas, SmoothPhysics, size_key};
 
 /// Upper bounds of the particles of one class.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct Bounds {
+pub(crate) struct ClassBounds {
     /// Group of radii of the class, see [`size_key`].
     pub(crate) key: u32,
     pub(crate) radius: f64,
@@ -15,7 +15,7 @@ pub(crate) struct Bounds {
     pub(crate) square: f64,
 }
 
-impl Bounds {
+impl ClassBounds {
     /// Creates the bounds of an empty class.
     pub(crate) fn new(key: u32) -> Self {
         Self {
@@ -42,20 +42,20 @@ impl Bounds {
     }
 }
 
-impl AsRef<Bounds> for Bounds {
-    fn as_ref(&self) -> &Bounds {
+impl AsRef<ClassBounds> for ClassBounds {
+    fn as_ref(&self) -> &ClassBounds {
         self
     }
 }
 
-impl AsMut<Bounds> for Bounds {
-    fn as_mut(&mut self) -> &mut Bounds {
+impl AsMut<ClassBounds> for ClassBounds {
+    fn as_mut(&mut self) -> &mut ClassBounds {
         self
     }
 }
 
 /// Sets all speeds to zero where all are so small that rates of them underflow.
-pub(crate) fn bring_to_rest<C: AsRef<Bounds> + AsMut<Bounds>>(classes: &mut [C]) {
+pub(crate) fn bring_to_rest<C: AsRef<ClassBounds> + AsMut<ClassBounds>>(classes: &mut [C]) {
     if classes.iter().all(|class| class.as_ref().square < COLDEST) {
         for class in classes {
             class.as_mut().square = 0.0;
@@ -66,8 +66,8 @@ pub(crate) fn bring_to_rest<C: AsRef<Bounds> + AsMut<Bounds>>(classes: &mut [C])
 /// Adds a new particle to the class of its size and marks it with the class; returns the class and
 /// the radius. `None` if no class has its size, or if so many particles are gone that the list
 /// should be rebuilt.
-pub(crate) fn joined<P: Grains, C: AsRef<Bounds>>(
-    gas: &mut Gas<P>,
+pub(crate) fn joined<P: SmoothPhysics, C: AsRef<ClassBounds>>(
+    gas: &mut HomogeneousGas<P>,
     index: u32,
     classes: &[C],
 ) -> Option<(usize, f64)> {
@@ -87,8 +87,8 @@ pub(crate) fn joined<P: Grains, C: AsRef<Bounds>>(
 /// Raises the squared-speed bound of a class after one of its particles collided; returns the
 /// class, or `None` if the bound still holds.
 #[inline]
-pub(crate) fn raised<P: Grains, C: AsMut<Bounds>>(
-    gas: &Gas<P>,
+pub(crate) fn raised<P: SmoothPhysics, C: AsMut<ClassBounds>>(
+    gas: &HomogeneousGas<P>,
     index: u32,
     classes: &mut [C],
 ) -> Option<usize> {

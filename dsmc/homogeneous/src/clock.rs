@@ -17,9 +17,9 @@ pub struct SelectionCounters {
     pub energy_lost: f64,
 }
 
-/// Reason for which [`Engine::advance`](super::Engine::advance) returned.
+/// Reason for which [`HomogeneousEngine::advance`](super::HomogeneousEngine::advance) returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
+pub enum StopReason {
     /// The time was reached.
     Time,
     /// The number of collisions was reached.
@@ -27,9 +27,11 @@ pub enum Stop {
     /// No further collisions are possible: one particle is left, or all are at rest. A finite time
     /// is reached.
     Still,
-    /// Pause requested by [`Engine::set_pause_flag`](super::Engine::set_pause_flag).
+    /// Pause requested by
+    /// [`HomogeneousEngine::set_pause_flag`](super::HomogeneousEngine::set_pause_flag).
     Paused,
-    /// The advance was interrupted: [`Engine::set_stop_flag`](super::Engine::set_stop_flag).
+    /// The advance was interrupted:
+    /// [`HomogeneousEngine::set_stop_flag`](super::HomogeneousEngine::set_stop_flag).
     Interrupted,
 }
 

@@ -7,7 +7,7 @@ use stosszahl_model::{
     CollidingPair, Restitution, Separation, Sizes, Space, Vector, VectorOf, collide,
 };
 
-use super::gas::{Gas, Grains};
+use super::gas::{HomogeneousGas, SmoothPhysics};
 
 /// Draws the line of centres of a pair that collides with the relative velocity `g`. It has any
 /// positive length, and is zero if the pair only grazes.
@@ -44,7 +44,7 @@ pub fn line_of_centres<S: Space>(g: &S::Vector, stream: &mut impl Rng) -> S::Vec
 
 /// Pair of particles at contact: indices, relative velocity, line of centres.
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting<V> {
+pub struct CollidingParticles<V> {
     /// Indices of the first and the second partner.
     pub pair: [u32; 2],
     /// Relative velocity, first minus second \[length/time\].
@@ -55,7 +55,7 @@ pub struct Meeting<V> {
 
 /// Outcome of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Outcome {
+pub enum ContactOutcome {
     /// The pair passed without a change.
     Passed,
     /// The pair bounced.
@@ -73,12 +73,12 @@ pub enum Outcome {
 }
 
 /// Law of contacts of a pair.
-pub trait Contacts<P: Grains>: Clone + Serialize + DeserializeOwned {
+pub trait ContactRule<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
     /// True if particles may appear and vanish.
     const SIZES_CHANGE: bool;
 
     /// Prepares the gas at the start of a run.
-    fn prepare(&self, _gas: &mut Gas<P>) {}
+    fn prepare(&self, _gas: &mut HomogeneousGas<P>) {}
 
     /// Returns true if a species is among those that conserve their common momentum.
     fn conserves(&self, _kind: u32) -> bool {
@@ -88,17 +88,17 @@ pub trait Contacts<P: Grains>: Clone + Serialize + DeserializeOwned {
     /// Applies the contact to the two partners.
     fn meet(
         &mut self,
-        gas: &mut Gas<P>,
-        meeting: &Meeting<VectorOf<P>>,
+        gas: &mut HomogeneousGas<P>,
+        meeting: &CollidingParticles<VectorOf<P>>,
         stream: &mut impl Rng,
-    ) -> Outcome;
+    ) -> ContactOutcome;
 }
 
 /// Returns the velocities after a bounce by the scene's law, and the outcome of its normal part.
 #[inline]
-pub(crate) fn bounce<P: Grains>(
-    gas: &Gas<P>,
-    meeting: &Meeting<VectorOf<P>>,
+pub(crate) fn bounce<P: SmoothPhysics>(
+    gas: &HomogeneousGas<P>,
+    meeting: &CollidingParticles<VectorOf<P>>,
 ) -> ([VectorOf<P>; 2], Separation) {
     let partners = meeting.pair.map(|index| &gas.particles[index as usize]);
     let sizes = gas.scene.sizes();
@@ -122,21 +122,21 @@ pub(crate) fn bounce<P: Grains>(
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize)]
 pub struct Bounce;
 
-impl<P: Grains> Contacts<P> for Bounce {
+impl<P: SmoothPhysics> ContactRule<P> for Bounce {
     const SIZES_CHANGE: bool = false;
 
     #[inline]
     fn meet(
         &mut self,
-        gas: &mut Gas<P>,
-        meeting: &Meeting<VectorOf<P>>,
+        gas: &mut HomogeneousGas<P>,
+        meeting: &CollidingParticles<VectorOf<P>>,
         _stream: &mut impl Rng,
-    ) -> Outcome {
+    ) -> ContactOutcome {
         let (velocities, law) = bounce(gas, meeting);
         for (index, velocity) in meeting.pair.into_iter().zip(velocities) {
             gas.particles[index as usize].velocity = velocity;
         }
-        Outcome::Bounced {
+        ContactOutcome::Bounced {
             changed: [true; 2],
             law,
         }
@@ -146,10 +146,10 @@ impl<P: Grains> Contacts<P> for Bounce {
 /// Contact law chosen when the run begins: `None` lets every pair bounce. The choice is made once
 /// for each collision, so its cost is not measurable, and it halves the number of engines that are
 /// compiled.
-impl<P: Grains> Contacts<P> for Option<Tracers> {
+impl<P: SmoothPhysics> ContactRule<P> for Option<Tracers> {
     const SIZES_CHANGE: bool = false;
 
-    fn prepare(&self, gas: &mut Gas<P>) {
+    fn prepare(&self, gas: &mut HomogeneousGas<P>) {
         if let Some(tracers) = self {
             tracers.prepare(gas);
         }
@@ -162,10 +162,10 @@ impl<P: Grains> Contacts<P> for Option<Tracers> {
     #[inline]
     fn meet(
         &mut self,
-        gas: &mut Gas<P>,
-        meeting: &Meeting<VectorOf<P>>,
+        gas: &mut HomogeneousGas<P>,
+        meeting: &CollidingParticles<VectorOf<P>>,
         stream: &mut impl Rng,
-    ) -> Outcome {
+    ) -> ContactOutcome {
         match self {
             None => Bounce.meet(gas, meeting, stream),
             Some(tracers) => tracers.meet(gas, meeting, stream),
@@ -183,11 +183,11 @@ pub struct Tracers {
     pub kind: u32,
 }
 
-impl<P: Grains> Contacts<P> for Tracers {
+impl<P: SmoothPhysics> ContactRule<P> for Tracers {
     const SIZES_CHANGE: bool = false;
 
     /// Removes the drift of the bath, which would never decay while it cools.
-    fn prepare(&self, gas: &mut Gas<P>) {
+    fn prepare(&self, gas: &mut HomogeneousGas<P>) {
         gas.remove_drift_of(|kind| kind != self.kind);
     }
 
@@ -198,16 +198,16 @@ impl<P: Grains> Contacts<P> for Tracers {
     #[inline]
     fn meet(
         &mut self,
-        gas: &mut Gas<P>,
-        meeting: &Meeting<VectorOf<P>>,
+        gas: &mut HomogeneousGas<P>,
+        meeting: &CollidingParticles<VectorOf<P>>,
         _stream: &mut impl Rng,
-    ) -> Outcome {
+    ) -> ContactOutcome {
         let is_tracer = meeting.pair.map(|index| {
             let tag = gas.particles[index as usize].tag;
             gas.scene.sizes().kind(tag) == self.kind
         });
         if is_tracer == [true; 2] {
-            return Outcome::Passed;
+            return ContactOutcome::Passed;
         }
         let (velocities, law) = bounce(gas, meeting);
         let bath = is_tracer == [false; 2];
@@ -217,6 +217,6 @@ impl<P: Grains> Contacts<P> for Tracers {
                 gas.particles[meeting.pair[side] as usize].velocity = velocities[side];
             }
         }
-        Outcome::Bounced { changed, law }
+        ContactOutcome::Bounced { changed, law }
     }
 }

@@ -7,12 +7,12 @@ use stosszahl_model::{
     Collision, Interrupt, Invalid, Observer, Recorder, Separation, Sizes, Vector, VectorOf,
 };
 
-use super::clock::{Clock, SelectionCounters, Stop};
-use super::contact::{Bounce, Contacts, Meeting, Outcome, line_of_centres};
-use super::error::GasError;
-use super::gas::{GONE, Gas, Grains, Particle};
-use super::motion::Motion;
-use super::selection::{Candidate, ProposalValidity, Selection};
+use super::clock::{Clock, SelectionCounters, StopReason};
+use super::contact::{Bounce, CollidingParticles, ContactOutcome, ContactRule, line_of_centres};
+use super::error::HomogeneousError;
+use super::gas::{GONE, GasParticle, HomogeneousGas, SmoothPhysics};
+use super::motion::PathRecord;
+use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 use stosszahl_model::interrupt::Interruption;
 
 /// Number of proposals that are drawn ahead.
@@ -22,8 +22,8 @@ const AHEAD: usize = 24;
 
 /// Engine of a gas without positions. See the [module](super).
 #[derive(Clone, Debug)]
-pub struct Engine<P: Grains, S, M = (), C = Bounce> {
-    pub(super) gas: Gas<P>,
+pub struct HomogeneousEngine<P: SmoothPhysics, S, M = (), C = Bounce> {
+    pub(super) gas: HomogeneousGas<P>,
     pub(super) selection: S,
     pub(super) motion: M,
     pub(super) contacts: C,
@@ -35,18 +35,20 @@ pub struct Engine<P: Grains, S, M = (), C = Bounce> {
     pub(super) paused: Option<Stream>,
 }
 
-impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C> {
+impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P>>
+    HomogeneousEngine<P, S, M, C>
+{
     /// Creates an engine at time zero. The particles of the gas keep their indices as long as none
     /// appears or vanishes; `motion` relies on that.
     ///
     /// # Errors
-    /// [`GasError::Invalid`] if paths are to be tracked while particles appear and vanish.
+    /// [`HomogeneousError::Invalid`] if paths are to be tracked while particles appear and vanish.
     pub fn new(
-        mut gas: Gas<P>,
+        mut gas: HomogeneousGas<P>,
         motion: M,
         contacts: C,
         streams: Streams,
-    ) -> Result<Self, GasError> {
+    ) -> Result<Self, HomogeneousError> {
         let stay = !(motion.is_tracked() && C::SIZES_CHANGE);
         let name = "number of tracked particles in a gas that sticks or breaks";
         Invalid::require(stay, name, gas.count() as f64, "0")?;
@@ -68,7 +70,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     }
 
     /// Returns the gas.
-    pub fn gas(&self) -> &Gas<P> {
+    pub fn gas(&self) -> &HomogeneousGas<P> {
         &self.gas
     }
 
@@ -99,18 +101,18 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
 
     /// Memory held for the particles, the selection and the recorded motion \[bytes\].
     pub fn bytes(&self) -> usize {
-        self.gas.particles.capacity() * size_of::<Particle<P>>()
+        self.gas.particles.capacity() * size_of::<GasParticle<P>>()
             + self.selection.bytes()
             + self.motion.bytes()
     }
 
     /// Sets an interrupt that breaks an advance off, after some dozen proposals:
-    /// [`Stop::Interrupted`].
+    /// [`StopReason::Interrupted`].
     pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    /// Sets an interrupt that ends an advance with [`Stop::Paused`], after at most some dozen
+    /// Sets an interrupt that ends an advance with [`StopReason::Paused`], after at most some dozen
     /// proposals or a quarter for each particle. The next advance to the same time continues as
     /// without a pause; a checkpoint of the paused gas continues with other random numbers.
     pub fn set_pause_flag(&mut self, pause: &Interrupt) {
@@ -135,8 +137,8 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     /// Multiplies all velocities by a factor.
     ///
     /// # Errors
-    /// [`GasError::Invalid`] unless the factor is above zero and finite.
-    pub fn scale_velocities(&mut self, factor: f64) -> Result<(), GasError> {
+    /// [`HomogeneousError::Invalid`] unless the factor is above zero and finite.
+    pub fn scale_velocities(&mut self, factor: f64) -> Result<(), HomogeneousError> {
         Invalid::unless_positive("factor of all velocities", factor)?;
         for particle in &mut self.gas.particles {
             particle.velocity = particle.velocity * factor;
@@ -154,14 +156,14 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     /// sequence.
     ///
     /// # Errors
-    /// [`GasError`] if `until` is no number or before the present, a rate is not finite, or a bound
-    /// was exceeded.
+    /// [`HomogeneousError`] if `until` is no number or before the present, a rate is not finite, or
+    /// a bound was exceeded.
     pub fn advance(
         &mut self,
         until: f64,
         collisions: u64,
         observer: &mut dyn Observer,
-    ) -> Result<Stop, GasError> {
+    ) -> Result<StopReason, HomogeneousError> {
         let mut recorder = Recorder::new(observer);
         let is_to_come = until >= self.clock.time;
         let allowed = "the present or later";
@@ -176,10 +178,10 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         let last = self.tally.collisions.saturating_add(collisions);
         while self.clock.time < until {
             if self.stop.ends() {
-                return Ok(Stop::Interrupted);
+                return Ok(StopReason::Interrupted);
             }
             if self.tally.collisions >= last {
-                return Ok(Stop::Collisions);
+                return Ok(StopReason::Collisions);
             }
             self.refit()?;
             let rate = self.selection.rate();
@@ -189,19 +191,19 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 if until.is_finite() {
                     self.clock.time = until;
                 }
-                return Ok(Stop::Still);
+                return Ok(StopReason::Still);
             }
             self.interval(until, last, rate, &mut stream, &mut recorder)?;
             if self.stop.is_paused() && self.clock.time < until {
                 self.paused = Some(stream);
-                return Ok(Stop::Paused);
+                return Ok(StopReason::Paused);
             }
         }
-        Ok(Stop::Time)
+        Ok(StopReason::Time)
     }
 
     /// Rebuilds the bounds if it is due.
-    fn refit(&mut self) -> Result<(), GasError> {
+    fn refit(&mut self) -> Result<(), HomogeneousError> {
         let due = 0.5 * self.selection.lifetime() * self.gas.count() as f64;
         if self.clock.outdated || self.clock.since as f64 > due.max(8.0) {
             if C::SIZES_CHANGE {
@@ -232,7 +234,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         rate: f64,
         stream: &mut Stream,
         recorder: &mut Recorder<'_>,
-    ) -> Result<(), GasError> {
+    ) -> Result<(), HomogeneousError> {
         let begin = self.clock.time;
         let planned = (self.gas.count() as f64 * 0.25).max(64.0);
         let span = (planned / rate).min(until - begin);
@@ -302,10 +304,10 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     #[inline]
     fn accept(
         &mut self,
-        candidate: &Candidate,
+        candidate: &CandidatePair,
         time: f64,
         stream: &mut Stream,
-    ) -> Result<bool, GasError> {
+    ) -> Result<bool, HomogeneousError> {
         self.tally.trials += 1;
         let [first, second] = [candidate.first, candidate.second]
             .map(|index| &self.gas.particles[index as usize].velocity);
@@ -316,7 +318,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         }
         // A pair at its bound may exceed it by a few roundings.
         if square > candidate.bound * candidate.bound * (1.0 + 1e-12) {
-            return Err(GasError::BoundExceeded {
+            return Err(HomogeneousError::BoundExceeded {
                 rate: square.sqrt(),
                 bound: candidate.bound,
                 time,
@@ -329,7 +331,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     #[inline]
     fn meet(
         &mut self,
-        candidate: &Candidate,
+        candidate: &CandidatePair,
         time: f64,
         stream: &mut Stream,
         recorder: &mut Recorder<'_>,
@@ -346,14 +348,14 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
         for (index, velocity) in pair.iter().zip(&before) {
             self.motion.collided(*index, velocity, time);
         }
-        let meeting = Meeting {
+        let meeting = CollidingParticles {
             pair,
             relative,
             line,
         };
         match self.contacts.meet(&mut self.gas, &meeting, stream) {
-            Outcome::Passed => ProposalValidity::Kept,
-            Outcome::Bounced { changed, law } => {
+            ContactOutcome::Passed => ProposalValidity::Kept,
+            ContactOutcome::Bounced { changed, law } => {
                 self.record(&meeting, time, law, recorder);
                 let mut worst = ProposalValidity::Kept;
                 for side in 0..2 {
@@ -364,7 +366,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
                 }
                 worst
             }
-            Outcome::Replaced { from } => {
+            ContactOutcome::Replaced { from } => {
                 self.clock.since += 1;
                 self.tally.collisions += 1;
                 for index in pair {
@@ -388,7 +390,7 @@ impl<P: Grains, S: Selection<P>, M: Motion<P>, C: Contacts<P>> Engine<P, S, M, C
     #[inline]
     fn record(
         &mut self,
-        meeting: &Meeting<VectorOf<P>>,
+        meeting: &CollidingParticles<VectorOf<P>>,
         time: f64,
         law: Separation,
         recorder: &mut Recorder<'_>,

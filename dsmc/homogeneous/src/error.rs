@@ -5,7 +5,7 @@ use stosszahl_model::format_short;
 /// Reason why a gas cannot be made or advanced.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum GasError {
+pub enum HomogeneousError {
     /// Particles that stick in a program compiled without them.
     #[error(
         "this program has no particles that stick; it was compiled without the feature \"aggregation\""

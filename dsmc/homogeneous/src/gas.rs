@@ -7,12 +7,12 @@ use stosszahl_model::{
     Free, Invalid, ParticleModel, Sizes, Smooth, Space, Vector, VectorOf, memory,
 };
 
-use super::error::GasError;
-use super::kernel::{Contact, Kernel};
+use super::error::HomogeneousError;
+use super::kernel::{CollisionKernel, PairCorrelationFactor};
 
 /// Physics of smooth particles in free flight.
-pub trait Grains: ParticleModel<Surface = Smooth, Field = Free> {}
-impl<P: ParticleModel<Surface = Smooth, Field = Free>> Grains for P {}
+pub trait SmoothPhysics: ParticleModel<Surface = Smooth, Field = Free> {}
+impl<P: ParticleModel<Surface = Smooth, Field = Free>> SmoothPhysics for P {}
 
 /// Tag that identifies the size of a particle.
 pub type TagOf<P> = <<P as ParticleModel>::Sizes as Sizes>::Tag;
@@ -24,7 +24,7 @@ pub(crate) const GONE: u32 = u32::MAX;
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 #[repr(align(32))]
-pub struct Particle<P: ParticleModel> {
+pub struct GasParticle<P: ParticleModel> {
     /// Velocity \[length/time\].
     pub velocity: VectorOf<P>,
     /// Tag of the size.
@@ -33,7 +33,7 @@ pub struct Particle<P: ParticleModel> {
     pub(crate) mark: u32,
 }
 
-impl<P: ParticleModel> Particle<P> {
+impl<P: ParticleModel> GasParticle<P> {
     /// Creates a particle that is in no selection yet.
     pub fn new(velocity: VectorOf<P>, tag: TagOf<P>) -> Self {
         Self {
@@ -54,12 +54,12 @@ impl<P: ParticleModel> Particle<P> {
     clippy::expl_impl_clone_on_copy,
     reason = "a derived Clone would demand `P: Clone`"
 )]
-impl<P: ParticleModel> Clone for Particle<P> {
+impl<P: ParticleModel> Clone for GasParticle<P> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<P: ParticleModel> Copy for Particle<P> {}
+impl<P: ParticleModel> Copy for GasParticle<P> {}
 
 /// Squared speed below which the fastest particle counts as at rest: products of speeds would soon
 /// underflow.
@@ -67,12 +67,12 @@ pub(crate) const COLDEST: f64 = 1e-280;
 
 /// Gas without positions: collisions depend on speeds and sizes alone.
 #[derive(Clone, Debug)]
-pub struct Gas<P: ParticleModel> {
+pub struct HomogeneousGas<P: ParticleModel> {
     pub(crate) scene: P,
-    pub(crate) kernel: Kernel,
-    pub(crate) contact: Contact,
+    pub(crate) kernel: CollisionKernel,
+    pub(crate) contact: PairCorrelationFactor,
     pub(crate) volume: f64,
-    pub(crate) particles: Vec<Particle<P>>,
+    pub(crate) particles: Vec<GasParticle<P>>,
     /// Number of particles that are gone but still in the list.
     pub(crate) gone: usize,
 }
@@ -84,19 +84,19 @@ pub(crate) fn size_key(radius: f64) -> u32 {
     (radius.to_bits() >> 48) as u32
 }
 
-impl<P: Grains> Gas<P> {
+impl<P: SmoothPhysics> HomogeneousGas<P> {
     /// Creates a gas of particles in a volume (an area in the plane). Particles are reordered by
     /// size; equals keep their order.
     ///
     /// # Errors
-    /// [`GasError`] if the volume is not positive and finite, a velocity not finite, the gas packed
-    /// too densely for its contact values, or 2^31 particles or more.
+    /// [`HomogeneousError`] if the volume is not positive and finite, a velocity not finite, the
+    /// gas packed too densely for its contact values, or 2^31 particles or more.
     pub fn new(
         scene: P,
-        contact: Contact,
+        contact: PairCorrelationFactor,
         volume: f64,
         particles: impl IntoIterator<Item = (VectorOf<P>, TagOf<P>)>,
-    ) -> Result<Self, GasError> {
+    ) -> Result<Self, HomogeneousError> {
         Invalid::unless_positive("volume", volume)?;
         let particles = particles.into_iter();
         let mut list = memory::reserved(particles.size_hint().0);
@@ -108,7 +108,7 @@ impl<P: Grains> Gas<P> {
                 square,
                 "a finite number",
             )?;
-            list.push(Particle::new(velocity, tag));
+            list.push(GasParticle::new(velocity, tag));
         }
         let count = list.len();
         Invalid::require(
@@ -118,7 +118,7 @@ impl<P: Grains> Gas<P> {
             "below 2^31",
         )?;
         let mut gas = Self {
-            kernel: Kernel::dilute(P::Space::DIMENSION, volume),
+            kernel: CollisionKernel::dilute(P::Space::DIMENSION, volume),
             scene,
             contact,
             volume,
@@ -131,18 +131,18 @@ impl<P: Grains> Gas<P> {
     }
 
     /// Creates a gas with Maxwellian velocities, `temperature` being that of each species
-    /// \[energy\]: [`Gas::drawn`].
+    /// \[energy\]: [`HomogeneousGas::drawn`].
     ///
     /// # Errors
-    /// As [`Gas::new`].
+    /// As [`HomogeneousGas::new`].
     pub fn maxwellian(
         scene: P,
-        contact: Contact,
+        contact: PairCorrelationFactor,
         volume: f64,
         count: usize,
         temperature: impl Fn(u32) -> f64,
         stream: &mut impl Rng,
-    ) -> Result<Self, GasError> {
+    ) -> Result<Self, HomogeneousError> {
         let law = VelocityDistribution::MAXWELLIAN;
         Self::drawn(scene, contact, volume, count, temperature, law, stream)
     }
@@ -152,16 +152,16 @@ impl<P: Grains> Gas<P> {
     /// species, without drift.
     ///
     /// # Errors
-    /// As [`Gas::new`].
+    /// As [`HomogeneousGas::new`].
     pub fn drawn(
         scene: P,
-        contact: Contact,
+        contact: PairCorrelationFactor,
         volume: f64,
         count: usize,
         temperature: impl Fn(u32) -> f64,
         law: VelocityDistribution,
         stream: &mut impl Rng,
-    ) -> Result<Self, GasError> {
+    ) -> Result<Self, HomogeneousError> {
         let sizes = scene.sizes().clone();
         let particles = (0..count).map(|index| {
             let tag = sizes.tag(index);
@@ -229,7 +229,7 @@ impl<P: Grains> Gas<P> {
     fn remove_drift_if(&mut self, chosen: impl Fn(u32) -> bool, remove: impl Fn(f64, f64) -> bool) {
         let sizes = self.scene.sizes();
         let among =
-            |particle: &Particle<P>| !particle.is_gone() && chosen(sizes.kind(particle.tag));
+            |particle: &GasParticle<P>| !particle.is_gone() && chosen(sizes.kind(particle.tag));
         let (mut mass, mut energy) = (0.0, 0.0);
         let mut momentum = VectorOf::<P>::default();
         for particle in self.particles.iter().filter(|particle| among(particle)) {
@@ -256,16 +256,16 @@ impl<P: Grains> Gas<P> {
             self.gone = 0;
         }
         let sizes = self.scene.sizes();
-        let key = |particle: &Particle<P>| size_key(sizes.radius(particle.tag));
+        let key = |particle: &GasParticle<P>| size_key(sizes.radius(particle.tag));
         if !self.particles.is_sorted_by_key(key) {
             self.particles.sort_by_key(key);
         }
     }
 
     /// Adapts the kernel to the current sizes.
-    pub(crate) fn measure_contacts(&mut self) -> Result<(), GasError> {
+    pub(crate) fn measure_contacts(&mut self) -> Result<(), HomogeneousError> {
         let radii = self.alive().map(|particle| self.radius(particle));
-        let kernel = Kernel::of_gas(self.contact, P::Space::DIMENSION, self.volume, radii);
+        let kernel = CollisionKernel::of_gas(self.contact, P::Space::DIMENSION, self.volume, radii);
         let largest = self.scene.sizes().largest_radius();
         let found = kernel.of(largest, largest);
         let mut coefficients = kernel.coefficients().iter().flatten();
@@ -278,7 +278,7 @@ impl<P: Grains> Gas<P> {
     }
 
     /// Returns the particles that are not gone.
-    pub fn alive(&self) -> impl Iterator<Item = &Particle<P>> {
+    pub fn alive(&self) -> impl Iterator<Item = &GasParticle<P>> {
         self.particles.iter().filter(|particle| !particle.is_gone())
     }
 
@@ -298,19 +298,19 @@ impl<P: Grains> Gas<P> {
     }
 
     /// Returns the current kernel.
-    pub fn kernel(&self) -> &Kernel {
+    pub fn kernel(&self) -> &CollisionKernel {
         &self.kernel
     }
 
     /// Radius of a particle \[length\].
     #[inline]
-    pub fn radius(&self, particle: &Particle<P>) -> f64 {
+    pub fn radius(&self, particle: &GasParticle<P>) -> f64 {
         self.scene.sizes().radius(particle.tag)
     }
 
     /// Mass of a particle.
     #[inline]
-    pub fn mass(&self, particle: &Particle<P>) -> f64 {
+    pub fn mass(&self, particle: &GasParticle<P>) -> f64 {
         self.scene.sizes().mass(particle.tag)
     }
 

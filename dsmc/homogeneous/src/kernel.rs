@@ -7,7 +7,7 @@ use stosszahl_model::kinetic;
 
 /// Effect of density on the collision rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Contact {
+pub enum PairCorrelationFactor {
     /// No effect: chi = 1, the Boltzmann gas.
     Dilute,
     /// Contact values of a mixture: Santos, Yuste & López de Haro, Mol. Phys. 96, 1 (1999) in the
@@ -20,17 +20,17 @@ pub enum Contact {
 /// and b.
 ///
 /// For one unordered pair, `k g` is its rate \[1/time\]: `2 chi (a + b) g/V` in two dimensions and
-/// `pi chi (a + b)^2 g/V` in three. Both contact values of [`Contact`] leave k a polynomial of
-/// degree two with non-negative coefficients. In two dimensions `chi (a + b)` is a sum of `a + b`
-/// and `a b`; in three, `chi (a + b)^2` is one of `(a + b)^2`, `a b (a + b)` and `a^2 b^2`. So the
-/// selection of pairs by products of one-particle weights (rank 2 or 3) is exact for dense gases
-/// too.
+/// `pi chi (a + b)^2 g/V` in three. Both contact values of [`PairCorrelationFactor`] leave k a
+/// polynomial of degree two with non-negative coefficients. In two dimensions `chi (a + b)` is a
+/// sum of `a + b` and `a b`; in three, `chi (a + b)^2` is one of `(a + b)^2`, `a b (a + b)` and
+/// `a^2 b^2`. So the selection of pairs by products of one-particle weights (rank 2 or 3) is exact
+/// for dense gases too.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Kernel {
+pub struct CollisionKernel {
     coefficients: [[f64; 3]; 3],
 }
 
-impl Kernel {
+impl CollisionKernel {
     /// Creates the kernel of hard disks or spheres in a volume (an area in the plane), with all
     /// contact values one.
     pub fn dilute(dimension: usize, volume: f64) -> Self {
@@ -70,14 +70,14 @@ impl Kernel {
 
     /// Creates the kernel of a gas of particles with the given radii.
     pub fn of_gas(
-        contact: Contact,
+        contact: PairCorrelationFactor,
         dimension: usize,
         volume: f64,
         radii: impl Iterator<Item = f64>,
     ) -> Self {
         match contact {
-            Contact::Dilute => Self::dilute(dimension, volume),
-            Contact::Enskog => {
+            PairCorrelationFactor::Dilute => Self::dilute(dimension, volume),
+            PairCorrelationFactor::Enskog => {
                 let mut moments = [0.0; 4];
                 for radius in radii {
                     let d = 2.0 * radius;
@@ -172,13 +172,13 @@ mod tests {
                 let close = |found: f64, exact: f64| {
                     assert!((found / exact - 1.0).abs() < 4e-15, "{found} {exact}");
                 };
-                close(Kernel::dilute(2, volume).of(a, b), plane);
-                close(Kernel::dilute(3, volume).of(a, b), space);
+                close(CollisionKernel::dilute(2, volume).of(a, b), plane);
+                close(CollisionKernel::dilute(3, volume).of(a, b), space);
                 close(
-                    Kernel::dense(2, volume, moments).of(a, b),
+                    CollisionKernel::dense(2, volume, moments).of(a, b),
                     plane * chi_plane(a, b),
                 );
-                let dense = Kernel::dense(3, volume, moments);
+                let dense = CollisionKernel::dense(3, volume, moments);
                 close(dense.of(a, b), space * chi_space(a, b));
                 let by_powers: f64 = dense
                     .partner_weights(a)

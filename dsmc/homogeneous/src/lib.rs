@@ -2,20 +2,20 @@
 //!
 //! The Boltzmann equation without gradients, or Enskog's with constant contact values, is a Poisson
 //! process of pair collisions: each unordered pair collides at the rate `k(a, b) g`, with its
-//! relative speed g and the [`Kernel`] k of its radii. The engine realises that process exactly for
+//! relative speed g and the [`CollisionKernel`] k of its radii. The engine realises that process exactly for
 //! N particles: no time step, no cells, and no error but finite N.
 //!
 //! * **Pairs** are proposed at a rate that bounds theirs and accepted with the quotient
-//!   (acceptance-rejection). [`Selection`] is the interface. [`Bird`] has one majorant; [`LowRank`]
+//!   (acceptance-rejection). [`SelectionMethod`] is the interface. [`Bird`] has one majorant; [`LowRank`]
 //!   draws from products of weights of size classes by trees (Bodrova & Osinsky 2024); [`AliasTableSelection`], a
 //!   method of this crate and the default, has groups of like speed and size in alias tables.
 //! * **Time**: the number of proposals up to a time is Poisson, one draw for many thousands of
 //!   them; where trajectories are kept, each has its exact time as one of that number of uniform
-//!   ones. See [`Engine`].
+//!   ones. See [`HomogeneousEngine`].
 //! * **Contacts**: the line of centres is drawn with density |g . e|, and the pair bounces by the
 //!   scene's law ([`Bounce`]), leaves no trace on one side ([`Tracers`]), or sticks and breaks
 //!   ([`Sticking`]).
-//! * **Paths**: [`Displacement`] and [`Trajectories`] are touched at collisions only.
+//! * **Paths**: [`DisplacementRecord`] and [`Trajectories`] are touched at collisions only.
 //!
 //! Rejected alternatives:
 //!
@@ -48,22 +48,25 @@ mod sticking;
 mod tree;
 
 pub use bird::Bird;
-pub use checkpoint::Checkpoint;
-pub use clock::{SelectionCounters, Stop};
-pub use contact::{Bounce, Contacts, Meeting, Outcome, Tracers, line_of_centres};
-pub use engine::Engine;
-pub use error::GasError;
-pub use gas::{Gas, Grains, Particle, TagOf};
-pub use kernel::{Contact, Kernel};
+pub use checkpoint::HomogeneousCheckpoint;
+pub use clock::{SelectionCounters, StopReason};
+pub use contact::{
+    Bounce, CollidingParticles, ContactOutcome, ContactRule, Tracers, line_of_centres,
+};
+pub use engine::HomogeneousEngine;
+pub use error::HomogeneousError;
+pub use gas::{GasParticle, HomogeneousGas, SmoothPhysics, TagOf};
+pub use kernel::{CollisionKernel, PairCorrelationFactor};
 pub use low_rank::LowRank;
-pub use measure::{Moments, moments, moments_by};
-pub use motion::{Displacement, Motion};
+pub use measure::{SpeciesMoments, moments, moments_by};
+pub use motion::{DisplacementRecord, PathRecord};
 pub use paths::{Trajectories, time_averaged};
-pub use selection::{Candidate, ProposalValidity, Selection};
-pub use simulate::{Homogeneous, Pick};
+pub use selection::{CandidatePair, ProposalValidity, SelectionMethod};
+pub use simulate::{HomogeneousSettings, PairSelection};
 pub use slots::AliasTableSelection;
 pub use sticking::{
-    Ledger, Limit, Order, Part, Rule, Sticking, Threshold, shards, size_distribution,
+    AggregationLedger, AggregationRule, EnergyLimit, EnergyLoss, Sticking, TestOrder, Threshold,
+    shards, size_distribution,
 };
 
 /// Version of the statistics of this engine. It increases with each change that moves means beyond

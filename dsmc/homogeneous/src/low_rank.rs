@@ -15,10 +15,10 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector, memory};
 
 use super::alias::split;
-use super::classes::{Bounds, bring_to_rest, joined, raised};
-use super::gas::{GONE, Gas, Grains, size_key};
+use super::classes::{ClassBounds, bring_to_rest, joined, raised};
+use super::gas::{GONE, HomogeneousGas, SmoothPhysics, size_key};
 use super::kernel::powers;
-use super::selection::{Candidate, ProposalValidity, Selection};
+use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 use super::tree::SumTree;
 
 /// Candidate pair: two classes and a member of each.
@@ -30,20 +30,20 @@ pub struct Members {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Class {
-    bounds: Bounds,
+    bounds: ClassBounds,
     members: Vec<u32>,
     /// True if all members have the radius of the bound.
     exact: bool,
 }
 
-impl AsRef<Bounds> for Class {
-    fn as_ref(&self) -> &Bounds {
+impl AsRef<ClassBounds> for Class {
+    fn as_ref(&self) -> &ClassBounds {
         &self.bounds
     }
 }
 
-impl AsMut<Bounds> for Class {
-    fn as_mut(&mut self) -> &mut Bounds {
+impl AsMut<ClassBounds> for Class {
+    fn as_mut(&mut self) -> &mut ClassBounds {
         &mut self.bounds
     }
 }
@@ -73,7 +73,7 @@ impl LowRank {
         }
     }
 
-    fn weigh_terms<P: Grains>(&mut self, gas: &Gas<P>) {
+    fn weigh_terms<P: SmoothPhysics>(&mut self, gas: &HomogeneousGas<P>) {
         let m = gas.kernel().coefficients();
         for (s, row) in m.iter().enumerate() {
             for (t, coefficient) in row.iter().enumerate() {
@@ -85,7 +85,7 @@ impl LowRank {
     }
 }
 
-impl<P: Grains> Selection<P> for LowRank {
+impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
     type Draw = Members;
     const NAME: &'static str = "low-rank";
 
@@ -100,7 +100,7 @@ impl<P: Grains> Selection<P> for LowRank {
         }
     }
 
-    fn rebuild(&mut self, gas: &mut Gas<P>) {
+    fn rebuild(&mut self, gas: &mut HomogeneousGas<P>) {
         gas.sort();
         self.classes.clear();
         for (index, particle) in gas.particles.iter_mut().enumerate() {
@@ -112,7 +112,7 @@ impl<P: Grains> Selection<P> for LowRank {
                 .is_none_or(|class| class.bounds.key != key)
             {
                 self.classes.push(Class {
-                    bounds: Bounds::new(key),
+                    bounds: ClassBounds::new(key),
                     members: Vec::new(),
                     exact: true,
                 });
@@ -171,7 +171,7 @@ impl<P: Grains> Selection<P> for LowRank {
     }
 
     #[inline]
-    fn prefetch_particles(&self, gas: &Gas<P>, draw: &Members) {
+    fn prefetch_particles(&self, gas: &HomogeneousGas<P>, draw: &Members) {
         for side in 0..2 {
             let members = &self.classes[draw.classes[side] as usize].members;
             memory::prefetch(
@@ -182,7 +182,7 @@ impl<P: Grains> Selection<P> for LowRank {
     }
 
     #[inline]
-    fn resolve(&self, gas: &Gas<P>, draw: &Members) -> Option<Candidate> {
+    fn resolve(&self, gas: &HomogeneousGas<P>, draw: &Members) -> Option<CandidatePair> {
         let classes = draw.classes.map(|class| &self.classes[class as usize]);
         let [first, second] = [0, 1].map(|side| classes[side].members[draw.members[side] as usize]);
         let gone = |index: u32| gas.particles[index as usize].mark == GONE;
@@ -198,7 +198,7 @@ impl<P: Grains> Selection<P> for LowRank {
                 .of(classes[0].bounds.radius, classes[1].bounds.radius)
                 / pair;
         }
-        Some(Candidate {
+        Some(CandidatePair {
             first,
             second,
             bound,
@@ -206,7 +206,7 @@ impl<P: Grains> Selection<P> for LowRank {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
+    fn changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let Some(number) = raised(gas, index, &mut self.classes) else {
             return ProposalValidity::Kept;
         };
@@ -215,7 +215,7 @@ impl<P: Grains> Selection<P> for LowRank {
         ProposalValidity::Changed
     }
 
-    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
+    fn added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let Some((number, radius)) = joined(gas, index, &self.classes) else {
             return ProposalValidity::Outdated;
         };

@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Space, Vector, VectorOf};
 
-use super::gas::{Gas, Grains};
-use super::motion::Displacement;
+use super::gas::{HomogeneousGas, SmoothPhysics};
+use super::motion::DisplacementRecord;
 
 /// Moments of one species.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Moments {
+pub struct SpeciesMoments {
     /// Number of particles.
     pub count: usize,
     /// Temperature `T = m <v^2>/D` \[energy\]; zero if there are none.
@@ -33,23 +33,23 @@ pub struct Moments {
 ///
 /// `displacement` has the paths and the current time, `start` the velocities at the start, by the
 /// indices of the gas.
-pub fn moments<P: Grains>(
-    gas: &Gas<P>,
-    displacement: Option<(&Displacement<P>, f64)>,
+pub fn moments<P: SmoothPhysics>(
+    gas: &HomogeneousGas<P>,
+    displacement: Option<(&DisplacementRecord<P>, f64)>,
     start: Option<&[VectorOf<P>]>,
-) -> Vec<Moments> {
+) -> Vec<SpeciesMoments> {
     moments_by(gas, |kind| kind as usize, displacement, start)
 }
 
 /// Computes [`moments`] with several species in one group: `group` gives the number of the group of
 /// a species. The temperature of a group is the mean of `m v^2/D`, its cumulant that of `sqrt(m)
 /// v`.
-pub fn moments_by<P: Grains>(
-    gas: &Gas<P>,
+pub fn moments_by<P: SmoothPhysics>(
+    gas: &HomogeneousGas<P>,
     group: impl Fn(u32) -> usize,
-    displacement: Option<(&Displacement<P>, f64)>,
+    displacement: Option<(&DisplacementRecord<P>, f64)>,
     start: Option<&[VectorOf<P>]>,
-) -> Vec<Moments> {
+) -> Vec<SpeciesMoments> {
     #[derive(Clone, Copy, Default)]
     struct Sums {
         count: usize,
@@ -92,11 +92,11 @@ pub fn moments_by<P: Grains>(
     sums.into_iter()
         .map(|sums| {
             if sums.count == 0 {
-                return Moments::default();
+                return SpeciesMoments::default();
             }
             let n = sums.count as f64;
             let mean = sums.second / n;
-            Moments {
+            SpeciesMoments {
                 count: sums.count,
                 temperature: mean / d,
                 fourth_cumulant: if mean > 0.0 {

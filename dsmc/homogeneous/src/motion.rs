@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{ParticleModel, VectorOf};
 
 /// Record of the path of each particle.
-pub trait Motion<P: ParticleModel>: Clone + Serialize + DeserializeOwned {
+pub trait PathRecord<P: ParticleModel>: Clone + Serialize + DeserializeOwned {
     /// Returns true if the times of single collisions are needed.
     fn is_tracked(&self) -> bool;
 
@@ -18,7 +18,7 @@ pub trait Motion<P: ParticleModel>: Clone + Serialize + DeserializeOwned {
 }
 
 /// Motion without any record.
-impl<P: ParticleModel> Motion<P> for () {
+impl<P: ParticleModel> PathRecord<P> for () {
     fn is_tracked(&self) -> bool {
         false
     }
@@ -32,11 +32,11 @@ impl<P: ParticleModel> Motion<P> for () {
 /// Displacements since the start and times of the last collision, updated at collisions only.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Displacement<P: ParticleModel> {
+pub struct DisplacementRecord<P: ParticleModel> {
     places: Vec<(VectorOf<P>, f64)>,
 }
 
-impl<P: ParticleModel> Displacement<P> {
+impl<P: ParticleModel> DisplacementRecord<P> {
     /// Creates displacements of zero for all particles at `time`.
     pub fn new(count: usize, time: f64) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl<P: ParticleModel> Displacement<P> {
     }
 }
 
-impl<P: ParticleModel> Motion<P> for Displacement<P> {
+impl<P: ParticleModel> PathRecord<P> for DisplacementRecord<P> {
     fn is_tracked(&self) -> bool {
         true
     }
@@ -69,9 +69,9 @@ impl<P: ParticleModel> Motion<P> for Displacement<P> {
 }
 
 /// Motion whose record is optional, as decided at the start of a run.
-impl<P: ParticleModel, M: Motion<P>> Motion<P> for Option<M> {
+impl<P: ParticleModel, M: PathRecord<P>> PathRecord<P> for Option<M> {
     fn is_tracked(&self) -> bool {
-        self.as_ref().is_some_and(Motion::is_tracked)
+        self.as_ref().is_some_and(PathRecord::is_tracked)
     }
 
     #[inline]
@@ -81,11 +81,11 @@ impl<P: ParticleModel, M: Motion<P>> Motion<P> for Option<M> {
         }
     }
     fn bytes(&self) -> usize {
-        self.as_ref().map_or(0, Motion::bytes)
+        self.as_ref().map_or(0, PathRecord::bytes)
     }
 }
 
-impl<P: ParticleModel, A: Motion<P>, B: Motion<P>> Motion<P> for (A, B) {
+impl<P: ParticleModel, A: PathRecord<P>, B: PathRecord<P>> PathRecord<P> for (A, B) {
     fn is_tracked(&self) -> bool {
         self.0.is_tracked() || self.1.is_tracked()
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{ParticleModel, Vector, VectorOf};
 
-use super::motion::Motion;
+use super::motion::PathRecord;
 
 /// Corners of the paths of chosen particles: exact, as particles fly straight in between.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -41,7 +41,7 @@ impl<P: ParticleModel> Trajectories<P> {
     }
 }
 
-impl<P: ParticleModel> Motion<P> for Trajectories<P> {
+impl<P: ParticleModel> PathRecord<P> for Trajectories<P> {
     fn is_tracked(&self) -> bool {
         true
     }

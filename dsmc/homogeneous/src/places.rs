@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Vector, memory};
 
-use super::gas::{COLDEST, Gas, Grains, Particle, size_key};
+use super::gas::{COLDEST, GasParticle, HomogeneousGas, SmoothPhysics, size_key};
 use super::selection::ProposalValidity;
 
 /// Bits of the squared speed below those of a group: eight groups per factor two, so a bound is on
@@ -17,7 +17,7 @@ const HEADROOM: u32 = 16;
 
 /// Class of particles of like radius.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Class {
+pub(crate) struct SizeClass {
     /// Upper bound of the radius \[length\].
     pub radius: f64,
     /// Sum of the kernel with all places of second partners.
@@ -45,7 +45,7 @@ pub(crate) struct Class {
     pub exact: bool,
 }
 
-impl Class {
+impl SizeClass {
     /// Number of places for a second partner.
     #[inline]
     pub fn places(&self) -> u32 {
@@ -68,7 +68,7 @@ pub(crate) struct Group {
 /// Layout: all classes and groups.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Layout {
-    pub classes: Vec<Class>,
+    pub classes: Vec<SizeClass>,
     pub groups: Vec<Group>,
     /// Number of groups at the last rebuild.
     regular: usize,
@@ -112,16 +112,16 @@ fn edge(key: u64) -> f64 {
 
 impl Layout {
     pub fn bytes(&self) -> usize {
-        self.classes.capacity() * size_of::<Class>()
+        self.classes.capacity() * size_of::<SizeClass>()
             + self.groups.capacity() * size_of::<Group>()
             + (self.order.capacity() + self.joined.capacity() + self.bins.capacity())
                 * size_of::<u32>()
     }
 
     /// Finds a place in a class for a particle that is faster than its group allows.
-    pub fn place<P: Grains>(
+    pub fn place<P: SmoothPhysics>(
         &mut self,
-        particle: &mut Particle<P>,
+        particle: &mut GasParticle<P>,
         index: u32,
         class: u32,
         square: f64,
@@ -149,9 +149,9 @@ impl Layout {
     }
 
     /// Opens a group for a particle for which no faster group of its class has a free place.
-    fn open<P: Grains>(
+    fn open<P: SmoothPhysics>(
         &mut self,
-        particle: &mut Particle<P>,
+        particle: &mut GasParticle<P>,
         index: u32,
         class: u32,
         square: f64,
@@ -187,9 +187,9 @@ impl Layout {
     }
 
     /// Adds a particle of a new size to its class.
-    pub fn join<P: Grains>(
+    pub fn join<P: SmoothPhysics>(
         &mut self,
-        particle: &mut Particle<P>,
+        particle: &mut GasParticle<P>,
         index: u32,
         radius: f64,
     ) -> ProposalValidity {
@@ -219,7 +219,7 @@ impl Layout {
 }
 
 /// Rebuilds the layout of the gas.
-pub(crate) fn arrange<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
+pub(crate) fn arrange<P: SmoothPhysics>(layout: &mut Layout, gas: &mut HomogeneousGas<P>) {
     if layout.classes.is_empty() || layout.sizes_change {
         gas.sort();
         classify(layout, gas);
@@ -248,7 +248,7 @@ pub(crate) fn arrange<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
 }
 
 /// Finds the classes of a sorted gas; where sizes change, also classes that may be needed next.
-fn classify<P: Grains>(layout: &mut Layout, gas: &Gas<P>) {
+fn classify<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) {
     let old_first = layout.first_key;
     let old = std::mem::take(&mut layout.joins);
     layout.classes.clear();
@@ -260,12 +260,12 @@ fn classify<P: Grains>(layout: &mut Layout, gas: &Gas<P>) {
         let run = gas.particles[start..]
             .partition_point(|particle| size_key(gas.radius(particle)) == key);
         if layout.sizes_change
-            && let Some(next) = layout.classes.last().map(|class: &Class| class.key + 1)
+            && let Some(next) = layout.classes.last().map(|class: &SizeClass| class.key + 1)
         {
-            let empty = (next..key).map(|key| Class::empty(key, start));
+            let empty = (next..key).map(|key| SizeClass::empty(key, start));
             layout.classes.extend(empty);
         }
-        let mut class = Class::empty(key, start);
+        let mut class = SizeClass::empty(key, start);
         class.count = run as u32;
         let radii = || (start..start + run).map(radius);
         let largest = radii().fold(0.0, f64::max);
@@ -285,7 +285,7 @@ fn classify<P: Grains>(layout: &mut Layout, gas: &Gas<P>) {
     layout.first_key = first;
     if layout.sizes_change {
         // Two equal clusters become one of 2^(1/D) times the radius, at most 7 classes above.
-        let above = (last + 1..=last + 8).map(|key| Class::empty(key, total));
+        let above = (last + 1..=last + 8).map(|key| SizeClass::empty(key, total));
         layout.classes.extend(above);
         layout.joins.resize((last + 9 - first) as usize, 0);
         for class in &mut layout.classes {
@@ -300,7 +300,7 @@ fn classify<P: Grains>(layout: &mut Layout, gas: &Gas<P>) {
     }
 }
 
-impl Class {
+impl SizeClass {
     fn empty(key: u32, start: usize) -> Self {
         Self {
             radius: f64::from_bits((u64::from(key) + 1) << 48),
@@ -328,7 +328,7 @@ fn bin(square: f64, base: u64) -> usize {
 }
 
 /// Counts particles by class and speed; returns the largest squared speed.
-fn count<P: Grains>(layout: &mut Layout, gas: &Gas<P>) -> f64 {
+fn count<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) -> f64 {
     layout.bins.clear();
     layout
         .bins
@@ -414,7 +414,7 @@ fn open_groups(layout: &mut Layout, fastest: f64) {
 }
 
 /// Puts every particle into its group.
-fn file<P: Grains>(layout: &mut Layout, gas: &mut Gas<P>) {
+fn file<P: SmoothPhysics>(layout: &mut Layout, gas: &mut HomogeneousGas<P>) {
     for (number, class) in layout.classes.iter().enumerate() {
         let groups = &layout.bins[number * WINDOW as usize..][..WINDOW as usize];
         for index in class.start..class.start + class.count {

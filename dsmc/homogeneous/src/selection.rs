@@ -4,11 +4,11 @@ use rand::Rng;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::gas::{Gas, Grains};
+use super::gas::{HomogeneousGas, SmoothPhysics};
 
 /// Candidate pair of the acceptance-rejection method.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Candidate {
+pub struct CandidatePair {
     /// Index of the first partner.
     pub first: u32,
     /// Index of the second partner; never the first.
@@ -32,13 +32,13 @@ pub enum ProposalValidity {
 
 /// Method to propose pairs, each at a known rate that is at least its collision rate.
 ///
-/// Between two changes, proposals form a Poisson process of constant rate [`Selection::rate`], each
-/// drawn independently from one law. A proposal may turn out to be nothing ([`Selection::resolve`]
-/// gives `None`): it takes its share of time and has no other effect. So the law may be kept simple
-/// and still be exact, and proposals may be drawn ahead in batches, which hides the latency of
-/// memory. Proposals drawn before a change of the law are discarded; this is exact because draws do
-/// not depend on events in between.
-pub trait Selection<P: Grains>: Clone + Serialize + DeserializeOwned {
+/// Between two changes, proposals form a Poisson process of constant rate
+/// [`SelectionMethod::rate`], each drawn independently from one law. A proposal may turn out to be
+/// nothing ([`SelectionMethod::resolve`] gives `None`): it takes its share of time and has no other
+/// effect. So the law may be kept simple and still be exact, and proposals may be drawn ahead in
+/// batches, which hides the latency of memory. Proposals drawn before a change of the law are
+/// discarded; this is exact because draws do not depend on events in between.
+pub trait SelectionMethod<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
     /// Proposal that is drawn ahead.
     type Draw: Copy + Default;
 
@@ -49,7 +49,7 @@ pub trait Selection<P: Grains>: Clone + Serialize + DeserializeOwned {
     fn new() -> Self;
 
     /// Adapts all bounds to the current state.
-    fn rebuild(&mut self, gas: &mut Gas<P>);
+    fn rebuild(&mut self, gas: &mut HomogeneousGas<P>);
 
     /// Rate of proposals, null ones included \[1/time\].
     fn rate(&self) -> f64;
@@ -57,22 +57,22 @@ pub trait Selection<P: Grains>: Clone + Serialize + DeserializeOwned {
     /// Draws one proposal; the rate is above zero.
     fn draw(&self, stream: &mut impl Rng) -> Self::Draw;
 
-    /// Prefetches the memory that [`Selection::prefetch_particles`] reads.
+    /// Prefetches the memory that [`SelectionMethod::prefetch_particles`] reads.
     #[inline]
     fn prefetch_index(&self, _draw: &Self::Draw) {}
 
     /// Prefetches the particles of a proposal.
-    fn prefetch_particles(&self, gas: &Gas<P>, draw: &Self::Draw);
+    fn prefetch_particles(&self, gas: &HomogeneousGas<P>, draw: &Self::Draw);
 
     /// Returns the particles that are now at the places of a proposal; `None` for a null proposal.
-    fn resolve(&self, gas: &Gas<P>, draw: &Self::Draw) -> Option<Candidate>;
+    fn resolve(&self, gas: &HomogeneousGas<P>, draw: &Self::Draw) -> Option<CandidatePair>;
 
     /// Updates the selection for a new velocity of a particle.
-    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity;
+    fn changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity;
 
     /// Updates the selection for a particle that was added at the end of the list. Sizes never
     /// change: particles that merge or break are gone, and their successors are added.
-    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity;
+    fn added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity;
 
     /// Collisions per particle after which the bounds are rebuilt.
     fn lifetime(&self) -> f64;

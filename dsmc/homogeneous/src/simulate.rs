@@ -7,25 +7,25 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Budget, Census, Clusters, Failure, Free, Grains as AnyGrains, Interrupt, Kind, Law, Observer,
-    Particles, Plane, Scene, Simulation, SizeDistribution, Sizes, Smooth, Space, Species, Vector,
-    VectorOf, Volume, Work,
+    Budget, Census, Clusters, Failure, Free, Interrupt, Law, Observer, ParticleSpec as AnyGrains,
+    Particles, Plane, Scene, Simulation, SizeDistribution, Sizes, Smooth, Space, Species,
+    SpeciesProperties, Vector, VectorOf, Volume, WorkCounters,
 };
 
 use super::bird::Bird;
-use super::checkpoint::Checkpoint;
-use super::clock::Stop;
-use super::contact::{Contacts, Tracers};
-use super::engine::Engine;
-use super::error::GasError;
-use super::gas::{Gas, Grains};
-use super::kernel::Contact;
+use super::checkpoint::HomogeneousCheckpoint;
+use super::clock::StopReason;
+use super::contact::{ContactRule, Tracers};
+use super::engine::HomogeneousEngine;
+use super::error::HomogeneousError;
+use super::gas::{HomogeneousGas, SmoothPhysics};
+use super::kernel::PairCorrelationFactor;
 use super::low_rank::LowRank;
-use super::motion::{Displacement, Motion};
+use super::motion::{DisplacementRecord, PathRecord};
 use super::paths::{Trajectories, time_averaged};
-use super::selection::Selection;
+use super::selection::SelectionMethod;
 use super::slots::AliasTableSelection;
-use super::sticking::{Rule, Sticking, size_distribution};
+use super::sticking::{AggregationRule, Sticking, size_distribution};
 
 /// Collisions in one leg for each particle of the start.
 const LEG: f64 = 1.0;
@@ -34,7 +34,7 @@ const LEAST_LEG: u64 = 200_000;
 
 /// Selection of pairs; all selections are exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Pick {
+pub enum PairSelection {
     /// Groups of like speed and size in alias tables: [`AliasTableSelection`].
     #[default]
     AliasTables,
@@ -46,7 +46,7 @@ pub enum Pick {
 
 /// Settings of a gas without positions, from which it is made.
 #[derive(Clone, Debug)]
-pub struct Homogeneous<'a> {
+pub struct HomogeneousSettings<'a> {
     /// Dimension: 2 or 3.
     pub dimension: usize,
     /// Particles; smooth, without a field. Where they stick, equal monomers.
@@ -56,17 +56,17 @@ pub struct Homogeneous<'a> {
     /// Volume \[length^D\]; an area in the plane.
     pub volume: f64,
     /// Effect of density on collision rates.
-    pub contact: Contact,
+    pub contact: PairCorrelationFactor,
     /// Temperature of each species at the start \[energy\].
     pub temperatures: &'a [f64],
     /// Velocity distribution of each species at the start.
     pub velocities: VelocityDistribution,
     /// Selection of pairs.
-    pub pick: Pick,
+    pub pick: PairSelection,
     /// Number of the species in the tracer limit.
     pub tracer: Option<u32>,
     /// Rule of sticking and breaking, if particles do.
-    pub sticking: Option<Rule>,
+    pub sticking: Option<AggregationRule>,
     /// True if displacements are measured.
     pub displacements: bool,
     /// Number of particles of each group whose whole paths are kept, and the group of each species;
@@ -76,25 +76,25 @@ pub struct Homogeneous<'a> {
     pub streams: Streams,
 }
 
-impl Homogeneous<'_> {
+impl HomogeneousSettings<'_> {
     /// Creates the gas with random velocities.
     ///
     /// ```
-    /// use stosszahl_homogeneous::{Contact, Homogeneous, Pick};
+    /// use stosszahl_homogeneous::{PairCorrelationFactor, HomogeneousSettings, PairSelection};
     /// use stosszahl_model::initial::VelocityDistribution;
     /// use stosszahl_model::random::Streams;
-    /// use stosszahl_model::{Budget, Constant, Grains, Simulation};
+    /// use stosszahl_model::{Budget, Constant, ParticleSpec, Simulation};
     ///
-    /// let grains = Grains::equal(0.5, 1.0, Constant::new(0.8)?);
-    /// let gas = Homogeneous {
+    /// let grains = ParticleSpec::equal(0.5, 1.0, Constant::new(0.8)?);
+    /// let gas = HomogeneousSettings {
     ///     dimension: 3,
     ///     grains: &grains,
     ///     count: 1000,
     ///     volume: 1e4,
-    ///     contact: Contact::Dilute,
+    ///     contact: PairCorrelationFactor::Dilute,
     ///     temperatures: &[1.0],
     ///     velocities: VelocityDistribution::MAXWELLIAN,
-    ///     pick: Pick::AliasTables,
+    ///     pick: PairSelection::AliasTables,
     ///     tracer: None,
     ///     sticking: None,
     ///     displacements: false,
@@ -108,23 +108,25 @@ impl Homogeneous<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`GasError`] if a number is out of range or the parts do not go together;
-    /// [`GasError::NoAggregation`] for particles that stick without the feature `aggregation`.
-    pub fn simulate(&self) -> Result<Box<dyn Simulation>, GasError> {
+    /// [`HomogeneousError`] if a number is out of range or the parts do not go together;
+    /// [`HomogeneousError::NoAggregation`] for particles that stick without the feature
+    /// `aggregation`.
+    pub fn simulate(&self) -> Result<Box<dyn Simulation>, HomogeneousError> {
         self.choose(None)
     }
 
     /// Resumes from [`Simulation::checkpoint`]; all settings must be those of the start.
     ///
     /// # Errors
-    /// As [`Self::simulate`]; and [`GasError::Checkpoint`] if the bytes are none of this gas.
-    pub fn resume(&self, checkpoint: &[u8]) -> Result<Box<dyn Simulation>, GasError> {
+    /// As [`Self::simulate`]; and [`HomogeneousError::Checkpoint`] if the bytes are none of this
+    /// gas.
+    pub fn resume(&self, checkpoint: &[u8]) -> Result<Box<dyn Simulation>, HomogeneousError> {
         self.choose(Some(checkpoint))
     }
 
-    fn choose(&self, from: Option<&[u8]>) -> Result<Box<dyn Simulation>, GasError> {
+    fn choose(&self, from: Option<&[u8]>) -> Result<Box<dyn Simulation>, HomogeneousError> {
         if self.grains.rough.is_some() || self.grains.gravity.is_some() {
-            return Err(GasError::Unfit {
+            return Err(HomogeneousError::Unfit {
                 what: "spin or a field",
                 allowed: "smooth particles in free flight",
             });
@@ -140,11 +142,11 @@ impl Homogeneous<'_> {
         &self,
         space: S,
         from: Option<&[u8]>,
-    ) -> Result<Box<dyn Simulation>, GasError> {
+    ) -> Result<Box<dyn Simulation>, HomogeneousError> {
         match self.pick {
-            Pick::AliasTables => self.picked::<S, AliasTableSelection>(space, from),
-            Pick::LowRank => self.picked::<S, LowRank>(space, from),
-            Pick::SingleMajorant => self.picked::<S, Bird>(space, from),
+            PairSelection::AliasTables => self.picked::<S, AliasTableSelection>(space, from),
+            PairSelection::LowRank => self.picked::<S, LowRank>(space, from),
+            PairSelection::SingleMajorant => self.picked::<S, Bird>(space, from),
         }
     }
 
@@ -152,17 +154,17 @@ impl Homogeneous<'_> {
         &self,
         space: S,
         from: Option<&[u8]>,
-    ) -> Result<Box<dyn Simulation>, GasError>
+    ) -> Result<Box<dyn Simulation>, HomogeneousError>
     where
-        P: Selection<Mixed<S>> + Selection<Sticky<S>> + Send + 'static,
+        P: SelectionMethod<Mixed<S>> + SelectionMethod<Sticky<S>> + Send + 'static,
     {
         let restitution = self.grains.restitution.clone();
         if let Some(rule) = self.sticking {
             if !cfg!(feature = "aggregation") {
-                return Err(GasError::NoAggregation);
+                return Err(HomogeneousError::NoAggregation);
             }
             let SizeDistribution::Equal(monomer) = &self.grains.sizes else {
-                return Err(GasError::Unfit {
+                return Err(HomogeneousError::Unfit {
                     what: "particles of several sizes that stick",
                     allowed: "equal monomers",
                 });
@@ -175,9 +177,9 @@ impl Homogeneous<'_> {
         let sizes = self.species()?;
         let scene = scene(space, restitution, sizes);
         let tracers = self.tracer.map(|kind| Tracers { kind });
-        let follow = |gas: &Gas<Mixed<S>>| {
+        let follow = |gas: &HomogeneousGas<Mixed<S>>| {
             self.displacements.then(|| {
-                let places = Displacement::new(gas.count(), 0.0);
+                let places = DisplacementRecord::new(gas.count(), 0.0);
                 let chosen = self.chosen(gas);
                 let paths =
                     (!chosen.is_empty()).then(|| Trajectories::new(gas.count(), &chosen, 0.0));
@@ -187,16 +189,16 @@ impl Homogeneous<'_> {
         self.boxed::<_, P, _, _>(scene, follow, tracers, from)
     }
 
-    fn species(&self) -> Result<Species, GasError> {
+    fn species(&self) -> Result<Species, HomogeneousError> {
         Ok(match &self.grains.sizes {
             SizeDistribution::Species(species) => species.clone(),
-            SizeDistribution::Equal(one) => Species::new(vec![Kind {
+            SizeDistribution::Equal(one) => Species::new(vec![SpeciesProperties {
                 radius: one.radius,
                 mass: one.mass,
                 count: self.count,
             }])?,
             SizeDistribution::Each(all) => {
-                let kinds = all.pairs().iter().map(|&(radius, mass)| Kind {
+                let kinds = all.pairs().iter().map(|&(radius, mass)| SpeciesProperties {
                     radius,
                     mass,
                     count: 1,
@@ -207,7 +209,7 @@ impl Homogeneous<'_> {
     }
 
     /// Returns the first particles of each group, group by group.
-    fn chosen<S: Space>(&self, gas: &Gas<Mixed<S>>) -> Vec<u32> {
+    fn chosen<S: Space>(&self, gas: &HomogeneousGas<Mixed<S>>) -> Vec<u32> {
         let (most, groups) = self.paths;
         let last = groups.iter().max().map_or(0, |&last| last as usize + 1);
         let mut lists = vec![Vec::new(); last];
@@ -225,26 +227,29 @@ impl Homogeneous<'_> {
     fn boxed<G, P, M, C>(
         &self,
         scene: G,
-        motion: impl FnOnce(&Gas<G>) -> M,
+        motion: impl FnOnce(&HomogeneousGas<G>) -> M,
         contacts: C,
         from: Option<&[u8]>,
-    ) -> Result<Box<dyn Simulation>, GasError>
+    ) -> Result<Box<dyn Simulation>, HomogeneousError>
     where
-        G: Grains<Restitution = Law>,
-        P: Selection<G> + Send + 'static,
+        G: SmoothPhysics<Restitution = Law>,
+        P: SelectionMethod<G> + Send + 'static,
         M: Follows<G> + Send + 'static,
         C: Counts<G> + Send + 'static,
     {
         let (engine, leg) = if let Some(bytes) = from {
             let kept: Kept<G, P, M, C> = postcard::from_bytes(bytes)
-                .map_err(|error| GasError::Checkpoint(error.to_string()))?;
-            (Engine::resume(scene, kept.gas, self.streams), kept.leg)
+                .map_err(|error| HomogeneousError::Checkpoint(error.to_string()))?;
+            (
+                HomogeneousEngine::resume(scene, kept.gas, self.streams),
+                kept.leg,
+            )
         } else {
             let temperature = |kind: u32| {
                 let last = self.temperatures.len().saturating_sub(1);
                 self.temperatures.get((kind as usize).min(last)).copied()
             };
-            let gas = Gas::drawn(
+            let gas = HomogeneousGas::drawn(
                 scene,
                 self.contact,
                 self.volume,
@@ -255,7 +260,10 @@ impl Homogeneous<'_> {
             )?;
             let leg = ((LEG * gas.count() as f64) as u64).max(LEAST_LEG);
             let motion = motion(&gas);
-            (Engine::new(gas, motion, contacts, self.streams)?, leg)
+            (
+                HomogeneousEngine::new(gas, motion, contacts, self.streams)?,
+                leg,
+            )
         };
         Ok(Box::new(Positionless { engine, leg }))
     }
@@ -275,8 +283,8 @@ fn scene<S, Z>(space: S, restitution: Law, sizes: Z) -> Scene<S, Smooth, Law, Z,
 }
 
 /// Access to displacements and paths, where they are kept.
-trait Follows<P: Grains>: Motion<P> {
-    fn displacement(&self) -> Option<&Displacement<P>> {
+trait Follows<P: SmoothPhysics>: PathRecord<P> {
+    fn displacement(&self) -> Option<&DisplacementRecord<P>> {
         None
     }
     fn paths(&self) -> Option<&Trajectories<P>> {
@@ -284,10 +292,10 @@ trait Follows<P: Grains>: Motion<P> {
     }
 }
 
-impl<P: Grains> Follows<P> for () {}
+impl<P: SmoothPhysics> Follows<P> for () {}
 
-impl<P: Grains> Follows<P> for Option<(Displacement<P>, Option<Trajectories<P>>)> {
-    fn displacement(&self) -> Option<&Displacement<P>> {
+impl<P: SmoothPhysics> Follows<P> for Option<(DisplacementRecord<P>, Option<Trajectories<P>>)> {
+    fn displacement(&self) -> Option<&DisplacementRecord<P>> {
         self.as_ref().map(|(places, _)| places)
     }
     fn paths(&self) -> Option<&Trajectories<P>> {
@@ -296,16 +304,16 @@ impl<P: Grains> Follows<P> for Option<(Displacement<P>, Option<Trajectories<P>>)
 }
 
 /// Access to the counters of contacts other than bounces.
-trait Counts<P: Grains>: Contacts<P> {
-    fn census(&self, _gas: &Gas<P>) -> Option<Census> {
+trait Counts<P: SmoothPhysics>: ContactRule<P> {
+    fn census(&self, _gas: &HomogeneousGas<P>) -> Option<Census> {
         None
     }
 }
 
-impl<P: Grains> Counts<P> for Option<Tracers> {}
+impl<P: SmoothPhysics> Counts<P> for Option<Tracers> {}
 
-impl<P: Grains<Sizes = Clusters>> Counts<P> for Sticking {
-    fn census(&self, gas: &Gas<P>) -> Option<Census> {
+impl<P: SmoothPhysics<Sizes = Clusters>> Counts<P> for Sticking {
+    fn census(&self, gas: &HomogeneousGas<P>) -> Option<Census> {
         let ledger = self.ledger;
         let ledger = [
             ("aggregation_loss", ledger.stuck),
@@ -327,22 +335,22 @@ impl<P: Grains<Sizes = Clusters>> Counts<P> for Sticking {
     serialize = "S: Serialize, M: Serialize, C: Serialize",
     deserialize = "S: Deserialize<'de>, M: Deserialize<'de>, C: Deserialize<'de>"
 ))]
-struct Kept<P: Grains, S, M, C> {
-    gas: Checkpoint<P, S, M, C>,
+struct Kept<P: SmoothPhysics, S, M, C> {
+    gas: HomogeneousCheckpoint<P, S, M, C>,
     leg: u64,
 }
 
 /// A gas without positions behind [`Simulation`].
-struct Positionless<P: Grains, S, M, C> {
-    engine: Engine<P, S, M, C>,
+struct Positionless<P: SmoothPhysics, S, M, C> {
+    engine: HomogeneousEngine<P, S, M, C>,
     /// Number of collisions in one leg.
     leg: u64,
 }
 
 impl<P, S, M, C> Simulation for Positionless<P, S, M, C>
 where
-    P: Grains,
-    S: Selection<P> + Send,
+    P: SmoothPhysics,
+    S: SelectionMethod<P> + Send,
     M: Follows<P> + Send,
     C: Counts<P> + Send,
 {
@@ -375,9 +383,9 @@ where
         };
         let stop = self.engine.advance(until, left, observer);
         Ok(match stop.map_err(Failure::new)? {
-            Stop::Time | Stop::Still => true,
-            Stop::Collisions => self.engine.time() >= until,
-            Stop::Paused | Stop::Interrupted => false,
+            StopReason::Time | StopReason::Still => true,
+            StopReason::Collisions => self.engine.time() >= until,
+            StopReason::Paused | StopReason::Interrupted => false,
         })
     }
 
@@ -435,7 +443,7 @@ where
         postcard::to_stdvec(&kept).map_err(Failure::new)
     }
 
-    fn work(&self) -> Work {
+    fn work(&self) -> WorkCounters {
         let tally = self.engine.tally();
         let each = |count: u64| count as f64 / tally.collisions.max(1) as f64;
         let numbers: BTreeMap<String, f64> = [
@@ -446,7 +454,7 @@ where
         ]
         .map(|(name, number)| (name.to_owned(), number))
         .into();
-        Work {
+        WorkCounters {
             collisions: tally.collisions,
             numbers,
         }
@@ -464,7 +472,7 @@ where
         let places = self.engine.motion().displacement()?;
         let now = self.engine.time();
         let particles = self.engine.gas().alive().enumerate();
-        let way = |(index, particle): (usize, &super::gas::Particle<P>)| {
+        let way = |(index, particle): (usize, &super::gas::GasParticle<P>)| {
             places.at(index, &particle.velocity, now).spatial()
         };
         Some(particles.map(way).collect())

@@ -23,10 +23,10 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::{Vector, memory};
 
 use super::alias::{Alias, split};
-use super::gas::{GONE, Gas, Grains};
+use super::gas::{GONE, HomogeneousGas, SmoothPhysics};
 use super::kernel::powers;
 use super::places::{self, Group, Layout};
-use super::selection::{Candidate, ProposalValidity, Selection};
+use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 
 /// Proposal: a place for the first partner, and one for the second.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,7 +50,7 @@ pub struct AliasTableSelection {
 
 impl AliasTableSelection {
     /// Fills the tables from the layout.
-    fn weigh<P: Grains>(&mut self, gas: &Gas<P>) {
+    fn weigh<P: SmoothPhysics>(&mut self, gas: &HomogeneousGas<P>) {
         let kernel = *gas.kernel();
         let mut sums = [0.0; 3];
         for (power, sum) in sums.iter_mut().enumerate() {
@@ -83,7 +83,7 @@ impl AliasTableSelection {
     }
 }
 
-impl<P: Grains> Selection<P> for AliasTableSelection {
+impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
     type Draw = SlotPair;
     const NAME: &'static str = "alias-tables";
 
@@ -96,7 +96,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
         }
     }
 
-    fn rebuild(&mut self, gas: &mut Gas<P>) {
+    fn rebuild(&mut self, gas: &mut HomogeneousGas<P>) {
         places::arrange(&mut self.layout, gas);
         self.weigh(gas);
     }
@@ -130,7 +130,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn prefetch_particles(&self, gas: &Gas<P>, draw: &SlotPair) {
+    fn prefetch_particles(&self, gas: &HomogeneousGas<P>, draw: &SlotPair) {
         let index = self.layout.order[draw.place as usize];
         memory::prefetch(&gas.particles, index as usize);
         let class = &self.layout.classes[draw.class as usize];
@@ -140,7 +140,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn resolve(&self, gas: &Gas<P>, draw: &SlotPair) -> Option<Candidate> {
+    fn resolve(&self, gas: &HomogeneousGas<P>, draw: &SlotPair) -> Option<CandidatePair> {
         let group = &self.layout.groups[draw.group as usize];
         if draw.place - group.first >= group.length {
             return None;
@@ -168,7 +168,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
             let pair = gas.kernel.of(radius(first), radius(second));
             bound *= gas.kernel.of(own.radius, class.radius) / pair;
         }
-        Some(Candidate {
+        Some(CandidatePair {
             first,
             second,
             bound,
@@ -176,7 +176,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
+    fn changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let particle = &mut gas.particles[index as usize];
         let square = particle.velocity.square();
         let group = &self.layout.groups[particle.mark as usize];
@@ -191,7 +191,7 @@ impl<P: Grains> Selection<P> for AliasTableSelection {
         standing
     }
 
-    fn added(&mut self, gas: &mut Gas<P>, index: u32) -> ProposalValidity {
+    fn added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let radius = gas.radius(&gas.particles[index as usize]);
         let particle = &mut gas.particles[index as usize];
         let standing = self.layout.join(particle, index, radius);

@@ -5,12 +5,12 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Clusters, Invalid, ParticleModel, Sizes, Space, Vector, VectorOf};
 
-use super::contact::{Bounce, Contacts, Meeting, Outcome};
-use super::gas::{Gas, Grains, Particle};
+use super::contact::{Bounce, CollidingParticles, ContactOutcome, ContactRule};
+use super::gas::{GasParticle, HomogeneousGas, SmoothPhysics};
 
 /// Part of the relative kinetic energy that is compared with a threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Part {
+pub enum EnergyLoss {
     /// All of the relative motion, `mu g^2/2`.
     Full,
     /// Motion along the line of centres, `mu (g . e)^2/2`.
@@ -19,14 +19,14 @@ pub enum Part {
 
 /// Value of a threshold; infinite is allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Limit {
+pub enum EnergyLimit {
     /// Energy of the relative motion \[energy\].
     Energy(f64),
     /// Relative speed, for any masses \[length/time\].
     Speed(f64),
 }
 
-impl Limit {
+impl EnergyLimit {
     /// Energy of the relative motion at the limit, with a reduced mass \[energy\].
     fn energy(self, reduced: f64) -> f64 {
         match self {
@@ -40,14 +40,14 @@ impl Limit {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
     /// Value of the threshold.
-    pub limit: Limit,
+    pub limit: EnergyLimit,
     /// Part of the relative motion that is compared with the limit.
-    pub part: Part,
+    pub part: EnergyLoss,
 }
 
 /// Order of the tests, if both conditions hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Order {
+pub enum TestOrder {
     /// Test of sticking before that of breaking.
     StickFirst,
     /// Test of breaking before that of sticking.
@@ -56,14 +56,14 @@ pub enum Order {
 
 /// Rule by which particles stick, break or bounce.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rule {
+pub struct AggregationRule {
     /// Threshold below which pairs stick.
     pub stick: Threshold,
     /// Threshold above which pairs with three monomers or more break into monomers; two monomers
     /// bounce.
     pub shatter: Threshold,
     /// Order of the tests, if both conditions hold.
-    pub order: Order,
+    pub order: TestOrder,
     /// Factor of the relative speed in breaking: the square of it is the share of the energy of the
     /// relative motion that stays kinetic.
     pub retained: f64,
@@ -73,7 +73,7 @@ pub struct Rule {
 
 /// Energy lost and number of events by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Ledger {
+pub struct AggregationLedger {
     /// Energy lost in sticking \[energy\].
     pub stuck: f64,
     /// Energy lost in breaking \[energy\].
@@ -99,9 +99,9 @@ pub struct Ledger {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sticking {
     /// Rule by which particles stick and break.
-    pub rule: Rule,
+    pub rule: AggregationRule,
     /// Energy lost and number of events so far.
-    pub ledger: Ledger,
+    pub ledger: AggregationLedger,
 }
 
 enum Fate {
@@ -115,11 +115,11 @@ impl Sticking {
     ///
     /// # Errors
     /// [`Invalid`] unless thresholds are numbers not below zero and `retained` is from 0 to 1.
-    pub fn new(rule: Rule) -> Result<Self, Invalid> {
+    pub fn new(rule: AggregationRule) -> Result<Self, Invalid> {
         for threshold in [rule.stick, rule.shatter] {
             let (what, value) = match threshold.limit {
-                Limit::Energy(energy) => ("threshold energy", energy),
-                Limit::Speed(speed) => ("threshold speed", speed),
+                EnergyLimit::Energy(energy) => ("threshold energy", energy),
+                EnergyLimit::Speed(speed) => ("threshold speed", speed),
             };
             Invalid::require(value >= 0.0, what, value, "at least 0")?;
         }
@@ -128,7 +128,7 @@ impl Sticking {
         Invalid::require(allowed, "speed kept in breaking", kept, "0 to 1")?;
         Ok(Self {
             rule,
-            ledger: Ledger::default(),
+            ledger: AggregationLedger::default(),
         })
     }
 
@@ -144,13 +144,13 @@ impl Sticking {
     ) -> Fate {
         let rule = &self.rule;
         let part = |threshold: Threshold| match threshold.part {
-            Part::Full => energies[0],
-            Part::Normal => energies[1],
+            EnergyLoss::Full => energies[0],
+            EnergyLoss::Normal => energies[1],
         };
         let stick = part(rule.stick) < rule.stick.limit.energy(reduced);
         let large = monomers[0] > 1 || monomers[1] > 1;
         let shatter = large && part(rule.shatter) > rule.shatter.limit.energy(reduced);
-        let stick = stick && !(shatter && rule.order == Order::BreakFirst);
+        let stick = stick && !(shatter && rule.order == TestOrder::BreakFirst);
         if !(stick || shatter) {
             return Fate::Bounce;
         }
@@ -200,15 +200,15 @@ pub fn shards<S: Space>(count: u32, square: f64, stream: &mut impl Rng) -> Vec<S
     velocities
 }
 
-impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
+impl<P: SmoothPhysics<Sizes = Clusters>> ContactRule<P> for Sticking {
     const SIZES_CHANGE: bool = true;
 
     fn meet(
         &mut self,
-        gas: &mut Gas<P>,
-        meeting: &Meeting<VectorOf<P>>,
+        gas: &mut HomogeneousGas<P>,
+        meeting: &CollidingParticles<VectorOf<P>>,
         stream: &mut impl Rng,
-    ) -> Outcome {
+    ) -> ContactOutcome {
         let partners = meeting.pair.map(|index| gas.particles[index as usize]);
         let masses = partners.map(|particle| gas.mass(&particle));
         let total_mass = masses[0] + masses[1];
@@ -224,8 +224,8 @@ impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
             Fate::Stick(total) => {
                 self.ledger.mergers += 1;
                 self.ledger.stuck += full;
-                gas.particles.push(Particle::new(common, total));
-                Outcome::Replaced { from }
+                gas.particles.push(GasParticle::new(common, total));
+                ContactOutcome::Replaced { from }
             }
             Fate::Shatter(total) => {
                 let kept = self.rule.retained * self.rule.retained;
@@ -236,9 +236,9 @@ impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
                 let shards = shards::<<P as ParticleModel>::Space>(total, square, stream);
                 let whole = shards
                     .into_iter()
-                    .map(|shard| Particle::new(common + shard, 1));
+                    .map(|shard| GasParticle::new(common + shard, 1));
                 gas.particles.extend(whole);
-                Outcome::Replaced { from }
+                ContactOutcome::Replaced { from }
             }
             Fate::Bounce => Bounce.meet(gas, meeting, stream),
         }
@@ -246,7 +246,9 @@ impl<P: Grains<Sizes = Clusters>> Contacts<P> for Sticking {
 }
 
 /// Counts clusters by their monomers, in rising order.
-pub fn size_distribution<P: Grains<Sizes = Clusters>>(gas: &Gas<P>) -> Vec<(u32, u64)> {
+pub fn size_distribution<P: SmoothPhysics<Sizes = Clusters>>(
+    gas: &HomogeneousGas<P>,
+) -> Vec<(u32, u64)> {
     let mut counts = std::collections::BTreeMap::new();
     for particle in gas.alive() {
         *counts.entry(particle.tag).or_insert(0_u64) += 1;
@@ -258,15 +260,15 @@ pub fn size_distribution<P: Grains<Sizes = Clusters>>(gas: &Gas<P>) -> Vec<(u32,
 mod tests {
     use super::*;
 
-    fn rule(stick: Limit, shatter: Limit) -> Sticking {
+    fn rule(stick: EnergyLimit, shatter: EnergyLimit) -> Sticking {
         let threshold = |limit| Threshold {
             limit,
-            part: Part::Full,
+            part: EnergyLoss::Full,
         };
-        let rule = Rule {
+        let rule = AggregationRule {
             stick: threshold(stick),
             shatter: threshold(shatter),
-            order: Order::StickFirst,
+            order: TestOrder::StickFirst,
             retained: 0.5,
             most: 100,
         };
@@ -277,7 +279,7 @@ mod tests {
     /// them alike, one of energy does not.
     #[test]
     fn a_limit_of_speed_knows_no_masses() {
-        let fates = |stick: Limit, shatter: Limit| {
+        let fates = |stick: EnergyLimit, shatter: EnergyLimit| {
             let mut sticking = rule(stick, shatter);
             [1.0, 10.0].map(|reduced| {
                 let energy = 0.5 * reduced * 9.0;
@@ -288,7 +290,7 @@ mod tests {
                 }
             })
         };
-        let (speed, energy) = (Limit::Speed, Limit::Energy);
+        let (speed, energy) = (EnergyLimit::Speed, EnergyLimit::Energy);
         let never = energy(f64::INFINITY);
         assert_eq!(fates(speed(3.1), never), ['s', 's']);
         assert_eq!(fates(speed(2.9), never), ['-', '-']);
@@ -297,10 +299,10 @@ mod tests {
         assert_eq!(fates(speed(0.0), speed(3.1)), ['-', '-']);
         assert_eq!(fates(energy(0.0), energy(5.0)), ['-', 'b']);
         assert!(Sticking::new(rule(speed(1.0), never).rule).is_ok());
-        let bad = Rule {
+        let bad = AggregationRule {
             stick: Threshold {
                 limit: speed(-1.0),
-                part: Part::Full,
+                part: EnergyLoss::Full,
             },
             ..rule(speed(1.0), never).rule
         };

@@ -2,16 +2,17 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_analysis::theory::{self, Component, CoolingState, Mixture};
+use stosszahl_analysis::theory::{self, Component, CoolingState, MaxwellianMixture};
 use stosszahl_homogeneous::{
-    AliasTableSelection, Bird, Bounce, Contact, Contacts, Displacement, Engine, Gas, Limit,
-    LowRank, Order, Part, Rule, Selection, Sticking, Stop, Threshold, Tracers, Trajectories,
-    moments, shards, size_distribution, time_averaged,
+    AggregationRule, AliasTableSelection, Bird, Bounce, ContactRule, DisplacementRecord,
+    EnergyLimit, EnergyLoss, HomogeneousEngine, HomogeneousGas, LowRank, PairCorrelationFactor,
+    SelectionMethod, Sticking, StopReason, TestOrder, Threshold, Tracers, Trajectories, moments,
+    shards, size_distribution, time_averaged,
 };
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
-    Clusters, Constant, Free, Kind, PerPair, Plane, Polydisperse, Restitution, Scene, Sizes,
-    Smooth, Space, Species, Vector, Viscoelastic, Volume,
+    Clusters, Constant, Free, PerPair, Plane, Polydisperse, Restitution, Scene, Sizes, Smooth,
+    Space, Species, SpeciesProperties, Vector, Viscoelastic, Volume,
 };
 
 type Of<S, R, Z> = Scene<S, Smooth, R, Z, Free>;
@@ -57,24 +58,24 @@ fn chi_squared_limit(degrees: f64) -> f64 {
 
 /// The next pair and its time follow the exact rates `k g` of all pairs, from a selection that has
 /// been in use for a few collisions, so that some of its places are stale and some bounds raised.
-fn pairs_follow_their_rates<S: Space, Pick: Selection<Of<S, Constant, Polydisperse>>>(
+fn pairs_follow_their_rates<S: Space, Pick: SelectionMethod<Of<S, Constant, Polydisperse>>>(
     space: S,
     used: u64,
 ) {
-    let gas = Gas::maxwellian(
+    let gas = HomogeneousGas::maxwellian(
         scene(space, constant(0.6), uneven()),
-        Contact::Dilute,
+        PairCorrelationFactor::Dilute,
         1000.0,
         8,
         |_| 1.0,
         &mut stream(11),
     )
     .expect("a gas");
-    let mut engine: Engine<_, Pick> =
-        Engine::new(gas, (), Bounce, Streams::new(5, 0)).expect("an engine");
+    let mut engine: HomogeneousEngine<_, Pick> =
+        HomogeneousEngine::new(gas, (), Bounce, Streams::new(5, 0)).expect("an engine");
     assert_eq!(
         engine.advance(f64::INFINITY, used, &mut ()).expect("runs"),
-        Stop::Collisions
+        StopReason::Collisions
     );
     let kernel = *engine.gas().kernel();
     let before: Vec<_> = engine.gas().alive().copied().collect();
@@ -93,7 +94,7 @@ fn pairs_follow_their_rates<S: Space, Pick: Selection<Of<S, Constant, Polydisper
     let mut waited = 0.0;
     let checkpoint = engine.checkpoint();
     for number in 0..tries {
-        let mut next = Engine::resume(
+        let mut next = HomogeneousEngine::resume(
             engine.gas().scene().clone(),
             checkpoint.clone(),
             Streams::new(number, 9),
@@ -150,16 +151,16 @@ fn selections_follow_the_rates_of_all_pairs() {
 }
 
 fn always_stick() -> Sticking {
-    let rule = Rule {
+    let rule = AggregationRule {
         stick: Threshold {
-            limit: Limit::Energy(f64::INFINITY),
-            part: Part::Full,
+            limit: EnergyLimit::Energy(f64::INFINITY),
+            part: EnergyLoss::Full,
         },
         shatter: Threshold {
-            limit: Limit::Energy(f64::INFINITY),
-            part: Part::Normal,
+            limit: EnergyLimit::Energy(f64::INFINITY),
+            part: EnergyLoss::Normal,
         },
-        order: Order::StickFirst,
+        order: TestOrder::StickFirst,
         retained: 0.5,
         most: 1 << 30,
     };
@@ -168,20 +169,20 @@ fn always_stick() -> Sticking {
 
 /// Mergers follow the exact rates in a gas in which three pairs have stuck together: clusters of
 /// 2^k monomers, so that the next one's number tells which two it is made of.
-fn mergers_follow_their_rates<Pick: Selection<Of<Volume, Constant, Clusters>>>() {
+fn mergers_follow_their_rates<Pick: SelectionMethod<Of<Volume, Constant, Clusters>>>() {
     let start = (0..10).map(|k| 1 << k).collect();
     let sizes = Clusters::new(0.5, 1.0, 3, start).expect("clusters");
-    let gas = Gas::maxwellian(
+    let gas = HomogeneousGas::maxwellian(
         scene(Volume, constant(0.6), sizes),
-        Contact::Dilute,
+        PairCorrelationFactor::Dilute,
         1000.0,
         10,
         |_| 1.0,
         &mut stream(3),
     )
     .expect("a gas");
-    let mut engine: Engine<_, Pick, (), Sticking> =
-        Engine::new(gas, (), always_stick(), Streams::new(6, 0)).expect("an engine");
+    let mut engine: HomogeneousEngine<_, Pick, (), Sticking> =
+        HomogeneousEngine::new(gas, (), always_stick(), Streams::new(6, 0)).expect("an engine");
     engine.advance(f64::INFINITY, 3, &mut ()).expect("runs");
     let kernel = *engine.gas().kernel();
     let before: Vec<_> = engine.gas().alive().copied().collect();
@@ -200,7 +201,8 @@ fn mergers_follow_their_rates<Pick: Selection<Of<Volume, Constant, Clusters>>>()
     let checkpoint = engine.checkpoint();
     for number in 0..tries {
         let scene = engine.gas().scene().clone();
-        let mut next = Engine::resume(scene, checkpoint.clone(), Streams::new(number, 8));
+        let mut next =
+            HomogeneousEngine::resume(scene, checkpoint.clone(), Streams::new(number, 8));
         next.advance(f64::INFINITY, 1, &mut ()).expect("runs");
         let new = next
             .gas()
@@ -238,7 +240,7 @@ fn powers(first: f64, theta: i32, most: u32) -> Species {
     let kinds = (1..=most)
         .map(|k| {
             let k = f64::from(k);
-            Kind {
+            SpeciesProperties {
                 radius: 0.5 * k.cbrt(),
                 mass: k,
                 count: (first * k.powi(-theta) + 1e-9).floor() as usize,
@@ -248,21 +250,22 @@ fn powers(first: f64, theta: i32, most: u32) -> Species {
     Species::new(kinds).expect("species")
 }
 
-fn table<Pick: Selection<Of<Volume, Constant, Species>>>(
+fn table<Pick: SelectionMethod<Of<Volume, Constant, Species>>>(
     seed: u64,
-) -> Engine<Of<Volume, Constant, Species>, Pick> {
+) -> HomogeneousEngine<Of<Volume, Constant, Species>, Pick> {
     let species = powers(3e4, 3, 31);
     let count = species.count();
-    let gas = Gas::maxwellian(
+    let gas = HomogeneousGas::maxwellian(
         scene(Volume, constant(0.5), species),
-        Contact::Dilute,
+        PairCorrelationFactor::Dilute,
         3e5,
         count,
         |_| 1.0,
         &mut stream(seed),
     )
     .expect("a gas");
-    let mut engine = Engine::new(gas, (), Bounce, Streams::new(seed, 0)).expect("an engine");
+    let mut engine =
+        HomogeneousEngine::new(gas, (), Bounce, Streams::new(seed, 0)).expect("an engine");
     engine.advance(20.0, u64::MAX, &mut ()).expect("runs");
     engine
 }
@@ -319,22 +322,22 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
         let count = species.count();
         let laws = (0..14 * 14).map(|pair| constant(0.4 + 0.003 * f64::from(pair)));
         let laws = PerPair::new(14, laws.collect()).expect("a table");
-        let gas = Gas::maxwellian(
+        let gas = HomogeneousGas::maxwellian(
             scene(Volume, laws, species),
-            Contact::Enskog,
+            PairCorrelationFactor::Enskog,
             3e4,
             count,
             |kind| 1.0 + f64::from(kind),
             &mut stream(4),
         )
         .expect("a gas");
-        let paths = Displacement::new(count, 0.0);
-        Engine::<_, AliasTableSelection, _>::new(gas, paths, Bounce, Streams::new(8, 0))
+        let paths = DisplacementRecord::new(count, 0.0);
+        HomogeneousEngine::<_, AliasTableSelection, _>::new(gas, paths, Bounce, Streams::new(8, 0))
             .expect("an engine")
     };
     let mut whole = make();
-    let momentum = |engine: &Engine<_, AliasTableSelection, Displacement<_>>| {
-        let gas: &Gas<Of<Volume, PerPair<Constant>, Species>> = engine.gas();
+    let momentum = |engine: &HomogeneousEngine<_, AliasTableSelection, DisplacementRecord<_>>| {
+        let gas: &HomogeneousGas<Of<Volume, PerPair<Constant>, Species>> = engine.gas();
         gas.momentum().square().sqrt()
     };
     assert!(momentum(&whole) < 1e-10);
@@ -344,13 +347,13 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
     assert!(whole.tally().collisions > 10_000);
     // One rounding of the largest momenta per collision, random in sign.
     assert!(momentum(&whole) < 1e-10);
-    let mut resumed = Engine::<_, AliasTableSelection, Displacement<_>>::resume(
+    let mut resumed = HomogeneousEngine::<_, AliasTableSelection, DisplacementRecord<_>>::resume(
         whole.gas().scene().clone(),
         postcard::from_bytes(&half).expect("reads"),
         Streams::new(8, 0),
     );
     resumed.advance(7.0, u64::MAX, &mut ()).expect("runs");
-    let bytes = |engine: &Engine<_, AliasTableSelection, Displacement<_>>| {
+    let bytes = |engine: &HomogeneousEngine<_, AliasTableSelection, DisplacementRecord<_>>| {
         postcard::to_stdvec(&engine.checkpoint()).expect("serialises")
     };
     assert_eq!(bytes(&whole), bytes(&resumed));
@@ -368,28 +371,28 @@ fn haff<S: Space>(space: S) {
         mass: 1.0,
     };
     let density = 0.1;
-    let gas = Gas::maxwellian(
+    let gas = HomogeneousGas::maxwellian(
         scene(space, constant(r), sizes),
-        Contact::Enskog,
+        PairCorrelationFactor::Enskog,
         count as f64 / density,
         count,
         |_| 1.0,
         &mut stream(21),
     )
     .expect("a gas");
-    let paths = Displacement::new(count, 0.0);
-    let mut engine: Engine<_, AliasTableSelection, _> =
-        Engine::new(gas, paths, Bounce, Streams::new(2, 0)).expect("an engine");
+    let paths = DisplacementRecord::new(count, 0.0);
+    let mut engine: HomogeneousEngine<_, AliasTableSelection, _> =
+        HomogeneousEngine::new(gas, paths, Bounce, Streams::new(2, 0)).expect("an engine");
     let one = Component {
         mass: 1.0,
         diameter: 1.0,
         density,
     };
-    let mixture = Mixture::new(
+    let mixture = MaxwellianMixture::new(
         S::DIMENSION,
         vec![one],
         constant(r),
-        theory::Contact::Enskog,
+        theory::ContactValues::Enskog,
     )
     .expect("a gas");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
@@ -437,12 +440,12 @@ fn equal_particles_cool_and_spread_as_haff_says() {
 /// restitution, so that velocities are far from Maxwellian.
 #[test]
 fn mixtures_cool_and_spread_as_the_equations_say() {
-    let solid = |mass: f64, count| Kind {
+    let solid = |mass: f64, count| SpeciesProperties {
         radius: 0.5 * mass.cbrt(),
         mass,
         count,
     };
-    let equal = |mass: f64, count| Kind {
+    let equal = |mass: f64, count| SpeciesProperties {
         radius: 0.5,
         mass,
         count,
@@ -468,22 +471,22 @@ fn mixtures_cool_and_spread_as_the_equations_say() {
 /// last Sonine order, and 4.75 standard errors, a false alarm in 1e6 each: of a temperature
 /// `sqrt(2 (1 + 5 a2/2)/(3 N))`, of a mean squared displacement `sqrt(2/(3 N))` times 1.5 for its
 /// heavier tails, of a2 `sqrt(8/(15 N))` times 1.5.
-fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
+fn mixture_case<R: Restitution>(parts: &[SpeciesProperties], law: R, orders: usize) {
     let species = Species::new(parts.to_vec()).expect("species");
     let count = species.count();
     let volume = parts[0].count as f64 / 0.1;
-    let gas = Gas::maxwellian(
+    let gas = HomogeneousGas::maxwellian(
         scene(Volume, law.clone(), species),
-        Contact::Dilute,
+        PairCorrelationFactor::Dilute,
         volume,
         count,
         |_| 1.0,
         &mut stream(5),
     )
     .expect("a gas");
-    let paths = Displacement::new(count, 0.0);
-    let mut engine: Engine<_, AliasTableSelection, _> =
-        Engine::new(gas, paths, Bounce, Streams::new(3, 0)).expect("an engine");
+    let paths = DisplacementRecord::new(count, 0.0);
+    let mut engine: HomogeneousEngine<_, AliasTableSelection, _> =
+        HomogeneousEngine::new(gas, paths, Bounce, Streams::new(3, 0)).expect("an engine");
     let components = parts
         .iter()
         .map(|kind| Component {
@@ -492,7 +495,8 @@ fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
             density: kind.count as f64 / volume,
         })
         .collect();
-    let mixture = Mixture::new(3, components, law, theory::Contact::Dilute).expect("a mixture");
+    let mixture = MaxwellianMixture::new(3, components, law, theory::ContactValues::Dilute)
+        .expect("a mixture");
     let (times, start) = ([1.0, 10.0, 100.0], vec![1.0; parts.len()]);
     let curves = |orders| mixture.expand(orders, &start, &times).expect("smooth");
     for (curve, below) in curves(orders).into_iter().zip(curves(orders - 1)) {
@@ -535,7 +539,7 @@ fn mixture_case<R: Restitution>(parts: &[Kind], law: R, orders: usize) {
 /// agree with closed forms.
 #[test]
 fn tracers_follow_the_tracer_limit() {
-    let kinds = [1.0, 10.0].map(|mass: f64| Kind {
+    let kinds = [1.0, 10.0].map(|mass: f64| SpeciesProperties {
         radius: 0.5 * mass.cbrt(),
         mass,
         count: if mass > 1.0 { 4000 } else { 40_000 },
@@ -547,17 +551,17 @@ fn tracers_follow_the_tracer_limit() {
         diameter: mass.cbrt(),
         density,
     });
-    let mixture = Mixture::new(
+    let mixture = MaxwellianMixture::new(
         3,
         components.to_vec(),
         constant(0.9),
-        theory::Contact::Dilute,
+        theory::ContactValues::Dilute,
     )
     .expect("a mixture");
     let state = CoolingState::of(&mixture, 1.0).expect("it cools");
-    let gas = Gas::maxwellian(
+    let gas = HomogeneousGas::maxwellian(
         scene(Volume, constant(0.9), species),
-        Contact::Dilute,
+        PairCorrelationFactor::Dilute,
         4e5,
         count,
         |kind| state.temperatures[kind as usize],
@@ -567,11 +571,12 @@ fn tracers_follow_the_tracer_limit() {
     let start: Vec<_> = gas.alive().map(|particle| particle.velocity).collect();
     let chosen: Vec<u32> = (0..1000).map(|i| i * 40).chain(40_000..44_000).collect();
     let motion = (
-        Displacement::new(count, 0.0),
+        DisplacementRecord::new(count, 0.0),
         Trajectories::new(count, &chosen, 0.0),
     );
-    let mut engine: Engine<_, AliasTableSelection, _, _> =
-        Engine::new(gas, motion, Tracers { kind: 1 }, Streams::new(7, 0)).expect("an engine");
+    let mut engine: HomogeneousEngine<_, AliasTableSelection, _, _> =
+        HomogeneousEngine::new(gas, motion, Tracers { kind: 1 }, Streams::new(7, 0))
+            .expect("an engine");
     engine.advance(3.0, u64::MAX, &mut ()).expect("runs");
     let early = moments(engine.gas(), None, Some(&start));
     engine.advance(300.0, u64::MAX, &mut ()).expect("runs");
@@ -646,23 +651,23 @@ fn shards_have_no_momentum_and_the_energy_asked_for() {
     );
 }
 
-fn clusters<C: Contacts<Of<S, Constant, Clusters>>, S: Space>(
+fn clusters<C: ContactRule<Of<S, Constant, Clusters>>, S: Space>(
     space: S,
     count: usize,
     density: f64,
     contacts: C,
-) -> Engine<Of<S, Constant, Clusters>, AliasTableSelection, (), C> {
+) -> HomogeneousEngine<Of<S, Constant, Clusters>, AliasTableSelection, (), C> {
     let sizes = Clusters::new(0.5, 1.0, S::DIMENSION, Vec::new()).expect("clusters");
-    let gas = Gas::maxwellian(
+    let gas = HomogeneousGas::maxwellian(
         scene(space, constant(0.5), sizes),
-        Contact::Dilute,
+        PairCorrelationFactor::Dilute,
         count as f64 / density,
         count,
         |_| 1.0,
         &mut stream(31),
     )
     .expect("a gas");
-    Engine::new(gas, (), contacts, Streams::new(13, 0)).expect("an engine")
+    HomogeneousEngine::new(gas, (), contacts, Streams::new(13, 0)).expect("an engine")
 }
 
 /// Number and energy of a gas in which all collisions merge, against runs of another code with 2e5
@@ -711,7 +716,7 @@ fn sticking_ends_with_one_cluster() {
         engine
             .advance(f64::INFINITY, u64::MAX, &mut ())
             .expect("runs"),
-        Stop::Still
+        StopReason::Still
     );
     assert_eq!(size_distribution(engine.gas()), [(count as u32, 1)]);
     assert!(engine.gas().momentum().square().sqrt() < 1e-9);
@@ -726,8 +731,8 @@ fn sticking_ends_with_one_cluster() {
 #[test]
 fn breaking_closes_the_ledgers() {
     let mut rule = always_stick().rule;
-    rule.stick.limit = Limit::Energy(0.2);
-    rule.shatter.limit = Limit::Energy(1.0);
+    rule.stick.limit = EnergyLimit::Energy(0.2);
+    rule.shatter.limit = EnergyLimit::Energy(1.0);
     rule.retained = 0.9;
     let contacts = Sticking::new(rule).expect("a rule");
     let count = 5000;
@@ -757,38 +762,43 @@ fn breaking_closes_the_ledgers() {
 #[test]
 fn extreme_gases_run() {
     let run = |kinds: &[(f64, f64, usize)], r: f64, until: f64, temperature: fn(u32) -> f64| {
-        let kinds = kinds.iter().map(|&(radius, mass, count)| Kind {
-            radius,
-            mass,
-            count,
-        });
+        let kinds = kinds
+            .iter()
+            .map(|&(radius, mass, count)| SpeciesProperties {
+                radius,
+                mass,
+                count,
+            });
         let species = Species::new(kinds.collect()).expect("species");
         let count = species.count();
-        let gas = Gas::maxwellian(
+        let gas = HomogeneousGas::maxwellian(
             scene(Volume, constant(r), species),
-            Contact::Dilute,
+            PairCorrelationFactor::Dilute,
             1e3 * PI,
             count,
             temperature,
             &mut stream(12),
         )
         .expect("a gas");
-        let mut engine: Engine<_, AliasTableSelection> =
-            Engine::new(gas, (), Bounce, Streams::new(1, 1)).expect("an engine");
+        let mut engine: HomogeneousEngine<_, AliasTableSelection> =
+            HomogeneousEngine::new(gas, (), Bounce, Streams::new(1, 1)).expect("an engine");
         let stop = engine.advance(until, 300_000, &mut ()).expect("runs");
         (stop, *engine.tally())
     };
-    assert_eq!(run(&[(0.5, 1.0, 0)], 0.5, 10.0, |_| 1.0).0, Stop::Still);
+    assert_eq!(
+        run(&[(0.5, 1.0, 0)], 0.5, 10.0, |_| 1.0).0,
+        StopReason::Still
+    );
     assert_eq!(
         run(&[(0.5, 1.0, 1), (1.0, 1.0, 0)], 0.5, 10.0, |_| 1.0).0,
-        Stop::Still
+        StopReason::Still
     );
     assert_eq!(
         run(&[(0.5, 1.0, 50)], 0.5, f64::INFINITY, |_| 0.0).0,
-        Stop::Still
+        StopReason::Still
     );
     let (stop, tally) = run(&[(1e-5, 1e-15, 20_000), (10.0, 1e3, 1)], 0.9, 1e-5, |_| 1.0);
-    assert_eq!((stop, tally.collisions), (Stop::Collisions, 300_000));
+    assert_eq!((stop, tally.collisions), (StopReason::Collisions, 300_000));
     assert!(
         (tally.trials as f64) < 3.0 * tally.collisions as f64,
         "{tally:?}"

@@ -4,9 +4,9 @@ use stosszahl_model::walls::{FreeArea, Obstacle};
 use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
 
 use super::inflow::Inflow;
-use super::weights::Weights;
-use crate::parameters::{EngineError, Parameters};
-use crate::scheme::{DensityWindow, Displacement, Neighbourhood, WallClearance};
+use super::weights::SimulatorWeights;
+use crate::parameters::{DsmcError, Parameters};
+use crate::scheme::{DensityWindow, Neighbourhood, PartnerDisplacement, WallClearance};
 
 /// Smallest free fraction of a box; a box without room counts as having this much.
 const LEAST_SHARE: f64 = 1e-9;
@@ -14,7 +14,7 @@ const LEAST_SHARE: f64 = 1e-9;
 /// Boundary conditions of a run: faces, inflows, obstacles and weights. The default is a periodic
 /// box.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Boundaries<S: Space> {
+pub struct BoundaryConditions<S: Space> {
     /// Faces of the box, with its walls; the domain must be periodic along the same axes.
     pub walls: Walls<S>,
     /// Distance at which walls and obstacles stop a particle.
@@ -22,15 +22,15 @@ pub struct Boundaries<S: Space> {
     /// Streams that enter through open faces.
     pub inflows: Vec<Inflow<S>>,
     /// Weights of simulators by region.
-    pub weights: Weights,
+    pub weights: SimulatorWeights,
     /// Obstacles in the box; in three dimensions, prisms along the third axis.
     pub obstacles: Vec<Obstacle>,
 }
 
-impl Boundaries<Volume> {
+impl BoundaryConditions<Volume> {
     /// Returns the boundaries in two dimensions, without their components along the third axis.
-    pub fn in_plane(&self) -> Boundaries<Plane> {
-        Boundaries {
+    pub fn in_plane(&self) -> BoundaryConditions<Plane> {
+        BoundaryConditions {
             walls: self.walls.in_plane(),
             clearance: self.clearance,
             inflows: self.inflows.iter().map(Inflow::in_plane).collect(),
@@ -40,7 +40,7 @@ impl Boundaries<Volume> {
     }
 }
 
-impl<S: Space> Boundaries<S> {
+impl<S: Space> BoundaryConditions<S> {
     /// Returns a copy whose regions have these weight factors; unchanged if the number of factors
     /// differs.
     pub(crate) fn with_factors(&self, factors: &[f64]) -> Self {
@@ -100,16 +100,16 @@ impl<S: Space> Boundaries<S> {
             displacement,
             ..
         }: Parameters,
-    ) -> Result<(), EngineError> {
+    ) -> Result<(), DsmcError> {
         for axis in 0..S::DIMENSION {
             let periodic = domain.is_periodic(axis);
             if periodic != (*self.walls.face(axis, 0) == Face::Periodic) {
-                return Err(EngineError::UnlikeFaces { axis, periodic });
+                return Err(DsmcError::UnlikeFaces { axis, periodic });
             }
         }
         let is_plain = self.weights.is_uniform() && self.obstacles.is_empty();
         if !is_plain && scheme.is_cross_cell() {
-            return Err(EngineError::Boundary {
+            return Err(DsmcError::Boundary {
                 scheme: scheme.name(),
                 what: "weights or obstacles",
                 allowed: "schemes within cells: collisionless, boltzmann, free-volume, enskog",
@@ -117,14 +117,14 @@ impl<S: Space> Boundaries<S> {
         }
         let is_mean = scheme.properties().window == DensityWindow::Fixed(Neighbourhood::Mean);
         if !self.obstacles.is_empty() && is_mean && !scheme.is_dilute() {
-            return Err(EngineError::Boundary {
+            return Err(DsmcError::Boundary {
                 scheme: scheme.name(),
                 what: "the mean density of the whole box, and obstacles",
                 allowed: "the density of some cells around, which ends at bodies",
             });
         }
-        if !self.is_periodic() && displacement != Displacement::None {
-            return Err(EngineError::Boundary {
+        if !self.is_periodic() && displacement != PartnerDisplacement::None {
+            return Err(DsmcError::Boundary {
                 scheme: scheme.name(),
                 what: "a displacement and walls, open faces, weights or obstacles",
                 allowed: "no displacement, which would lead partners through walls",

@@ -24,7 +24,7 @@ use stosszahl_model::Space;
 use super::convex::{ConvexPolygon, CutLine};
 use super::obstacles::{ClosedRegion, ObstacleMap};
 use crate::grid::Grid;
-use crate::parameters::EngineError;
+use crate::parameters::DsmcError;
 
 /// Smallest free fraction of a cell that holds simulators: rounding may leave one just beyond a
 /// wall that cuts the cell.
@@ -102,14 +102,14 @@ impl CutCells {
     /// Finds the cells cut by obstacles, for centres that stay `clearance` away from them.
     /// `beyond`: largest distance by which walls recede from the box, by side \[length\].
     ///
-    /// # Errors [`EngineError::CutCell`] if a cell would be divided into too many parts.
+    /// # Errors [`DsmcError::CutCell`] if a cell would be divided into too many parts.
     pub(super) fn new<S: Space>(
         obstacles: &ObstacleMap,
         grid: &Grid<S>,
         clearance: f64,
         limits: CentreLimits,
         beyond: [Point; 2],
-    ) -> Result<Self, EngineError> {
+    ) -> Result<Self, DsmcError> {
         let [columns, rows, _] = grid.counts();
         let width = Point::new(grid.width()[0], grid.width()[1]);
         let edges = obstacles.edges(0.1 * width.min());
@@ -153,7 +153,7 @@ impl CutCells {
             }
         }
         match refused {
-            Some((low, halvings)) => Err(EngineError::CutCell {
+            Some((low, halvings)) => Err(DsmcError::CutCell {
                 place: low.into(),
                 width: width.min(),
                 most: MOST_PARTS,
@@ -473,12 +473,12 @@ mod tests {
     use rand::RngExt;
     use std::f64::consts::PI;
     use stosszahl_model::random::{Purpose, Streams};
-    use stosszahl_model::walls::{Obstacle, Outline};
+    use stosszahl_model::walls::{Obstacle, ObstacleShape};
     use stosszahl_model::{Domain, Plane, Rebound};
 
     const SIDES: [f64; 2] = [12.0, 9.0];
 
-    fn standing(outlines: Vec<Outline>) -> (ObstacleMap, Grid<Plane>) {
+    fn standing(outlines: Vec<ObstacleShape>) -> (ObstacleMap, Grid<Plane>) {
         let law = Rebound::Restitutive {
             restitution: 1.0,
             slip: 1.0,
@@ -502,7 +502,7 @@ mod tests {
 
     /// Outlines of straight edges: a comb, a wedge, a star, a plate that ends in a cell, and two
     /// plates with a slit between them.
-    fn straight() -> Vec<Outline> {
+    fn straight() -> Vec<ObstacleShape> {
         let comb = (0..9).map(|tooth| {
             let x = 1.0 + 0.31 * f64::from(tooth);
             [x, if tooth % 2 == 0 { 0.7 } else { 2.9 }]
@@ -513,22 +513,22 @@ mod tests {
             [8.3 + radius * angle.cos(), 2.6 + radius * angle.sin()]
         });
         vec![
-            Outline::Polyline {
+            ObstacleShape::Polyline {
                 points: points(&comb.collect::<Vec<_>>()),
             },
-            Outline::Polygon {
+            ObstacleShape::Polygon {
                 points: points(&[[0.2, 5.0], [3.0, 5.1], [0.2, 8.0]]),
             },
-            Outline::Polygon {
+            ObstacleShape::Polygon {
                 points: points(&star.collect::<Vec<_>>()),
             },
-            Outline::Segment {
+            ObstacleShape::Segment {
                 ends: [vector![5.0, 5.2], vector![6.7, 8.3]],
             },
-            Outline::Polyline {
+            ObstacleShape::Polyline {
                 points: points(&[[8.0, 7.3], [9.4, 7.3]]),
             },
-            Outline::Polyline {
+            ObstacleShape::Polyline {
                 points: points(&[[9.6, 7.3], [11.0, 7.3], [11.0, 6.2]]),
             },
         ]
@@ -596,7 +596,7 @@ mod tests {
     #[test]
     fn areas_add_up() {
         let whole = SIDES[0] * SIDES[1];
-        let room = |outlines: Vec<Outline>, clearance: f64| {
+        let room = |outlines: Vec<ObstacleShape>, clearance: f64| {
             let (obstacles, grid) = standing(outlines);
             let cuts = cuts(&obstacles, &grid, clearance);
             let taken: f64 = cuts.cells.iter().map(|cell| 1.0 - cell.room).sum();
@@ -608,11 +608,11 @@ mod tests {
         let exact = whole - wedge - star;
         let found = room(straight(), 0.0);
         assert!((found - exact).abs() < 1e-9, "{found} {exact}");
-        let disk = || Outline::Circle {
+        let disk = || ObstacleShape::Circle {
             centre: vector![6.3, 4.1],
             radius: 2.2,
         };
-        let small = || Outline::Circle {
+        let small = || ObstacleShape::Circle {
             centre: vector![1.1, 1.2],
             radius: 0.3,
         };
@@ -624,7 +624,7 @@ mod tests {
             let found = whole - room(vec![disk(), small()], clearance);
             assert!((found - exact).abs() < 20.0 * 3e-3, "{found} {exact}");
         }
-        let plate = Outline::Segment {
+        let plate = ObstacleShape::Segment {
             ends: [vector![2.3, 2.9], vector![7.7, 6.1]],
         };
         let length = 5.4_f64.hypot(3.2);
@@ -636,7 +636,7 @@ mod tests {
     /// Points on opposite sides of a disk are in different sub-cells.
     #[test]
     fn a_disc_hides_what_is_behind_it() {
-        let disk = Outline::Circle {
+        let disk = ObstacleShape::Circle {
             centre: vector![5.0, 3.75],
             radius: 0.5,
         };

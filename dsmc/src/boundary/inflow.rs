@@ -6,7 +6,7 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use stosszahl_model::{Face, ParticleModel, Plane, Sizes, Space, Surface, VectorOf, Volume, Walls};
 
-use crate::parameters::EngineError;
+use crate::parameters::DsmcError;
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
 /// Inflow through an open face: particles of a drifting Maxwellian gas as they cross the face.
@@ -48,7 +48,7 @@ impl Inflow<Volume> {
 pub(crate) const MOST_SIMULATORS: f64 = (1_u64 << 30) as f64;
 
 /// Inflow with its derived quantities: mass, radius and flux.
-pub(crate) struct Source<P: ParticleModel> {
+pub(crate) struct InflowSource<P: ParticleModel> {
     inflow: Inflow<P::Space>,
     tag: <P::Sizes as Sizes>::Tag,
     mass: f64,
@@ -57,16 +57,16 @@ pub(crate) struct Source<P: ParticleModel> {
     flux: f64,
 }
 
-impl<P: ParticleModel> Source<P> {
+impl<P: ParticleModel> InflowSource<P> {
     /// Checks the inflow of this number and derives its flux; its face must be open.
     pub(crate) fn new(
         scene: &P,
         number: usize,
         inflow: &Inflow<P::Space>,
         walls: &Walls<P::Space>,
-    ) -> Result<Self, EngineError> {
+    ) -> Result<Self, DsmcError> {
         let refuse = |name, value, allowed| {
-            Err(EngineError::BadInflow {
+            Err(DsmcError::BadInflow {
                 inflow: number,
                 name,
                 value,
@@ -117,11 +117,11 @@ impl<P: ParticleModel> Source<P> {
         number: usize,
         volume: f64,
         weight: f64,
-    ) -> Result<(), EngineError> {
+    ) -> Result<(), DsmcError> {
         if self.inflow.density * volume <= MOST_SIMULATORS * weight {
             return Ok(());
         }
-        Err(EngineError::BadInflow {
+        Err(DsmcError::BadInflow {
             inflow: number,
             name: "density",
             value: self.inflow.density,

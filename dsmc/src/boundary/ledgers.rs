@@ -1,8 +1,8 @@
 //! Mass, momentum and energy that the gas has exchanged with its boundaries.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::walls::Ledger;
-use stosszahl_model::{Exact, Space, Vector};
+use stosszahl_model::walls::WallLedger;
+use stosszahl_model::{ExactSum, Space, Vector};
 
 /// Particles that entered (positive) or left (negative), with their mass, momentum and energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -43,11 +43,11 @@ impl<S: Space> Transfer<S> {
 #[serde(bound = "")]
 pub struct Ledgers<S: Space> {
     /// Momentum and energy given by walls, by axis and side.
-    pub walls: [[Ledger<S>; 2]; 3],
+    pub walls: [[WallLedger<S>; 2]; 3],
     /// Particles that left through open faces, by axis and side; negative.
     pub open: [[Transfer<S>; 2]; 3],
     /// Momentum and energy given by obstacles, by their number.
-    pub obstacles: Vec<Ledger<S>>,
+    pub obstacles: Vec<WallLedger<S>>,
     /// Particles that entered, by the number of the inflow.
     pub inflows: Vec<Transfer<S>>,
     /// Mass, momentum and energy added by splitting and merging of simulators; zero on average.
@@ -64,7 +64,7 @@ impl<S: Space> Ledgers<S> {
     pub(crate) fn of(inflows: usize, obstacles: usize) -> Self {
         Self {
             inflows: vec![Transfer::default(); inflows],
-            obstacles: vec![Ledger::default(); obstacles],
+            obstacles: vec![WallLedger::default(); obstacles],
             ..Self::default()
         }
     }
@@ -105,7 +105,7 @@ impl<S: Space> Ledgers<S> {
 /// boundaries.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct ExactLedgers {
-    sums: Vec<Exact>,
+    sums: Vec<ExactSum>,
     balanced: u64,
     settled_particles: u64,
 }
@@ -116,7 +116,7 @@ impl ExactLedgers {
         let mut place = 0;
         other.sums(|sum| {
             if place == self.sums.len() {
-                self.sums.push(Exact::default());
+                self.sums.push(ExactSum::default());
             }
             self.sums[place].add(std::mem::take(sum));
             place += 1;
@@ -128,7 +128,7 @@ impl ExactLedgers {
     /// Adds the sums of other tiles.
     pub(crate) fn merge(&mut self, other: &Self) {
         let most = self.sums.len().max(other.sums.len());
-        self.sums.resize(most, Exact::default());
+        self.sums.resize(most, ExactSum::default());
         for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
             sum.merge(more);
         }
@@ -139,7 +139,7 @@ impl ExactLedgers {
     /// Adds the sums to the totals of the run.
     pub(crate) fn enter<S: Space>(&self, total: &mut Ledgers<S>) {
         let mut sums = self.sums.iter();
-        total.sums(|sum| *sum += sums.next().map_or(0.0, Exact::value));
+        total.sums(|sum| *sum += sums.next().map_or(0.0, ExactSum::value));
         total.balanced += self.balanced;
         total.settled_particles += self.settled_particles;
     }

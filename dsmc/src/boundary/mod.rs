@@ -1,7 +1,8 @@
 //! Boundaries of the box: walls, open faces, inflows, obstacles and weights.
 //!
-//! A box is periodic by default. [`Boundaries`] describes walls and open faces, the distance at
-//! which they stop particles, inflows, regions of other simulator weight, and obstacles.
+//! A box is periodic by default. [`BoundaryConditions`] describes walls and open faces, the
+//! distance at which they stop particles, inflows, regions of other simulator weight, and
+//! obstacles.
 
 mod boundaries;
 mod convex;
@@ -15,13 +16,13 @@ mod surroundings;
 mod travel;
 mod weights;
 
-pub use boundaries::Boundaries;
+pub use boundaries::BoundaryConditions;
 pub use inflow::Inflow;
 pub(crate) use ledgers::ExactLedgers;
 pub use ledgers::{Ledgers, Transfer};
-pub use weights::Weights;
+pub use weights::SimulatorWeights;
 
 pub(crate) use cut_cells::CutCell;
 pub(crate) use inflow::MOST_SIMULATORS;
 pub(crate) use passage::{FlightTiming, Origin, Passage, enter};
-pub(crate) use surroundings::BoundaryGeometry;
+pub(crate) use surroundings::GridBoundaries;

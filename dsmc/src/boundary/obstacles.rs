@@ -3,11 +3,11 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Vector2, vector};
-use stosszahl_model::walls::{Hit, Obstacle, Obstacles, Outline};
+use stosszahl_model::walls::{Hit, Obstacle, ObstacleShape, Obstacles};
 use stosszahl_model::{Domain, Space};
 
 use super::convex::{ConvexPolygon, CutLine};
-use crate::parameters::EngineError;
+use crate::parameters::DsmcError;
 
 type Point = Vector2<f64>;
 
@@ -36,7 +36,7 @@ impl ObstacleMap {
         obstacles: &[Obstacle],
         domain: &Domain<S>,
         largest: f64,
-    ) -> Result<Option<Self>, EngineError> {
+    ) -> Result<Option<Self>, DsmcError> {
         if obstacles.is_empty() {
             return Ok(None);
         }
@@ -50,7 +50,7 @@ impl ObstacleMap {
         };
         let (mut all, mut originals, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
         for (number, obstacle) in obstacles.iter().enumerate() {
-            let wrong = |source| EngineError::Obstacle {
+            let wrong = |source| DsmcError::Obstacle {
                 obstacle: number,
                 source,
             };
@@ -143,10 +143,10 @@ impl ObstacleMap {
         let mut edges = Vec::new();
         for obstacle in self.all.all() {
             let points = match obstacle.outline() {
-                Outline::Segment { ends } => ends.to_vec(),
-                Outline::Polyline { points } => points.clone(),
-                Outline::Polygon { points } => [&points[..], &points[..1]].concat(),
-                Outline::Circle { centre, radius } => {
+                ObstacleShape::Segment { ends } => ends.to_vec(),
+                ObstacleShape::Polyline { points } => points.clone(),
+                ObstacleShape::Polygon { points } => [&points[..], &points[..1]].concat(),
+                ObstacleShape::Circle { centre, radius } => {
                     let half_angle = (1.0 - sagitta / radius).max(-1.0).acos();
                     let count = (PI / half_angle).ceil().max(LEAST_CORNERS) as u32;
                     let corner = |corner: u32| {
@@ -199,7 +199,7 @@ impl<'a> ClosedRegion<'a> {
     fn is_straight(&self) -> bool {
         let mut near = self.near.iter().map(|&number| &self.all.all.all()[number]);
         self.clearance == 0.0
-            && near.all(|obstacle| !matches!(obstacle.outline(), Outline::Circle { .. }))
+            && near.all(|obstacle| !matches!(obstacle.outline(), ObstacleShape::Circle { .. }))
     }
 
     /// Area of the part of a region that is open to particle centres \[length^2\]; no edge crosses

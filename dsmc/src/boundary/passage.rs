@@ -1,10 +1,10 @@
 //! Boundaries during one free-flight phase: contacts, outflow, inflow, changes of weight.
 
-use stosszahl_model::random::{Bundle, Purpose, Streams};
+use stosszahl_model::random::{Purpose, StreamBundle, Streams};
 use stosszahl_model::{ParticleModel, Sizes, Space, Surface, VectorOf};
 
 use super::ledgers::{Ledgers, energy};
-use super::surroundings::BoundaryGeometry;
+use super::surroundings::GridBoundaries;
 use super::travel::{BoundaryFlight, Draws};
 use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, SimulatorOf};
@@ -24,15 +24,15 @@ pub(crate) struct FlightTiming {
 /// Boundaries during one free-flight phase. Random numbers are addressed by phase, origin cell and
 /// order in the cell, so they do not depend on thread or process.
 pub(crate) struct Passage<'a, P: ParticleModel> {
-    pub(crate) surroundings: &'a BoundaryGeometry<P>,
+    pub(crate) surroundings: &'a GridBoundaries<P>,
     scene: &'a P,
     /// Particles per simulator where the weight factor is one.
     weight: f64,
     begin: f64,
     duration: f64,
-    walls: Bundle,
-    balance: Bundle,
-    inflow: Bundle,
+    walls: StreamBundle,
+    balance: StreamBundle,
+    inflow: StreamBundle,
 }
 
 /// Origin of a simulator: number of its cell, and its order in the cell.
@@ -52,7 +52,7 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
     /// Prepares the boundaries for one free-flight phase.
     pub(crate) fn new(
         scene: &'a P,
-        surroundings: &'a BoundaryGeometry<P>,
+        surroundings: &'a GridBoundaries<P>,
         weight: f64,
         streams: Streams,
         FlightTiming {

@@ -5,21 +5,21 @@ use stosszahl_model::{Face, ParticleModel, Sizes, Space, VectorOf, Walls};
 
 use nalgebra::vector;
 
-use super::boundaries::Boundaries;
+use super::boundaries::BoundaryConditions;
 use super::cut_cells::{CentreLimits, CutCell, CutCells, LEAST_ROOM};
-use super::inflow::{Inflow, Source};
+use super::inflow::{Inflow, InflowSource};
 use super::obstacles::ObstacleMap;
 use super::sight;
-use super::weights::Weights;
+use super::weights::SimulatorWeights;
 use crate::density::Density;
-use crate::grid::{Grid, Place};
-use crate::parameters::EngineError;
+use crate::grid::{Grid, TilePlace};
+use crate::parameters::DsmcError;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::scheme::WallClearance;
 
 /// Boundaries of a run on its grid: walls, inflows, obstacles, weights, and the free fraction of
 /// each cell.
-pub(crate) struct BoundaryGeometry<P: ParticleModel> {
+pub(crate) struct GridBoundaries<P: ParticleModel> {
     walls: Walls<P::Space>,
     /// Faces that are not periodic, by axis and side.
     faces: Vec<(usize, usize)>,
@@ -27,11 +27,11 @@ pub(crate) struct BoundaryGeometry<P: ParticleModel> {
     lengths: VectorOf<P>,
     /// Largest inward reach of walls, vibration and clearance, by axis and side \[length\].
     depths: [[f64; 2]; 3],
-    sources: Vec<Source<P>>,
+    sources: Vec<InflowSource<P>>,
     obstacles: Option<ObstacleMap>,
     /// Weight factor of each cell, by its number; empty where all are one.
     factors: Vec<f64>,
-    weights: Weights,
+    weights: SimulatorWeights,
     /// Fraction of each column of cells along each axis that is open to particle centres now; empty
     /// where walls cut none.
     columns: [Vec<f64>; 3],
@@ -45,15 +45,15 @@ pub(crate) struct BoundaryGeometry<P: ParticleModel> {
     speeds: VectorOf<P>,
 }
 
-impl<P: ParticleModel> BoundaryGeometry<P> {
+impl<P: ParticleModel> GridBoundaries<P> {
     /// Prepares boundaries for a grid at a time; `None` if the box is periodic and uniform.
     pub(crate) fn new(
         scene: &P,
-        boundaries: &Boundaries<P::Space>,
+        boundaries: &BoundaryConditions<P::Space>,
         grid: &Grid<P::Space>,
         [mean_radius, mean_mass]: [f64; 2],
         time: f64,
-    ) -> Result<Option<Self>, EngineError> {
+    ) -> Result<Option<Self>, DsmcError> {
         if boundaries.is_periodic() {
             return Ok(None);
         }
@@ -83,7 +83,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
             let needed = depths[0] + depths[1];
             if needed >= lengths[axis] {
                 let length = lengths[axis];
-                return Err(EngineError::NoRoom {
+                return Err(DsmcError::NoRoom {
                     axis,
                     length,
                     needed,
@@ -94,7 +94,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
             .inflows
             .iter()
             .enumerate()
-            .map(|(number, inflow)| Source::new(scene, number, inflow, &walls))
+            .map(|(number, inflow)| InflowSource::new(scene, number, inflow, &walls))
             .collect::<Result<_, _>>()?;
         let obstacles = ObstacleMap::new(&boundaries.obstacles, grid.domain(), room(largest))?;
         let mut surroundings = Self {
@@ -170,7 +170,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
         &self,
         grid: &Grid<P::Space>,
         time: f64,
-    ) -> Result<Option<(CutCells, CentreLimits)>, EngineError> {
+    ) -> Result<Option<(CutCells, CentreLimits)>, DsmcError> {
         let Some(obstacles) = &self.obstacles else {
             return Ok(None);
         };
@@ -275,7 +275,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
     }
 
     /// Inflows of the run.
-    pub(crate) fn sources(&self) -> &[Source<P>] {
+    pub(crate) fn sources(&self) -> &[InflowSource<P>] {
         &self.sources
     }
 
@@ -300,7 +300,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
     }
 
     /// Weights of simulators by region.
-    pub(crate) fn weights(&self) -> &Weights {
+    pub(crate) fn weights(&self) -> &SimulatorWeights {
         &self.weights
     }
 
@@ -310,7 +310,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
     }
 
     /// Replaces the weights of regions.
-    pub(crate) fn set_weights(&mut self, grid: &Grid<P::Space>, weights: Weights) {
+    pub(crate) fn set_weights(&mut self, grid: &Grid<P::Space>, weights: SimulatorWeights) {
         self.factors = factors(grid, &weights);
         self.weights = weights;
     }
@@ -365,7 +365,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
     /// Returns true if simulators that stay in a tile meet no boundary in a flight, if their paths
     /// deviate from straight lines by at most `bend` along each axis. Those that leave the tile are
     /// checked separately.
-    pub(crate) fn is_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
+    pub(crate) fn is_far_from(&self, place: &TilePlace<P::Space>, bend: VectorOf<P>) -> bool {
         let far = |&(axis, side): &(usize, usize)| {
             let gap = if side == 0 {
                 place.low[axis]
@@ -382,7 +382,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
     /// obstacles are near.
     pub(crate) fn clear_part(
         &self,
-        place: &Place<P::Space>,
+        place: &TilePlace<P::Space>,
         bend: VectorOf<P>,
     ) -> Option<[VectorOf<P>; 2]> {
         if !self.are_obstacles_far_from(place, bend) {
@@ -402,7 +402,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
     }
 
     /// Returns true if no obstacle is within reach of flights that stay in a tile.
-    fn are_obstacles_far_from(&self, place: &Place<P::Space>, bend: VectorOf<P>) -> bool {
+    fn are_obstacles_far_from(&self, place: &TilePlace<P::Space>, bend: VectorOf<P>) -> bool {
         let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
         self.obstacles
             .as_ref()
@@ -410,7 +410,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
     }
 
     /// Returns true if all cells of a tile have one weight factor.
-    pub(crate) fn is_even(&self, grid: &Grid<P::Space>, place: &Place<P::Space>) -> bool {
+    pub(crate) fn is_even(&self, grid: &Grid<P::Space>, place: &TilePlace<P::Space>) -> bool {
         let first = self.factor(grid.number(place.first));
         let [columns, rows, layers] = place.sides;
         let mut cells = (0..layers)
@@ -427,7 +427,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
         &self,
         grid: &Grid<P::Space>,
         cell: [u32; 3],
-        source: &Source<P>,
+        source: &InflowSource<P>,
     ) -> Option<[VectorOf<P>; 2]> {
         let (through, _) = source.face();
         let clearance = self.clearance(source.particle().1);
@@ -500,7 +500,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
         index: usize,
         simulator: &SimulatorOf<P, F>,
         time: f64,
-    ) -> Result<(), EngineError> {
+    ) -> Result<(), DsmcError> {
         let clearance = self.clearance(scene.sizes().radius(simulator.tag));
         for axis in 0..P::Space::DIMENSION {
             if *self.walls.face(axis, 0) == Face::Periodic {
@@ -516,7 +516,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
             // A start read from text has lost its last digits.
             let slack = 1e-12 * length;
             if !(low - slack..=high + slack).contains(&x) {
-                return Err(EngineError::BeyondWall {
+                return Err(DsmcError::BeyondWall {
                     simulator: index,
                     axis,
                     coordinate: x,
@@ -530,7 +530,7 @@ impl<P: ParticleModel> BoundaryGeometry<P> {
             .as_ref()
             .and_then(|all| all.overlapped(place, clearance))
         {
-            Some(obstacle) => Err(EngineError::InObstacle {
+            Some(obstacle) => Err(DsmcError::InObstacle {
                 simulator: index,
                 obstacle,
                 place,
@@ -601,7 +601,7 @@ fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> 
 }
 
 /// Weight factor of each cell; empty if weights are uniform.
-fn factors<S: Space>(grid: &Grid<S>, weights: &Weights) -> Vec<f64> {
+fn factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
     if weights.is_uniform() {
         return Vec::new();
     }

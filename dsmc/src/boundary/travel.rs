@@ -1,14 +1,14 @@
 //! Flight of one simulator between boundaries, contact by contact, exact in time.
 
 use nalgebra::Vector2;
-use stosszahl_model::random::{Bundle, ShortStream};
+use stosszahl_model::random::{ShortStream, StreamBundle};
 use stosszahl_model::walls::flight::{time_to_plane, time_to_vibrating_plane};
 use stosszahl_model::walls::{Rebound, Touch};
 use stosszahl_model::{Face, Field, ParticleModel, Sizes, Space, Surface, Vector, VectorOf, Wall};
 
 use super::ledgers::{Ledgers, energy};
 use super::obstacles::ObstacleMap;
-use super::surroundings::BoundaryGeometry;
+use super::surroundings::GridBoundaries;
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
 /// Largest number of contacts with one wall in one flight. A particle that falls onto an inelastic
@@ -22,7 +22,7 @@ const UPWARDS: f64 = 1e-12;
 /// Flight of one simulator: its gas, its boundaries, and when it takes place.
 pub(crate) struct BoundaryFlight<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
-    pub(crate) surroundings: &'a BoundaryGeometry<P>,
+    pub(crate) surroundings: &'a GridBoundaries<P>,
     /// Start of the flight \[time\].
     pub(crate) begin: f64,
     /// Duration of the flight \[time\].
@@ -33,14 +33,14 @@ pub(crate) struct BoundaryFlight<'a, P: ParticleModel> {
 
 /// Random numbers for diffuse walls, generated when the first is needed.
 pub(crate) struct Draws {
-    bundle: Bundle,
+    bundle: StreamBundle,
     address: u64,
     stream: Option<ShortStream>,
 }
 
 impl Draws {
     /// Creates the stream of an address, without drawing from it.
-    pub(crate) fn at(bundle: Bundle, address: u64) -> Self {
+    pub(crate) fn at(bundle: StreamBundle, address: u64) -> Self {
         Self {
             bundle,
             address,

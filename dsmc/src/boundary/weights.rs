@@ -1,6 +1,6 @@
 //! Simulator weights: regions in which a simulator stands for more or fewer particles.
 
-use crate::parameters::EngineError;
+use crate::parameters::DsmcError;
 
 /// Factors of the simulator weight in equal blocks of the box. Uniform by default.
 ///
@@ -8,9 +8,9 @@ use crate::parameters::EngineError;
 /// average: one of the two adjacent whole numbers, drawn so that the mean is exact. A cell belongs
 /// to the region that holds its centre, so all simulators of a cell weigh the same.
 ///
-/// Factors are given, or adapt to the number of simulators ([`Weights::following`]).
+/// Factors are given, or adapt to the number of simulators ([`SimulatorWeights::following`]).
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Weights {
+pub struct SimulatorWeights {
     /// Number of blocks along each axis.
     regions: [usize; 3],
     /// Factors by block, the first axis running fastest; empty where weights are uniform.
@@ -22,7 +22,7 @@ pub struct Weights {
 /// Largest adaptive factor; the smallest is `1/MOST_FOLLOWED`.
 const MOST_FOLLOWED: f64 = 1024.0;
 
-impl Weights {
+impl SimulatorWeights {
     /// Creates uniform weights.
     pub fn uniform() -> Self {
         Self::default()
@@ -31,8 +31,8 @@ impl Weights {
     /// Creates factors of equal slices along an axis.
     ///
     /// # Errors
-    /// As [`Weights::table`].
-    pub fn along(axis: usize, factors: Vec<f64>) -> Result<Self, EngineError> {
+    /// As [`SimulatorWeights::table`].
+    pub fn along(axis: usize, factors: Vec<f64>) -> Result<Self, DsmcError> {
         let mut regions = [1; 3];
         if let Some(region) = regions.get_mut(axis) {
             *region = factors.len();
@@ -48,8 +48,8 @@ impl Weights {
     /// Institute of Technology (1985), section 4).
     ///
     /// # Errors
-    /// As [`Weights::table`].
-    pub fn following(axis: usize, slices: usize) -> Result<Self, EngineError> {
+    /// As [`SimulatorWeights::table`].
+    pub fn following(axis: usize, slices: usize) -> Result<Self, DsmcError> {
         let uniform = Self::along(axis, vec![1.0; slices])?;
         Ok(Self {
             follows: true,
@@ -61,13 +61,13 @@ impl Weights {
     /// along each axis; one beyond the dimension.
     ///
     /// # Errors
-    /// [`EngineError::BadWeights`] unless there is a factor for each block, from 1e-6 to 1e6.
-    pub fn table(regions: [usize; 3], factors: Vec<f64>) -> Result<Self, EngineError> {
+    /// [`DsmcError::BadWeights`] unless there is a factor for each block, from 1e-6 to 1e6.
+    pub fn table(regions: [usize; 3], factors: Vec<f64>) -> Result<Self, DsmcError> {
         let blocks = regions
             .iter()
             .try_fold(1_usize, |product, &count| product.checked_mul(count));
         if blocks != Some(factors.len()) || factors.is_empty() {
-            return Err(EngineError::BadWeights {
+            return Err(DsmcError::BadWeights {
                 found: format!("{} factors for {regions:?} blocks", factors.len()),
                 allowed: "a factor for each block",
             });
@@ -76,7 +76,7 @@ impl Weights {
             .iter()
             .find(|factor| !(1e-6..=1e6).contains(*factor));
         if let Some(factor) = bad {
-            return Err(EngineError::BadWeights {
+            return Err(DsmcError::BadWeights {
                 found: format!("a factor of {factor}"),
                 allowed: "1e-6 to 1e6",
             });
@@ -159,36 +159,37 @@ mod tests {
 
     #[test]
     fn blocks_are_found_by_their_place() {
-        let weights = Weights::table([2, 3, 1], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).expect("fit");
+        let weights =
+            SimulatorWeights::table([2, 3, 1], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).expect("fit");
         assert_eq!(weights.at([0.2, 0.1, 0.0]), 1.0);
         assert_eq!(weights.at([0.7, 0.1, 0.0]), 2.0);
         assert_eq!(weights.at([0.2, 0.99, 0.0]), 5.0);
         assert_eq!(weights.at([1.0, 1.0, 1.0]), 6.0);
-        assert_eq!(Weights::uniform().at([0.5; 3]), 1.0);
-        let slices = Weights::along(1, vec![1.0, 4.0]).expect("fit");
+        assert_eq!(SimulatorWeights::uniform().at([0.5; 3]), 1.0);
+        let slices = SimulatorWeights::along(1, vec![1.0, 4.0]).expect("fit");
         assert_eq!(slices.at([0.9, 0.6, 0.0]), 4.0);
-        assert!(!slices.is_uniform() && Weights::uniform().is_uniform());
+        assert!(!slices.is_uniform() && SimulatorWeights::uniform().is_uniform());
     }
 
     #[test]
     fn factors_follow_the_number() {
-        let weights = Weights::following(1, 5).expect("slices");
+        let weights = SimulatorWeights::following(1, 5).expect("slices");
         assert!(weights.follows() && !weights.is_uniform());
         let changes = weights.changes(&[0, 49, 50, 200, 201], 100.0);
         assert_eq!(changes, [1.0, 0.5, 1.0, 1.0, 2.0]);
         let far = weights.with_factors(&[1.0, 1.0 / 1024.0, 1.0, 1.0, 1024.0]);
         assert_eq!(far.changes(&[0, 1, 9, 9, 900], 10.0), [1.0; 5]);
         assert_eq!(far.at([0.0, 0.99, 0.0]), 1024.0);
-        assert!(Weights::following(0, 0).is_err());
+        assert!(SimulatorWeights::following(0, 0).is_err());
     }
 
     #[test]
     fn what_is_no_weight_is_refused() {
-        assert!(Weights::table([2, 2, 1], vec![1.0; 3]).is_err());
-        assert!(Weights::along(0, Vec::new()).is_err());
-        let refused = Weights::along(0, vec![1.0, 0.0]).expect_err("zero");
+        assert!(SimulatorWeights::table([2, 2, 1], vec![1.0; 3]).is_err());
+        assert!(SimulatorWeights::along(0, Vec::new()).is_err());
+        let refused = SimulatorWeights::along(0, vec![1.0, 0.0]).expect_err("zero");
         assert!(refused.to_string().contains("a factor of 0"), "{refused}");
-        assert!(Weights::along(7, vec![1.0, 2.0]).is_err());
-        assert!(Weights::along(0, vec![f64::NAN]).is_err());
+        assert!(SimulatorWeights::along(7, vec![1.0, 2.0]).is_err());
+        assert!(SimulatorWeights::along(0, vec![f64::NAN]).is_err());
     }
 }

@@ -34,7 +34,7 @@ use std::f64::consts::PI;
 
 use stosszahl_model::Space;
 
-use crate::density::{Density, DensityKernel, Gas};
+use crate::density::{Density, DensityInput, DensityKernel};
 
 /// Number of intervals of the table in packing fraction, evenly spaced in its root.
 const PACKINGS: usize = 24;
@@ -125,7 +125,7 @@ fn radius<S: Space>(volume: f64) -> f64 {
 }
 
 impl Window {
-    pub(super) fn new<S: Space>(gas: &Gas, density: &Density<S>, radius: f64) -> Self {
+    pub(super) fn new<S: Space>(gas: &DensityInput, density: &Density<S>, radius: f64) -> Self {
         let cells = density.cells_around();
         let block = match density.weighing() {
             DensityKernel::Flat => cells,

@@ -34,5 +34,5 @@ pub(crate) use colours::colours;
 pub(crate) use halo_copy::HaloCopy;
 pub(crate) use peers::TilePeers;
 pub(crate) use rate::{Rates, Spread};
-pub(crate) use report::{Bounds, Report};
+pub(crate) use report::{TileBounds, TileReport};
 pub(crate) use search_ranges::{margin, reach};

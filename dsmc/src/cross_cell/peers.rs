@@ -3,7 +3,7 @@
 use stosszahl_model::ParticleModel;
 
 use super::change::ChangeOf;
-use super::report::{Bounds, Report};
+use super::report::{TileBounds, TileReport};
 use crate::grid::Grid;
 use crate::particle::DisplacementTracking;
 use crate::tile::Tile;
@@ -20,7 +20,11 @@ pub(crate) trait TilePeers<P: ParticleModel, F: DisplacementTracking<P::Space>>:
 
     /// Exchanges ghost cells between processes before the collisions of a step. Returns the bounds
     /// of the tiles received.
-    fn see_around(&self, tiles: &mut [Tile<P, F>], bounds: &[Bounds]) -> Vec<(usize, Bounds)>;
+    fn see_around(
+        &self,
+        tiles: &mut [Tile<P, F>],
+        bounds: &[TileBounds],
+    ) -> Vec<(usize, TileBounds)>;
 
     /// Sends the changes in the tiles of a colour and around them. Calls `meanwhile` while messages
     /// travel, and `then` with the changes received.
@@ -37,9 +41,9 @@ pub(crate) trait TilePeers<P: ParticleModel, F: DisplacementTracking<P::Space>>:
     fn all_reports(
         &self,
         grid: &Grid<P::Space>,
-        mine: Vec<(u32, Report)>,
+        mine: Vec<(u32, TileReport)>,
         looks: bool,
-    ) -> Vec<(u32, Report)>;
+    ) -> Vec<(u32, TileReport)>;
 
     /// Empties the ghost tiles after the collisions of a step.
     fn see_no_more(&self, tiles: &mut [Tile<P, F>]);

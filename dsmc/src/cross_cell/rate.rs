@@ -26,7 +26,7 @@ use stosszahl_model::Space;
 
 use super::arm;
 use super::missing::{CorrelationHole, Window};
-use crate::density::{Density, DensityKernel, FreeVolumeFactors, Gas};
+use crate::density::{Density, DensityInput, DensityKernel, FreeVolumeFactors};
 
 /// Largest number of table entries.
 const LARGEST_TABLE: u32 = 1 << 14;
@@ -114,7 +114,7 @@ impl<S: Space> Rates<S> {
     /// partners are drawn.
     pub(crate) fn new(
         density: &Density<S>,
-        gas: &Gas,
+        gas: &DensityInput,
         ball: f64,
         spread: Option<Spread>,
         radius: f64,

@@ -8,7 +8,7 @@ use super::coloured_sweep::sweep_around;
 use super::halo_copy::HaloCopy;
 use super::peers::TilePeers;
 use super::rate::Rates;
-use super::report::{Bounds, Report};
+use super::report::{TileBounds, TileReport};
 use super::search_ranges::ranges;
 use super::tile_collider::TileCollider;
 use super::tile_collisions::bounds_around;
@@ -34,7 +34,7 @@ where
         arm: &mut ContactDistance,
         total: &mut CollisionCounters,
         patches: &Pool<HaloCopy<P>>,
-    ) -> Vec<(u32, Report)> {
+    ) -> Vec<(u32, TileReport)> {
         let parallel = self.parallel;
         let mut bounds = each_of(parallel, tiles.iter_mut(), |_, tile| self.bounds(tile));
         let grid = self.grid;
@@ -66,8 +66,8 @@ where
 
     /// Computes the largest χ, the largest speeds and the kinetic energy of a tile, for the next
     /// time step.
-    fn bounds<F: DisplacementTracking<P::Space>>(&self, tile: &mut Tile<P, F>) -> Bounds {
-        let mut bounds = Bounds { chi: 0.0 };
+    fn bounds<F: DisplacementTracking<P::Space>>(&self, tile: &mut Tile<P, F>) -> TileBounds {
+        let mut bounds = TileBounds { chi: 0.0 };
         let mut stock = StepBounds::default();
         if tile.starts.is_empty() {
             // A tile of another process, beyond the ghost cells.

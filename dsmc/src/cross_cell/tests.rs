@@ -19,14 +19,17 @@ use super::search_target::Aim;
 use super::tile_collider::line_of_centres;
 use crate::particle::DisplacementTracking;
 use crate::tests::{Equal, Seen, equal, in_pool, mean_and_error, start};
-use crate::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Tracked, Untracked};
+use crate::{
+    DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme, SimulatorStart, Tracked,
+    Untracked,
+};
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
-    displacement: Displacement::None,
+    displacement: PartnerDisplacement::None,
     cell_size: None,
     simulators_per_particle: 1,
-    copies: Copies::Independent,
+    copies: SimulatorStart::Independent,
     steps_per_cell_crossing: 4.0,
     max_contact_value: 100.0,
 };
@@ -122,7 +125,7 @@ fn search_like_a_plain_one<P: ParticleModel<Space = Plane>>(scene: impl Fn(usize
                 },
                 ..PARAMETERS
             };
-            let mut engine = Engine::new(&scene(count), parameters, &state, Streams::new(1, 0))
+            let mut engine = DsmcEngine::new(&scene(count), parameters, &state, Streams::new(1, 0))
                 .expect("an engine");
             engine.retile(40);
             let grid = engine.grid.clone();
@@ -241,7 +244,7 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
         };
         let scene = equal::<Plane>(1.0);
         let mut engine =
-            Engine::<_, Untracked>::new(&scene, parameters, &state, Streams::new(1, 0))
+            DsmcEngine::<_, Untracked>::new(&scene, parameters, &state, Streams::new(1, 0))
                 .expect("an engine");
         engine.retile(per_tile);
         let grid = engine.grid.clone();
@@ -388,7 +391,7 @@ fn over_enskog(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> [
     let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
     let temperature = state.temperature(&equal(1.0));
     let mut engine =
-        Engine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
+        DsmcEngine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
     // Ten collisions per particle: the excess of the distance is learnt from some three hundred in
     // all.
     engine.advance(10.0 / theory, u64::MAX, &mut ());
@@ -447,7 +450,7 @@ fn structure(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64
     let side = (f64::from(disks) * Plane::ball(0.5) / packing).sqrt();
     let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
     let mut engine =
-        Engine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
+        DsmcEngine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
     let unit = std::f64::consts::TAU / side;
     let most = (1.1 / unit) as i32;
     let waves: Vec<_> = (-most..=most)
@@ -493,7 +496,7 @@ fn energy_left(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f
     let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
     let temperature = state.temperature(&scene);
     let mut engine =
-        Engine::new(&scene, parameters, &state, Streams::new(seed, 0)).expect("an engine");
+        DsmcEngine::new(&scene, parameters, &state, Streams::new(seed, 0)).expect("an engine");
     let haff = kinetic::haff_time(packing, 0.8, Plane::contact_value(packing));
     engine.advance(1.5 * haff / temperature.sqrt(), u64::MAX, &mut ());
     engine.state().temperature(&scene) / temperature
@@ -539,8 +542,9 @@ struct Kinds([u64; 3]);
 #[test]
 fn rates_from_a_table_are_those_that_are_computed() {
     let state = start::<Unequal>(100, Vector2::new(30.0, 30.0), 1);
-    let engine = Engine::<_, Untracked>::new(&unequal(100), PARAMETERS, &state, Streams::new(1, 0))
-        .expect("an engine");
+    let engine =
+        DsmcEngine::<_, Untracked>::new(&unequal(100), PARAMETERS, &state, Streams::new(1, 0))
+            .expect("an engine");
     let rates = engine.rates.expect("a scheme around contact points");
     let at = |place: f64| rates.covered_chi_there(place / 2048.0);
     for entry in 100..1500 {
@@ -631,8 +635,8 @@ fn unequal_disks_meet_at_the_rates_of_a_mixture() {
                 cell_size,
                 ..PARAMETERS
             };
-            let mut engine =
-                Engine::new(&scene, parameters, &state, Streams::new(seed, 0)).expect("an engine");
+            let mut engine = DsmcEngine::new(&scene, parameters, &state, Streams::new(seed, 0))
+                .expect("an engine");
             let unit = half / (rate(0, 0, temperature) + rate(0, 1, temperature));
             engine.advance(5.0 * unit, u64::MAX, &mut ());
             let mut seen = Kinds::default();
@@ -698,15 +702,15 @@ where
         let run = |threads: usize, stop: bool| {
             in_pool(threads, || {
                 let mut seen = Seen::default();
-                let mut engine =
-                    Engine::<P, F>::start(scene, parameters, state, streams).expect("an engine");
+                let mut engine = DsmcEngine::<P, F>::start(scene, parameters, state, streams)
+                    .expect("an engine");
                 engine.retile(1000);
                 assert!(engine.grid().tiles()[..2].iter().all(|&tiles| tiles >= 3));
                 engine.advance(f64::INFINITY, 3, &mut seen);
                 if stop {
                     let checkpoint = engine.checkpoint();
                     let domain = state.domain;
-                    engine = Engine::resume(scene, parameters, domain, checkpoint, streams)
+                    engine = DsmcEngine::resume(scene, parameters, domain, checkpoint, streams)
                         .expect("an engine");
                     engine.retile(1000);
                 }
@@ -752,14 +756,17 @@ fn coherent_copies_keep_long_waves() {
         2.0 * state.bodies.iter().map(sum).sum::<f64>() / state.bodies.len() as f64
     };
     let own = amplitude(&state);
-    for (copies, kept) in [(Copies::Coherent, true), (Copies::Independent, false)] {
+    for (copies, kept) in [
+        (SimulatorStart::Coherent, true),
+        (SimulatorStart::Independent, false),
+    ] {
         let parameters = Parameters {
             simulators_per_particle: 16,
             copies,
             ..PARAMETERS
         };
         let engine =
-            Engine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
+            DsmcEngine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
         let found = engine.state();
         let scale = 1.0 / state.kinetic_energy(&scene);
         let energy = found.kinetic_energy(engine.scene()) / 16.0 * scale;

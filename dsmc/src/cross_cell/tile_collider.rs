@@ -12,7 +12,7 @@ use super::arm::{self, ContactDistance};
 use super::extents::VelocityBox;
 use super::halo_copy::HaloCopy;
 use super::rate::Rates;
-use super::report::{Bounds, Report};
+use super::report::{TileBounds, TileReport};
 use super::tile_neighbourhood::TileNeighbourhood;
 use crate::density::{DensityKernel, FreeVolumeFactors};
 use crate::particle::{DisplacementTracking, covered, index};
@@ -27,7 +27,7 @@ pub(super) struct TileCollider<'a, 'b, 'c, P: ParticleModel, F: DisplacementTrac
     pub(super) rates: Option<&'a Rates<P::Space>>,
     pub(super) arm: &'a ContactDistance,
     /// Maximum χ over the tile and its neighbours: the majorant of the ESMC scheme.
-    pub(super) bounds: Bounds,
+    pub(super) bounds: TileBounds,
     /// True if the number of candidate pairs follows from a speed majorant (all schemes but
     /// stochastic disks).
     pub(super) moves: bool,
@@ -35,7 +35,7 @@ pub(super) struct TileCollider<'a, 'b, 'c, P: ParticleModel, F: DisplacementTrac
     pub(super) patch: &'a mut HaloCopy<P>,
     pub(super) cells: Vec<Cell<P::Space>>,
     pub(super) drawn: Vec<Candidate<VectorOf<P>>>,
-    pub(super) report: Report,
+    pub(super) report: TileReport,
 }
 
 /// A line of cells of a tile along the first axis: its number, and its row and layer.
@@ -116,13 +116,13 @@ where
         kernel: &'a CollisionContext<'a, P>,
         rates: Option<&'a Rates<P::Space>>,
         arm: &'a ContactDistance,
-        bounds: Bounds,
+        bounds: TileBounds,
         mut around: TileNeighbourhood<'b, 'c, P, F>,
         patch: &'a mut HaloCopy<P>,
     ) -> Self {
-        let report = Report {
+        let report = TileReport {
             log: around.take_log(),
-            ..Report::default()
+            ..TileReport::default()
         };
         Self {
             kernel,

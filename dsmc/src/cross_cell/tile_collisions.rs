@@ -9,7 +9,7 @@ use super::change::ChangeOf;
 use super::extents::VelocityBox;
 use super::lanes::{self, SimdBackend};
 use super::partners::Search;
-use super::report::{Bounds, Report};
+use super::report::{TileBounds, TileReport};
 use super::search_ranges::Ranges;
 use super::tile_collider::{Candidate, Cell, Line, TileCollider, total};
 use super::trials::{AroundPoints, CandidateRule, InCells};
@@ -33,7 +33,11 @@ const LONGEST_PIECE: usize = 8;
 const DRAWN: usize = 32;
 
 /// Bounds over a tile and its neighbours.
-pub(super) fn bounds_around<S: Space>(grid: &Grid<S>, bounds: &[Bounds], number: usize) -> Bounds {
+pub(super) fn bounds_around<S: Space>(
+    grid: &Grid<S>,
+    bounds: &[TileBounds],
+    number: usize,
+) -> TileBounds {
     let mut all = bounds[number];
     for other in grid.touching(grid.place_of(number)) {
         all.chi = all.chi.max(bounds[other].chi);
@@ -48,7 +52,7 @@ where
 {
     /// Collides the simulators of the tile with each other and with those around it. Bits are
     /// identical on every processor: products and sums are never contracted.
-    pub(super) fn collide(mut self, ranges: Ranges) -> (Report, Vec<ChangeOf<P>>) {
+    pub(super) fn collide(mut self, ranges: Ranges) -> (TileReport, Vec<ChangeOf<P>>) {
         self.choose_loop(ranges);
         (self.report, self.around.changes())
     }

@@ -8,7 +8,7 @@ use super::partners::Search;
 use super::rate::Rates;
 use super::search_target::Aim;
 use super::tile_collider::{Candidate, Cell, Line, TileCollider, pair_share};
-use crate::boundary::BoundaryGeometry;
+use crate::boundary::GridBoundaries;
 use crate::density::FreeVolumeFactors;
 use crate::extrema::larger;
 use crate::grid::Grid;
@@ -227,9 +227,7 @@ impl InCells {
         point: usize,
     ) -> Self {
         // Cells that walls cut are denser than their number says.
-        let least = kernel
-            .surroundings
-            .map_or(1.0, BoundaryGeometry::least_room);
+        let least = kernel.surroundings.map_or(1.0, GridBoundaries::least_room);
         Self {
             chi,
             density: kernel.weight / (least * kernel.grid.cell_volume()),

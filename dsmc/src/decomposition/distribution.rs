@@ -9,9 +9,9 @@ use super::bytes::{read, write};
 use super::owners;
 use super::ranks::{Ranks, all_gather, broadcast, gather};
 use super::subdomain::{Subdomain, TileData};
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::DsmcCheckpoint;
 use crate::cross_cell::margin;
-use crate::engine::{Constants, Engine};
+use crate::engine::{Constants, DsmcEngine};
 use crate::features::PROCESSES;
 use crate::particle::DisplacementTracking;
 use crate::tile::{SendBuffer, Tile};
@@ -26,12 +26,12 @@ pub(super) const STEPS_BETWEEN: u64 = 50;
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct GasHeader<P: ParticleModel, F: DisplacementTracking<P::Space>> {
-    gas: Checkpoint<P, F>,
+    gas: DsmcCheckpoint<P, F>,
     simulators: usize,
     owners: Vec<u32>,
 }
 
-impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
     /// Declares that several processes hold the gas. Each has made the engine from the same
     /// arguments; the root process holds all tiles until [`Self::divide`].
     pub fn share(&mut self, ranks: Arc<dyn Ranks>) {

@@ -6,11 +6,11 @@ use stosszahl_model::{Collision, ParticleModel};
 use super::bytes::{read, write};
 use super::ranks::all_reduce;
 use super::subdomain::Subdomain;
-use crate::engine::Engine;
+use crate::engine::DsmcEngine;
 use crate::features::PROCESSES;
 use crate::grid::{OFFSETS, offset};
 use crate::particle::{DisplacementTracking, SimulatorOf};
-use crate::tally::{Counts, StepBounds};
+use crate::tally::{StepBounds, StepCounters};
 use crate::tile::{DepartedSimulator, Migrant};
 
 /// Message from one process to a neighbour after a free-flight phase.
@@ -43,7 +43,7 @@ struct News<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     /// Particles that flew beyond adjacent tiles: target tile, source cell, simulator. Those from
     /// one cell come from one process and keep their order.
     far: Vec<(u32, u32, SimulatorOf<P, F>)>,
-    counts: Counts,
+    counts: StepCounters,
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> News<P, F> {
@@ -57,11 +57,15 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> News<P, F> {
     }
 }
 
-impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
     /// Exchanges migrating simulators with neighbours after a free flight, sends collision logs to
     /// the root process if `looks`, and reduces statistics and counters. `counts`: those of this
     /// process. Returns the sums over all processes.
-    pub(crate) fn exchange_with_others(&mut self, counts: Counts, looks: bool) -> Counts {
+    pub(crate) fn exchange_with_others(
+        &mut self,
+        counts: StepCounters,
+        looks: bool,
+    ) -> StepCounters {
         if !PROCESSES {
             return counts;
         }
@@ -161,8 +165,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
         &mut self,
         share: &mut Subdomain<P::Space>,
         simulators: usize,
-        counts: Counts,
-    ) -> Counts {
+        counts: StepCounters,
+    ) -> StepCounters {
         let mut stock = StepBounds::default();
         self.tiles
             .iter()

@@ -7,7 +7,7 @@ use stosszahl_model::{Collision, ParticleModel, Space};
 use super::bytes::{read, write};
 use super::ranks::{all_gather, gather};
 use super::subdomain::{Subdomain, TileData, around};
-use crate::cross_cell::{Bounds, ChangeOf, Distances, Report, TilePeers, colours};
+use crate::cross_cell::{ChangeOf, Distances, TileBounds, TilePeers, TileReport, colours};
 use crate::grid::Grid;
 use crate::particle::DisplacementTracking;
 use crate::tally::CollisionCounters;
@@ -68,14 +68,18 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
         self.tells[tile]
     }
 
-    fn see_around(&self, tiles: &mut [Tile<P, F>], bounds: &[Bounds]) -> Vec<(usize, Bounds)> {
+    fn see_around(
+        &self,
+        tiles: &mut [Tile<P, F>],
+        bounds: &[TileBounds],
+    ) -> Vec<(usize, TileBounds)> {
         let came = self.with_near(|rank| {
             let own = tiles.iter().enumerate().filter(|(_, tile)| tile.is_here);
             let seen = own.filter_map(|(number, tile)| {
                 let seer = self.seer(number, rank)?;
                 Some((tile.part(number, seer), bounds[number]))
             });
-            seen.collect::<Vec<(TileData<P, F>, Bounds)>>()
+            seen.collect::<Vec<(TileData<P, F>, TileBounds)>>()
         });
         let mut known = Vec::new();
         for (content, bounds) in came.into_iter().flatten() {
@@ -114,9 +118,9 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
     fn all_reports(
         &self,
         grid: &Grid<P::Space>,
-        mine: Vec<(u32, Report)>,
+        mine: Vec<(u32, TileReport)>,
         looks: bool,
-    ) -> Vec<(u32, Report)> {
+    ) -> Vec<(u32, TileReport)> {
         let counted: Vec<_> = mine
             .iter()
             .map(|(tile, report)| (*tile, report.tally, report.distances.clone()))
@@ -126,7 +130,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
             .filter(|(_, report)| self.me() > 0 && !report.log.is_empty())
             .map(|(tile, report)| (*tile, report.log.clone()))
             .collect();
-        let mut all: Vec<Option<Report>> = Vec::new();
+        let mut all: Vec<Option<TileReport>> = Vec::new();
         all.resize_with(self.owners.len(), || None);
         for (tile, report) in mine {
             all[tile as usize] = Some(report);
@@ -134,7 +138,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
         for bytes in all_gather(&*self.ranks, write(&counted)) {
             for (tile, tally, distances) in read::<Vec<(u32, CollisionCounters, Distances)>>(&bytes)
             {
-                all[tile as usize].get_or_insert_with(|| Report {
+                all[tile as usize].get_or_insert_with(|| TileReport {
                     tally,
                     distances,
                     log: Vec::new(),

@@ -14,8 +14,8 @@ use super::bytes::{read, write};
 use super::owners;
 use super::ranks::gather;
 use super::subdomain::TileData;
-use crate::engine::Engine;
-use crate::parameters::EngineError;
+use crate::engine::DsmcEngine;
+use crate::parameters::DsmcError;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tile::Tile;
 
@@ -45,9 +45,9 @@ pub fn shard_name(stem: &str, rank: usize) -> String {
 
 impl Shard {
     /// Error returned when this shard cannot be read.
-    fn unusable(&self, why: &str, all: usize) -> EngineError {
+    fn unusable(&self, why: &str, all: usize) -> DsmcError {
         let simulators: u64 = self.tiles.iter().map(|one| u64::from(one.1)).sum();
-        EngineError::Shard {
+        DsmcError::Shard {
             why: why.to_owned(),
             tiles: self.tiles.len(),
             simulators,
@@ -60,7 +60,7 @@ impl Shard {
         &self,
         beside: &ShardLocation,
         all: usize,
-    ) -> Result<Vec<TileData<P, F>>, EngineError> {
+    ) -> Result<Vec<TileData<P, F>>, DsmcError> {
         let path = beside.folder.join(&self.file);
         let shown = path.display();
         let said = |error: SnapshotError| match error {
@@ -86,7 +86,7 @@ impl Shard {
 pub(crate) fn read_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     shards: &[Shard],
     beside: &ShardLocation,
-) -> Result<Vec<SimulatorOf<P, F>>, EngineError> {
+) -> Result<Vec<SimulatorOf<P, F>>, DsmcError> {
     let mut all = Vec::new();
     for shard in shards {
         for content in shard.read::<P, F>(beside, shards.len())? {
@@ -96,14 +96,14 @@ pub(crate) fn read_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     Ok(all)
 }
 
-impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
     /// Writes the tiles of all processes into files whose names begin with `stem`. Collective call.
     /// Returns the shards in the root process, and nothing in the others.
     pub(crate) fn write_shards(
         &mut self,
         stem: &str,
         beside: &ShardLocation,
-    ) -> Result<Vec<Shard>, EngineError> {
+    ) -> Result<Vec<Shard>, DsmcError> {
         self.divide();
         let Some(ranks) = self.share.as_ref().map(|share| share.ranks.clone()) else {
             return Ok(Vec::new());
@@ -114,7 +114,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
         let mut shards = Vec::new();
         for (rank, bytes) in gather(&*ranks, write(&mine)).iter().enumerate() {
             let one: Result<Option<Shard>, String> = read(bytes);
-            let elsewhere = |why| EngineError::Elsewhere { rank, why };
+            let elsewhere = |why| DsmcError::Elsewhere { rank, why };
             let Some(shard) = one.map_err(elsewhere)? else {
                 continue;
             };
@@ -160,7 +160,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
         &mut self,
         shards: &[Shard],
         beside: &ShardLocation,
-    ) -> Result<(), EngineError> {
+    ) -> Result<(), DsmcError> {
         let counts = self.counted_in(shards)?;
         let Some(mut share) = self.share.take() else {
             return Ok(());
@@ -201,7 +201,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
     }
 
     /// Number of simulators in each tile; an error unless the shards hold each tile once.
-    fn counted_in(&self, shards: &[Shard]) -> Result<Vec<usize>, EngineError> {
+    fn counted_in(&self, shards: &[Shard]) -> Result<Vec<usize>, DsmcError> {
         let mut counts = vec![None; self.tiles.len()];
         for &(tile, count) in shards.iter().flat_map(|shard| &shard.tiles) {
             let Some(known @ None) = counts.get_mut(tile as usize) else {
@@ -209,12 +209,12 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Engine<P, F> {
                     "tile {tile} is there twice, or none of {}",
                     self.tiles.len()
                 );
-                return Err(EngineError::Checkpoint(why));
+                return Err(DsmcError::Checkpoint(why));
             };
             *known = Some(count as usize);
         }
         let all: Option<Vec<usize>> = counts.iter().copied().collect();
-        all.ok_or_else(|| EngineError::Checkpoint("tiles are missing".into()))
+        all.ok_or_else(|| DsmcError::Checkpoint("tiles are missing".into()))
     }
 }
 

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::random::Streams;
-use stosszahl_model::walls::{Obstacle, Outline, Vibration};
+use stosszahl_model::walls::{Obstacle, ObstacleShape, Vibration};
 use stosszahl_model::{
-    Collision, Constant, Face, Gravity, Moments, Monodisperse, Observer, ParticleModel, Plane,
-    Rebound, Rough, Scene, Space as _, State, VectorOf, Volume, Wall, Walls,
+    Collision, Constant, Face, Gravity, Monodisperse, Observer, ParticleModel, Plane, Rebound,
+    Rough, Scene, Space as _, State, VectorOf, VelocityMoments, Volume, Wall, Walls,
 };
 
 use super::distribution::STEPS_BETWEEN;
@@ -19,8 +19,8 @@ use super::*;
 use crate::particle::{DisplacementTracking, Tracked, Untracked};
 use crate::tests::{equal, start};
 use crate::{
-    Boundaries, Checkpoint, Copies, Displacement, Engine, EngineError, Grid, Inflow, Neighbourhood,
-    Parameters, Scheme, Weights,
+    BoundaryConditions, DsmcCheckpoint, DsmcEngine, DsmcError, Grid, Inflow, Neighbourhood,
+    Parameters, PartnerDisplacement, Scheme, SimulatorStart, SimulatorWeights,
 };
 
 /// Transport between threads that send each other bytes.
@@ -112,7 +112,7 @@ fn messages_reach_all() {
 fn sums_over_processes_are_put_together_in_the_first() {
     for size in 1..10 {
         let found = among(size, |ranks| {
-            let mut sum = Moments::default();
+            let mut sum = VelocityMoments::default();
             sum.add(1.0, ranks.rank() as f64);
             reduce(&*ranks, &mut sum);
             sum.means()[0]
@@ -143,7 +143,7 @@ struct Legs {
 
 /// State of a gas after several segments, between which the root process holds all of it.
 fn run<P: ParticleModel, F: DisplacementTracking<P::Space>>(
-    make: &(dyn Fn() -> Engine<P, F> + Sync),
+    make: &(dyn Fn() -> DsmcEngine<P, F> + Sync),
     legs: &Legs,
     ranks: Option<Arc<dyn Ranks>>,
 ) -> (Vec<u8>, Seen) {
@@ -183,7 +183,7 @@ fn assert_same<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     name: &str,
     legs: &Legs,
     sizes: &[usize],
-    make: impl Fn() -> Engine<P, F> + Sync,
+    make: impl Fn() -> DsmcEngine<P, F> + Sync,
 ) {
     let alone = run(&make, legs, None);
     assert!(!legs.looks || alone.1.0 > 500, "{name}: {:?}", alone.1);
@@ -201,10 +201,10 @@ fn start_of<P: ParticleModel>(_scene: &P, count: usize, sides: VectorOf<P>) -> S
 fn parameters(scheme: Scheme, cell: f64) -> Parameters {
     Parameters {
         scheme,
-        displacement: Displacement::None,
+        displacement: PartnerDisplacement::None,
         cell_size: Some(cell),
         simulators_per_particle: 1,
-        copies: Copies::Independent,
+        copies: SimulatorStart::Independent,
         steps_per_cell_crossing: 3.0,
         max_contact_value: 10.0,
     }
@@ -230,7 +230,7 @@ fn a_gas_in_the_plane_is_the_same_for_any_number_of_processes() {
         };
         assert_same::<_, Tracked>(scheme.name(), &legs, &[1, 2, 3, 5, 8], || {
             let parameters = parameters(scheme, cell);
-            Engine::start(&equal::<Plane>(0.7), parameters, &state, Streams::new(5, 0))
+            DsmcEngine::start(&equal::<Plane>(0.7), parameters, &state, Streams::new(5, 0))
                 .expect("an engine")
         });
     }
@@ -248,7 +248,7 @@ fn a_gas_in_space_is_the_same_for_any_number_of_processes() {
         };
         assert_same::<_, Untracked>(scheme.name(), &legs, &[2, 3, 8], || {
             let parameters = parameters(scheme, cell);
-            Engine::start(
+            DsmcEngine::start(
                 &equal::<Volume>(0.8),
                 parameters,
                 &state,
@@ -275,12 +275,12 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
     let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 });
     floor.sliding = vector![0.3, 0.0];
     floor.vibration = Vibration::new(0.3, 1.1).ok();
-    let disk = Outline::Circle {
+    let disk = ObstacleShape::Circle {
         centre: vector![6.0, 2.5],
         radius: 0.8,
     };
     let disk = Obstacle::new(disk, Rebound::Diffuse { temperature: 1.2 }).expect("an obstacle");
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         obstacles: vec![disk.clone()],
         walls: Walls::new(&[
             [Face::Open; 2],
@@ -288,9 +288,9 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
         ])
         .expect("fit"),
         inflows: vec![inflow(0, 100.0, 1.0), inflow(1, 50.0, -0.2)],
-        weights: Weights::table([4, 2, 1], vec![1.0, 0.8, 0.5, 1.7, 1.0, 2.5, 1.0, 0.6])
+        weights: SimulatorWeights::table([4, 2, 1], vec![1.0, 0.8, 0.5, 1.7, 1.0, 2.5, 1.0, 0.6])
             .expect("factors"),
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let scene = Scene {
         space: Plane,
@@ -316,7 +316,8 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
     assert_same::<_, Tracked>("a flow", &legs, &[1, 2, 3, 8], || {
         let parameters = parameters(Scheme::Boltzmann, 0.3);
         let streams = Streams::new(9, 0);
-        Engine::start_between(&scene, parameters, &state, &boundaries, streams).expect("an engine")
+        DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
+            .expect("an engine")
     });
 }
 
@@ -324,10 +325,10 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
 /// sub-cells of others.
 #[test]
 fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
-    let plate = |from: [f64; 2], to: [f64; 2]| Outline::Segment {
+    let plate = |from: [f64; 2], to: [f64; 2]| ObstacleShape::Segment {
         ends: [from.into(), to.into()],
     };
-    let disk = Outline::Circle {
+    let disk = ObstacleShape::Circle {
         centre: vector![40.3, 52.1],
         radius: 3.0,
     };
@@ -347,10 +348,10 @@ fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
             .iter()
             .all(|one| one.clearance(body.position) > 0.5)
     });
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         obstacles: obstacles.to_vec(),
         clearance: crate::WallClearance::Radius,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let legs = Legs {
         steps: 12,
@@ -363,7 +364,7 @@ fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
             let scheme = Scheme::Enskog(Neighbourhood::Cells(neighbourhood));
             let parameters = parameters(scheme, 2.0);
             let (scene, streams) = (equal::<Plane>(0.7), Streams::new(5, 0));
-            Engine::start_between(&scene, parameters, &state, &boundaries, streams)
+            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
                 .expect("an engine")
         });
     }
@@ -387,7 +388,7 @@ fn tiles_that_change_hands_change_nothing() {
     let owners = Mutex::new(Vec::new());
     let make = || {
         let parameters = parameters(Scheme::Boltzmann, 1.0);
-        Engine::<_, Untracked>::start(&scene, parameters, &state, Streams::new(5, 0))
+        DsmcEngine::<_, Untracked>::start(&scene, parameters, &state, Streams::new(5, 0))
             .expect("an engine")
     };
     let found = among(3, |ranks| {
@@ -438,10 +439,13 @@ fn tiles_that_change_hands_change_nothing() {
 }
 
 /// Manifest of a sharded checkpoint.
-type Manifest<P, F> = (Checkpoint<P, F>, Vec<Shard>);
+type Manifest<P, F> = (DsmcCheckpoint<P, F>, Vec<Shard>);
 
 /// Runs a channel for some steps and returns the bytes of its state.
-fn goes_on<F: DisplacementTracking<Plane>>(mut engine: Engine<Disks, F>, first: bool) -> Vec<u8> {
+fn goes_on<F: DisplacementTracking<Plane>>(
+    mut engine: DsmcEngine<Disks, F>,
+    first: bool,
+) -> Vec<u8> {
     engine.advance(f64::INFINITY, 6, &mut ());
     engine.unite();
     if first {
@@ -456,7 +460,7 @@ type Disks = Scene<Plane, stosszahl_model::Smooth, Constant, Monodisperse, stoss
 /// Channel with inflow at one side and a wall opposite.
 struct Channel {
     scene: Disks,
-    boundaries: Boundaries<Plane>,
+    boundaries: BoundaryConditions<Plane>,
     state: State<Disks>,
 }
 
@@ -473,10 +477,10 @@ impl Channel {
             like: 0,
         };
         let wall = || Face::Wall(Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 }));
-        let boundaries = Boundaries {
+        let boundaries = BoundaryConditions {
             walls: Walls::new(&[[Face::Open; 2], [wall(), wall()]]).expect("fit"),
             inflows: vec![inflow],
-            ..Boundaries::default()
+            ..BoundaryConditions::default()
         };
         let sides = Vector2::new(120.0, 60.0);
         let mut state = start_of(&scene, 4000, sides);
@@ -496,7 +500,7 @@ impl Channel {
     }
 
     /// Sets small tiles that do not depend on the number of simulators.
-    fn tile(&self, engine: &mut Engine<Disks>) {
+    fn tile(&self, engine: &mut DsmcEngine<Disks>) {
         let simulators: Vec<_> = engine.ordered().copied().collect();
         let counts = engine.grid.counts().map(|count| count as usize);
         let (domain, reach) = (*engine.grid.domain(), engine.grid.reach());
@@ -504,9 +508,9 @@ impl Channel {
         engine.fill(&simulators);
     }
 
-    fn begins(&self) -> Engine<Disks, Untracked> {
+    fn begins(&self) -> DsmcEngine<Disks, Untracked> {
         let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
-        Engine::start_between(
+        DsmcEngine::start_between(
             &self.scene,
             parameters,
             &self.state,
@@ -516,9 +520,9 @@ impl Channel {
         .expect("an engine")
     }
 
-    fn resumes(&self, checkpoint: Checkpoint<Disks>) -> Engine<Disks> {
+    fn resumes(&self, checkpoint: DsmcCheckpoint<Disks>) -> DsmcEngine<Disks> {
         let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
-        Engine::resume_between(
+        DsmcEngine::resume_between(
             &self.scene,
             parameters,
             self.state.domain,
@@ -545,7 +549,7 @@ impl Channel {
     }
 
     /// Reads the checkpoint in one process and continues.
-    fn read_by_one(&self, manifest: &[u8], beside: &ShardLocation) -> Result<Vec<u8>, EngineError> {
+    fn read_by_one(&self, manifest: &[u8], beside: &ShardLocation) -> Result<Vec<u8>, DsmcError> {
         let (mut gas, shards): Manifest<Disks, Untracked> = read(manifest);
         gas.hold(read_all::<Disks, Untracked>(&shards, beside)?);
         let mut engine = self.resumes(gas);

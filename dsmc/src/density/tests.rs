@@ -4,8 +4,8 @@ use super::*;
 use stosszahl_model::{Plane, Volume};
 
 /// Properties of a gas with cells of size 2 whose particles cover `unit`.
-fn gas(counts: [u32; 3], unit: f64) -> Gas {
-    Gas {
+fn gas(counts: [u32; 3], unit: f64) -> DensityInput {
+    DensityInput {
         limit: 10.0,
         counts,
         cell: 4.0,

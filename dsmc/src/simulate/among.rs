@@ -11,20 +11,20 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::Fingerprint;
-use stosszahl_model::sum::{Make, Totals};
+use stosszahl_model::sum::{ReductionFactory, Totals};
 use stosszahl_model::{
     BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, ParticleModel,
-    Particles, Simulation, Sum, Vector as _, Work,
+    Particles, Simulation, Sum, Vector as _, WorkCounters,
 };
 
-use super::begin::{CheckpointSource, Gas, Keep, Shards, Source, begin};
-use super::cells::{Cells, Kept};
-use super::others::{Command, Others};
+use super::begin::{CellGas, CheckpointSource, Keep, Shards, StartSource, begin};
+use super::cells::{CellSimulation, CheckpointContent};
+use super::others::{Others, RootCommand};
 use crate::decomposition::{
     Ranks, ShardLocation, all_gather, all_reduce, broadcast, read, reduce, write,
 };
 use crate::features::PROCESSES;
-use crate::parameters::EngineError;
+use crate::parameters::DsmcError;
 use crate::particle::DisplacementTracking;
 
 /// Starts a gas as [`super::simulate`], decomposed over several processes. Called by the root
@@ -32,13 +32,13 @@ use crate::particle::DisplacementTracking;
 ///
 /// # Errors
 /// As [`super::simulate`]; if another process cannot hold its part; and
-/// [`EngineError::OneProcess`].
+/// [`DsmcError::OneProcess`].
 pub fn simulate_among(
-    gas: &Gas<'_>,
+    gas: &CellGas<'_>,
     starts: &[Particles],
     ranks: &Arc<dyn Ranks>,
-) -> Result<Box<dyn Simulation>, EngineError> {
-    lead(gas, Source::Start(starts), ranks)
+) -> Result<Box<dyn Simulation>, DsmcError> {
+    lead(gas, StartSource::Start(starts), ranks)
 }
 
 /// Resumes a gas as [`super::resume`], decomposed over several processes. Called by the root
@@ -46,28 +46,28 @@ pub fn simulate_among(
 /// reads its part of a sharded one.
 ///
 /// # Errors
-/// As [`super::resume`]; if another process cannot hold its part; and [`EngineError::OneProcess`].
+/// As [`super::resume`]; if another process cannot hold its part; and [`DsmcError::OneProcess`].
 pub fn resume_among(
-    gas: &Gas<'_>,
+    gas: &CellGas<'_>,
     left: CheckpointSource<'_>,
     ranks: &Arc<dyn Ranks>,
-) -> Result<Box<dyn Simulation>, EngineError> {
-    lead(gas, Source::Checkpoint(left), ranks)
+) -> Result<Box<dyn Simulation>, DsmcError> {
+    lead(gas, StartSource::Checkpoint(left), ranks)
 }
 
 fn lead(
-    gas: &Gas<'_>,
-    source: Source<'_>,
+    gas: &CellGas<'_>,
+    source: StartSource<'_>,
     ranks: &Arc<dyn Ranks>,
-) -> Result<Box<dyn Simulation>, EngineError> {
+) -> Result<Box<dyn Simulation>, DsmcError> {
     if !PROCESSES {
-        return Err(EngineError::OneProcess);
+        return Err(DsmcError::OneProcess);
     }
     let led = if let Some(rate) = gas.grains.shear_rate {
         let allowed = "no shear flow where several processes hold one gas";
         Err(Invalid::new("shear rate", rate, allowed).into())
     } else if gas.boundaries.weights.follows() {
-        Err(EngineError::BadWeights {
+        Err(DsmcError::BadWeights {
             found: "weights that follow the number".into(),
             allowed: "weights of given factors, where several processes hold one gas",
         })
@@ -82,7 +82,7 @@ fn lead(
 }
 
 /// Shares errors between processes: returns the own error, else the first of another process.
-fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineError> {
+fn agree(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError> {
     let why = mine.as_ref().err().map(ToString::to_string);
     let all = all_gather(ranks, write(&why));
     mine?;
@@ -90,7 +90,7 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineE
         .iter()
         .map(|bytes| read::<Option<String>>(bytes))
         .enumerate();
-    match all.find_map(|(rank, why)| Some(EngineError::Elsewhere { rank, why: why? })) {
+    match all.find_map(|(rank, why)| Some(DsmcError::Elsewhere { rank, why: why? })) {
         Some(error) => Err(error),
         None => Ok(()),
     }
@@ -101,27 +101,27 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), EngineError>) -> Result<(), EngineE
 /// sides `lengths`. `make` creates the sums that the root process asks for.
 ///
 /// # Errors
-/// [`EngineError`] if the gas cannot start here or elsewhere; [`EngineError::OneProcess`] without
+/// [`DsmcError`] if the gas cannot start here or elsewhere; [`DsmcError::OneProcess`] without
 /// the feature `processes`.
 ///
 /// # Panics
 /// If the root process asks for a sum that `make` does not know.
 pub fn serve(
-    gas: &Gas<'_>,
+    gas: &CellGas<'_>,
     count: usize,
     lengths: [f64; 3],
     ranks: &Arc<dyn Ranks>,
     interrupt: &Interrupt,
-    make: Make,
-) -> Result<(), EngineError> {
+    make: ReductionFactory,
+) -> Result<(), DsmcError> {
     if !PROCESSES {
-        return Err(EngineError::OneProcess);
+        return Err(DsmcError::OneProcess);
     }
     let Some(header) = read::<Option<GasHeader>>(&broadcast(&**ranks, Vec::new())) else {
         // The root process could not start the gas and reports why.
         return Ok(());
     };
-    let source = Source::Checkpoint(CheckpointSource {
+    let source = StartSource::Checkpoint(CheckpointSource {
         count,
         lengths,
         checkpoint: &header.kept,
@@ -141,7 +141,7 @@ struct Lead(Arc<dyn Ranks>);
 
 /// Gas of the root process, and the data that the others need.
 struct Led {
-    gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, EngineError>>,
+    gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, DsmcError>>,
     header: GasHeader,
 }
 
@@ -157,17 +157,17 @@ impl Keep for Lead {
     const SHARES: bool = true;
     fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
-        mut cells: Cells<P, F>,
+        mut cells: CellSimulation<P, F>,
         shards: Shards,
     ) -> Led {
-        let kept = write(&Kept {
+        let kept = write(&CheckpointContent {
             gas: cells.engine.without_simulators(),
             follows: cells.follows,
             shards: shards.as_ref().map_or_else(Vec::new, |all| all.0.clone()),
         });
         let beside = shards.as_ref().map(|all| all.1.clone());
         let ranks = self.0.clone();
-        let gas = move || -> Result<Box<dyn Simulation>, EngineError> {
+        let gas = move || -> Result<Box<dyn Simulation>, DsmcError> {
             begin_among(&mut cells, &ranks, shards)?;
             cells.others = Some(Others(ranks.clone()));
             Ok(Box::new(Among {
@@ -184,10 +184,10 @@ impl Keep for Lead {
 
 /// Declares that several processes hold the gas; each reads its part of a sharded checkpoint.
 fn begin_among<P: ParticleModel, F: DisplacementTracking<P::Space>>(
-    cells: &mut Cells<P, F>,
+    cells: &mut CellSimulation<P, F>,
     ranks: &Arc<dyn Ranks>,
     shards: Shards,
-) -> Result<(), EngineError> {
+) -> Result<(), DsmcError> {
     cells.engine.share(ranks.clone());
     let Some((list, beside)) = shards else {
         return Ok(());
@@ -199,7 +199,7 @@ fn begin_among<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 /// Sum of squared displacements over all processes.
 fn all_ways<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     ranks: &dyn Ranks,
-    cells: &Cells<P, F>,
+    cells: &CellSimulation<P, F>,
 ) -> Totals {
     all_reduce(ranks, cells.squared_ways(), |sum, more| sum.merge(&more))
 }
@@ -207,7 +207,7 @@ fn all_ways<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 /// Reduces a sum over the particles of all processes in the root process, with neighbours up to
 /// `reach` if given.
 fn add_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
-    cells: &Cells<P, F>,
+    cells: &CellSimulation<P, F>,
     reach: Option<f64>,
     sum: &mut dyn Sum,
     ranks: &dyn Ranks,
@@ -222,7 +222,7 @@ fn add_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 /// Redistributes positions by equal strips of the first axis, one per process, and adds those in
 /// and near the own strip to a sum.
 fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
-    cells: &Cells<P, F>,
+    cells: &CellSimulation<P, F>,
     reach: f64,
     sum: &mut dyn Sum,
     ranks: &dyn Ranks,
@@ -278,14 +278,14 @@ fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 }
 
 /// Worker process: executes the commands of the root process.
-struct Serve(Arc<dyn Ranks>, Interrupt, Make);
+struct Serve(Arc<dyn Ranks>, Interrupt, ReductionFactory);
 
 impl Keep for Serve {
-    type Kept = Box<dyn FnOnce() -> Result<(), EngineError>>;
+    type Kept = Box<dyn FnOnce() -> Result<(), DsmcError>>;
     const SHARES: bool = true;
     fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
-        mut cells: Cells<P, F>,
+        mut cells: CellSimulation<P, F>,
         shards: Shards,
     ) -> Self::Kept {
         let Self(ranks, interrupt, make) = self;
@@ -296,29 +296,29 @@ impl Keep for Serve {
             loop {
                 let engine = &mut cells.engine;
                 match read(&broadcast(&*ranks, Vec::new())) {
-                    Command::Advance(until, steps, true) => {
+                    RootCommand::Advance(until, steps, true) => {
                         engine.advance(until, steps, &mut Looks);
                     }
-                    Command::Advance(until, steps, false) => {
+                    RootCommand::Advance(until, steps, false) => {
                         engine.advance(until, steps, &mut ());
                     }
-                    Command::Unite => engine.unite(),
-                    Command::AddUp(reach, name, empty) => {
+                    RootCommand::Unite => engine.unite(),
+                    RootCommand::AddUp(reach, name, empty) => {
                         let sum = make(&name, &empty);
                         let mut sum = sum.expect("a sum that this program makes");
                         add_all(&cells, reach, &mut *sum, &*ranks);
                     }
-                    Command::DisplacementTracking => {
+                    RootCommand::DisplacementTracking => {
                         cells.track_displacements();
                     }
-                    Command::Ways => {
+                    RootCommand::Ways => {
                         all_ways(&*ranks, &cells);
                     }
-                    Command::Write(stem, beside) => {
+                    RootCommand::Write(stem, beside) => {
                         // The root process reports errors of this process.
                         let _ = engine.write_shards(&stem, &beside);
                     }
-                    Command::End => return Ok(()),
+                    RootCommand::End => return Ok(()),
                 }
             }
         })
@@ -335,27 +335,27 @@ impl Observer for Looks {
 /// Decomposed gas in the root process.
 struct Among<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     /// Engine behind a lock, because read access may gather all tiles.
-    cells: Mutex<Cells<P, F>>,
+    cells: Mutex<CellSimulation<P, F>>,
     ranks: Arc<dyn Ranks>,
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Among<P, F> {
     /// Locks the engine in its present state, for data that the root process always has.
-    fn part(&self) -> MutexGuard<'_, Cells<P, F>> {
+    fn part(&self) -> MutexGuard<'_, CellSimulation<P, F>> {
         self.cells.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Reduces a sum over all processes.
     fn add_by_all(&self, reach: Option<f64>, sum: &mut dyn Sum) {
-        Command::AddUp(reach, sum.name().to_owned(), sum.save()).give(&*self.ranks);
+        RootCommand::AddUp(reach, sum.name().to_owned(), sum.save()).give(&*self.ranks);
         add_all(&self.part(), reach, sum, &*self.ranks);
     }
 
     /// Locks the engine after gathering all simulators in the root process.
-    fn whole(&self) -> MutexGuard<'_, Cells<P, F>> {
+    fn whole(&self) -> MutexGuard<'_, CellSimulation<P, F>> {
         let mut cells = self.part();
         if !cells.engine.is_whole() {
-            Command::Unite.give(&*self.ranks);
+            RootCommand::Unite.give(&*self.ranks);
             cells.engine.unite();
         }
         cells
@@ -364,7 +364,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Among<P, F> {
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Drop for Among<P, F> {
     fn drop(&mut self) {
-        Command::End.give(&*self.ranks);
+        RootCommand::End.give(&*self.ranks);
     }
 }
 
@@ -447,9 +447,9 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
             run: *run,
         };
         let mut cells = self.part();
-        Command::Write(name.to_string(), beside.clone()).give(&*self.ranks);
+        RootCommand::Write(name.to_string(), beside.clone()).give(&*self.ranks);
         let shards = cells.engine.write_shards(&name, &beside);
-        let kept = Kept {
+        let kept = CheckpointContent {
             gas: cells.engine.without_simulators(),
             follows: cells.follows,
             shards: shards.map_err(Failure::new)?,
@@ -457,7 +457,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
         postcard::to_stdvec(&kept).map(Some).map_err(Failure::new)
     }
 
-    fn work(&self) -> Work {
+    fn work(&self) -> WorkCounters {
         self.part().work()
     }
 
@@ -466,7 +466,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
     }
 
     fn track_displacements(&mut self) -> bool {
-        Command::DisplacementTracking.give(&*self.ranks);
+        RootCommand::DisplacementTracking.give(&*self.ranks);
         self.part().track_displacements()
     }
 
@@ -479,7 +479,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
         if !cells.follows {
             return None;
         }
-        Command::Ways.give(&*self.ranks);
+        RootCommand::Ways.give(&*self.ranks);
         let squares = all_ways(&*self.ranks, &cells);
         cells.mean_of(&squares)
     }

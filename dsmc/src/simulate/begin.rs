@@ -3,27 +3,27 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Domain, Field, Grains, Invalid, Particle, ParticleModel, ParticleState, Particles, Simulation,
-    SizeDistribution, Smooth, Space, State, Surface, Volume,
+    Domain, Field, Invalid, Particle, ParticleModel, ParticleSpec, ParticleState, Particles,
+    Simulation, SizeDistribution, Smooth, Space, State, Surface, Volume,
 };
 
-use super::cells::{Cells, Kept};
+use super::cells::{CellSimulation, CheckpointContent};
 use super::field::scene_of;
-use crate::boundary::Boundaries;
+use crate::boundary::BoundaryConditions;
 use crate::decomposition::{Shard, ShardLocation, read_all};
-use crate::engine::Engine;
-use crate::parameters::{EngineError, Parameters};
+use crate::engine::DsmcEngine;
+use crate::parameters::{DsmcError, Parameters};
 use crate::particle::{DisplacementTracking, Tracked, Untracked};
 
 /// Gas in cells: particles, parameters and boundaries; everything but its start.
 #[derive(Clone, Debug)]
-pub struct Gas<'a> {
+pub struct CellGas<'a> {
     /// Particles: sizes, masses and collision law.
-    pub grains: &'a Grains,
+    pub grains: &'a ParticleSpec,
     /// The scheme and its resolution.
     pub parameters: Parameters,
     /// Boundary conditions; for disks, the third axis is ignored.
-    pub boundaries: &'a Boundaries<Volume>,
+    pub boundaries: &'a BoundaryConditions<Volume>,
     /// Streams of random numbers.
     pub streams: Streams,
     /// True if displacements can be tracked; smooth particles in a periodic box only.
@@ -32,14 +32,14 @@ pub struct Gas<'a> {
 
 /// Starts cell-based Monte Carlo from particles in a box.
 ///
-/// Several simulators per particle start from one state as [`crate::Copies`] says, or from as many
-/// independent states, where a state may not be shifted and rotated.
+/// Several simulators per particle start from one state as [`crate::SimulatorStart`] says, or from
+/// as many independent states, where a state may not be shifted and rotated.
 ///
 /// # Errors
-/// [`EngineError`] if the arguments are inconsistent; [`EngineError::NoSpheres`] and
-/// [`EngineError::NoRough`] without the features `spheres` and `rough`.
-pub fn simulate(gas: &Gas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulation>, EngineError> {
-    begin(gas, Source::Start(starts), &Alone)
+/// [`DsmcError`] if the arguments are inconsistent; [`DsmcError::NoSpheres`] and
+/// [`DsmcError::NoRough`] without the features `spheres` and `rough`.
+pub fn simulate(gas: &CellGas<'_>, starts: &[Particles]) -> Result<Box<dyn Simulation>, DsmcError> {
+    begin(gas, StartSource::Start(starts), &Alone)
 }
 
 /// Checkpoint to resume from; all else must equal the start.
@@ -58,13 +58,13 @@ pub struct CheckpointSource<'a> {
 /// Resumes a gas from a checkpoint.
 ///
 /// # Errors
-/// As [`simulate`]; [`EngineError::Checkpoint`] if the bytes are not of this engine, and
-/// [`EngineError::Shard`] if a shard cannot be used.
+/// As [`simulate`]; [`DsmcError::Checkpoint`] if the bytes are not of this engine, and
+/// [`DsmcError::Shard`] if a shard cannot be used.
 pub fn resume(
-    gas: &Gas<'_>,
+    gas: &CellGas<'_>,
     left: CheckpointSource<'_>,
-) -> Result<Box<dyn Simulation>, EngineError> {
-    begin(gas, Source::Checkpoint(left), &Alone)
+) -> Result<Box<dyn Simulation>, DsmcError> {
+    begin(gas, StartSource::Checkpoint(left), &Alone)
 }
 
 /// Destination of a new engine: this process alone, or one of several.
@@ -74,7 +74,7 @@ pub(super) trait Keep {
     const SHARES: bool;
     fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
-        cells: Cells<P, F>,
+        cells: CellSimulation<P, F>,
         shards: Shards,
     ) -> Self::Kept;
 }
@@ -90,7 +90,7 @@ impl Keep for Alone {
     const SHARES: bool = false;
     fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
-        cells: Cells<P, F>,
+        cells: CellSimulation<P, F>,
         _: Shards,
     ) -> Self::Kept {
         Box::new(cells)
@@ -98,25 +98,25 @@ impl Keep for Alone {
 }
 
 #[derive(Clone, Copy)]
-pub(super) enum Source<'a> {
+pub(super) enum StartSource<'a> {
     Start(&'a [Particles]),
     Checkpoint(CheckpointSource<'a>),
 }
 
 pub(super) fn begin<K: Keep>(
-    gas: &Gas<'_>,
-    source: Source<'_>,
+    gas: &CellGas<'_>,
+    source: StartSource<'_>,
     keep: &K,
-) -> Result<K::Kept, EngineError> {
+) -> Result<K::Kept, DsmcError> {
     let (count, dimension) = match source {
-        Source::Start([first, ..]) => (first.all.len(), first.dimension),
-        Source::Start([]) => {
-            return Err(EngineError::UnequalStarts {
+        StartSource::Start([first, ..]) => (first.all.len(), first.dimension),
+        StartSource::Start([]) => {
+            return Err(DsmcError::UnequalStarts {
                 found: 0,
                 wanted: 1,
             });
         }
-        Source::Checkpoint(left) => (left.count, if left.lengths[2] > 0.0 { 3 } else { 2 }),
+        StartSource::Checkpoint(left) => (left.count, if left.lengths[2] > 0.0 { 3 } else { 2 }),
     };
     let begin = Begin { gas, source, keep };
     if dimension == 2 {
@@ -130,14 +130,14 @@ pub(super) fn begin<K: Keep>(
     } else if cfg!(feature = "spheres") {
         begin.any(count, gas.boundaries)
     } else {
-        Err(EngineError::NoSpheres)
+        Err(DsmcError::NoSpheres)
     }
 }
 
 /// Constructor of an engine whose types depend on the gas.
 struct Begin<'a, K> {
-    gas: &'a Gas<'a>,
-    source: Source<'a>,
+    gas: &'a CellGas<'a>,
+    source: StartSource<'a>,
     keep: &'a K,
 }
 
@@ -148,14 +148,14 @@ impl<K: Keep> Begin<'_, K> {
     fn any<S: Space>(
         &self,
         count: usize,
-        boundaries: &Boundaries<S>,
-    ) -> Result<K::Kept, EngineError> {
+        boundaries: &BoundaryConditions<S>,
+    ) -> Result<K::Kept, DsmcError> {
         let grains = self.gas.grains;
         match grains.rough {
             Some(rough) if cfg!(feature = "rough") => {
                 self.make::<_, Tracked>(&scene_of(grains, rough, count)?, boundaries)
             }
-            Some(_) => Err(EngineError::NoRough),
+            Some(_) => Err(DsmcError::NoRough),
             None if self.gas.displacements || !cfg!(feature = "untracked") => {
                 self.make::<_, Tracked>(&scene_of(grains, Smooth, count)?, boundaries)
             }
@@ -166,9 +166,9 @@ impl<K: Keep> Begin<'_, K> {
     fn make<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         scene: &P,
-        boundaries: &Boundaries<P::Space>,
-    ) -> Result<K::Kept, EngineError> {
-        let Gas {
+        boundaries: &BoundaryConditions<P::Space>,
+    ) -> Result<K::Kept, DsmcError> {
+        let CellGas {
             parameters,
             streams,
             ..
@@ -179,7 +179,7 @@ impl<K: Keep> Begin<'_, K> {
             (boundaries.walls).domain(lengths)?.in_flow(rate, time)
         };
         let (engine, follows, shards) = match self.source {
-            Source::Start(starts) => {
+            StartSource::Start(starts) => {
                 let state = |start: &Particles| -> Result<State<P>, Invalid> {
                     Ok(State {
                         time: start.time,
@@ -189,20 +189,20 @@ impl<K: Keep> Begin<'_, K> {
                 };
                 let states = starts.iter().map(state).collect::<Result<Vec<_>, _>>()?;
                 let engine = match &states[..] {
-                    [one] => Engine::start_between(scene, parameters, one, boundaries, streams),
-                    all => Engine::start_sets(scene, parameters, all, boundaries, streams),
+                    [one] => DsmcEngine::start_between(scene, parameters, one, boundaries, streams),
+                    all => DsmcEngine::start_sets(scene, parameters, all, boundaries, streams),
                 };
                 (engine?, false, None)
             }
-            Source::Checkpoint(left) => {
-                let mut kept: Kept<P, F> = postcard::from_bytes(left.checkpoint)
-                    .map_err(|error| EngineError::Checkpoint(error.to_string()))?;
+            StartSource::Checkpoint(left) => {
+                let mut kept: CheckpointContent<P, F> = postcard::from_bytes(left.checkpoint)
+                    .map_err(|error| DsmcError::Checkpoint(error.to_string()))?;
                 let shards = match left.beside {
                     _ if kept.shards.is_empty() => None,
                     Some(beside) => Some((kept.shards, beside.clone())),
                     None => {
                         let why = "its shards are not where it is";
-                        return Err(EngineError::Checkpoint(why.into()));
+                        return Err(DsmcError::Checkpoint(why.into()));
                     }
                 };
                 if let Some((list, beside)) = shards.as_ref().filter(|_| !K::SHARES) {
@@ -210,13 +210,13 @@ impl<K: Keep> Begin<'_, K> {
                 }
                 // The checkpoint has the offset of the boxes.
                 let domain = domain(left.lengths, 0.0)?;
-                let engine = Engine::resume_between(
+                let engine = DsmcEngine::resume_between(
                     scene, parameters, domain, kept.gas, boundaries, streams,
                 );
                 (engine?, kept.follows, shards)
             }
         };
-        let cells = Cells::<P, F> {
+        let cells = CellSimulation::<P, F> {
             engine,
             displacements: self.gas.displacements,
             follows,

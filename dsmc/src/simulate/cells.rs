@@ -6,14 +6,14 @@ use stosszahl_model::sum::Totals;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
     BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, ParticleModel,
-    Particles, Simulation, Sizes, Space, Sum, Surface, Vector as _, VectorOf, Work,
+    Particles, Simulation, Sizes, Space, Sum, Surface, Vector as _, VectorOf, WorkCounters,
 };
 
 use super::others::Others;
 use crate::boundary::Transfer;
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::DsmcCheckpoint;
 use crate::decomposition::Shard;
-use crate::engine::Engine;
+use crate::engine::DsmcEngine;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 
 /// Number of simulator steps in one segment.
@@ -27,16 +27,16 @@ pub const BALANCE: &str = "splitting and merging";
 /// Contents of a checkpoint.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
-pub(super) struct Kept<P: ParticleModel, F: DisplacementTracking<P::Space>> {
-    pub(super) gas: Checkpoint<P, F>,
+pub(super) struct CheckpointContent<P: ParticleModel, F: DisplacementTracking<P::Space>> {
+    pub(super) gas: DsmcCheckpoint<P, F>,
     pub(super) follows: bool,
     /// Shards with the simulators; empty if these are in `gas`.
     pub(super) shards: Vec<Shard>,
 }
 
 /// Cell-based Monte Carlo engine behind [`Simulation`].
-pub(super) struct Cells<P: ParticleModel, F: DisplacementTracking<P::Space>> {
-    pub(super) engine: Engine<P, F>,
+pub(super) struct CellSimulation<P: ParticleModel, F: DisplacementTracking<P::Space>> {
+    pub(super) engine: DsmcEngine<P, F>,
     /// True if displacements can be tracked.
     pub(super) displacements: bool,
     /// True if displacements are tracked.
@@ -46,8 +46,8 @@ pub(super) struct Cells<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(super) others: Option<Others>,
 }
 
-impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Cells<P, F> {
-    /// Calls [`Engine::advance`] in all processes.
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CellSimulation<P, F> {
+    /// Calls [`DsmcEngine::advance`] in all processes.
     fn go(&mut self, until: f64, steps: u64, observer: &mut dyn Observer) -> bool {
         if let Some(others) = &self.others {
             others.advance(until, steps, observer.looks());
@@ -91,7 +91,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Cells<P, F> {
     }
 }
 
-impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Cells<P, F> {
+impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSimulation<P, F> {
     fn time(&self) -> f64 {
         self.engine.time()
     }
@@ -195,7 +195,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Cells<P
     }
 
     fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
-        let kept = Kept {
+        let kept = CheckpointContent {
             gas: self.engine.checkpoint(),
             follows: self.follows,
             shards: Vec::new(),
@@ -203,7 +203,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Cells<P
         postcard::to_stdvec(&kept).map_err(Failure::new)
     }
 
-    fn work(&self) -> Work {
+    fn work(&self) -> WorkCounters {
         let tally = self.engine.tally();
         let over = |a: f64, b: u64| a / b.max(1) as f64;
         let simulators = self.engine.simulators() as u64;
@@ -244,7 +244,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Cells<P
                 self.engine.ledgers().settled_particles as f64,
             ),
         ];
-        Work {
+        WorkCounters {
             collisions: tally.collisions,
             numbers: numbers
                 .map(|(name, number)| (name.to_owned(), number))

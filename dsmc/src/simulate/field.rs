@@ -1,7 +1,7 @@
 //! Field of gravity or uniform shear flow, chosen at run time: one engine type for both.
 
 use stosszahl_model::{
-    Field, Grains, Gravity, Invalid, Law, Scene, Sheared, Space, Species, Surface,
+    Field, Gravity, Invalid, Law, ParticleSpec, Scene, Sheared, Space, Species, Surface,
 };
 
 /// Field of a gas that may be sheared.
@@ -47,7 +47,7 @@ impl<S: Space> Field<S> for UniformField<S> {
 /// # Errors
 /// [`Invalid`] for sizes or fields that cannot be.
 pub(super) fn scene_of<S: Space, C: Surface<S>>(
-    grains: &Grains,
+    grains: &ParticleSpec,
     surface: C,
     count: usize,
 ) -> Result<Scene<S, C, Law, Species, UniformField<S>>, Invalid> {

@@ -8,7 +8,7 @@ use crate::decomposition::{Ranks, ShardLocation, broadcast, write};
 
 /// Command of the root process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) enum Command {
+pub(super) enum RootCommand {
     /// Advances to a time, for at most a number of steps; `true` if collisions are observed.
     Advance(f64, u64, bool),
     /// Gathers all tiles in the root process.
@@ -26,7 +26,7 @@ pub(super) enum Command {
     End,
 }
 
-impl Command {
+impl RootCommand {
     pub(super) fn give(&self, ranks: &dyn Ranks) {
         broadcast(ranks, write(self));
     }
@@ -38,6 +38,6 @@ pub(super) struct Others(pub(super) Arc<dyn Ranks>);
 impl Others {
     /// Commands the other processes to advance.
     pub(super) fn advance(&self, until: f64, steps: u64, looks: bool) {
-        Command::Advance(until, steps, looks).give(&*self.0);
+        RootCommand::Advance(until, steps, looks).give(&*self.0);
     }
 }

@@ -1,14 +1,14 @@
 //! Checks of a gas in cells before it has particles.
 
 use stosszahl_model::{
-    Grains, Monodisperse, ParticleModel, SizeDistribution, Sizes as _, Smooth, Space,
+    Monodisperse, ParticleModel, ParticleSpec, SizeDistribution, Sizes as _, Smooth, Space,
 };
 
-use super::begin::Gas;
+use super::begin::CellGas;
 use super::field::scene_of;
-use crate::boundary::{Boundaries, BoundaryGeometry};
+use crate::boundary::{BoundaryConditions, GridBoundaries};
 use crate::grid::Grid;
-use crate::parameters::EngineError;
+use crate::parameters::DsmcError;
 use crate::start::{check_choices, require_room};
 
 /// Largest number of cells that are checked; more would take long.
@@ -29,9 +29,9 @@ pub struct ExpectedGas {
 /// particles.
 ///
 /// # Errors
-/// [`EngineError`] if the parts do not go together.
-pub fn check(gas: &Gas<'_>, expected: &ExpectedGas) -> Result<(), EngineError> {
-    let grains = &Grains {
+/// [`DsmcError`] if the parts do not go together.
+pub fn check(gas: &CellGas<'_>, expected: &ExpectedGas) -> Result<(), DsmcError> {
+    let grains = &ParticleSpec {
         sizes: match &gas.grains.sizes {
             // Only the largest size matters, and a list of all may be long.
             SizeDistribution::Each(all) => SizeDistribution::Equal(Monodisperse {
@@ -49,11 +49,11 @@ pub fn check(gas: &Gas<'_>, expected: &ExpectedGas) -> Result<(), EngineError> {
 }
 
 fn in_space<S: Space>(
-    gas: &Gas<'_>,
-    grains: &Grains,
-    boundaries: &Boundaries<S>,
+    gas: &CellGas<'_>,
+    grains: &ParticleSpec,
+    boundaries: &BoundaryConditions<S>,
     expected: &ExpectedGas,
-) -> Result<(), EngineError> {
+) -> Result<(), DsmcError> {
     match grains.rough {
         Some(rough) => of(gas, &scene_of(grains, rough, 1)?, boundaries, expected),
         None => of(gas, &scene_of(grains, Smooth, 1)?, boundaries, expected),
@@ -61,11 +61,11 @@ fn in_space<S: Space>(
 }
 
 fn of<P: ParticleModel>(
-    gas: &Gas<'_>,
+    gas: &CellGas<'_>,
     scene: &P,
-    boundaries: &Boundaries<P::Space>,
+    boundaries: &BoundaryConditions<P::Space>,
     expected: &ExpectedGas,
-) -> Result<(), EngineError> {
+) -> Result<(), DsmcError> {
     let lengths = P::Space::vector(|axis| expected.lengths[axis]);
     let domain = boundaries.walls.domain(lengths)?;
     check_choices(scene, gas.parameters, &domain, boundaries)?;
@@ -76,7 +76,7 @@ fn of<P: ParticleModel>(
         return Ok(());
     }
     let grid = Grid::new(domain, counts, 1, MOST_CELLS, 0.0);
-    let surroundings = BoundaryGeometry::new(scene, boundaries, &grid, [radius, 1.0], 0.0)?;
+    let surroundings = GridBoundaries::new(scene, boundaries, &grid, [radius, 1.0], 0.0)?;
     let Some(surroundings) = surroundings else {
         return Ok(());
     };

@@ -2,10 +2,10 @@
 
 use stosszahl_model::ParticleModel;
 
-use crate::engine::Engine;
+use crate::engine::DsmcEngine;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 
-impl<P, F> Engine<P, F>
+impl<P, F> DsmcEngine<P, F>
 where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,

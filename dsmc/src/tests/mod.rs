@@ -10,7 +10,10 @@ use stosszahl_model::{
     Polydisperse, Scene, Sizes, Smooth, Space, State, VectorOf, Volume,
 };
 
-use crate::{Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Tracked, Untracked};
+use crate::{
+    DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme, SimulatorStart, Tracked,
+    Untracked,
+};
 use plain::Plain;
 
 pub(crate) type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
@@ -80,10 +83,10 @@ pub(crate) fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) 
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
-    displacement: Displacement::None,
+    displacement: PartnerDisplacement::None,
     cell_size: Some(2.0),
     simulators_per_particle: 1,
-    copies: Copies::Independent,
+    copies: SimulatorStart::Independent,
     steps_per_cell_crossing: 4.0,
     max_contact_value: 10.0,
 };
@@ -96,7 +99,7 @@ where
     let state = start::<P>(count, sides, 1);
     let streams = Streams::new(3, 0);
     for per_tile in [1, 40, 4096] {
-        let mut engine = Engine::new(scene, parameters, &state, streams).expect("an engine");
+        let mut engine = DsmcEngine::new(scene, parameters, &state, streams).expect("an engine");
         engine.retile(per_tile);
         engine.hold_step(step);
         let counts = engine.grid().counts().map(|count| count as usize);
@@ -121,11 +124,11 @@ where
 #[test]
 fn disks_are_those_of_the_plain_engine() {
     for (scheme, displacement) in [
-        (Scheme::Boltzmann, Displacement::None),
-        (Scheme::FreeVolume, Displacement::Diameter),
+        (Scheme::Boltzmann, PartnerDisplacement::None),
+        (Scheme::FreeVolume, PartnerDisplacement::Diameter),
         (
             Scheme::Enskog(Neighbourhood::Cells(1)),
-            Displacement::Inelastic,
+            PartnerDisplacement::Inelastic,
         ),
     ] {
         let parameters = Parameters {
@@ -162,7 +165,7 @@ fn mixtures_are_those_of_the_plain_engine() {
     for scheme in [Scheme::FreeVolume, Scheme::Enskog(Neighbourhood::Cells(1))] {
         let parameters = Parameters {
             scheme,
-            displacement: Displacement::Diameter,
+            displacement: PartnerDisplacement::Diameter,
             ..PARAMETERS
         };
         let sides = Vector2::new(25.0, 22.0);
@@ -188,7 +191,7 @@ fn threads_and_stops_change_nothing() {
     for scheme in [Scheme::Boltzmann, Scheme::Enskog(Neighbourhood::Cells(2))] {
         let parameters = Parameters {
             scheme,
-            displacement: Displacement::Diameter,
+            displacement: PartnerDisplacement::Diameter,
             ..PARAMETERS
         };
         let scene = equal::<Plane>(0.8);
@@ -197,13 +200,14 @@ fn threads_and_stops_change_nothing() {
         let run = |threads: usize, stop: bool| {
             in_pool(threads, || {
                 let mut seen = Seen::default();
-                let mut engine = Engine::<_, Tracked>::start(&scene, parameters, &state, streams)
-                    .expect("an engine");
+                let mut engine =
+                    DsmcEngine::<_, Tracked>::start(&scene, parameters, &state, streams)
+                        .expect("an engine");
                 engine.advance(f64::INFINITY, 6, &mut seen);
                 if stop {
                     let checkpoint = engine.checkpoint();
                     let domain = state.domain;
-                    engine = Engine::resume(&scene, parameters, domain, checkpoint, streams)
+                    engine = DsmcEngine::resume(&scene, parameters, domain, checkpoint, streams)
                         .expect("an engine");
                 }
                 engine.advance(f64::INFINITY, 6, &mut seen);
@@ -231,8 +235,8 @@ fn threads_and_stops_change_nothing() {
 fn tiles_change_nothing() {
     let state = start::<Equal<Plane>>(5000, Vector2::new(150.0, 90.0), 4);
     let run = |per_tile: usize| {
-        let mut engine =
-            Engine::new(&equal(0.7), PARAMETERS, &state, Streams::new(5, 0)).expect("an engine");
+        let mut engine = DsmcEngine::new(&equal(0.7), PARAMETERS, &state, Streams::new(5, 0))
+            .expect("an engine");
         engine.retile(per_tile);
         engine.advance(f64::INFINITY, 60, &mut ());
         (engine.state().bodies, engine.time(), engine.tally())
@@ -267,8 +271,8 @@ fn a_simulator_takes_at_most_48_bytes() {
             scheme,
             ..PARAMETERS
         };
-        let mut engine =
-            Engine::new(&equal(1.0), parameters, &state, Streams::new(1, 0)).expect("an engine");
+        let mut engine = DsmcEngine::new(&equal(1.0), parameters, &state, Streams::new(1, 0))
+            .expect("an engine");
         for _ in 0..3 {
             engine.advance(f64::INFINITY, 20, &mut ());
             let each = engine.bytes() as f64 / count as f64;
@@ -287,7 +291,7 @@ fn free_flight_is_exact() {
         ..PARAMETERS
     };
     let mut engine =
-        Engine::<_, Tracked>::start(&equal(1.0), parameters, &state, Streams::new(1, 0))
+        DsmcEngine::<_, Tracked>::start(&equal(1.0), parameters, &state, Streams::new(1, 0))
             .expect("an engine");
     engine.retile(1);
     engine.hold_step(0.013);
@@ -327,7 +331,7 @@ fn spheres_collide_at_the_rate_of_theory() {
             ..PARAMETERS
         };
         let mut engine =
-            Engine::<_, Untracked>::start(&scene, parameters, &state, Streams::new(seed, 0))
+            DsmcEngine::<_, Untracked>::start(&scene, parameters, &state, Streams::new(seed, 0))
                 .expect("an engine");
         engine.advance(4.0, u64::MAX, &mut ());
         let packing = state.packing_fraction(&scene);
@@ -351,7 +355,7 @@ fn spheres_collide_at_the_rate_of_theory() {
 fn virial_is_that_of_the_displacement() {
     let count = 20_000;
     let side = 400.0;
-    for displacement in [Displacement::None, Displacement::Diameter] {
+    for displacement in [PartnerDisplacement::None, PartnerDisplacement::Diameter] {
         let state = start::<Equal<Plane>>(count, Vector2::new(side, side), 3);
         let scene = equal::<Plane>(1.0);
         let parameters = Parameters {
@@ -361,7 +365,7 @@ fn virial_is_that_of_the_displacement() {
             ..PARAMETERS
         };
         let mut engine =
-            Engine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
+            DsmcEngine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
         engine.advance(40.0, u64::MAX, &mut ());
         let temperature = state.temperature(&scene);
         let scale = 2.0 * count as f64 * temperature * engine.time();
@@ -369,7 +373,7 @@ fn virial_is_that_of_the_displacement() {
         let rate = 2.0 * engine.tally().collisions as f64 / count as f64 / engine.time();
         // omega = 4 (Z - 1) sqrt(T)/sqrt(pi).
         let expected = rate * std::f64::consts::PI.sqrt() / (4.0 * temperature.sqrt());
-        let expected = if displacement == Displacement::None {
+        let expected = if displacement == PartnerDisplacement::None {
             0.0
         } else {
             expected

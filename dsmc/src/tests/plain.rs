@@ -9,7 +9,7 @@ use stosszahl_model::{
     VectorOf, collide, kinetic,
 };
 
-use crate::{Displacement, Neighbourhood, Parameters, Scheme};
+use crate::{Neighbourhood, Parameters, PartnerDisplacement, Scheme};
 
 /// Plain engine with steps of fixed length.
 pub(super) struct Plain<P: ParticleModel> {
@@ -71,7 +71,7 @@ impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
         }
     }
 
-    /// Advances as [`Engine::advance`] with a fixed step that the clock represents exactly.
+    /// Advances as [`DsmcEngine::advance`] with a fixed step that the clock represents exactly.
     pub(super) fn advance(&mut self, steps: u64, first: u64, step: f64) -> u64 {
         let mut collisions = 0;
         self.fly(0.5 * step);
@@ -209,9 +209,9 @@ impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
             let [u, v] = collide(&self.scene, &pair, restitution).velocities;
             (members[i].1, members[j].1) = (u, v);
             let share = match self.parameters.displacement {
-                Displacement::None => continue,
-                Displacement::Diameter => 1.0,
-                Displacement::Inelastic => 0.5 * (1.0 + restitution) / restitution,
+                PartnerDisplacement::None => continue,
+                PartnerDisplacement::Diameter => 1.0,
+                PartnerDisplacement::Inelastic => 0.5 * (1.0 + restitution) / restitution,
             };
             members[i].0 += pair.line * share;
             members[j].0 -= pair.line * share;

@@ -1,7 +1,9 @@
 //! Contact-point scheme in channels between walls: collision rate against exact disks.
 
 use nalgebra::vector;
-use stosszahl_dsmc::{Boundaries, Engine, EngineError, Parameters, Scheme, WallClearance};
+use stosszahl_dsmc::{
+    BoundaryConditions, DsmcEngine, DsmcError, Parameters, Scheme, WallClearance,
+};
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Face, Plane, Smooth, Space, State, Wall, Walls};
 
@@ -41,16 +43,16 @@ const EXACT: [(f64, f64, f64); 15] = [
     (0.4, 20.0, 4.1936),
 ];
 
-fn channel(packing: f64, width: f64, count: usize) -> (Boundaries<Plane>, State<Disks>) {
+fn channel(packing: f64, width: f64, count: usize) -> (BoundaryConditions<Plane>, State<Disks>) {
     let faces = [
         [Face::Periodic; 2],
         [Face::Wall(Wall::specular()); 2],
         [Face::Periodic; 2],
     ];
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         walls: Walls::new(&faces).expect("fit"),
         clearance: WallClearance::Radius,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let length = count as f64 * Plane::ball(0.5) / packing / width;
     let domain = boundaries
@@ -76,8 +78,8 @@ fn disks_in_channels_collide_as_often_as_the_engine_says() {
                 ..AROUND_POINTS
             };
             let streams = Streams::new(1, 0);
-            let mut engine: Engine<Disks> =
-                Engine::start_between(&scene, parameters, &state, &boundaries, streams)
+            let mut engine: DsmcEngine<Disks> =
+                DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
                     .expect("an engine");
             let unit = 1.0 / exact;
             engine.advance(15.0 * unit, u64::MAX, &mut ());
@@ -108,19 +110,19 @@ fn channels_of_few_diameters_are_refused() {
         (1.9, WallClearance::Centre),
     ] {
         let (boundaries, state) = channel(0.1, width, 100);
-        let boundaries = Boundaries {
+        let boundaries = BoundaryConditions {
             clearance,
             ..boundaries
         };
         let start = |parameters| {
             let streams = Streams::new(1, 0);
-            Engine::<Disks>::start_between(&scene, parameters, &state, &boundaries, streams)
+            DsmcEngine::<Disks>::start_between(&scene, parameters, &state, &boundaries, streams)
                 .map(|_| ())
         };
         let refused = start(AROUND_POINTS).expect_err("too narrow");
         let is_named = matches!(
             refused,
-            EngineError::Narrow {
+            DsmcError::Narrow {
                 axis: 1,
                 scheme: "contact-point",
                 ..

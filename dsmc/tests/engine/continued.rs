@@ -6,12 +6,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
-    Boundaries, Engine, Inflow, Neighbourhood, Parameters, Scheme, WallClearance, Weights,
+    BoundaryConditions, DsmcEngine, Inflow, Neighbourhood, Parameters, Scheme, SimulatorWeights,
+    WallClearance,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Domain, Face, Free, Interrupt, Kind, ParticleState, Plane, Polydisperse, Restitution, Scene,
-    Smooth, State, Wall, Walls,
+    Domain, Face, Free, Interrupt, ParticleState, Plane, Polydisperse, Restitution, Scene, Smooth,
+    SpeciesProperties, State, Wall, Walls,
 };
 
 use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity, of_kinds};
@@ -26,7 +27,7 @@ const ACROSS: Parameters = Parameters {
 };
 
 /// Channel between specular walls, open at both ends, with inflows of one density and drift.
-fn channel(density: f64, drift: f64) -> Boundaries<Plane> {
+fn channel(density: f64, drift: f64) -> BoundaryConditions<Plane> {
     let faces = [
         [Face::Open; 2],
         [Face::Wall(Wall::specular()); 2],
@@ -41,11 +42,11 @@ fn channel(density: f64, drift: f64) -> Boundaries<Plane> {
         spin_temperature: 0.0,
         like: 0,
     };
-    Boundaries {
+    BoundaryConditions {
         walls: Walls::new(&faces).expect("fit"),
         clearance: WallClearance::Radius,
         inflows: vec![stream(0), stream(1)],
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     }
 }
 
@@ -55,22 +56,23 @@ fn stops_change_nothing(
     scene: &Disks,
     parameters: Parameters,
     state: &State<Disks>,
-    boundaries: &Boundaries<Plane>,
+    boundaries: &BoundaryConditions<Plane>,
     steps: u64,
 ) {
     let streams = Streams::new(3, 0);
     let run = |stop: bool| {
-        let mut engine: Engine<Disks> =
-            Engine::start_between(scene, parameters, state, boundaries, streams)
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::start_between(scene, parameters, state, boundaries, streams)
                 .expect("an engine");
         engine.advance(f64::INFINITY, steps, &mut ());
         let before = engine.simulators();
         if stop {
             let checkpoint = engine.checkpoint();
             let domain = state.domain;
-            engine =
-                Engine::resume_between(scene, parameters, domain, checkpoint, boundaries, streams)
-                    .expect("an engine");
+            engine = DsmcEngine::resume_between(
+                scene, parameters, domain, checkpoint, boundaries, streams,
+            )
+            .expect("an engine");
         }
         engine.advance(f64::INFINITY, steps, &mut ());
         let tiles = engine.grid().tiles();
@@ -108,10 +110,10 @@ fn continued_flows_with_partners_across_cells_are_the_same_bytes() {
 #[test]
 fn continued_sums_at_boundaries_are_the_same_bytes() {
     let faces = [[Face::Wall(Wall::specular()); 2]; 2];
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         walls: Walls::new(&[faces[0], faces[1], [Face::Periodic; 2]]).expect("fit"),
-        weights: Weights::along(0, vec![1.0, 0.25]).expect("factors"),
-        ..Boundaries::default()
+        weights: SimulatorWeights::along(0, vec![1.0, 0.25]).expect("factors"),
+        ..BoundaryConditions::default()
     };
     let scene: Disks = grains(disk_for_unit_path(10.0), 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![80.0, 50.0]).expect("a box");
@@ -125,7 +127,7 @@ fn continued_sums_at_boundaries_are_the_same_bytes() {
 fn an_empty_channel_fills() {
     let (density, drift) = (0.05, 4.0);
     let faces = [[Face::Open; 2], [Face::Periodic; 2], [Face::Periodic; 2]];
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         walls: Walls::new(&faces).expect("fit"),
         ..channel(density, drift)
     };
@@ -141,8 +143,8 @@ fn an_empty_channel_fills() {
             simulators_per_particle: copies,
             ..ACROSS
         };
-        let mut engine: Engine<Disks> =
-            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         // Tiles are made for the expected number.
         assert!(engine.grid().cells() > 100);
@@ -165,7 +167,7 @@ fn an_empty_channel_fills() {
 #[test]
 fn a_long_step_can_be_broken_off() {
     let count = 300;
-    let kind = |radius, mass, count| Kind {
+    let kind = |radius, mass, count| SpeciesProperties {
         radius,
         mass,
         count,
@@ -197,7 +199,7 @@ fn a_long_step_can_be_broken_off() {
             steps_per_cell_crossing: 1.0,
             ..ACROSS
         };
-        let mut engine = Engine::<Disks>::new(&scene, parameters, &state, Streams::new(1, 0))
+        let mut engine = DsmcEngine::<Disks>::new(&scene, parameters, &state, Streams::new(1, 0))
             .expect("an engine");
         let interrupt = Interrupt::default();
         interrupt.raise();
@@ -241,8 +243,8 @@ fn no_partner_of_unequal_disks_is_sought_after_an_interrupt() {
     };
     let domain = Domain::periodic(vector![60.0, 60.0]).expect("a box");
     let state = gas(&scene, domain, 0.0, 400, 1.0, 3);
-    let mut engine: Engine<Scene<_, _, _, _, _>> =
-        Engine::new(&scene, ACROSS, &state, Streams::new(1, 0)).expect("an engine");
+    let mut engine: DsmcEngine<Scene<_, _, _, _, _>> =
+        DsmcEngine::new(&scene, ACROSS, &state, Streams::new(1, 0)).expect("an engine");
     engine.set_stop_flag(&law.0);
     assert!(!engine.advance(1e6, u64::MAX, &mut ()));
     assert_eq!(law.1.load(Ordering::Relaxed), 10);

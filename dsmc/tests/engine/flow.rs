@@ -2,13 +2,14 @@
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_dsmc::{
-    Boundaries, DisplacementTracking, Engine, EngineError, Inflow, Parameters, Tracked, Weights,
+    BoundaryConditions, DisplacementTracking, DsmcEngine, DsmcError, Inflow, Parameters,
+    SimulatorWeights, Tracked,
 };
 use stosszahl_model::random::Streams;
-use stosszahl_model::walls::{Obstacle, Outline, Vibration};
+use stosszahl_model::walls::{Obstacle, ObstacleShape, Vibration};
 use stosszahl_model::{
-    Constant, Face, Free, Gravity, Kind, ParticleState, Plane, Polydisperse, Rebound, Rough, Scene,
-    Sizes, Smooth, Space, State, Surface, Volume, Wall, Walls,
+    Constant, Face, Free, Gravity, ParticleState, Plane, Polydisperse, Rebound, Rough, Scene,
+    Sizes, Smooth, Space, SpeciesProperties, State, Surface, Volume, Wall, Walls,
 };
 
 use crate::support::{
@@ -31,12 +32,12 @@ fn inflow<S: Space>(density: f64, velocity: S::Vector, temperature: f64) -> Infl
 }
 
 /// Channel along the first axis, open at both ends.
-fn channel<S: Space>(inflows: Vec<Inflow<S>>, side: Face<S>) -> Boundaries<S> {
+fn channel<S: Space>(inflows: Vec<Inflow<S>>, side: Face<S>) -> BoundaryConditions<S> {
     let faces = [[Face::Open; 2], [side; 2], [Face::Periodic; 2]];
-    Boundaries {
+    BoundaryConditions {
         walls: Walls::new(&faces).expect("fit"),
         inflows,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     }
 }
 
@@ -59,8 +60,8 @@ fn a_drifting_gas_stays_uniform() {
             domain: boundaries.walls.domain(lengths).expect("a box"),
             bodies: Vec::new(),
         };
-        let mut engine: Engine<Grains<Volume, Rough>, Tracked> =
-            Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        let mut engine: DsmcEngine<Grains<Volume, Rough>, Tracked> =
+            DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         let transit = 8.0 / drift;
         let mut slices = [[0.0; 5]; 4];
@@ -101,7 +102,7 @@ fn a_drifting_gas_stays_uniform() {
 /// Checks that the ledgers account for the content of the box: to the rounding of sums of some 1e5
 /// terms.
 fn check_ledgers<S: Space, C: Surface<S>, F: DisplacementTracking<S>>(
-    engine: &Engine<Grains<S, C>, F>,
+    engine: &DsmcEngine<Grains<S, C>, F>,
     scene: &Grains<S, C>,
 ) {
     let (mass, momentum, energy) = engine.ledgers().total();
@@ -135,8 +136,8 @@ fn without_flux_a_channel_runs_empty() {
         let boundaries = channel(vec![stream], Face::Wall(Wall::specular()));
         let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
         let state = gas::<Disks>(&scene, domain, 0.0, 200, 1.0, 3);
-        let mut engine: Engine<Disks> =
-            Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         engine.advance(1e4, u64::MAX, &mut ());
         assert_eq!(engine.simulators(), 0);
@@ -164,8 +165,8 @@ fn a_supersonic_stream_fills_an_empty_channel() {
         domain: boundaries.walls.domain(vector![10.0, 5.0]).expect("a box"),
         bodies: Vec::new(),
     };
-    let mut engine: Engine<Disks> =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+    let mut engine: DsmcEngine<Disks> =
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     assert_eq!(engine.simulators(), 0);
     engine.advance(10.0, u64::MAX, &mut ());
@@ -187,10 +188,10 @@ fn a_supersonic_stream_fills_an_empty_channel() {
 /// is uniform.
 #[test]
 fn splits_and_merges_are_fair() {
-    let weights = Weights::along(0, vec![1.0, 3.7, 0.3]).expect("factors");
-    let boundaries = Boundaries {
+    let weights = SimulatorWeights::along(0, vec![1.0, 3.7, 0.3]).expect("factors");
+    let boundaries = BoundaryConditions {
         weights,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let scene = grains(1e-3, 1.0, Smooth, no_gravity());
     let parameters = Parameters {
@@ -207,7 +208,7 @@ fn splits_and_merges_are_fair() {
         for body in &mut state.bodies {
             body.velocity[0] += 1.0;
         }
-        let mut engine: Engine<Disks> = Engine::start_between(
+        let mut engine: DsmcEngine<Disks> = DsmcEngine::start_between(
             &scene,
             parameters,
             &state,
@@ -254,7 +255,10 @@ fn splits_and_merges_are_fair() {
 #[test]
 fn threads_tiles_and_stops_change_nothing() {
     let factors = vec![1.0, 0.8, 0.5, 1.7, 1.0, 2.5, 1.0, 0.6];
-    nothing_changes(Weights::table([4, 2, 1], factors).expect("factors"), |x| x);
+    nothing_changes(
+        SimulatorWeights::table([4, 2, 1], factors).expect("factors"),
+        |x| x,
+    );
 }
 
 /// Threads, tiles and stops change nothing with adaptive weights, which change before and after the
@@ -262,23 +266,23 @@ fn threads_tiles_and_stops_change_nothing() {
 /// the other.
 #[test]
 fn they_change_nothing_where_weights_follow_the_number() {
-    let following = Weights::following(0, 8).expect("slices");
+    let following = SimulatorWeights::following(0, 8).expect("slices");
     nothing_changes(following, |x| 12.0 * (x / 12.0).powi(6));
 }
 
 /// Checks that threads, tiles and stops change nothing. `place`: maps uniform coordinates along the
 /// channel to initial ones.
-fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
+fn nothing_changes(weights: SimulatorWeights, place: impl Fn(f64) -> f64) {
     let density = 400.0;
     let mut floor = Wall::<Plane>::still(Rebound::Diffuse { temperature: 0.7 });
     floor.sliding = vector![0.3, 0.0];
     floor.vibration = Vibration::new(0.3, 1.1).ok();
-    let disk = Outline::Circle {
+    let disk = ObstacleShape::Circle {
         centre: vector![6.0, 2.5],
         radius: 0.8,
     };
     let disk = Obstacle::new(disk, Rebound::Diffuse { temperature: 1.2 }).expect("an obstacle");
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         obstacles: vec![disk.clone()],
         walls: Walls::new(&[
             [Face::Open; 2],
@@ -293,7 +297,7 @@ fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
             },
         ],
         weights,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let field = Gravity::new(vector![0.05, -0.2]).expect("finite");
     let surface = Rough::new(0.5, Plane::INERTIA).expect("a surface");
@@ -308,7 +312,7 @@ fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
     let run = |threads: usize, per_tile: Option<usize>, stop: bool| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().expect("threads").install(|| {
-            let mut engine = Engine::<_, Tracked>::start_between(
+            let mut engine = DsmcEngine::<_, Tracked>::start_between(
                 &scene,
                 PARAMETERS,
                 &state,
@@ -322,7 +326,7 @@ fn nothing_changes(weights: Weights, place: impl Fn(f64) -> f64) {
             engine.advance(f64::INFINITY, 12, &mut ());
             if stop {
                 let checkpoint = engine.checkpoint();
-                engine = Engine::resume_between(
+                engine = DsmcEngine::resume_between(
                     &scene,
                     PARAMETERS,
                     domain,
@@ -372,10 +376,16 @@ fn streams_that_have_no_meaning_are_refused() {
         let boundaries = channel(vec![good, stream], Face::Periodic);
         let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
         let state = gas::<Disks>(&scene, domain, 0.0, 5, 1.0, 3);
-        Engine::<Disks>::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
-            .map(|_| ())
-            .expect_err("refused")
-            .to_string()
+        DsmcEngine::<Disks>::start_between(
+            &scene,
+            PARAMETERS,
+            &state,
+            &boundaries,
+            Streams::new(1, 0),
+        )
+        .map(|_| ())
+        .expect_err("refused")
+        .to_string()
     };
     for (stream, part) in [
         (
@@ -444,15 +454,15 @@ fn only_species_can_flow() {
             ParticleState::new(second, rest),
         ],
     };
-    let refused = Engine::<_>::start_between(
+    let refused = DsmcEngine::<_>::start_between(
         &individual,
         PARAMETERS,
         &state,
         &boundaries,
         Streams::new(1, 0),
     );
-    assert!(matches!(refused, Err(EngineError::Individuals)));
-    let kind = |radius, mass| Kind {
+    assert!(matches!(refused, Err(DsmcError::Individuals)));
+    let kind = |radius, mass| SpeciesProperties {
         radius,
         mass,
         count: 1,
@@ -467,7 +477,7 @@ fn only_species_can_flow() {
             ParticleState::new(second, rest),
         ],
     };
-    let mut engine = Engine::<_>::start_between(
+    let mut engine = DsmcEngine::<_>::start_between(
         &species,
         PARAMETERS,
         &state,
@@ -502,18 +512,18 @@ fn only_species_can_flow() {
 ///
 /// Checks the barometric density and the floor's temperature up to the top, to 2 %. Samples of 4000
 /// simulators in each fifth, renewed in some ten samples, have errors below 0.8 %.
-fn atmosphere(count: f64, weights: Weights) -> (Engine<Disks>, [[f64; 3]; 5]) {
+fn atmosphere(count: f64, weights: SimulatorWeights) -> (DsmcEngine<Disks>, [[f64; 3]; 5]) {
     let height = 10.0;
     let pull = 0.4;
     let floor = Wall::still(Rebound::Diffuse { temperature: 1.0 });
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         walls: Walls::new(&[
             [Face::Periodic; 2],
             [Face::Wall(floor), Face::Wall(Wall::specular())],
         ])
         .expect("fit"),
         weights,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let density = count / (4.0 * height);
     let field = Gravity::new(vector![0.0, -pull]).expect("finite");
@@ -528,8 +538,8 @@ fn atmosphere(count: f64, weights: Weights) -> (Engine<Disks>, [[f64; 3]; 5]) {
         let below = body.position[1] / height;
         body.position[1] = -(-below * -(-pull * height).exp_m1()).ln_1p() / pull;
     }
-    let mut engine: Engine<Disks> =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+    let mut engine: DsmcEngine<Disks> =
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     let samples = 40;
     let mut fifths = [[0.0; 3]; 5];
@@ -563,7 +573,7 @@ fn share(fifth: u32) -> f64 {
 
 #[test]
 fn weights_do_not_change_an_atmosphere() {
-    let weights = Weights::along(1, (0..5).map(share).collect()).expect("factors");
+    let weights = SimulatorWeights::along(1, (0..5).map(share).collect()).expect("factors");
     let count = 4000.0 / (1.0 - (-0.8_f64).exp()) * (1.0 - (-4.0_f64).exp());
     let (engine, fifths) = atmosphere(count, weights);
     assert!(engine.simulators() > 18_000);
@@ -577,7 +587,7 @@ fn weights_do_not_change_an_atmosphere() {
 #[test]
 fn weights_follow_the_number() {
     let count = 32_000.0;
-    let weights = Weights::following(1, 5).expect("slices");
+    let weights = SimulatorWeights::following(1, 5).expect("slices");
     let (engine, fifths) = atmosphere(count, weights);
     for (number, [_, _, simulators]) in fifths.into_iter().enumerate() {
         // A fifth may exceed its bounds until the next adaptation.

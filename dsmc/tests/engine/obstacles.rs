@@ -1,9 +1,11 @@
 //! Gases around obstacles, and counts by cell.
 
 use nalgebra::{Vector2, Vector3, vector};
-use stosszahl_dsmc::{Boundaries, Displacement, Engine, Parameters, Scheme, WallClearance};
+use stosszahl_dsmc::{
+    BoundaryConditions, DsmcEngine, Parameters, PartnerDisplacement, Scheme, WallClearance,
+};
 use stosszahl_model::random::Streams;
-use stosszahl_model::walls::{Obstacle, Outline};
+use stosszahl_model::walls::{Obstacle, ObstacleShape};
 use stosszahl_model::{
     Domain, Face, Gravity, ParticleState, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
 };
@@ -17,13 +19,13 @@ const SPECULAR: Rebound = Rebound::Restitutive {
     slip: 1.0,
 };
 
-fn obstacle(outline: Outline, law: Rebound) -> Obstacle {
+fn obstacle(outline: ObstacleShape, law: Rebound) -> Obstacle {
     Obstacle::new(outline, law).expect("an obstacle")
 }
 
 fn disk(x: f64, y: f64, radius: f64) -> Obstacle {
     let centre = vector![x, y];
-    obstacle(Outline::Circle { centre, radius }, SPECULAR)
+    obstacle(ObstacleShape::Circle { centre, radius }, SPECULAR)
 }
 
 fn block(low: [f64; 2], high: [f64; 2], law: Rebound) -> Obstacle {
@@ -33,14 +35,14 @@ fn block(low: [f64; 2], high: [f64; 2], law: Rebound) -> Obstacle {
         high.into(),
         vector![low[0], high[1]],
     ];
-    obstacle(Outline::Polygon { points }, law)
+    obstacle(ObstacleShape::Polygon { points }, law)
 }
 
-fn around<S: Space>(obstacles: Vec<Obstacle>, clearance: WallClearance) -> Boundaries<S> {
-    Boundaries {
+fn around<S: Space>(obstacles: Vec<Obstacle>, clearance: WallClearance) -> BoundaryConditions<S> {
+    BoundaryConditions {
         clearance,
         obstacles,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     }
 }
 
@@ -72,7 +74,7 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
         disk(0.75, 0.75, 0.75),
         block([9.0, 2.0], [10.0, 4.0], SPECULAR),
         obstacle(
-            Outline::Segment {
+            ObstacleShape::Segment {
                 ends: [vector![1.0, 8.0], vector![4.0, 9.0]],
             },
             SPECULAR,
@@ -85,8 +87,8 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
         let all = gas::<Disks>(&scene, domain, 0.0, 20_000, 1.0, 3);
         let state = outside(all, &obstacles, radius);
         let count = state.bodies.len() as f64;
-        let mut engine: Engine<Disks> =
-            Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         engine.count_cells();
         engine.advance(1.0, u64::MAX, &mut ());
@@ -152,8 +154,8 @@ fn nothing_flies_through_an_obstacle() {
         bodies: vec![body],
     };
     for step in [0.25, 7.0, 100.0] {
-        let mut engine: Engine<Disks> =
-            Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         engine.hold_step(step);
         engine.advance(100.0, u64::MAX, &mut ());
@@ -176,7 +178,7 @@ fn a_grain_comes_to_rest_on_a_block() {
         restitution: 0.5,
         slip: 1.0,
     };
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         walls: Walls::new(&[[Face::Periodic; 2], [Face::Wall(Wall::specular()); 2]]).expect("fit"),
         ..around(
             vec![block([4.0, 1.0], [6.0, 2.0], law)],
@@ -190,8 +192,8 @@ fn a_grain_comes_to_rest_on_a_block() {
         domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
         bodies: vec![ParticleState::new(vector![5.0, 4.0], vector![0.0, 0.0])],
     };
-    let mut engine: Engine<Grains<Plane, Smooth>> =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+    let mut engine: DsmcEngine<Grains<Plane, Smooth>> =
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     engine.advance(100.0, u64::MAX, &mut ());
     let body = engine.state().bodies[0];
@@ -212,8 +214,8 @@ fn a_grain_slides_down_a_slope() {
         slip: 1.0,
     };
     let points = vec![vector![1.0, 1.0], vector![9.0, 1.0], vector![1.0, 9.0]];
-    let slope = obstacle(Outline::Polygon { points }, law);
-    let boundaries = Boundaries {
+    let slope = obstacle(ObstacleShape::Polygon { points }, law);
+    let boundaries = BoundaryConditions {
         walls: Walls::new(&[[Face::Wall(Wall::specular()); 2]; 2]).expect("fit"),
         ..around(vec![slope], WallClearance::Radius)
     };
@@ -226,8 +228,8 @@ fn a_grain_slides_down_a_slope() {
         domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
         bodies: vec![ParticleState::new(begin, vector![0.0, 0.0])],
     };
-    let mut engine: Engine<Grains<Plane, Smooth>> =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+    let mut engine: DsmcEngine<Grains<Plane, Smooth>> =
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     engine.hold_step(0.01);
     engine.advance(4.0, u64::MAX, &mut ());
@@ -257,10 +259,10 @@ fn grains_come_to_rest_in_wedges() {
     };
     let polygon = |points: [[f64; 2]; 3]| {
         let points = points.into_iter().map(Into::into).collect();
-        obstacle(Outline::Polygon { points }, law)
+        obstacle(ObstacleShape::Polygon { points }, law)
     };
     let centre = vector![5.2, 2.0];
-    let disk = Outline::Circle {
+    let disk = ObstacleShape::Circle {
         centre,
         radius: 0.7,
     };
@@ -270,7 +272,7 @@ fn grains_come_to_rest_in_wedges() {
         obstacle(disk, law),
     ];
     for clearance in [WallClearance::Centre, WallClearance::Radius] {
-        let boundaries = Boundaries {
+        let boundaries = BoundaryConditions {
             walls: Walls::new(&[[Face::Wall(Wall::still(law)); 2]; 2]).expect("fit"),
             ..around(obstacles.clone(), clearance)
         };
@@ -286,8 +288,8 @@ fn grains_come_to_rest_in_wedges() {
             scheme: Scheme::Collisionless,
             ..PARAMETERS
         };
-        let mut engine: Engine<_> =
-            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+        let mut engine: DsmcEngine<_> =
+            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         let radius = if clearance == WallClearance::Radius {
             0.1
@@ -334,8 +336,8 @@ fn spheres_flow_around_a_cylinder() {
     let mut state: State<Grains<Volume, Smooth>> = gas(&scene, domain, 0.0, 10_000, 1.0, 3);
     let from_axis = |position: Vector3<f64>| (position.xy() - Vector2::new(3.0, 3.0)).norm();
     state.bodies.retain(|body| from_axis(body.position) > 1.5);
-    let mut engine: Engine<_> =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+    let mut engine: DsmcEngine<_> =
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     engine.advance(10.0, u64::MAX, &mut ());
     let end = engine.state();
@@ -360,9 +362,15 @@ fn a_grain_inside_an_obstacle_is_named() {
     };
     let start = |state: &State<Disks>, obstacles, clearance| {
         let boundaries = around(obstacles, clearance);
-        Engine::<Disks>::start_between(&scene, PARAMETERS, state, &boundaries, Streams::new(1, 0))
-            .map(|_| ())
-            .map_err(|error| error.to_string())
+        DsmcEngine::<Disks>::start_between(
+            &scene,
+            PARAMETERS,
+            state,
+            &boundaries,
+            Streams::new(1, 0),
+        )
+        .map(|_| ())
+        .map_err(|error| error.to_string())
     };
     let two = || vec![disk(3.0, 3.0, 1.0), disk(5.0, 5.0, 2.0)];
     assert_eq!(start(&state, two(), WallClearance::Centre), Ok(()));
@@ -396,8 +404,8 @@ fn default_cells_follow_the_free_area() {
     };
     for (clearance, width) in [(WallClearance::Centre, 10.0), (WallClearance::Radius, 9.9)] {
         let boundaries = around(bodies.clone(), clearance);
-        let engine: Engine<Disks> =
-            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+        let engine: DsmcEngine<Disks> =
+            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         let packing = state.bodies.len() as f64 * Plane::ball(0.05) / (40.0 * width);
         let wanted = parameters.cells(&domain, packing, 0.1);
@@ -415,8 +423,11 @@ fn counts_by_cell_add_up() {
     let domain = Domain::periodic(vector![20.0, 20.0]).expect("a box");
     let state = gas::<Disks>(&scene, domain, 0.0, 150, 1.0, 3);
     for (scheme, displacement) in [
-        (Scheme::Boltzmann, Displacement::Diameter),
-        (Scheme::ContactPoint { radius: None }, Displacement::None),
+        (Scheme::Boltzmann, PartnerDisplacement::Diameter),
+        (
+            Scheme::ContactPoint { radius: None },
+            PartnerDisplacement::None,
+        ),
     ] {
         let parameters = Parameters {
             scheme,
@@ -424,8 +435,8 @@ fn counts_by_cell_add_up() {
             cell_size: Some(2.0),
             ..PARAMETERS
         };
-        let mut engine: Engine<Disks> =
-            Engine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
         assert!(engine.take_cell_counts().is_empty());
         engine.count_cells();
         engine.advance(5.0, u64::MAX, &mut ());

@@ -4,12 +4,13 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use stosszahl_dsmc::{
-    Boundaries, Copies, Displacement, Gas, Neighbourhood, Parameters, Scheme, simulate,
+    BoundaryConditions, CellGas, Neighbourhood, Parameters, PartnerDisplacement, Scheme,
+    SimulatorStart, simulate,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Budget, Collision, Constant, Grains, Kind, Law, Observer, Particle, Particles, PerPair,
-    Polydisperse, SizeDistribution, Species,
+    Budget, Collision, Constant, Law, Observer, Particle, ParticleSpec, Particles, PerPair,
+    Polydisperse, SizeDistribution, Species, SpeciesProperties,
 };
 
 /// Restitution by the species of both particles, and collision numbers of each pair of species.
@@ -36,7 +37,7 @@ fn copies_of_species_keep_their_laws() {
     let law =
         |number: usize| Law::from(Constant::new(COEFFICIENTS[number]).expect("a coefficient"));
     let laws = PerPair::new(2, [0, 1, 1, 2].map(law).into()).expect("a table");
-    let kind = |(radius, mass)| Kind {
+    let kind = |(radius, mass)| SpeciesProperties {
         radius,
         mass,
         count: 100,
@@ -54,7 +55,7 @@ fn copies_of_species_keep_their_laws() {
         (2, SizeDistribution::Each(each.clone()), Some(Vector3::x())),
         (3, SizeDistribution::Each(each), None),
     ] {
-        let grains = Grains {
+        let grains = ParticleSpec {
             sizes,
             restitution: laws.clone().into(),
             rough: None,
@@ -82,18 +83,18 @@ fn copies_of_species_keep_their_laws() {
             periodic: [true; 3],
             all: (0..200).map(particle).collect(),
         };
-        let gas = Gas {
+        let gas = CellGas {
             grains: &grains,
             parameters: Parameters {
                 scheme: Scheme::Enskog(Neighbourhood::Cells(1)),
-                displacement: Displacement::None,
+                displacement: PartnerDisplacement::None,
                 cell_size: Some(5.0),
                 simulators_per_particle: 2,
-                copies: Copies::Independent,
+                copies: SimulatorStart::Independent,
                 steps_per_cell_crossing: 4.0,
                 max_contact_value: 10.0,
             },
-            boundaries: &Boundaries::default(),
+            boundaries: &BoundaryConditions::default(),
             streams: Streams::new(3, 0),
             displacements: false,
         };

@@ -2,7 +2,8 @@
 
 use stosszahl_analysis::theory::{RoughGas, Temperatures};
 use stosszahl_dsmc::{
-    Boundaries, Copies, Displacement, Engine, Neighbourhood, Parameters, Scheme, Simulator, Tracked,
+    BoundaryConditions, DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme,
+    Simulator, SimulatorStart, Tracked,
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
@@ -13,14 +14,14 @@ use stosszahl_model::{
 use crate::support::{Grains, grains, no_gravity};
 
 type Gas<S> = Grains<S, Rough>;
-type Spinning<S> = Engine<Gas<S>, Tracked>;
+type Spinning<S> = DsmcEngine<Gas<S>, Tracked>;
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
-    displacement: Displacement::None,
+    displacement: PartnerDisplacement::None,
     cell_size: None,
     simulators_per_particle: 1,
-    copies: Copies::Independent,
+    copies: SimulatorStart::Independent,
     steps_per_cell_crossing: 4.0,
     max_contact_value: 10.0,
 };
@@ -69,8 +70,8 @@ fn engine<S: Space>(gas: &Gas<S>, state: &State<Gas<S>>, cells: f64) -> Spinning
         cell_size: Some(state.domain.lengths()[0] / cells),
         ..PARAMETERS
     };
-    let boundaries = Boundaries::default();
-    Engine::start_between(gas, parameters, state, &boundaries, Streams::new(12, 0))
+    let boundaries = BoundaryConditions::default();
+    DsmcEngine::start_between(gas, parameters, state, &boundaries, Streams::new(12, 0))
         .expect("an engine")
 }
 
@@ -240,17 +241,22 @@ fn copies_and_partners_across_cells_spin_too() {
         Scheme::ContactPoint { radius: None },
         Scheme::Esmc(Neighbourhood::Mean),
     ] {
-        for copies in [Copies::Independent, Copies::Coherent] {
-            let boundaries = Boundaries::default();
+        for copies in [SimulatorStart::Independent, SimulatorStart::Coherent] {
+            let boundaries = BoundaryConditions::default();
             let parameters = Parameters {
                 scheme,
                 copies,
                 simulators_per_particle: 2,
                 ..PARAMETERS
             };
-            let mut engine: Spinning<Volume> =
-                Engine::start_between(&gas, parameters, &state, &boundaries, Streams::new(2, 0))
-                    .expect("an engine");
+            let mut engine: Spinning<Volume> = DsmcEngine::start_between(
+                &gas,
+                parameters,
+                &state,
+                &boundaries,
+                Streams::new(2, 0),
+            )
+            .expect("an engine");
             let before = engine.state();
             assert!((energy(&before) / energy(&state) / 2.0 - 1.0).abs() < 1e-12);
             while engine.tally().collisions < 12_000 {

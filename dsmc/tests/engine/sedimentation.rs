@@ -2,10 +2,11 @@
 //! section 3.1 and appendices A and B).
 
 use nalgebra::vector;
-use stosszahl_dsmc::{Boundaries, Engine, Parameters, Tracked};
+use stosszahl_dsmc::{BoundaryConditions, DsmcEngine, Parameters, Tracked};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Face, Gravity, Kind, ParticleModel, Rough, Sizes, State, Surface, Volume, Wall, Walls,
+    Face, Gravity, ParticleModel, Rough, Sizes, SpeciesProperties, State, Surface, Volume, Wall,
+    Walls,
 };
 
 use crate::support::{Grains, PARAMETERS, gas, of_kinds, sphere_for_unit_path};
@@ -71,7 +72,7 @@ fn final_temperature(species: &[Species], start: f64) -> f64 {
 }
 
 fn column(species: &[Species]) -> Column {
-    let kinds = species.iter().map(|one| Kind {
+    let kinds = species.iter().map(|one| SpeciesProperties {
         radius: 0.5 * one.diameter,
         mass: one.mass,
         count: one.count,
@@ -99,9 +100,9 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
         [Face::Periodic; 2],
         [Face::Wall(Wall::specular()); 2],
     ]);
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         walls: walls.expect("fit"),
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let domain = boundaries.walls.domain(vector![0.5, 0.5, HEIGHT]);
     let count = species.iter().map(|kind| kind.count).sum::<usize>();
@@ -118,8 +119,8 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
         steps_per_cell_crossing: 1.0,
         ..PARAMETERS
     };
-    let mut engine: Engine<Column, Tracked> =
-        Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+    let mut engine: DsmcEngine<Column, Tracked> =
+        DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
     let total = |state: &State<Column>| {
         let bodies = state.bodies.iter().enumerate();

@@ -5,12 +5,13 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use stosszahl_dsmc::{
-    Boundaries, CheckpointSource, Displacement, Gas, Neighbourhood, Parameters, Scheme, resume,
-    simulate,
+    BoundaryConditions, CellGas, CheckpointSource, Neighbourhood, Parameters, PartnerDisplacement,
+    Scheme, resume, simulate,
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Budget, Collision, Constant, Grains, Observer, Particle, Particles, Rough, Simulation, Volume,
+    Budget, Collision, Constant, Observer, Particle, ParticleSpec, Particles, Rough, Simulation,
+    Volume,
 };
 
 /// Shear flow of particles of diameter one in a cube or square: rate, dimension, packing fraction,
@@ -73,23 +74,27 @@ impl Flow {
         }
     }
 
-    fn grains(self, restitution: f64) -> Grains {
-        Grains {
+    fn grains(self, restitution: f64) -> ParticleSpec {
+        ParticleSpec {
             shear_rate: Some(self.rate),
-            ..Grains::equal(0.5, 1.0, Constant::new(restitution).expect("a coefficient"))
+            ..ParticleSpec::equal(0.5, 1.0, Constant::new(restitution).expect("a coefficient"))
         }
     }
 }
 
 fn parameters(scheme: Scheme) -> Parameters {
     Parameters {
-        displacement: Displacement::None,
+        displacement: PartnerDisplacement::None,
         ..Parameters::for_scheme(scheme)
     }
 }
 
-fn gas<'a>(grains: &'a Grains, scheme: Scheme, boundaries: &'a Boundaries<Volume>) -> Gas<'a> {
-    Gas {
+fn gas<'a>(
+    grains: &'a ParticleSpec,
+    scheme: Scheme,
+    boundaries: &'a BoundaryConditions<Volume>,
+) -> CellGas<'a> {
+    CellGas {
         grains,
         parameters: parameters(scheme),
         boundaries,
@@ -155,7 +160,7 @@ fn collisions_take_what_they_tell() {
             count: 3000,
         };
         for (scheme, feels) in schemes {
-            let boundaries = Boundaries::default();
+            let boundaries = BoundaryConditions::default();
             let grains = flow.grains(0.8);
             let mut engine =
                 simulate(&gas(&grains, scheme, &boundaries), &[flow.start()]).expect("an engine");
@@ -189,7 +194,7 @@ fn collisions_take_what_they_tell() {
 /// Steady dilute flow in blocks, each with time averages of `a/nu_0`, `nu_0 = n T/eta_0`, and of
 /// `P/(n T)`: xx, yy, zz, -xy.
 fn steady_state(flow: Flow, restitution: f64, blocks: usize) -> Vec<[f64; 5]> {
-    let boundaries = Boundaries::default();
+    let boundaries = BoundaryConditions::default();
     let grains = flow.grains(restitution);
     let gas = gas(&grains, Scheme::Boltzmann, &boundaries);
     let mut engine = simulate(&gas, &[flow.start()]).expect("an engine");
@@ -272,7 +277,7 @@ fn dilute_sheared_gases_have_the_stress_of_the_boltzmann_equation() {
 /// Steady reduced temperature `T/(m a^2 d^2)` of a dense flow, with its standard error over blocks
 /// of time, for simulators so many that the box is one gas without waves.
 fn reduced_temperature(flow: Flow, scheme: Scheme, simulators: u32) -> (f64, f64) {
-    let boundaries = Boundaries::default();
+    let boundaries = BoundaryConditions::default();
     let grains = flow.grains(0.7);
     let mut gas = gas(&grains, scheme, &boundaries);
     gas.parameters.simulators_per_particle = simulators;
@@ -356,8 +361,8 @@ fn resume_flows(scheme: Scheme) {
                 packing: 0.1,
                 count: 800,
             };
-            let boundaries = Boundaries::default();
-            let grains = Grains {
+            let boundaries = BoundaryConditions::default();
+            let grains = ParticleSpec {
                 rough,
                 ..flow.grains(0.9)
             };
@@ -393,9 +398,9 @@ fn displaced_partners_are_refused_in_a_flow() {
         packing: 0.1,
         count: 50,
     };
-    let boundaries = Boundaries::default();
+    let boundaries = BoundaryConditions::default();
     let grains = flow.grains(0.9);
-    let displaced = Gas {
+    let displaced = CellGas {
         parameters: Parameters::for_scheme(Scheme::FreeVolume),
         ..gas(&grains, Scheme::FreeVolume, &boundaries)
     };

@@ -2,10 +2,10 @@
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
-    Boundaries, Engine, EngineError, Neighbourhood, Parameters, Scheme, WallClearance,
+    BoundaryConditions, DsmcEngine, DsmcError, Neighbourhood, Parameters, Scheme, WallClearance,
 };
 use stosszahl_model::random::Streams;
-use stosszahl_model::walls::{Obstacle, Outline};
+use stosszahl_model::walls::{Obstacle, ObstacleShape};
 use stosszahl_model::{
     Collision, Domain, Face, Observer, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
 };
@@ -19,30 +19,30 @@ const SPECULAR: Rebound = Rebound::Restitutive {
     slip: 1.0,
 };
 
-fn obstacle(outline: Outline) -> Obstacle {
+fn obstacle(outline: ObstacleShape) -> Obstacle {
     Obstacle::new(outline, SPECULAR).expect("an obstacle")
 }
 
 /// Thin plate through some points.
 fn plate(points: &[[f64; 2]]) -> Obstacle {
     let points = points.iter().map(|&point| point.into()).collect();
-    obstacle(Outline::Polyline { points })
+    obstacle(ObstacleShape::Polyline { points })
 }
 
 /// Solid polygon with some corners.
 fn solid(points: &[[f64; 2]]) -> Obstacle {
     let points = points.iter().map(|&point| point.into()).collect();
-    obstacle(Outline::Polygon { points })
+    obstacle(ObstacleShape::Polygon { points })
 }
 
 /// Channel that is periodic along the first axis, with elastic walls along the second.
-fn channel(obstacles: Vec<Obstacle>, clearance: WallClearance) -> Boundaries<Plane> {
+fn channel(obstacles: Vec<Obstacle>, clearance: WallClearance) -> BoundaryConditions<Plane> {
     let wall = Face::Wall(Wall::specular());
-    Boundaries {
+    BoundaryConditions {
         walls: Walls::new(&[[Face::Periodic; 2], [wall; 2]]).expect("fit"),
         clearance,
         obstacles,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     }
 }
 
@@ -154,8 +154,8 @@ fn no_energy_goes_through_a_partition() {
                     ..PARAMETERS
                 };
                 let streams = Streams::new(1, 0);
-                let mut engine: Engine<Disks> =
-                    Engine::start_between(&scene, parameters, &state, &boundaries, streams)
+                let mut engine: DsmcEngine<Disks> =
+                    DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
                         .expect("an engine");
                 engine.advance(1.0, u64::MAX, &mut ());
                 assert!(engine.tally().collisions > 2000, "{:?}", engine.tally());
@@ -220,8 +220,8 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
                     ..PARAMETERS
                 };
                 let streams = Streams::new(1, 0);
-                let mut engine: Engine<Disks> =
-                    Engine::start_sets(&scene, parameters, &sets, &boundaries, streams)
+                let mut engine: DsmcEngine<Disks> =
+                    DsmcEngine::start_sets(&scene, parameters, &sets, &boundaries, streams)
                         .expect("an engine");
                 // Relaxes from the start, which leaves a margin at bends, to a uniform density.
                 engine.advance(3.0, u64::MAX, &mut ());
@@ -290,10 +290,10 @@ fn a_partition_shields_a_gas_from_a_sliding_wall() {
         plate(&[[0.0, 21.0], [40.0, 21.0]]),
         solid(&[[0.0, 23.0], [40.0, 23.0], [40.0, 25.0], [0.0, 25.0]]),
     ] {
-        let boundaries = Boundaries {
+        let boundaries = BoundaryConditions {
             walls: Walls::new(&[[Face::Periodic; 2], [rest, Face::Wall(floor)]]).expect("fit"),
             obstacles: vec![obstacle.clone()],
-            ..Boundaries::default()
+            ..BoundaryConditions::default()
         };
         let means: Vec<f64> = (0..8)
             .map(|replica| {
@@ -306,8 +306,8 @@ fn a_partition_shields_a_gas_from_a_sliding_wall() {
                     ..PARAMETERS
                 };
                 let streams = Streams::new(replica, 0);
-                let mut engine: Engine<Disks> =
-                    Engine::start_between(&scene, parameters, &state, &boundaries, streams)
+                let mut engine: DsmcEngine<Disks> =
+                    DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
                         .expect("an engine");
                 let (mut momentum, mut count) = (0.0, 0.0);
                 engine.advance(100.0, u64::MAX, &mut ());
@@ -341,7 +341,7 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
             plate(&[[x, 2.0], [x + 0.1, 5.3]])
         })
         .collect();
-    obstacles.push(obstacle(Outline::Circle {
+    obstacles.push(obstacle(ObstacleShape::Circle {
         centre: vector![8.0, 4.0],
         radius: 0.7,
     }));
@@ -362,8 +362,8 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
                 ..PARAMETERS
             };
             let streams = Streams::new(1, 0);
-            let mut engine: Engine<Disks> =
-                Engine::start_between(&scene, parameters, &state, &boundaries, streams)
+            let mut engine: DsmcEngine<Disks> =
+                DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
                     .expect("an engine");
             if let Some(tile) = tile {
                 engine.retile(tile);
@@ -382,7 +382,7 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
 /// spheres.
 #[test]
 fn no_energy_goes_through_a_plate_in_space() {
-    let boundaries = Boundaries::<Volume> {
+    let boundaries = BoundaryConditions::<Volume> {
         walls: Walls::new(&[
             [Face::Periodic; 2],
             [Face::Wall(Wall::specular()); 2],
@@ -391,7 +391,7 @@ fn no_energy_goes_through_a_plate_in_space() {
         .expect("fit"),
         obstacles: vec![plate(&[[0.0, 2.3], [6.0, 2.7]])],
         clearance: WallClearance::Radius,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let scene = grains::<Volume, _>(0.4, 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![6.0, 5.0, 4.0]);
@@ -414,8 +414,8 @@ fn no_energy_goes_through_a_plate_in_space() {
             ..PARAMETERS
         };
         let streams = Streams::new(1, 0);
-        let mut engine: Engine<Grains<Volume, Smooth>> =
-            Engine::start_between(&scene, parameters, &state, &boundaries, streams)
+        let mut engine: DsmcEngine<Grains<Volume, Smooth>> =
+            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
                 .expect("an engine");
         engine.advance(2.0, u64::MAX, &mut ());
         assert!(engine.tally().collisions > 1000, "{:?}", engine.tally());
@@ -428,7 +428,7 @@ fn no_energy_goes_through_a_plate_in_space() {
     }
 }
 
-fn refusal(obstacles: Vec<Obstacle>, parameters: Parameters) -> EngineError {
+fn refusal(obstacles: Vec<Obstacle>, parameters: Parameters) -> DsmcError {
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
     let domain = Domain::periodic(vector![12.0, 8.0]).expect("a box");
     let mut state = gas::<Disks>(&scene, domain, 0.0, 50, 1.0, 3);
@@ -437,12 +437,17 @@ fn refusal(obstacles: Vec<Obstacle>, parameters: Parameters) -> EngineError {
             .iter()
             .all(|one| one.clearance(body.position) > 0.01)
     });
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         obstacles,
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
-    let engine =
-        Engine::<Disks>::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0));
+    let engine = DsmcEngine::<Disks>::start_between(
+        &scene,
+        parameters,
+        &state,
+        &boundaries,
+        Streams::new(1, 0),
+    );
     engine.err().expect("a refusal")
 }
 
@@ -478,16 +483,16 @@ fn bodies_that_cannot_be_told_apart_are_refused() {
         domain: Domain::periodic(vector![12.0, 8.0]).expect("a box"),
         bodies: Vec::new(),
     };
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         obstacles: vec![plate(&teeth)],
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     };
     let smaller = Parameters {
         cell_size: Some(enough),
         ..PARAMETERS
     };
     let streams = Streams::new(1, 0);
-    Engine::<Disks>::start_between(&scene, smaller, &state, &boundaries, streams)
+    DsmcEngine::<Disks>::start_between(&scene, smaller, &state, &boundaries, streams)
         .expect("cells that do");
     let mean = Parameters {
         scheme: Scheme::Enskog(Neighbourhood::Mean),
@@ -538,8 +543,9 @@ fn a_closed_ring_holds_its_gas_apart() {
         body.velocity *= if inside(body.position) { 10.0 } else { 1.0 };
     }
     let streams = Streams::new(1, 0);
-    let mut engine: Engine<Disks> =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, streams).expect("an engine");
+    let mut engine: DsmcEngine<Disks> =
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, streams)
+            .expect("an engine");
     engine.advance(1.0, u64::MAX, &mut ());
     assert!(engine.tally().collisions > 1000, "{:?}", engine.tally());
     let energy = |state: &State<Disks>| -> f64 {

@@ -3,11 +3,11 @@
 #![allow(dead_code, reason = "each file of tests uses what it needs")]
 
 use rand::RngExt;
-use stosszahl_dsmc::{Copies, Displacement, Parameters, Scheme};
+use stosszahl_dsmc::{Parameters, PartnerDisplacement, Scheme, SimulatorStart};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Constant, Domain, Gravity, Kind, Law, ParticleModel, ParticleState, Scene, Space, Species,
-    State, Surface, initial,
+    Constant, Domain, Gravity, Law, ParticleModel, ParticleState, Scene, Space, Species,
+    SpeciesProperties, State, Surface, initial,
 };
 
 /// Particles as programs have them that read their properties at run time. All tests share a few
@@ -17,10 +17,10 @@ pub type Grains<S, C> = Scene<S, C, Law, Species, Gravity<S>>;
 /// Parameters of Bird's dilute gas, in cells that each test chooses.
 pub const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
-    displacement: Displacement::None,
+    displacement: PartnerDisplacement::None,
     cell_size: Some(1.0),
     simulators_per_particle: 1,
-    copies: Copies::Independent,
+    copies: SimulatorStart::Independent,
     steps_per_cell_crossing: 3.0,
     max_contact_value: 10.0,
 };
@@ -32,7 +32,7 @@ pub fn grains<S: Space, C: Surface<S>>(
     surface: C,
     field: Gravity<S>,
 ) -> Grains<S, C> {
-    let kind = Kind {
+    let kind = SpeciesProperties {
         radius: 0.5 * diameter,
         mass: 1.0,
         count: u32::MAX as usize,
@@ -42,7 +42,7 @@ pub fn grains<S: Space, C: Surface<S>>(
 
 /// Particles of several species.
 pub fn of_kinds<S: Space, C: Surface<S>>(
-    kinds: Vec<Kind>,
+    kinds: Vec<SpeciesProperties>,
     restitution: f64,
     surface: C,
     field: Gravity<S>,

@@ -3,8 +3,8 @@
 use nalgebra::{Vector2, vector};
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_dsmc::{
-    Boundaries, Displacement, Engine, EngineError, Neighbourhood, Parameters, Scheme, Tracked,
-    WallClearance, Weights,
+    BoundaryConditions, DsmcEngine, DsmcError, Neighbourhood, Parameters, PartnerDisplacement,
+    Scheme, SimulatorWeights, Tracked, WallClearance,
 };
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::Vibration;
@@ -16,35 +16,35 @@ use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gra
 
 type Disks = Grains<Plane, Smooth>;
 
-fn between(faces: [[Face<Plane>; 2]; 2]) -> Boundaries<Plane> {
-    Boundaries {
+fn between(faces: [[Face<Plane>; 2]; 2]) -> BoundaryConditions<Plane> {
+    BoundaryConditions {
         walls: Walls::new(&faces).expect("fit"),
-        ..Boundaries::default()
+        ..BoundaryConditions::default()
     }
 }
 
-fn boxed(wall: Wall<Plane>) -> Boundaries<Plane> {
+fn boxed(wall: Wall<Plane>) -> BoundaryConditions<Plane> {
     between([[Face::Wall(wall); 2]; 2])
 }
 
-fn domain(boundaries: &Boundaries<Plane>, sides: [f64; 2]) -> Domain<Plane> {
+fn domain(boundaries: &BoundaryConditions<Plane>, sides: [f64; 2]) -> Domain<Plane> {
     boundaries.walls.domain(sides.into()).expect("a box")
 }
 
 /// Engine with one disk in a box.
 fn alone(
-    boundaries: &Boundaries<Plane>,
+    boundaries: &BoundaryConditions<Plane>,
     field: Gravity<Plane>,
     position: Vector2<f64>,
     velocity: Vector2<f64>,
-) -> Engine<Disks> {
+) -> DsmcEngine<Disks> {
     let state = State {
         time: 0.0,
         domain: domain(boundaries, [10.0, 10.0]),
         bodies: vec![ParticleState::new(position, velocity)],
     };
     let scene = grains(1.0, 1.0, Smooth, field);
-    Engine::start_between(&scene, PARAMETERS, &state, boundaries, Streams::new(1, 0))
+    DsmcEngine::start_between(&scene, PARAMETERS, &state, boundaries, Streams::new(1, 0))
         .expect("an engine")
 }
 
@@ -63,9 +63,9 @@ fn a_specular_box_is_an_equilibrium() {
         body.position[0] *= 0.5;
     }
     let mut engine =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
-    let _: &Engine<Disks> = &engine;
+    let _: &DsmcEngine<Disks> = &engine;
     engine.advance(100.0, u64::MAX, &mut ());
     let end = engine.state();
     assert_eq!(end.bodies.len(), count);
@@ -105,9 +105,9 @@ fn diffuse_walls_give_their_temperature_and_velocity() {
     let domain = domain(&boundaries, [20.0, 5.0]);
     let state = gas::<Disks>(&scene, domain, 0.0, count, 1.0, 2);
     let mut engine =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
-    let _: &Engine<Disks> = &engine;
+    let _: &DsmcEngine<Disks> = &engine;
     let (mut drift, mut temperature, mut at_walls) = (0.0, 0.0, [0.0; 2]);
     for sample in 0..10 {
         engine.advance(100.0 + 10.0 * f64::from(sample), u64::MAX, &mut ());
@@ -147,7 +147,7 @@ fn ledgers_close() {
     });
     side.sliding = vector![0.0, 0.4];
     let top = Wall::still(Rebound::Diffuse { temperature: 1.5 });
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         clearance: WallClearance::Radius,
         ..between([[Face::Wall(side); 2], [Face::Wall(floor), Face::Wall(top)]])
     };
@@ -157,8 +157,9 @@ fn ledgers_close() {
     let domain = domain(&boundaries, [10.0, 8.0]);
     let state = gas(&scene, domain, 0.5, count, 1.0, 3);
     let streams = Streams::new(1, 0);
-    let mut engine: Engine<_, Tracked> =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, streams).expect("an engine");
+    let mut engine: DsmcEngine<_, Tracked> =
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, streams)
+            .expect("an engine");
     engine.advance(20.0, u64::MAX, &mut ());
     let end = engine.state();
     let (mass, momentum, energy) = engine.ledgers().total();
@@ -200,7 +201,7 @@ fn density_is_that_of_the_room() {
         (WallClearance::Centre, slow, [1.5, 0.0]),
     ] {
         let still = Face::Wall(Wall::specular());
-        let boundaries = Boundaries {
+        let boundaries = BoundaryConditions {
             clearance,
             ..between([[still; 2], [Face::Wall(wall), still]])
         };
@@ -220,9 +221,9 @@ fn density_is_that_of_the_room() {
             ..PARAMETERS
         };
         let mut engine =
-            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
-        let _: &Engine<Disks> = &engine;
+        let _: &DsmcEngine<Disks> = &engine;
         engine.advance(state.time + 1.0, u64::MAX, &mut ());
         let packing = count as f64 * Plane::ball(0.5) / ((10.0 - 2.0 * aside) * height);
         let pairs = 0.5 * (count - 1) as f64 * Plane::collision_rate(packing, 1.0);
@@ -255,8 +256,8 @@ fn flight_between_walls_is_that_of_mirror_images() {
         ..PARAMETERS
     };
     for (step, per_tile) in [(0.25, 1), (0.25, 100_000), (30.0, 30)] {
-        let mut engine: Engine<Disks> =
-            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         engine.retile(per_tile);
         engine.hold_step(step);
@@ -296,8 +297,8 @@ fn bouncing_is_periodic() {
         ..PARAMETERS
     };
     for (step, per_tile) in [(0.0625, 1), (0.25, 30), (20.0, 100_000)] {
-        let mut engine: Engine<Disks> =
-            Engine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
         engine.retile(per_tile);
         engine.hold_step(step);
@@ -402,9 +403,9 @@ fn a_wall_faster_than_the_grains_leaves_none_behind() {
     let domain = domain(&boundaries, [10.0, 10.0]);
     let state = gas::<Disks>(&scene, domain, 2.5, 500, 1e-2, 3);
     let mut engine =
-        Engine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
             .expect("an engine");
-    let _: &Engine<Disks> = &engine;
+    let _: &DsmcEngine<Disks> = &engine;
     for sample in 1..=50 {
         let time = 0.37 * f64::from(sample);
         engine.advance(time, u64::MAX, &mut ());
@@ -432,12 +433,12 @@ fn a_grain_comes_to_rest_on_the_floor() {
         slip: 1.0,
     });
     for clearance in [WallClearance::Centre, WallClearance::Radius] {
-        let boundaries = Boundaries {
+        let boundaries = BoundaryConditions {
             clearance,
             ..boxed(floor)
         };
         let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
-        let mut engine: Engine<Disks> =
+        let mut engine: DsmcEngine<Disks> =
             alone(&boundaries, down, vector![5.0, 1.5], vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
@@ -456,13 +457,13 @@ fn a_grain_comes_to_rest_on_the_floor() {
         );
         // At rest from the start.
         let at_rest = vector![5.0, height];
-        let mut engine: Engine<Disks> = alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
+        let mut engine: DsmcEngine<Disks> = alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         assert_eq!(engine.state().bodies[0].position, at_rest);
         assert_eq!(engine.ledgers().settled_particles, 0);
         // A corner into which the particle slides.
         let aslant = Gravity::<Plane>::new(vector![-1.0, -2.0]).expect("finite");
-        let mut engine: Engine<Disks> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
+        let mut engine: DsmcEngine<Disks> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
         assert_eq!(body.position, vector![height, height]);
@@ -484,7 +485,8 @@ fn a_grain_rides_on_a_shaking_floor() {
         [Face::Wall(floor), Face::Wall(Wall::specular())],
     ]);
     let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
-    let mut engine: Engine<Disks> = alone(&boundaries, down, vector![5.0, 0.0], vector![0.0, 0.0]);
+    let mut engine: DsmcEngine<Disks> =
+        alone(&boundaries, down, vector![5.0, 0.0], vector![0.0, 0.0]);
     engine.hold_step(0.0625);
     // On the way in, the particle is on the floor and has its speed of one half.
     engine.advance(0.375, u64::MAX, &mut ());
@@ -504,18 +506,25 @@ fn what_does_not_fit_is_refused() {
     let boundaries = boxed(Wall::specular());
     let boxed_domain = domain(&boundaries, [10.0, 10.0]);
     let state = gas(&scene, boxed_domain, 1.0, 10, 1.0, 1);
-    let start = |parameters: Parameters, state: &State<Disks>, boundaries: &Boundaries<Plane>| {
-        Engine::<Disks>::start_between(&scene, parameters, state, boundaries, Streams::new(1, 0))
+    let start =
+        |parameters: Parameters, state: &State<Disks>, boundaries: &BoundaryConditions<Plane>| {
+            DsmcEngine::<Disks>::start_between(
+                &scene,
+                parameters,
+                state,
+                boundaries,
+                Streams::new(1, 0),
+            )
             .map(|_| ())
             .expect_err("refused")
             .to_string()
-    };
+        };
     let contact = Parameters {
         scheme: Scheme::ContactPoint { radius: None },
         ..PARAMETERS
     };
-    let weighted = Boundaries {
-        weights: Weights::along(0, vec![1.0, 2.0]).expect("factors"),
+    let weighted = BoundaryConditions {
+        weights: SimulatorWeights::along(0, vec![1.0, 2.0]).expect("factors"),
         ..boundaries.clone()
     };
     let said = start(contact, &state, &weighted);
@@ -524,11 +533,11 @@ fn what_does_not_fit_is_refused() {
         "{said}"
     );
     let displaced = Parameters {
-        displacement: Displacement::Diameter,
+        displacement: PartnerDisplacement::Diameter,
         ..PARAMETERS
     };
     assert!(start(displaced, &state, &boundaries).contains("displacement"));
-    let said = start(PARAMETERS, &state, &Boundaries::default());
+    let said = start(PARAMETERS, &state, &BoundaryConditions::default());
     assert!(said.contains("axis 0: the box is not periodic"), "{said}");
     let mut outside = state.clone();
     outside.bodies[3].position[1] = 10.5;
@@ -538,7 +547,7 @@ fn what_does_not_fit_is_refused() {
         "{said}"
     );
     outside.bodies[3].position[1] = 9.75;
-    let radius = Boundaries {
+    let radius = BoundaryConditions {
         clearance: WallClearance::Radius,
         ..boundaries.clone()
     };
@@ -548,17 +557,17 @@ fn what_does_not_fit_is_refused() {
     wide.vibration = Vibration::new(6.0, 1.0).ok();
     let said = start(PARAMETERS, &state, &boxed(wide));
     assert!(said.contains("take 12 of 10"), "{said}");
-    let periodic = Engine::<Disks>::new(&scene, PARAMETERS, &state, Streams::new(1, 0));
+    let periodic = DsmcEngine::<Disks>::new(&scene, PARAMETERS, &state, Streams::new(1, 0));
     assert!(matches!(
         periodic,
-        Err(EngineError::UnlikeFaces { axis: 0, .. })
+        Err(DsmcError::UnlikeFaces { axis: 0, .. })
     ));
 }
 
 /// Pressure of dense elastic disks on the walls of a specular box, over Enskog's equation of state
 /// at the density in the middle. Checks that energy is conserved.
 fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
-    let boundaries = Boundaries {
+    let boundaries = BoundaryConditions {
         clearance: WallClearance::Radius,
         ..boxed(Wall::specular())
     };
@@ -571,7 +580,7 @@ fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
         simulators_per_particle: 8,
         ..PARAMETERS
     };
-    let mut engine: Engine<Disks> = Engine::start_between(
+    let mut engine: DsmcEngine<Disks> = DsmcEngine::start_between(
         &scene,
         parameters,
         &state,
@@ -645,7 +654,7 @@ fn several_simulators_start_evenly_between_walls() {
     };
     let streams = Streams::new(1, 0);
     let engine =
-        Engine::<Disks>::start_between(&scene, parameters, &state(1), &boundaries, streams)
+        DsmcEngine::<Disks>::start_between(&scene, parameters, &state(1), &boundaries, streams)
             .expect("an engine");
     let all = engine.state().bodies;
     assert_eq!(all.len(), 64 * 200);
@@ -659,12 +668,12 @@ fn several_simulators_start_evenly_between_walls() {
         ..PARAMETERS
     };
     let sets = [state(1), state(2)];
-    let engine =
-        Engine::<Disks>::start_sets(&scene, two, &sets, &boundaries, streams).expect("an engine");
+    let engine = DsmcEngine::<Disks>::start_sets(&scene, two, &sets, &boundaries, streams)
+        .expect("an engine");
     let energy: f64 = sets.iter().map(|set| set.kinetic_energy(&scene)).sum();
     let found = engine.state().kinetic_energy(engine.scene());
     assert!((found / energy - 1.0).abs() < 1e-14);
-    let said = Engine::<Disks>::start_sets(&scene, two, &sets[..1], &boundaries, streams)
+    let said = DsmcEngine::<Disks>::start_sets(&scene, two, &sets[..1], &boundaries, streams)
         .map(|_| ())
         .expect_err("refused")
         .to_string();

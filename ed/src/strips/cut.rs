@@ -6,15 +6,15 @@
 use stosszahl_model::threads::{self, each_of};
 use stosszahl_model::{Field, ParticleModel, Plane, SpinOf, memory};
 
-use crate::calendar::{Calendar, Entry, EventTimes};
+use crate::calendar::{Calendar, CalendarEntry, EventTimes};
 use crate::cells::{NONE, line_of};
 use crate::checkpoint::EventCounters;
 use crate::collapse::CollapseDetector;
 use crate::contact::Candidates;
-use crate::disk::Disks;
-use crate::engine::Engine;
+use crate::disk::DiskSystem;
+use crate::engine::EventDrivenEngine;
 use crate::image_flags::ImageFlags;
-use crate::record::Disk;
+use crate::record::DiskRecord;
 use crate::strip_log::{SEAM, StripLog, StripRows};
 
 /// Fewest rows in a halo: the seam, and four that wrong events may enter.
@@ -78,9 +78,9 @@ pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
 /// Visits the disks in some rows of cells, from list to list. The first disk of a list is requested
 /// from memory 64 lists before its turn, and the second 32.
 fn visit_rows<F: Field<Plane>>(
-    disks: &Disks<F>,
+    disks: &DiskSystem<F>,
     rows: impl Iterator<Item = u16>,
-    mut visit: impl FnMut(u32, &Disk),
+    mut visit: impl FnMut(u32, &DiskRecord),
 ) {
     let columns = disks.cells.counts()[0];
     let cells = rows.flat_map(|row| (0..columns).map(move |column| [column, row]));
@@ -103,7 +103,7 @@ fn visit_rows<F: Field<Plane>>(
 }
 
 /// Returns the disks in some rows of cells.
-fn in_rows<F: Field<Plane>>(disks: &Disks<F>, rows: impl Iterator<Item = u16>) -> Vec<u32> {
+fn in_rows<F: Field<Plane>>(disks: &DiskSystem<F>, rows: impl Iterator<Item = u16>) -> Vec<u32> {
     let mut numbers = Vec::new();
     visit_rows(disks, rows, |number, _| numbers.push(number));
     numbers
@@ -112,7 +112,7 @@ fn in_rows<F: Field<Plane>>(disks: &Disks<F>, rows: impl Iterator<Item = u16>) -
 /// Disks of some rows of cells, in the order of their lists, with all their data.
 pub(super) struct Parcel<P: ParticleModel> {
     numbers: Vec<u32>,
-    disks: Vec<Disk>,
+    disks: Vec<DiskRecord>,
     spins: Vec<SpinOf<P>>,
     last_contact: Vec<f64>,
     rebounds: Vec<u32>,
@@ -134,7 +134,11 @@ impl<P: ParticleModel> Default for Parcel<P> {
 
 impl<P: ParticleModel<Space = Plane>> Parcel<P> {
     /// Fills the parcel with some rows of a strip.
-    fn take<Q: Calendar>(&mut self, from: &Engine<P, Q>, rows: impl Iterator<Item = u16>) {
+    fn take<Q: Calendar>(
+        &mut self,
+        from: &EventDrivenEngine<P, Q>,
+        rows: impl Iterator<Item = u16>,
+    ) {
         self.numbers.clear();
         self.disks.clear();
         visit_rows(&from.disks, rows, |number, disk| {
@@ -148,7 +152,7 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
     }
 
     /// Adds the parcel to a strip that has no disk in these rows.
-    fn put_into<Q: Calendar>(&self, strip: &mut Engine<P, Q>) {
+    fn put_into<Q: Calendar>(&self, strip: &mut EventDrivenEngine<P, Q>) {
         give(&self.numbers, &self.disks, &mut strip.disks.all);
         give(&self.numbers, &self.spins, &mut strip.spins);
         give(&self.numbers, &self.last_contact, &mut strip.last_contact);
@@ -160,7 +164,7 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
             strip.disks.cells.set_first(place, disk);
             let time = strip.disks.time(disk);
             // Event that is mostly equal to the one the strip knew before.
-            strip.calendar.push_once(Entry { time, disk });
+            strip.calendar.push_once(CalendarEntry { time, disk });
         }
     }
 }
@@ -181,20 +185,20 @@ fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
 }
 
 /// Removes disks from a strip, all those of their cells.
-fn forget<F: Field<Plane>>(disks: &mut Disks<F>, numbers: &[u32]) {
+fn forget<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
     for &number in numbers {
         let place = disks.cells.place(disks.home(number), 1, 1);
         disks.cells.set_first(place, NONE);
-        disks.all[number as usize] = Disk::absent();
+        disks.all[number as usize] = DiskRecord::absent();
     }
 }
 
 /// Cuts a strip out of a gas, at an engine time.
 pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
-    whole: &Engine<P, Q>,
+    whole: &EventDrivenEngine<P, Q>,
     place: &StripRows,
     now: f64,
-) -> Engine<P, Q> {
+) -> EventDrivenEngine<P, Q> {
     let mut rows = vec![false; usize::from(whole.disks.cells.counts()[1])];
     for row in place.rows() {
         rows[usize::from(row)] = true;
@@ -205,13 +209,13 @@ pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
         if rows[usize::from(disk.home[1])] {
             *disk
         } else {
-            Disk::absent()
+            DiskRecord::absent()
         }
     }));
     let mut cells = whole.disks.cells.emptied();
     cells.copy_rows(&whole.disks.cells, place.rows());
-    let disks = Disks::of(disks, whole.disks.motion, cells);
-    Engine {
+    let disks = DiskSystem::of(disks, whole.disks.motion, cells);
+    EventDrivenEngine {
         scene: whole.scene.clone(),
         dissipation: whole.dissipation,
         domain: whole.domain,
@@ -250,7 +254,7 @@ pub(super) type HaloExchange<P> = Vec<Vec<Parcel<P>>>;
 /// Gives new rows to strips. A strip keeps the rows of its old core; the others come from the strip
 /// that had them in its core.
 pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
-    strips: &mut [Engine<P, Q>],
+    strips: &mut [EventDrivenEngine<P, Q>],
     places: &[StripRows],
     parcels: &mut HaloExchange<P>,
 ) {
@@ -291,7 +295,7 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
         gone.retain(|&disk| strip.disks.all[disk as usize].is_absent());
         for disk in gone {
             let time = f64::INFINITY;
-            strip.calendar.push(Entry { time, disk });
+            strip.calendar.push(CalendarEntry { time, disk });
         }
         (strip.tally, strip.stale) = (EventCounters::default(), 0);
         if let Some(window) = &mut strip.window {
@@ -302,10 +306,10 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
 
 /// Joins a gas from its strips, without its calendar.
 pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
-    whole: &mut Engine<P, Q>,
-    strips: &[Engine<P, Q>],
+    whole: &mut EventDrivenEngine<P, Q>,
+    strips: &[EventDrivenEngine<P, Q>],
 ) {
-    let owns = |strip: &Engine<P, Q>, disk: usize| {
+    let owns = |strip: &EventDrivenEngine<P, Q>, disk: usize| {
         let disk = &strip.disks.all[disk];
         let window = strip.window.as_ref();
         !disk.is_absent() && window.is_some_and(|window| window.place.owns(disk.home[1]))

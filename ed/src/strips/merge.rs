@@ -8,11 +8,11 @@ use stosszahl_model::{Collision, ParticleModel, Plane, Recorder};
 use crate::calendar::Calendar;
 use crate::cells::NONE;
 use crate::collapse::{CollapseDetector, PATIENCE};
-use crate::engine::Engine;
-use crate::strip_log::{Edge, LoggedContact, SEAM, StripLog};
+use crate::engine::EventDrivenEngine;
+use crate::strip_log::{LoggedContact, SEAM, StripEdge, StripLog};
 
 /// Farthest rows that wrong events entered at an edge, over the rows of a halo beyond the seam.
-pub(super) fn entered<S>(lower: &Edge<S>, upper: &Edge<S>) -> f64 {
+pub(super) fn entered<S>(lower: &StripEdge<S>, upper: &StripEdge<S>) -> f64 {
     let halo = lower.rows.len() / 2;
     let parts = |row: &usize| lower.rows[*row] != upper.rows[*row];
     // Wrong rows of the upper strip are far below the edge, those of the lower strip far above it.
@@ -129,8 +129,8 @@ fn merged(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
 /// Adds the results of strips to the whole, except their disks. False, and nothing is changed, if
 /// an engine alone would have stopped.
 pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
-    whole: &mut Engine<P, Q>,
-    strips: &[Engine<P, Q>],
+    whole: &mut EventDrivenEngine<P, Q>,
+    strips: &[EventDrivenEngine<P, Q>],
     observed: &[Vec<Collision>],
     ends: bool,
     recorder: &mut Recorder<'_>,

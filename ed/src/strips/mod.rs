@@ -45,14 +45,14 @@ use std::time::Instant;
 
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::threads::each_of;
-use stosszahl_model::walls::Ledger;
+use stosszahl_model::walls::WallLedger;
 use stosszahl_model::{Collision, Field, Interrupt, Observer, ParticleModel, Plane, Recorder};
 
 use crate::calendar::{Buckets, Calendar, rate};
-use crate::checkpoint::{Checkpoint, EventCounters};
+use crate::checkpoint::{EventCounters, EventDrivenCheckpoint};
 use crate::collapse::CollapseDetector;
-use crate::engine::Engine;
-use crate::error::EngineError;
+use crate::engine::EventDrivenEngine;
+use crate::error::EventDrivenError;
 use crate::events::{Goal, Leap};
 use crate::strip_log::{SEAM, StripLog, StripRows};
 use cut::{HaloExchange, LEAST_HALO};
@@ -147,13 +147,13 @@ struct CommittedState {
     windows: Vec<(Vec<StripRows>, f64)>,
     now: f64,
     tally: EventCounters,
-    ledgers: Vec<Ledger<Plane>>,
+    ledgers: Vec<WallLedger<Plane>>,
     progress: CollapseDetector,
 }
 
 impl CommittedState {
     /// Creates the state of an engine without strips ahead of it.
-    fn new<P: ParticleModel<Space = Plane>, Q: Calendar>(engine: &Engine<P, Q>) -> Self {
+    fn new<P: ParticleModel<Space = Plane>, Q: Calendar>(engine: &EventDrivenEngine<P, Q>) -> Self {
         Self {
             windows: Vec::new(),
             now: engine.now,
@@ -197,12 +197,12 @@ struct Strips<P: ParticleModel, Q: Calendar> {
     settings: StripSettings,
     /// Engines of the strips, kept from one advance to the next; empty once the gas has advanced
     /// alone.
-    strips: Vec<Engine<P, Q>>,
+    strips: Vec<EventDrivenEngine<P, Q>>,
 }
 
 /// Engine whose gas may be cut into strips, one for each thread, with the bytes of one engine.
 pub struct StripedEngine<P: ParticleModel, Q: Calendar = Buckets> {
-    engine: Engine<P, Q>,
+    engine: EventDrivenEngine<P, Q>,
     strips: Strips<P, Q>,
 }
 
@@ -213,7 +213,7 @@ where
 {
     /// Spreads an engine over this many strips, one for each thread of the present pool, if its gas
     /// is large enough.
-    pub fn new(engine: Engine<P, Q>, strips: usize) -> Self {
+    pub fn new(engine: EventDrivenEngine<P, Q>, strips: usize) -> Self {
         let settings = StripSettings {
             strips,
             ..StripSettings::default()
@@ -222,7 +222,10 @@ where
     }
 
     /// Spreads an engine as another gas was spread.
-    pub(crate) fn with_settings(mut engine: Engine<P, Q>, settings: StripSettings) -> Self {
+    pub(crate) fn with_settings(
+        mut engine: EventDrivenEngine<P, Q>,
+        settings: StripSettings,
+    ) -> Self {
         engine.parallel = settings.strips > 1;
         let strips = Vec::new();
         Self {
@@ -231,16 +234,16 @@ where
         }
     }
 
-    /// Advances like [`Engine::advance`].
+    /// Advances like [`EventDrivenEngine::advance`].
     ///
     /// # Errors
-    /// As [`Engine::advance`].
+    /// As [`EventDrivenEngine::advance`].
     pub fn advance(
         &mut self,
         until: f64,
         most_collisions: u64,
         observer: &mut dyn Observer,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<bool, EventDrivenError> {
         let strips = &mut self.strips;
         (self.engine).advance_with(strips, until, most_collisions, observer)
     }
@@ -261,16 +264,16 @@ where
     }
 
     /// Returns the engine of the whole gas. It advances only through [`Self::advance`].
-    pub fn engine(&self) -> &Engine<P, Q> {
+    pub fn engine(&self) -> &EventDrivenEngine<P, Q> {
         &self.engine
     }
 
     /// Returns the engine of the whole gas, which advances alone from now on.
-    pub fn into_engine(self) -> Engine<P, Q> {
+    pub fn into_engine(self) -> EventDrivenEngine<P, Q> {
         self.engine
     }
 
-    /// Sets the interrupt that ends an advance, as [`Engine::set_stop_flag`].
+    /// Sets the interrupt that ends an advance, as [`EventDrivenEngine::set_stop_flag`].
     pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.engine.set_stop_flag(interrupt);
     }
@@ -281,14 +284,14 @@ where
     }
 
     /// Frees the memory of strips and returns all data from which the run resumes.
-    pub(crate) fn land(&mut self) -> Checkpoint<P> {
+    pub(crate) fn land(&mut self) -> EventDrivenCheckpoint<P> {
         self.strips.forget();
         self.engine.checkpoint()
     }
 
     /// Memory held \[bytes\].
     pub fn bytes(&self) -> usize {
-        let strips = self.strips.strips.iter().map(Engine::bytes);
+        let strips = self.strips.strips.iter().map(EventDrivenEngine::bytes);
         self.engine.bytes() + strips.sum::<usize>()
     }
 }
@@ -300,7 +303,12 @@ where
 {
     /// Advances towards a goal in strips, as far as that pays. True if its time was reached, with
     /// fewer collisions than its last.
-    fn leap(&mut self, whole: &mut Engine<P, Q>, goal: &Goal, recorder: &mut Recorder<'_>) -> bool {
+    fn leap(
+        &mut self,
+        whole: &mut EventDrivenEngine<P, Q>,
+        goal: &Goal,
+        recorder: &mut Recorder<'_>,
+    ) -> bool {
         let Some((mut cuts, end)) = self.prepare(whole, goal) else {
             return false;
         };
@@ -401,7 +409,7 @@ where
 {
     /// Finds the boundaries of strips for a leap towards a goal, and the engine time at which it
     /// ends at the latest; `None` if it does not pay.
-    fn prepare(&mut self, whole: &Engine<P, Q>, goal: &Goal) -> Option<(Vec<i32>, f64)> {
+    fn prepare(&mut self, whole: &EventDrivenEngine<P, Q>, goal: &Goal) -> Option<(Vec<i32>, f64)> {
         // Not for sliding rows, which step all at once.
         if self.settings.strips < 2 || P::Field::SHEARED {
             return None;
@@ -433,7 +441,7 @@ where
     /// Returns the rows of each strip between boundaries. The wider the halo, the longer a window
     /// may be, and the more is done twice: the cost 2 h/H + c (v/(h - s))² of strips of H rows,
     /// with the depth v, is least at h = s + (c v² H)^(1/3).
-    fn places(&self, whole: &Engine<P, Q>, cuts: &[i32]) -> Vec<StripRows> {
+    fn places(&self, whole: &EventDrivenEngine<P, Q>, cuts: &[i32]) -> Vec<StripRows> {
         let cells = &whole.disks.cells;
         let rows = i32::from(cells.counts()[1]);
         let strips = cuts.len() - 1;
@@ -456,7 +464,7 @@ where
 
     /// Returns the boundaries of the most strips that the gas can be cut into, if windows pay in
     /// them; else of half as many, and so on down to two. Existing strips keep theirs.
-    fn cuts(&self, whole: &Engine<P, Q>) -> Option<Vec<i32>> {
+    fn cuts(&self, whole: &EventDrivenEngine<P, Q>) -> Option<Vec<i32>> {
         if !self.strips.is_empty() {
             return Some(self.settings.cuts.clone());
         }
@@ -485,7 +493,7 @@ where
     }
 
     /// Collisions per disk in a window that surely come before the last.
-    fn left(whole: &Engine<P, Q>, last: u64) -> f64 {
+    fn left(whole: &EventDrivenEngine<P, Q>, last: u64) -> f64 {
         let to_go = (last - whole.tally.collisions) as f64;
         AIM * (to_go - DEVIATIONS * to_go.sqrt()) / whole.names.len() as f64
     }
@@ -493,8 +501,8 @@ where
     /// Gives rows to strips, which are created at first. While strips exist, the whole gas has no
     /// events.
     fn give_places(
-        whole: &mut Engine<P, Q>,
-        strips: &mut Vec<Engine<P, Q>>,
+        whole: &mut EventDrivenEngine<P, Q>,
+        strips: &mut Vec<EventDrivenEngine<P, Q>>,
         places: &[StripRows],
         parcels: &mut HaloExchange<P>,
         now: f64,
@@ -512,12 +520,12 @@ where
     /// Runs all strips to an engine time, each on a thread. Returns whether they reached it, and
     /// the collisions for an observer.
     fn run_all(
-        strips: &mut [Engine<P, Q>],
+        strips: &mut [EventDrivenEngine<P, Q>],
         goal: &Goal,
         most: [u64; 2],
         looks: bool,
     ) -> (bool, Vec<Vec<Collision>>) {
-        let run = |strip: &mut Engine<P, Q>| {
+        let run = |strip: &mut EventDrivenEngine<P, Q>| {
             if let Some(window) = &mut strip.window {
                 window.most = most;
             }
@@ -542,7 +550,11 @@ where
     /// has the state before those that have gone wrong since. Returns the strips that it then has,
     /// if there were such windows. An interrupt ends the repetition: the state of the gas is then
     /// that of some windows ago.
-    fn catch_up(whole: &mut Engine<P, Q>, behind: CommittedState, ends: bool) -> Vec<Engine<P, Q>> {
+    fn catch_up(
+        whole: &mut EventDrivenEngine<P, Q>,
+        behind: CommittedState,
+        ends: bool,
+    ) -> Vec<EventDrivenEngine<P, Q>> {
         let (mut strips, mut parcels) = (Vec::new(), Vec::new());
         let (mut now, mut contacts) = (behind.now, behind.tally.contacts());
         for (places, until) in &behind.windows {
@@ -575,12 +587,12 @@ where
     }
 
     /// Number of events of a strip that are too many for a gas with usual progress.
-    fn most_events(whole: &Engine<P, Q>, strips: usize) -> u64 {
+    fn most_events(whole: &EventDrivenEngine<P, Q>, strips: usize) -> u64 {
         200 * (whole.names.len() / strips) as u64 + 1_000_000
     }
 
     /// Rate of collisions in engine time, to a factor of two, from the next contacts of some disks.
-    fn rate_to_come(whole: &Engine<P, Q>) -> f64 {
+    fn rate_to_come(whole: &EventDrivenEngine<P, Q>) -> f64 {
         let every = 1 + whole.disks.all.len() / ASKED;
         let contacts = whole.disks.all.iter().step_by(every);
         let waits = contacts.map(|disk| disk.contact - whole.now);
@@ -596,7 +608,7 @@ where
     /// the end of an advance may be shorter, which still costs less than one thread.
     fn window(
         &self,
-        whole: &Engine<P, Q>,
+        whole: &EventDrivenEngine<P, Q>,
         place: &StripRows,
         last: u64,
         recorder: &Recorder<'_>,
@@ -615,16 +627,16 @@ where
     }
 
     /// Compares the histories of neighbouring strips.
-    fn examine(strips: &[Engine<P, Q>], left: u64) -> Outcome {
+    fn examine(strips: &[EventDrivenEngine<P, Q>], left: u64) -> Outcome {
         let windows: Vec<&StripLog<P>> = strips
             .iter()
             .filter_map(|strip| strip.window.as_deref())
             .collect();
-        let recounts = |strip: &Engine<P, Q>| strip.disks.recounts > 0;
+        let recounts = |strip: &EventDrivenEngine<P, Q>| strip.disks.recounts > 0;
         if strips.iter().any(recounts) || windows.iter().any(|window| window.is_negligible) {
             return Outcome::Unusual;
         }
-        if strips.iter().any(Engine::has_most_contacts) {
+        if strips.iter().any(EventDrivenEngine::has_most_contacts) {
             return Outcome::TooMany;
         }
         let mut entered = 0.0_f64;
@@ -650,7 +662,7 @@ where
         &mut self,
         disks: usize,
         outcome: &Outcome,
-        strips: &[Engine<P, Q>],
+        strips: &[EventDrivenEngine<P, Q>],
         [begin, end]: [f64; 2],
         halo: i32,
     ) {

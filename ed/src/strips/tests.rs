@@ -4,9 +4,9 @@ use stosszahl_model::{Constant, EachCollision};
 
 use super::*;
 use crate::disk::tests::{Scenery, lattice};
-use crate::{Buckets, Dissipation};
+use crate::{Buckets, DissipationRule};
 
-type Lattice = Engine<Scenery, Buckets>;
+type Lattice = EventDrivenEngine<Scenery, Buckets>;
 
 /// Number of collisions in a window.
 const EACH: f64 = 10_000.0;
@@ -18,8 +18,8 @@ fn cooling(side: u32) -> Lattice {
     elastic.scene.restitution = Constant::new(0.8).expect("a coefficient");
     let mut start = elastic.checkpoint();
     start.image_flags = vec![[0; 2]; elastic.names.len()];
-    let contact_time = Dissipation::ContactTime(0.1);
-    Engine::new(elastic.scene, contact_time, start).expect("an engine")
+    let contact_time = DissipationRule::ContactTime(0.1);
+    EventDrivenEngine::new(elastic.scene, contact_time, start).expect("an engine")
 }
 
 /// Windows so long that many are wrong, after others that were right, leave no trace: the gas

@@ -1,9 +1,11 @@
 //! Disks under gravity: energy, profiles, and disks that come to rest.
 
 use nalgebra::vector;
-use stosszahl_ed::{Boundaries, Dissipation, Engine, EngineError, Touchable};
+use stosszahl_ed::{
+    DiskBoundaries, DissipationRule, EventDrivenEngine, EventDrivenError, Touchable,
+};
 use stosszahl_model::kinetic::contact_value;
-use stosszahl_model::walls::{Outline, Wall};
+use stosszahl_model::walls::{ObstacleShape, Wall};
 use stosszahl_model::{Field, Gravity, ParticleModel, Plane, Smooth, State};
 
 use crate::support::{
@@ -27,11 +29,11 @@ fn energy<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
 #[test]
 fn energy_is_conserved_and_no_disk_gets_out() {
     let mut boundaries = closed();
-    boundaries.obstacles.push(obstacle(Outline::Circle {
+    boundaries.obstacles.push(obstacle(ObstacleShape::Circle {
         centre: vector![8.0, 4.0],
         radius: 1.0,
     }));
-    boundaries.obstacles.push(obstacle(Outline::Polygon {
+    boundaries.obstacles.push(obstacle(ObstacleShape::Polygon {
         points: vec![vector![15.0, 3.0], vector![19.0, 5.0], vector![17.0, 9.0]],
     }));
     for tilt in [0.0, 0.4] {
@@ -44,11 +46,12 @@ fn energy_is_conserved_and_no_disk_gets_out() {
     }
 }
 
-fn energy_drift<P: ParticleModel<Space = Plane>>(scene: &P, boundaries: &Boundaries) -> f64 {
+fn energy_drift<P: ParticleModel<Space = Plane>>(scene: &P, boundaries: &DiskBoundaries) -> f64 {
     let state = gas(scene, boundaries, [24.0, 18.0], 120, 1);
     let before = energy(scene, &state);
-    let mut engine = Engine::<P>::between(scene.clone(), Dissipation::Scene, state, boundaries)
-        .expect("an engine");
+    let mut engine =
+        EventDrivenEngine::<P>::between(scene.clone(), DissipationRule::Scene, state, boundaries)
+            .expect("an engine");
     for _ in 0..10 {
         engine
             .advance(f64::INFINITY, 30_000, &mut ())
@@ -68,7 +71,8 @@ fn a_bouncing_ball_keeps_its_height() {
     let scene = grains(Smooth, 1.0, down(2.0));
     let state = alone(&boundaries, [5.0, 4.0], [1.0, 1.5], [0.3, 0.0]);
     let mut engine =
-        Engine::<_>::between(scene, Dissipation::Scene, state, &boundaries).expect("an engine");
+        EventDrivenEngine::<_>::between(scene, DissipationRule::Scene, state, &boundaries)
+            .expect("an engine");
     let contacts = 10_000_u32;
     engine
         .advance(2.0 * f64::from(contacts), u64::MAX, &mut ())
@@ -91,7 +95,7 @@ fn a_ball_comes_to_rest() {
     let mut boundaries = walled([Some([Wall::specular(); 2]), Some([bounces(0.6, 0.5); 2])]);
     boundaries.obstacles.push(
         stosszahl_model::walls::Obstacle::new(
-            Outline::Circle {
+            ObstacleShape::Circle {
                 centre: vector![7.0, 2.0],
                 radius: 1.0,
             },
@@ -109,10 +113,10 @@ fn a_ball_comes_to_rest() {
     ] {
         let state = alone(&boundaries, [9.0, 9.0], at, [0.0, 0.0]);
         let new = |dissipation| {
-            Engine::<_>::between(scene.clone(), dissipation, state.clone(), &boundaries)
+            EventDrivenEngine::<_>::between(scene.clone(), dissipation, state.clone(), &boundaries)
                 .expect("an engine")
         };
-        let mut engine = new(Dissipation::ContactTime(contact_time));
+        let mut engine = new(DissipationRule::ContactTime(contact_time));
         let until = 20.0;
         assert!(engine.advance(until, u64::MAX, &mut ()).expect("rest"));
         let hops = engine.tally().rebounds as f64 * contact_time / until;
@@ -124,10 +128,10 @@ fn a_ball_comes_to_rest() {
         assert!(body.position[1] - rest < 1.01 * height && body.position[1] - rest > -1e-15);
         assert!(engine.worst_overlap() < 1e-15);
 
-        let error = new(Dissipation::Scene).advance(until, u64::MAX, &mut ());
+        let error = new(DissipationRule::Scene).advance(until, u64::MAX, &mut ());
         let error = error.expect_err("an endless cascade");
         println!("{error}");
-        let EngineError::WallCollapse {
+        let EventDrivenError::WallCollapse {
             disk: 0,
             what: found,
             time,
@@ -150,9 +154,9 @@ fn disks_settle_in_a_heap() {
     let boundaries = walled([Some([bounces(0.5, 1.0); 2]), Some([bounces(0.5, 1.0); 2])]);
     let scene = grains(Smooth, 0.5, down(1.0));
     let state = gas(&scene, &boundaries, [6.0, 20.0], 20, 3);
-    let mut engine = Engine::<_>::between(
+    let mut engine = EventDrivenEngine::<_>::between(
         scene.clone(),
-        Dissipation::ContactTime(1e-3),
+        DissipationRule::ContactTime(1e-3),
         state,
         &boundaries,
     )
@@ -185,9 +189,13 @@ fn a_vibrated_box_loses_no_event() {
     for (count, side) in [(60, 10.0), (20, 6.0)] {
         let scene = grains(Smooth, 0.9, down(1.0));
         let state = gas(&scene, &boundaries, [side, 11.0], count, 4);
-        let mut engine =
-            Engine::<_>::between(scene, Dissipation::ContactTime(1e-4), state, &boundaries)
-                .expect("an engine");
+        let mut engine = EventDrivenEngine::<_>::between(
+            scene,
+            DissipationRule::ContactTime(1e-4),
+            state,
+            &boundaries,
+        )
+        .expect("an engine");
         for _ in 0..50 {
             engine
                 .advance(engine.time() + 1.0, u64::MAX, &mut ())
@@ -244,8 +252,9 @@ fn a_dilute_gas_has_the_barometric_profile() {
     let (width, height, count, weight) = (1500.0, 31.0, 150, 0.2);
     let scene = grains(Smooth, 1.0, down(weight));
     let state = gas(&scene, &boundaries, [width, height], count, 5);
-    let mut engine = Engine::<_>::between(scene.clone(), Dissipation::Scene, state, &boundaries)
-        .expect("an engine");
+    let mut engine =
+        EventDrivenEngine::<_>::between(scene.clone(), DissipationRule::Scene, state, &boundaries)
+            .expect("an engine");
     engine
         .advance(1500.0, u64::MAX, &mut ())
         .expect("collisions");

@@ -1,10 +1,10 @@
 //! Segments (legs) of a run: stops within them, and checkpoints at these.
 
 use nalgebra::{Vector3, vector};
-use stosszahl_ed::{Boundaries, Dissipation, resume, simulate};
+use stosszahl_ed::{DiskBoundaries, DissipationRule, resume, simulate};
 use stosszahl_model::walls::Wall;
 use stosszahl_model::{
-    Budget, Constant, EachCollision, Grains, Interrupt, Particle, ParticleState, Particles,
+    Budget, Constant, EachCollision, Interrupt, Particle, ParticleSpec, ParticleState, Particles,
     Rebound, Simulation,
 };
 
@@ -12,13 +12,13 @@ use crate::support::{self, disks, gas, walled};
 
 /// Gas of disks, and the scene of its engines.
 struct Case {
-    grains: Grains,
-    boundaries: Boundaries,
+    grains: ParticleSpec,
+    boundaries: DiskBoundaries,
     start: Particles,
 }
 
 impl Case {
-    fn new(count: usize, side: f64, boundaries: Boundaries) -> Self {
+    fn new(count: usize, side: f64, boundaries: DiskBoundaries) -> Self {
         let state = gas(&disks(0.9), &boundaries, [side; 2], count, 3);
         let particle = |body: &ParticleState<support::Disks>| Particle {
             position: body.position.push(0.0),
@@ -27,7 +27,7 @@ impl Case {
         };
         let domain = state.domain;
         Self {
-            grains: Grains::equal(0.5, 1.0, Constant::new(0.9).expect("a coefficient")),
+            grains: ParticleSpec::equal(0.5, 1.0, Constant::new(0.9).expect("a coefficient")),
             boundaries,
             start: Particles {
                 time: 0.0,
@@ -40,7 +40,7 @@ impl Case {
     }
 
     fn begin(&self) -> Box<dyn Simulation> {
-        let dissipation = Dissipation::ContactTime(1e-6);
+        let dissipation = DissipationRule::ContactTime(1e-6);
         simulate(&self.grains, dissipation, &self.boundaries, &self.start).expect("an engine")
     }
 
@@ -48,7 +48,7 @@ impl Case {
         resume(
             &self.grains,
             self.start.all.len(),
-            Dissipation::ContactTime(1e-6),
+            DissipationRule::ContactTime(1e-6),
             &self.boundaries,
             checkpoint,
             interrupt,
@@ -64,9 +64,9 @@ fn cases() -> [Case; 3] {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
     let heated = walled([None, Some([Wall::specular(), diffuse])]);
     [
-        Case::new(300, 40.0, Boundaries::periodic()),
+        Case::new(300, 40.0, DiskBoundaries::periodic()),
         Case::new(300, 40.0, heated),
-        Case::new(40, 2000.0, Boundaries::periodic()),
+        Case::new(40, 2000.0, DiskBoundaries::periodic()),
     ]
 }
 
@@ -196,7 +196,7 @@ fn an_interrupted_leg_leaves_its_last_stop() {
 /// the clock already shows more than that time, changes nothing.
 #[test]
 fn a_stop_before_a_fresh_start_changes_nothing() {
-    let case = Case::new(3, 300.0, Boundaries::periodic());
+    let case = Case::new(3, 300.0, DiskBoundaries::periodic());
     let (mut straight, mut seen) = (case.begin(), case.begin());
     for stop in 1..=4000 {
         advance(&mut *seen, 5.0 * f64::from(stop));

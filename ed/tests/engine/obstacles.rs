@@ -1,9 +1,9 @@
 //! Disks around obstacles: their description, and hard cases.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_ed::{Boundaries, Dissipation, Engine};
-use stosszahl_model::walls::{Obstacle, Outline, Wall};
-use stosszahl_model::{Kind, Rebound, Smooth};
+use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenEngine};
+use stosszahl_model::walls::{Obstacle, ObstacleShape, Wall};
+use stosszahl_model::{Rebound, Smooth, SpeciesProperties};
 
 use crate::support::{
     alone, bounces, closed, disks, down, follow_plain, gas, grains, obstacle, of_kinds, rough,
@@ -14,8 +14,8 @@ use crate::support::{
 /// that come from there.
 #[test]
 fn obstacles_are_seen_across_the_periodic_boundary() {
-    let mut boundaries = Boundaries::periodic();
-    boundaries.obstacles.push(obstacle(Outline::Circle {
+    let mut boundaries = DiskBoundaries::periodic();
+    boundaries.obstacles.push(obstacle(ObstacleShape::Circle {
         centre: vector![0.5, 5.0],
         radius: 0.5,
     }));
@@ -23,7 +23,8 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
     let state = alone(&boundaries, [8.0, 8.0], [6.0, 5.0], [1.0, 0.0]);
     let scene = grains(Smooth, 1.0, down(0.0));
     let mut engine =
-        Engine::<_>::between(scene, Dissipation::Scene, state, &boundaries).expect("an engine");
+        EventDrivenEngine::<_>::between(scene, DissipationRule::Scene, state, &boundaries)
+            .expect("an engine");
     engine.advance(2.5, u64::MAX, &mut ()).expect("a contact");
     let body = engine.state().bodies[0];
     assert_eq!(body.velocity, vector![-1.0, 0.0]);
@@ -33,7 +34,8 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
     // Disk inside the disk, across the boundary.
     let inside = alone(&boundaries, [8.0, 8.0], [7.8, 5.0], [1.0, 0.0]);
     let scene = grains(Smooth, 1.0, down(0.0));
-    let error = Engine::<_>::between(scene, Dissipation::Scene, inside, &boundaries).err();
+    let error =
+        EventDrivenEngine::<_>::between(scene, DissipationRule::Scene, inside, &boundaries).err();
     let error = error.expect("an overlap").to_string();
     assert!(
         error.contains("disk 0") && error.contains("obstacle 0"),
@@ -46,7 +48,7 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
 #[test]
 fn nothing_goes_through_a_thin_plate() {
     let mut boundaries = closed();
-    boundaries.obstacles.push(obstacle(Outline::Polyline {
+    boundaries.obstacles.push(obstacle(ObstacleShape::Polyline {
         points: vec![
             vector![0.0, 5.0],
             vector![4.0, 6.0],
@@ -73,7 +75,8 @@ fn nothing_goes_through_a_thin_plate() {
             .collect();
         assert!(above.contains(&true) && above.contains(&false));
         let mut engine =
-            Engine::<_>::between(scene, Dissipation::Scene, state, &boundaries).expect("an engine");
+            EventDrivenEngine::<_>::between(scene, DissipationRule::Scene, state, &boundaries)
+                .expect("an engine");
         for _ in 0..20 {
             engine
                 .advance(f64::INFINITY, 10_000, &mut ())
@@ -95,11 +98,11 @@ fn nothing_goes_through_a_thin_plate() {
 fn a_disk_rests_in_a_wedge() {
     for half in [0.5_f64, 30.0, 60.0] {
         let angle = half.to_radians();
-        let mut boundaries = Boundaries::periodic();
+        let mut boundaries = DiskBoundaries::periodic();
         let law = bounces(0.6, 1.0).rebound;
         let tip = vector![100.0, 1.0];
         let side = |sign: f64| tip + vector![sign * angle.sin(), angle.cos()] * 90.0;
-        let wedge = Outline::Polyline {
+        let wedge = ObstacleShape::Polyline {
             points: vec![side(-1.0), tip, side(1.0)],
         };
         boundaries
@@ -113,9 +116,13 @@ fn a_disk_rests_in_a_wedge() {
             [0.0, 0.0],
         );
         let scene = grains(Smooth, 0.6, down(1.0));
-        let mut engine =
-            Engine::<_>::between(scene, Dissipation::ContactTime(1e-5), state, &boundaries)
-                .expect("an engine");
+        let mut engine = EventDrivenEngine::<_>::between(
+            scene,
+            DissipationRule::ContactTime(1e-5),
+            state,
+            &boundaries,
+        )
+        .expect("an engine");
         engine.advance(20.0, 1, &mut ()).expect("rest");
         let body = engine.state().bodies[0];
         println!(
@@ -142,8 +149,8 @@ fn a_disk_rests_in_a_wedge() {
 /// Diffuse obstacles heat a gas to their temperature.
 #[test]
 fn a_diffuse_obstacle_heats_the_gas() {
-    let mut boundaries = Boundaries::periodic();
-    let outline = Outline::Polygon {
+    let mut boundaries = DiskBoundaries::periodic();
+    let outline = ObstacleShape::Polygon {
         points: vec![vector![4.0, 4.0], vector![8.0, 4.0], vector![6.0, 8.0]],
     };
     let hot = Rebound::Diffuse { temperature: 2.0 };
@@ -152,8 +159,9 @@ fn a_diffuse_obstacle_heats_the_gas() {
         .push(Obstacle::new(outline, hot).expect("an obstacle"));
     let scene = disks(1.0);
     let state = gas(&scene, &boundaries, [14.0, 14.0], 60, 3);
-    let mut engine = Engine::<_>::between(scene.clone(), Dissipation::Scene, state, &boundaries)
-        .expect("an engine");
+    let mut engine =
+        EventDrivenEngine::<_>::between(scene.clone(), DissipationRule::Scene, state, &boundaries)
+            .expect("an engine");
     engine.advance(200.0, u64::MAX, &mut ()).expect("contacts");
     let mut parts = Vec::new();
     for _ in 0..20 {
@@ -177,14 +185,14 @@ fn a_diffuse_obstacle_heats_the_gas() {
 /// gravity have the contacts of all pairs.
 #[test]
 fn very_unequal_disks_find_their_boundaries() {
-    let kinds: Vec<Kind> = (0..150)
+    let kinds: Vec<SpeciesProperties> = (0..150)
         .map(|disk| {
             let (radius, mass) = if disk < 4 {
                 (1.5, 9.0)
             } else {
                 (0.05 + 0.001 * f64::from(disk % 10), 0.1)
             };
-            Kind {
+            SpeciesProperties {
                 radius,
                 mass,
                 count: 1,
@@ -199,10 +207,10 @@ fn very_unequal_disks_find_their_boundaries() {
             [None, None],
         ] {
             let mut boundaries = walled(axes);
-            boundaries.obstacles.push(obstacle(Outline::Polygon {
+            boundaries.obstacles.push(obstacle(ObstacleShape::Polygon {
                 points: vec![vector![4.0, 0.0], vector![6.0, 0.0], vector![5.0, 2.0]],
             }));
-            boundaries.obstacles.push(obstacle(Outline::Circle {
+            boundaries.obstacles.push(obstacle(ObstacleShape::Circle {
                 centre: vector![0.5, 6.0],
                 radius: 0.5,
             }));

@@ -1,8 +1,8 @@
 //! The engine against its oracle: rough disks, walls, gravity and obstacles, alone and together.
 
 use nalgebra::vector;
-use stosszahl_ed::Boundaries;
-use stosszahl_model::walls::{Outline, Wall};
+use stosszahl_ed::DiskBoundaries;
+use stosszahl_model::walls::{ObstacleShape, Wall};
 use stosszahl_model::{Rebound, Smooth};
 
 use crate::support::{
@@ -13,7 +13,7 @@ use crate::support::{
 fn rough_disks() {
     for (tangential, restitution) in [(1.0, 1.0), (0.3, 0.8), (-0.5, 0.9)] {
         let scene = grains(rough(tangential), restitution, down(0.0));
-        let boundaries = Boundaries::periodic();
+        let boundaries = DiskBoundaries::periodic();
         let start = gas(&scene, &boundaries, [12.0, 10.0], 50, 1);
         follow_plain(&scene, &boundaries, &start, 150);
     }
@@ -67,7 +67,7 @@ fn gravity() {
     let floor = vibrates(bounces(0.8, 0.5), 0.4, 0.9);
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 2.0 });
     let all = [
-        (Boundaries::periodic(), 30),
+        (DiskBoundaries::periodic(), 30),
         (closed(), 30),
         (walled([None, Some([floor, Wall::specular()])]), 25),
         (walled([Some([diffuse, floor]), Some([floor, diffuse])]), 25),
@@ -89,14 +89,14 @@ fn gravity() {
 #[test]
 fn obstacles() {
     let all = vec![
-        obstacle(Outline::Circle {
+        obstacle(ObstacleShape::Circle {
             centre: vector![2.0, 5.0],
             radius: 1.5,
         }),
-        obstacle(Outline::Segment {
+        obstacle(ObstacleShape::Segment {
             ends: [vector![0.0, 9.0], vector![4.0, 8.0]],
         }),
-        obstacle(Outline::Polyline {
+        obstacle(ObstacleShape::Polyline {
             points: vec![
                 vector![6.0, 2.0],
                 vector![8.0, 4.0],
@@ -104,7 +104,7 @@ fn obstacles() {
                 vector![12.0, 3.0],
             ],
         }),
-        obstacle(Outline::Polygon {
+        obstacle(ObstacleShape::Polygon {
             points: vec![
                 vector![7.0, 7.0],
                 vector![11.0, 8.0],
@@ -113,7 +113,7 @@ fn obstacles() {
             ],
         }),
     ];
-    for mut boundaries in [Boundaries::periodic(), closed()] {
+    for mut boundaries in [DiskBoundaries::periodic(), closed()] {
         boundaries.obstacles.clone_from(&all);
         let scene = disks(0.9);
         let start = gas(&scene, &boundaries, [12.0, 11.0], 30, 3);

@@ -5,8 +5,8 @@
 use nalgebra::vector;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
-use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine};
-use stosszahl_model::walls::{Obstacle, Outline, Wall};
+use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenCheckpoint, EventDrivenEngine};
+use stosszahl_model::walls::{Obstacle, ObstacleShape, Wall};
 use stosszahl_model::{Field, Gravity, ParticleModel, Plane, Rebound, Rough, State};
 
 use crate::support::{Grains, follow_plain, gas, grains, rough, vibrates, walled};
@@ -100,7 +100,7 @@ impl Recipe {
         grains(rough(tangential), restitution, field)
     }
 
-    fn boundaries(&self) -> Boundaries {
+    fn boundaries(&self) -> DiskBoundaries {
         let wall = |axis: usize, wall: &WallRecipe| {
             let restitutive = Rebound::Restitutive {
                 restitution: wall.restitution,
@@ -124,17 +124,17 @@ impl Recipe {
             let centre = vector![centre[0], centre[1]];
             let arm = |turn: f64| vector![(angle + turn).cos(), (angle + turn).sin()] * size;
             let outline = match kind {
-                0 => Outline::Circle {
+                0 => ObstacleShape::Circle {
                     centre,
                     radius: size,
                 },
-                1 => Outline::Segment {
+                1 => ObstacleShape::Segment {
                     ends: [centre - arm(0.0), centre + arm(0.0)],
                 },
-                2 => Outline::Polyline {
+                2 => ObstacleShape::Polyline {
                     points: vec![centre + arm(0.0), centre, centre + arm(2.0)],
                 },
-                _ => Outline::Polygon {
+                _ => ObstacleShape::Polygon {
                     points: vec![
                         centre + arm(0.0),
                         centre + arm(2.0),
@@ -155,7 +155,7 @@ impl Recipe {
         boundaries
     }
 
-    fn start(&self, scene: &Disks, boundaries: &Boundaries) -> State<Disks> {
+    fn start(&self, scene: &Disks, boundaries: &DiskBoundaries) -> State<Disks> {
         gas(scene, boundaries, SIDES, self.disks, self.seed)
     }
 }
@@ -176,7 +176,7 @@ fn check(scenes: u32, property: impl Fn(Recipe) -> Result<(), TestCaseError>) {
 
 /// Kinetic energy, including that of rotation, and potential energy in the field with positions as
 /// if they had never been wrapped.
-fn energy(scene: &Disks, gas: &Checkpoint<Disks>) -> f64 {
+fn energy(scene: &Disks, gas: &EventDrivenCheckpoint<Disks>) -> f64 {
     let (state, pull) = (&gas.state, scene.field().acceleration());
     let lengths = state.domain.lengths();
     let places = state
@@ -197,12 +197,12 @@ fn energy(scene: &Disks, gas: &Checkpoint<Disks>) -> f64 {
 fn ledgers_tell_all_that_comes_in() {
     check(300, |recipe| {
         let (scene, boundaries) = (recipe.scene(true), recipe.boundaries());
-        let mut start = Checkpoint::from(recipe.start(&scene, &boundaries));
+        let mut start = EventDrivenCheckpoint::from(recipe.start(&scene, &boundaries));
         start.image_flags = vec![[0; 2]; recipe.disks];
         let (before, momentum) = (energy(&scene, &start), start.state.momentum(&scene));
-        let mut engine = Engine::<Disks>::between(
+        let mut engine = EventDrivenEngine::<Disks>::between(
             scene.clone(),
-            Dissipation::ContactTime(1e-3),
+            DissipationRule::ContactTime(1e-3),
             start,
             &boundaries,
         )
@@ -240,10 +240,10 @@ fn checkpoints_continue_to_the_same_bytes() {
     check(100, |recipe| {
         let (scene, boundaries) = (recipe.scene(false), recipe.boundaries());
         let start = recipe.start(&scene, &boundaries);
-        let new = |start: Checkpoint<Disks>| {
-            Engine::<Disks>::between(
+        let new = |start: EventDrivenCheckpoint<Disks>| {
+            EventDrivenEngine::<Disks>::between(
                 scene.clone(),
-                Dissipation::ContactTime(1e-3),
+                DissipationRule::ContactTime(1e-3),
                 start,
                 &boundaries,
             )

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_ed::{Boundaries, Dissipation, Engine};
+use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenEngine};
 use stosszahl_model::kinetic::contact_value;
 use stosszahl_model::{State, Surface};
 
@@ -11,11 +11,21 @@ use crate::support::{Grains, down, gas, grains, rough};
 type Disks = Grains<stosszahl_model::Rough>;
 
 fn start(scene: &Disks, side: f64, count: usize, seed: u64) -> State<Disks> {
-    gas(scene, &Boundaries::periodic(), [side, side], count, seed)
+    gas(
+        scene,
+        &DiskBoundaries::periodic(),
+        [side, side],
+        count,
+        seed,
+    )
 }
 
-fn engine(scene: &Disks, dissipation: Dissipation, state: State<Disks>) -> Engine<Disks> {
-    Engine::new(scene.clone(), dissipation, state).expect("an engine")
+fn engine(
+    scene: &Disks,
+    dissipation: DissipationRule,
+    state: State<Disks>,
+) -> EventDrivenEngine<Disks> {
+    EventDrivenEngine::new(scene.clone(), dissipation, state).expect("an engine")
 }
 
 /// Energy and momentum after a million collisions, with tangential restitution -1 and 1.
@@ -27,7 +37,7 @@ fn energy_and_momentum_are_conserved() {
         let energy =
             |state: &State<Disks>| state.kinetic_energy(&scene) + state.spin_energy(&scene);
         let (before, momentum) = (energy(&state), state.momentum(&scene));
-        let mut engine = engine(&scene, Dissipation::Scene, state.clone());
+        let mut engine = engine(&scene, DissipationRule::Scene, state.clone());
         engine
             .advance(f64::INFINITY, 1_000_000, &mut ())
             .expect("collisions");
@@ -49,7 +59,7 @@ fn energy_and_momentum_are_conserved() {
 fn perfectly_rough_disks_return_to_their_start() {
     let scene = grains(rough(1.0), 1.0, down(0.0));
     let begin = start(&scene, 80.0, 2000, 2);
-    let mut engine = engine(&scene, Dissipation::Scene, begin.clone());
+    let mut engine = engine(&scene, DissipationRule::Scene, begin.clone());
     engine
         .advance(f64::INFINITY, 2000, &mut ())
         .expect("collisions");
@@ -58,7 +68,8 @@ fn perfectly_rough_disks_return_to_their_start() {
         body.velocity = -body.velocity;
         body.spin = -body.spin;
     }
-    let mut back = Engine::<Disks>::new(scene, Dissipation::Scene, state).expect("an engine");
+    let mut back =
+        EventDrivenEngine::<Disks>::new(scene, DissipationRule::Scene, state).expect("an engine");
     back.advance(2.0 * engine.time(), u64::MAX, &mut ())
         .expect("collisions");
     let end = back.state();
@@ -124,7 +135,7 @@ fn dilute_disks_cool_as_the_two_temperature_theory_says() {
             for body in &mut state.bodies {
                 body.spin /= spinning;
             }
-            let mut engine = engine(&scene, Dissipation::Scene, state);
+            let mut engine = engine(&scene, DissipationRule::Scene, state);
             assert!(
                 engine
                     .advance(until, u64::MAX, &mut ())
@@ -157,7 +168,7 @@ fn dilute_disks_cool_as_the_two_temperature_theory_says() {
 fn equilibration_leaves_spins_alone() {
     let scene = grains(rough(0.3), 0.5, down(0.0));
     let state = start(&scene, 20.0, 200, 4);
-    let mut engine = engine(&scene, Dissipation::Elastic, state.clone());
+    let mut engine = engine(&scene, DissipationRule::Elastic, state.clone());
     engine
         .advance(f64::INFINITY, 10_000, &mut ())
         .expect("collisions");
@@ -175,15 +186,18 @@ fn spins_are_checked_and_smooth_disks_have_none() {
     let scene = grains(rough(0.3), 0.5, down(0.0));
     let mut state = start(&scene, 20.0, 20, 4);
     state.bodies[7].spin[0] = f64::NAN;
-    let refused = Engine::<Disks>::new(scene.clone(), Dissipation::Scene, state).err();
+    let refused =
+        EventDrivenEngine::<Disks>::new(scene.clone(), DissipationRule::Scene, state).err();
     let refused = refused.expect("a bad spin").to_string();
     assert!(refused.contains("disk 7"), "{refused}");
     let smooth = grains(stosszahl_model::Smooth, 0.5, down(0.0));
     let energy = Surface::<stosszahl_model::Plane>::spin_energy(&smooth.surface, 1.0, 0.5, ());
     assert_eq!(energy, 0.0);
-    let state = gas(&smooth, &Boundaries::periodic(), [20.0, 20.0], 20, 4);
-    let plain = Engine::<_>::new(smooth, Dissipation::Scene, state).expect("an engine");
+    let state = gas(&smooth, &DiskBoundaries::periodic(), [20.0, 20.0], 20, 4);
+    let plain =
+        EventDrivenEngine::<_>::new(smooth, DissipationRule::Scene, state).expect("an engine");
     let state = start(&scene, 20.0, 20, 4);
-    let spinning = Engine::<Disks>::new(scene, Dissipation::Scene, state).expect("an engine");
+    let spinning =
+        EventDrivenEngine::<Disks>::new(scene, DissipationRule::Scene, state).expect("an engine");
     assert_eq!(spinning.bytes() - plain.bytes(), 20 * 8);
 }

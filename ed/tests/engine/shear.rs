@@ -2,12 +2,14 @@
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
-use stosszahl_ed::{Boundaries, Dissipation, Engine, EngineError, plain, resume, simulate};
+use stosszahl_ed::{
+    DiskBoundaries, DissipationRule, EventDrivenEngine, EventDrivenError, plain, resume, simulate,
+};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Budget, Constant, Domain, Grains, Interrupt, Kind, Law, Monodisperse, Particle, ParticleModel,
+    Budget, Constant, Domain, Interrupt, Law, Monodisperse, Particle, ParticleModel, ParticleSpec,
     ParticleState, Particles, PerPair, Plane, Rough, Scene, Shear, Sheared, SizeDistribution,
-    Sizes, Smooth, Species, State, Surface, Viscoelastic,
+    Sizes, Smooth, Species, SpeciesProperties, State, Surface, Viscoelastic,
 };
 
 use crate::support::{Journal, maxwellian};
@@ -43,7 +45,7 @@ fn mixture<C: Surface<Plane>>(
     rate: f64,
     counts: [usize; 2],
 ) -> ShearedScene<C, Species> {
-    let kind = |radius, mass, count| Kind {
+    let kind = |radius, mass, count| SpeciesProperties {
         radius,
         mass,
         count,
@@ -112,7 +114,7 @@ fn follow_plain<P: ParticleModel<Space = Plane>>(
     let mut slow = start.clone();
     let events = plain::run(scene, &mut slow, collisions);
     assert_eq!(events.len(), collisions, "{name}");
-    let engine = Engine::<P>::new(scene.clone(), Dissipation::Scene, start.clone());
+    let engine = EventDrivenEngine::<P>::new(scene.clone(), DissipationRule::Scene, start.clone());
     let mut engine = engine.expect("an engine");
     let mut journal = Journal::default();
     let there = engine.advance(slow.time, u64::MAX, &mut journal);
@@ -202,7 +204,7 @@ fn the_energy_balance_closes() {
         let rough = Rough::new(0.2, 0.5).expect("a surface");
         let scene = mixture(rough, constant(restitution), rate, [300, 300]);
         let start = gas(&scene, rate, vector![45.0, 30.0], 600, 3);
-        let engine = Engine::<_>::new(scene.clone(), Dissipation::Scene, start);
+        let engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, start);
         let mut engine = engine.expect("an engine");
         assert!(
             !engine
@@ -243,10 +245,10 @@ fn particles(count: usize) -> Particles {
     }
 }
 
-fn grains(rate: f64) -> Grains {
-    Grains {
+fn grains(rate: f64) -> ParticleSpec {
+    ParticleSpec {
         shear_rate: Some(rate),
-        ..Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"))
+        ..ParticleSpec::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"))
     }
 }
 
@@ -254,10 +256,12 @@ fn grains(rate: f64) -> Grains {
 /// several threads are those of one.
 #[test]
 fn resumed_runs_have_the_same_bytes() {
-    let (boundaries, grains) = (Boundaries::periodic(), grains(0.5));
+    let (boundaries, grains) = (DiskBoundaries::periodic(), grains(0.5));
     let start = particles(300);
-    let mut gas = simulate(&grains, Dissipation::Scene, &boundaries, &start).expect("an engine");
-    let mut again = simulate(&grains, Dissipation::Scene, &boundaries, &start).expect("an engine");
+    let mut gas =
+        simulate(&grains, DissipationRule::Scene, &boundaries, &start).expect("an engine");
+    let mut again =
+        simulate(&grains, DissipationRule::Scene, &boundaries, &start).expect("an engine");
     again.use_threads(4);
     for step in 1..=8 {
         let until = 1.5 * f64::from(step);
@@ -267,7 +271,7 @@ fn resumed_runs_have_the_same_bytes() {
         again = resume(
             &grains,
             300,
-            Dissipation::Scene,
+            DissipationRule::Scene,
             &boundaries,
             &kept,
             &Interrupt::default(),
@@ -288,8 +292,8 @@ fn resumed_runs_have_the_same_bytes() {
 fn the_balance_knows_what_drives_supply() {
     let mut gas = simulate(
         &grains(0.5),
-        Dissipation::Scene,
-        &Boundaries::periodic(),
+        DissipationRule::Scene,
+        &DiskBoundaries::periodic(),
         &particles(200),
     )
     .expect("an engine");
@@ -306,8 +310,14 @@ fn the_balance_knows_what_drives_supply() {
 #[test]
 fn flows_that_cannot_be_are_refused() {
     let start = particles(20);
-    let run = |grains: &Grains| {
-        simulate(grains, Dissipation::Scene, &Boundaries::periodic(), &start).map(|_| ())
+    let run = |grains: &ParticleSpec| {
+        simulate(
+            grains,
+            DissipationRule::Scene,
+            &DiskBoundaries::periodic(),
+            &start,
+        )
+        .map(|_| ())
     };
     for rate in [0.0, f64::NAN, f64::INFINITY] {
         let error = run(&grains(rate)).expect_err("no rate");
@@ -330,9 +340,9 @@ fn flows_that_cannot_be_are_refused() {
     // The box of a flow with another shear rate.
     let scene = equal(constant(1.0), 1.0);
     let state = gas(&scene, 2.0, vector![9.0, 9.0], 5, 1);
-    let error = Engine::<_>::new(scene, Dissipation::Scene, state).err();
+    let error = EventDrivenEngine::<_>::new(scene, DissipationRule::Scene, state).err();
     assert!(
-        matches!(error, Some(EngineError::UnlikeFlow { .. })),
+        matches!(error, Some(EventDrivenError::UnlikeFlow { .. })),
         "{error:?}"
     );
 }

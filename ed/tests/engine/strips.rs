@@ -3,12 +3,13 @@
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
 use stosszahl_ed::{
-    Boundaries, Checkpoint, Dissipation, Engine, StripSettings, StripedEngine, simulate,
+    DiskBoundaries, DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, StripSettings,
+    StripedEngine, simulate,
 };
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::walls::{Outline, Wall};
+use stosszahl_model::walls::{ObstacleShape, Wall};
 use stosszahl_model::{
-    Budget, Collision, Constant, EachCollision, Grains, Interrupt, Particle, ParticleModel,
+    Budget, Collision, Constant, EachCollision, Interrupt, Particle, ParticleModel, ParticleSpec,
     ParticleState, Particles, Plane, Rebound, State,
 };
 
@@ -18,7 +19,7 @@ use crate::support::{bounces, disks, down, grains, maxwellian, obstacle, rough, 
 /// overlap obstacles; as wide as it is high over `aspect`.
 fn lattice<P: ParticleModel<Space = Plane>>(
     scene: &P,
-    boundaries: &Boundaries,
+    boundaries: &DiskBoundaries,
     count: usize,
     packing: f64,
     aspect: f64,
@@ -62,9 +63,9 @@ type Left = (Vec<u8>, Vec<Collision>);
 /// Runs legs with an engine each, as a run that is killed and resumed after each does.
 fn run<P: ParticleModel<Space = Plane>>(
     scene: &P,
-    dissipation: Dissipation,
-    boundaries: &Boundaries,
-    start: impl Into<Checkpoint<P>>,
+    dissipation: DissipationRule,
+    boundaries: &DiskBoundaries,
+    start: impl Into<EventDrivenCheckpoint<P>>,
     legs: &[(f64, u64)],
     strips: usize,
 ) -> (Left, StripSettings) {
@@ -72,7 +73,8 @@ fn run<P: ParticleModel<Space = Plane>>(
     let mut collisions = Vec::new();
     let mut spread = StripSettings::default();
     for &(until, most) in legs {
-        let engine = Engine::<P>::between(scene.clone(), dissipation, checkpoint, boundaries);
+        let engine =
+            EventDrivenEngine::<P>::between(scene.clone(), dissipation, checkpoint, boundaries);
         let mut engine = StripedEngine::new(engine.expect("an engine"), strips);
         let mut observer = EachCollision(|collision: &Collision| collisions.push(*collision));
         engine.advance(until, most, &mut observer).expect("time");
@@ -90,13 +92,13 @@ fn run<P: ParticleModel<Space = Plane>>(
 /// Advances one engine to times one after another, in which its strips stay.
 fn stay<P: ParticleModel<Space = Plane>>(
     scene: &P,
-    dissipation: Dissipation,
-    boundaries: &Boundaries,
-    start: Checkpoint<P>,
+    dissipation: DissipationRule,
+    boundaries: &DiskBoundaries,
+    start: EventDrivenCheckpoint<P>,
     times: &[f64],
     strips: usize,
 ) -> (Left, StripSettings) {
-    let engine = Engine::<P>::between(scene.clone(), dissipation, start, boundaries);
+    let engine = EventDrivenEngine::<P>::between(scene.clone(), dissipation, start, boundaries);
     let mut engine = StripedEngine::new(engine.expect("an engine"), strips);
     let (mut bytes, mut collisions) = (Vec::new(), Vec::new());
     for &until in times {
@@ -112,9 +114,9 @@ fn stay<P: ParticleModel<Space = Plane>>(
 fn compare<P: ParticleModel<Space = Plane>>(
     name: &str,
     scene: &P,
-    dissipation: Dissipation,
-    boundaries: &Boundaries,
-    start: &Checkpoint<P>,
+    dissipation: DissipationRule,
+    boundaries: &DiskBoundaries,
+    start: &EventDrivenCheckpoint<P>,
     legs: &[(f64, u64)],
 ) {
     let (plain, _) = run(scene, dissipation, boundaries, start.clone(), legs, 1);
@@ -126,7 +128,8 @@ fn compare<P: ParticleModel<Space = Plane>>(
         assert!(left.0 == plain.0, "{name}: bytes of {strips} strips");
     }
     // Equally many collisions in five advances of one engine.
-    let engine = Engine::<P>::between(scene.clone(), dissipation, start.clone(), boundaries);
+    let engine =
+        EventDrivenEngine::<P>::between(scene.clone(), dissipation, start.clone(), boundaries);
     let mut engine = engine.expect("an engine");
     let times: Vec<f64> = (0..5)
         .map(|_| {
@@ -155,11 +158,11 @@ fn periodic_gases() {
         (0.70, 0.8),
     ] {
         let scene = disks(restitution);
-        let boundaries = Boundaries::periodic();
+        let boundaries = DiskBoundaries::periodic();
         let start = lattice(&scene, &boundaries, 20_000, packing, 1.0);
         let legs = [(FOREVER, 30_000), (FOREVER, 40_001), (FOREVER, 25_000)];
         let name = format!("packing {packing}, restitution {restitution}");
-        let dissipation = Dissipation::Scene;
+        let dissipation = DissipationRule::Scene;
         compare(
             &name,
             &scene,
@@ -175,9 +178,9 @@ fn periodic_gases() {
 #[test]
 fn a_simulation_on_two_threads() {
     let scene = disks(0.8);
-    let boundaries = Boundaries::periodic();
+    let boundaries = DiskBoundaries::periodic();
     let state = lattice(&scene, &boundaries, 40_000, 0.3, 1.0);
-    let grains = Grains::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
+    let grains = ParticleSpec::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
     let particle = |body: &ParticleState<crate::support::Disks>| Particle {
         position: body.position.push(0.0),
         velocity: body.velocity.push(0.0),
@@ -192,7 +195,7 @@ fn a_simulation_on_two_threads() {
     };
     let [alone, shared] = [1, 2].map(|threads| {
         let mut gas =
-            simulate(&grains, Dissipation::Scene, &boundaries, &start).expect("an engine");
+            simulate(&grains, DissipationRule::Scene, &boundaries, &start).expect("an engine");
         gas.use_threads(threads);
         let until = gas.time() + 1e3;
         for _ in 0..2 {
@@ -211,10 +214,11 @@ fn a_simulation_on_two_threads() {
 #[test]
 fn a_clustered_gas() {
     let scene = disks(0.8);
-    let boundaries = Boundaries::periodic();
+    let boundaries = DiskBoundaries::periodic();
     let start = lattice(&scene, &boundaries, 40_000, 0.25, 2.0);
-    let dissipation = Dissipation::ContactTime(1e-5);
-    let mut engine = Engine::<_>::new(scene.clone(), dissipation, start).expect("an engine");
+    let dissipation = DissipationRule::ContactTime(1e-5);
+    let mut engine =
+        EventDrivenEngine::<_>::new(scene.clone(), dissipation, start).expect("an engine");
     engine.advance(FOREVER, 2_000_000, &mut ()).expect("time");
     let start = engine.checkpoint();
     let until = start.state.time * 1.2;
@@ -232,11 +236,11 @@ fn walls_obstacles_gravity_and_spin() {
         Some([vibrates(bounces(0.9, 0.5), 0.05, 1.0), diffuse]),
     ]);
     channel.obstacles = vec![
-        obstacle(Outline::Circle {
+        obstacle(ObstacleShape::Circle {
             centre: vector![30.0, 40.0],
             radius: 6.0,
         }),
-        obstacle(Outline::Circle {
+        obstacle(ObstacleShape::Circle {
             centre: vector![60.0, 90.0],
             radius: 3.0,
         }),
@@ -247,7 +251,7 @@ fn walls_obstacles_gravity_and_spin() {
     compare(
         "channel",
         &scene,
-        Dissipation::Scene,
+        DissipationRule::Scene,
         &channel,
         &start.into(),
         &legs,
@@ -258,7 +262,7 @@ fn walls_obstacles_gravity_and_spin() {
     compare(
         "sides",
         &scene,
-        Dissipation::Scene,
+        DissipationRule::Scene,
         &sides,
         &start.into(),
         &legs,
@@ -269,10 +273,11 @@ fn walls_obstacles_gravity_and_spin() {
 #[test]
 fn a_collapse_is_that_of_one_engine() {
     let scene = disks(0.3);
-    let boundaries = Boundaries::periodic();
+    let boundaries = DiskBoundaries::periodic();
     let start = lattice(&scene, &boundaries, 20_000, 0.25, 1.0);
     let [alone, shared] = [1, 4].map(|strips| {
-        let engine = Engine::<_>::new(scene.clone(), Dissipation::Scene, start.clone());
+        let engine =
+            EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, start.clone());
         let mut engine = StripedEngine::new(engine.expect("an engine"), strips);
         let error = (engine.advance(FOREVER, u64::MAX, &mut ())).expect_err("a collapse");
         assert_eq!(engine.settings().windows > 0, strips > 1);
@@ -287,9 +292,10 @@ fn a_collapse_is_that_of_one_engine() {
 #[test]
 fn an_interrupt_ends_all_strips() {
     let scene = disks(1.0);
-    let boundaries = Boundaries::periodic();
+    let boundaries = DiskBoundaries::periodic();
     let start = lattice(&scene, &boundaries, 20_000, 0.3, 1.0);
-    let engine = Engine::<_>::new(scene, Dissipation::Scene, start).expect("an engine");
+    let engine =
+        EventDrivenEngine::<_>::new(scene, DissipationRule::Scene, start).expect("an engine");
     let mut engine = StripedEngine::new(engine, 4);
     let interrupt = Interrupt::default();
     engine.set_stop_flag(&interrupt);

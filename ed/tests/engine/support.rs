@@ -2,13 +2,14 @@
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
-use stosszahl_ed::{Boundaries, Dissipation, Engine, Touchable, plain};
+use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenEngine, Touchable, plain};
 use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::walls::{Face, Obstacle, Outline, Vibration, Wall, Walls};
+use stosszahl_model::walls::{Face, Obstacle, ObstacleShape, Vibration, Wall, Walls};
 use stosszahl_model::{
-    Collision, Constant, Domain, Free, Gravity, Kind, Law, Monodisperse, Observer, ParticleModel,
-    ParticleState, Plane, Rebound, Rough, Scene, Sizes, Smooth, Species, State, Surface,
+    Collision, Constant, Domain, Free, Gravity, Law, Monodisperse, Observer, ParticleModel,
+    ParticleState, Plane, Rebound, Rough, Scene, Sizes, Smooth, Species, SpeciesProperties, State,
+    Surface,
 };
 
 /// Disks and particles with the types that programs use which read cases: an engine takes seconds
@@ -32,7 +33,7 @@ pub fn disks(restitution: f64) -> Disks {
 
 /// Creates particles of diameter and mass one, any number, that fall.
 pub fn grains<C: Surface<Plane>>(surface: C, restitution: f64, field: Gravity<Plane>) -> Grains<C> {
-    let kind = Kind {
+    let kind = SpeciesProperties {
         radius: 0.5,
         mass: 1.0,
         count: u32::MAX as usize,
@@ -42,7 +43,7 @@ pub fn grains<C: Surface<Plane>>(surface: C, restitution: f64, field: Gravity<Pl
 
 /// Creates particles of several kinds that fall.
 pub fn of_kinds<C: Surface<Plane>>(
-    kinds: Vec<Kind>,
+    kinds: Vec<SpeciesProperties>,
     surface: C,
     restitution: f64,
     field: Gravity<Plane>,
@@ -79,7 +80,7 @@ pub fn vibrates(wall: Wall<Plane>, amplitude: f64, period: f64) -> Wall<Plane> {
     }
 }
 
-pub fn obstacle(outline: Outline) -> Obstacle {
+pub fn obstacle(outline: ObstacleShape) -> Obstacle {
     let law = Rebound::Restitutive {
         restitution: 1.0,
         slip: 1.0,
@@ -89,9 +90,9 @@ pub fn obstacle(outline: Outline) -> Obstacle {
 
 /// Creates walls at lower and upper faces of the first and the second axis; `None` for a periodic
 /// one.
-pub fn walled(axes: [Option<[Wall<Plane>; 2]>; 2]) -> Boundaries {
+pub fn walled(axes: [Option<[Wall<Plane>; 2]>; 2]) -> DiskBoundaries {
     let faces = axes.map(|pair| pair.map_or([Face::Periodic; 2], |pair| pair.map(Face::Wall)));
-    Boundaries {
+    DiskBoundaries {
         walls: Walls::new(&faces).expect("walls"),
         obstacles: Vec::new(),
         streams: Streams::new(5, 0),
@@ -99,13 +100,13 @@ pub fn walled(axes: [Option<[Wall<Plane>; 2]>; 2]) -> Boundaries {
 }
 
 /// Creates a closed box of specular walls.
-pub fn closed() -> Boundaries {
+pub fn closed() -> DiskBoundaries {
     walled([Some([Wall::specular(); 2]), Some([Wall::specular(); 2])])
 }
 
 /// Creates a single disk of diameter one in a box, at a position with a velocity.
 pub fn alone<P: ParticleModel<Space = Plane>>(
-    boundaries: &Boundaries,
+    boundaries: &DiskBoundaries,
     lengths: [f64; 2],
     at: [f64; 2],
     velocity: [f64; 2],
@@ -120,7 +121,7 @@ pub fn alone<P: ParticleModel<Space = Plane>>(
 /// Creates a Maxwellian gas at random positions without overlap.
 pub fn gas<P: ParticleModel<Space = Plane>>(
     scene: &P,
-    boundaries: &Boundaries,
+    boundaries: &DiskBoundaries,
     lengths: [f64; 2],
     count: usize,
     seed: u64,
@@ -215,7 +216,7 @@ impl Observer for Journal {
 /// contacts with walls and obstacles.
 pub fn follow_plain<P: ParticleModel<Space = Plane>>(
     scene: &P,
-    boundaries: &Boundaries,
+    boundaries: &DiskBoundaries,
     start: &State<P>,
     contacts: usize,
 ) -> usize {
@@ -223,9 +224,13 @@ pub fn follow_plain<P: ParticleModel<Space = Plane>>(
     let events = plain::run_between(scene, &mut slow, boundaries, contacts);
     assert_eq!(events.len(), contacts);
     let end = events[contacts - 1].time;
-    let mut engine =
-        Engine::<P>::between(scene.clone(), Dissipation::Scene, start.clone(), boundaries)
-            .expect("an engine");
+    let mut engine = EventDrivenEngine::<P>::between(
+        scene.clone(),
+        DissipationRule::Scene,
+        start.clone(),
+        boundaries,
+    )
+    .expect("an engine");
     let mut journal = Journal::default();
     assert!(
         engine
@@ -236,17 +241,19 @@ pub fn follow_plain<P: ParticleModel<Space = Plane>>(
     let mut ledgers = vec![0.0; engine.ledgers().len()];
     for (number, event) in events.iter().enumerate() {
         match event.met {
-            plain::Met::Disks(_) => {
+            plain::ContactPartners::Disks(_) => {
                 let time = times.next().expect("a collision");
                 assert!(
                     (time - event.time).abs() < 1e-8,
                     "{number}: {time} {event:?}"
                 );
             }
-            plain::Met::Boundary(_, Touchable::Wall { axis, side }) => {
+            plain::ContactPartners::Boundary(_, Touchable::Wall { axis, side }) => {
                 ledgers[2 * axis + side] += 1.0;
             }
-            plain::Met::Boundary(_, Touchable::Obstacle(which)) => ledgers[4 + which] += 1.0,
+            plain::ContactPartners::Boundary(_, Touchable::Obstacle(which)) => {
+                ledgers[4 + which] += 1.0;
+            }
         }
     }
     assert_eq!(times.next(), None);

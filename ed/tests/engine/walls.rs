@@ -1,9 +1,12 @@
 //! Disks between walls: conservation, restarts, pressure, refusals, and hard cases.
 
 use nalgebra::vector;
-use stosszahl_ed::{Boundaries, Checkpoint, Dissipation, Engine, EngineError, Touchable};
+use stosszahl_ed::{
+    DiskBoundaries, DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, EventDrivenError,
+    Touchable,
+};
 use stosszahl_model::kinetic::contact_value;
-use stosszahl_model::walls::{Face, Ledger, Outline, Vibration, Wall, Walls};
+use stosszahl_model::walls::{Face, ObstacleShape, Vibration, Wall, WallLedger, Walls};
 use stosszahl_model::{Domain, ParticleModel, ParticleState, Plane, Rebound, State};
 
 use crate::support::{
@@ -25,9 +28,13 @@ fn a_closed_box_conserves_energy() {
         let scene = disks(1.0);
         let state = gas(&scene, &boundaries, [side, side], 300, 1);
         let (energy, momentum) = (state.kinetic_energy(&scene), state.momentum(&scene));
-        let mut engine =
-            Engine::<_>::between(scene.clone(), Dissipation::Scene, state, &boundaries)
-                .expect("an engine");
+        let mut engine = EventDrivenEngine::<_>::between(
+            scene.clone(),
+            DissipationRule::Scene,
+            state,
+            &boundaries,
+        )
+        .expect("an engine");
         engine
             .advance(f64::INFINITY, 300_000, &mut ())
             .expect("collisions");
@@ -63,7 +70,8 @@ fn pressure_on_walls_is_that_of_the_bulk() {
         let state = gas(&scene, &boundaries, [width, height], count, 2);
         let temperature = state.temperature(&scene);
         let mut engine =
-            Engine::<_>::between(scene, Dissipation::Scene, state, &boundaries).expect("an engine");
+            EventDrivenEngine::<_>::between(scene, DissipationRule::Scene, state, &boundaries)
+                .expect("an engine");
         engine
             .advance(f64::INFINITY, 20_000, &mut ())
             .expect("collisions");
@@ -118,8 +126,9 @@ fn diffuse_walls_give_their_temperature() {
     for body in &mut state.bodies {
         body.velocity *= 3.0_f64.sqrt();
     }
-    let mut engine = Engine::<_>::between(scene.clone(), Dissipation::Scene, state, &boundaries)
-        .expect("an engine");
+    let mut engine =
+        EventDrivenEngine::<_>::between(scene.clone(), DissipationRule::Scene, state, &boundaries)
+            .expect("an engine");
     engine
         .advance(300.0, u64::MAX, &mut ())
         .expect("collisions");
@@ -162,19 +171,19 @@ fn diffuse_walls_give_their_temperature() {
 fn starting_afresh_is_a_cut() {
     let diffuse = Wall::still(Rebound::Diffuse { temperature: 1.0 });
     let mut boundaries = walled([None, Some([vibrates(bounces(0.9, 0.5), 0.3, 0.7), diffuse])]);
-    boundaries.obstacles.push(obstacle(Outline::Circle {
+    boundaries.obstacles.push(obstacle(ObstacleShape::Circle {
         centre: vector![1.0, 5.0],
         radius: 0.8,
     }));
     let scene = grains(rough(0.4), 0.9, down(0.3));
     let (count, collisions) = (40, 130_000);
-    let mut start = Checkpoint::from(gas(&scene, &boundaries, [12.0, 9.0], count, 4));
+    let mut start = EventDrivenCheckpoint::from(gas(&scene, &boundaries, [12.0, 9.0], count, 4));
     start.state.time = 1e3;
     start.image_flags = vec![[0; 2]; count];
     let new = |checkpoint| {
-        Engine::<_>::between(
+        EventDrivenEngine::<_>::between(
             scene.clone(),
-            Dissipation::ContactTime(1e-3),
+            DissipationRule::ContactTime(1e-3),
             checkpoint,
             &boundaries,
         )
@@ -227,9 +236,9 @@ fn starting_afresh_is_a_cut() {
 fn refused<P: ParticleModel<Space = Plane>>(
     scene: P,
     state: State<P>,
-    boundaries: &Boundaries,
-) -> EngineError {
-    match Engine::<P>::between(scene, Dissipation::Scene, state, boundaries) {
+    boundaries: &DiskBoundaries,
+) -> EventDrivenError {
+    match EventDrivenEngine::<P>::between(scene, DissipationRule::Scene, state, boundaries) {
         Ok(_) => panic!("not refused"),
         Err(error) => error,
     }
@@ -243,7 +252,7 @@ fn what_does_not_fit_is_refused_and_named() {
     let scene = || disks(1.0);
     // States inside the wall by 0.1, and outside the box.
     let error = refused(scene(), state([5.6, 2.0]), &boundaries);
-    let EngineError::Overlap {
+    let EventDrivenError::Overlap {
         disk: 0,
         what,
         depth,
@@ -265,7 +274,10 @@ fn what_does_not_fit_is_refused_and_named() {
     let floor = vibrates(Wall::specular(), 1.0, 2.0);
     let moving = walled([None, Some([floor, Wall::specular()])]);
     let mut late = alone(&moving, lengths, [3.0, 1.3], [0.0, 0.0]);
-    assert!(Engine::<_>::between(scene(), Dissipation::Scene, late.clone(), &moving).is_ok());
+    assert!(
+        EventDrivenEngine::<_>::between(scene(), DissipationRule::Scene, late.clone(), &moving)
+            .is_ok()
+    );
     late.time = 1.0;
     let error = refused(scene(), late, &moving);
     assert!(
@@ -284,11 +296,11 @@ fn boundaries_that_do_not_fit_are_refused() {
     let state = |at: [f64; 2]| alone(&boundaries, lengths, at, [0.0, 0.0]);
     let scene = || disks(1.0);
     let mut with = closed();
-    with.obstacles.push(obstacle(Outline::Circle {
+    with.obstacles.push(obstacle(ObstacleShape::Circle {
         centre: vector![1.0, 1.0],
         radius: 0.5,
     }));
-    with.obstacles.push(obstacle(Outline::Circle {
+    with.obstacles.push(obstacle(ObstacleShape::Circle {
         centre: vector![4.0, 3.0],
         radius: 0.5,
     }));
@@ -296,7 +308,7 @@ fn boundaries_that_do_not_fit_are_refused() {
     assert!(
         matches!(
             error,
-            EngineError::Overlap {
+            EventDrivenError::Overlap {
                 disk: 0,
                 what: Touchable::Obstacle(1),
                 ..
@@ -304,20 +316,20 @@ fn boundaries_that_do_not_fit_are_refused() {
         ),
         "{error}"
     );
-    with.obstacles.push(obstacle(Outline::Circle {
+    with.obstacles.push(obstacle(ObstacleShape::Circle {
         centre: vector![4.0, 3.0],
         radius: 2.5,
     }));
     let error = refused(scene(), state([3.0, 2.5]), &with);
     assert!(
-        matches!(error, EngineError::BadObstacle { obstacle: 2, .. }),
+        matches!(error, EventDrivenError::BadObstacle { obstacle: 2, .. }),
         "{error}"
     );
-    let error = refused(scene(), state([3.0, 2.5]), &Boundaries::periodic());
+    let error = refused(scene(), state([3.0, 2.5]), &DiskBoundaries::periodic());
     assert!(
         matches!(
             error,
-            EngineError::UnlikeBox {
+            EventDrivenError::UnlikeBox {
                 axis: 0,
                 state: false
             }
@@ -332,25 +344,27 @@ fn boundaries_that_do_not_fit_are_refused() {
         &tight,
     );
     assert!(
-        matches!(error, EngineError::NoRoom { axis: 1, .. }),
+        matches!(error, EventDrivenError::NoRoom { axis: 1, .. }),
         "{error}"
     );
-    let open = Boundaries {
+    let open = DiskBoundaries {
         walls: Walls::new(&[[Face::Wall(Wall::specular()), Face::Open]]).expect("faces"),
-        ..Boundaries::periodic()
+        ..DiskBoundaries::periodic()
     };
     let error = refused(scene(), alone(&open, lengths, [3.0, 2.5], [0.0; 2]), &open);
     assert!(
-        matches!(error, EngineError::OpenFace { axis: 0, side: 1 }),
+        matches!(error, EventDrivenError::OpenFace { axis: 0, side: 1 }),
         "{error}"
     );
     // A checkpoint with other walls.
-    let mut checkpoint = Checkpoint::from(state([3.0, 2.5]));
-    checkpoint.ledgers = vec![Ledger::default(); 3];
-    let error = Engine::<_>::between(scene(), Dissipation::Scene, checkpoint, &boundaries).err();
+    let mut checkpoint = EventDrivenCheckpoint::from(state([3.0, 2.5]));
+    checkpoint.ledgers = vec![WallLedger::default(); 3];
+    let error =
+        EventDrivenEngine::<_>::between(scene(), DissipationRule::Scene, checkpoint, &boundaries)
+            .err();
     assert!(matches!(
         error,
-        Some(EngineError::WrongLedgers {
+        Some(EventDrivenError::WrongLedgers {
             found: 3,
             expected: 4
         })
@@ -370,8 +384,9 @@ fn grazing_a_wall() {
         (4.5, 1e-300),
     ] {
         let state = alone(&boundaries, [6.0, 5.0], [3.0, height], [1.0, speed]);
-        let mut engine = Engine::<_>::between(disks(1.0), Dissipation::Scene, state, &boundaries)
-            .expect("an engine");
+        let mut engine =
+            EventDrivenEngine::<_>::between(disks(1.0), DissipationRule::Scene, state, &boundaries)
+                .expect("an engine");
         assert!(engine.advance(100.0, u64::MAX, &mut ()).expect("flight"));
         let body = engine.state().bodies[0];
         assert_eq!(body.velocity[0], 1.0);
@@ -393,7 +408,7 @@ fn grazing_a_wall() {
 fn a_disk_leaves_a_wedge_of_one_degree() {
     let angle = 1.0_f64.to_radians();
     let mut boundaries = closed();
-    boundaries.obstacles.push(obstacle(Outline::Segment {
+    boundaries.obstacles.push(obstacle(ObstacleShape::Segment {
         ends: [
             vector![0.0, 0.0],
             vector![99.0 * angle.cos(), 99.0 * angle.sin()],
@@ -401,8 +416,9 @@ fn a_disk_leaves_a_wedge_of_one_degree() {
     }));
     for steepness in [0.0, 0.003, 0.3] {
         let state = alone(&boundaries, [100.0, 10.0], [95.0, 0.6], [-1.0, -steepness]);
-        let mut engine = Engine::<_>::between(disks(1.0), Dissipation::Scene, state, &boundaries)
-            .expect("an engine");
+        let mut engine =
+            EventDrivenEngine::<_>::between(disks(1.0), DissipationRule::Scene, state, &boundaries)
+                .expect("an engine");
         let mut nearest = f64::INFINITY;
         for _ in 0..60 {
             engine
@@ -435,9 +451,13 @@ fn a_floor_may_be_faster_than_the_disks() {
         for body in &mut state.bodies {
             body.velocity *= 0.1;
         }
-        let mut engine =
-            Engine::<_>::between(scene, Dissipation::ContactTime(1e-6), state, &boundaries)
-                .expect("an engine");
+        let mut engine = EventDrivenEngine::<_>::between(
+            scene,
+            DissipationRule::ContactTime(1e-6),
+            state,
+            &boundaries,
+        )
+        .expect("an engine");
         for _ in 0..50 {
             engine
                 .advance(engine.time() + 0.37, u64::MAX, &mut ())
@@ -463,8 +483,9 @@ fn vibrations_keep_their_phase() {
     for begin in [0.0, 1e6, 12_345.5] {
         let mut state = alone(&boundaries, [3.0, 9.0], [1.0, 3.0], [0.0, -1.0]);
         state.time = begin;
-        let mut engine = Engine::<_>::between(disks(1.0), Dissipation::Scene, state, &boundaries)
-            .expect("an engine");
+        let mut engine =
+            EventDrivenEngine::<_>::between(disks(1.0), DissipationRule::Scene, state, &boundaries)
+                .expect("an engine");
         engine
             .advance(begin + 4.0, u64::MAX, &mut ())
             .expect("a contact");
@@ -499,15 +520,15 @@ fn collapse_against_a_wall_is_told() {
         bodies,
     };
     let new = |dissipation| {
-        Engine::<_>::between(scene.clone(), dissipation, state.clone(), &boundaries)
+        EventDrivenEngine::<_>::between(scene.clone(), dissipation, state.clone(), &boundaries)
             .expect("an engine")
     };
-    let error = new(Dissipation::Scene)
+    let error = new(DissipationRule::Scene)
         .advance(1e3, u64::MAX, &mut ())
         .expect_err("a collapse");
     println!("{error}");
     assert!(error.to_string().contains("inelastic collapse"), "{error}");
-    let mut engine = new(Dissipation::ContactTime(1e-3));
+    let mut engine = new(DissipationRule::ContactTime(1e-3));
     assert!(
         engine
             .advance(1e3, 1_000_000, &mut ())
@@ -526,9 +547,14 @@ fn walls_cost_only_those_who_are_near() {
     let walled = gas(&scene, &boundaries, [side, side], 3000, 7);
     let mut around = walled.clone();
     around.domain = Domain::periodic(vector![side, side]).expect("a box");
-    let run = |state, boundaries: &Boundaries| {
-        let mut engine = Engine::<_>::between(scene.clone(), Dissipation::Scene, state, boundaries)
-            .expect("an engine");
+    let run = |state, boundaries: &DiskBoundaries| {
+        let mut engine = EventDrivenEngine::<_>::between(
+            scene.clone(),
+            DissipationRule::Scene,
+            state,
+            boundaries,
+        )
+        .expect("an engine");
         engine
             .advance(f64::INFINITY, 30_000, &mut ())
             .expect("collisions");
@@ -536,7 +562,7 @@ fn walls_cost_only_those_who_are_near() {
     };
     let (walled, periodic) = (
         run(walled, &boundaries),
-        run(around, &Boundaries::periodic()),
+        run(around, &DiskBoundaries::periodic()),
     );
     assert_eq!(periodic.rebounds, 0);
     for (one, other) in [

@@ -1,7 +1,7 @@
 //! Boxes so wide that disks hardly ever collide.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_ed::{Dissipation, Engine};
+use stosszahl_ed::{DissipationRule, EventDrivenEngine};
 use stosszahl_model::{Domain, ParticleState, Plane, State};
 
 use crate::support::disks;
@@ -22,7 +22,8 @@ fn disks_that_do_not_meet_reach_the_time() {
         ],
     };
     let scene = disks(0.9);
-    let mut engine: Engine<_> = Engine::new(scene, Dissipation::Scene, start).expect("a gas");
+    let mut engine: EventDrivenEngine<_> =
+        EventDrivenEngine::new(scene, DissipationRule::Scene, start).expect("a gas");
     let until = 1e8;
     let reached = engine.advance(until, u64::MAX, &mut ());
     assert!(matches!(reached, Ok(true)), "{reached:?}");

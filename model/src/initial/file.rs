@@ -9,7 +9,7 @@ mod xyz;
 use std::path::Path;
 use std::{fs, io};
 
-use rows::Source;
+use rows::SourceFile;
 pub use rows::{FileError, StartFile};
 
 /// Endings of the names of start files.
@@ -34,11 +34,11 @@ pub fn read(path: &Path) -> Result<StartFile, FileError> {
     }
     let text = fs::read_to_string(path).map_err(failed)?;
     // Some systems' editors put a byte order mark at the beginning.
-    read_text(&Source { path }, text.trim_start_matches('\u{feff}'))
+    read_text(&SourceFile { path }, text.trim_start_matches('\u{feff}'))
 }
 
 /// Reads the text of a start file.
-fn read_text(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
+fn read_text(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let ending = (source.path)
         .extension()
         .and_then(|ending| ending.to_str())
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     fn from_text(name: &str, text: &str) -> Result<StartFile, FileError> {
-        let source = Source {
+        let source = SourceFile {
             path: Path::new(name),
         };
         read_text(&source, text)

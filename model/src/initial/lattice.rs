@@ -4,7 +4,7 @@ use nalgebra::{Vector2, vector};
 use rand::Rng;
 use rand::seq::SliceRandom;
 
-use super::placement::{Placement, PlacementError};
+use super::placement::{PlacedDisks, PlacementError};
 use crate::domain::Domain;
 use crate::space::Plane;
 
@@ -115,13 +115,13 @@ impl Lattice {
         diameter: f64,
         domain: &Domain<Plane>,
         stream: &mut impl Rng,
-    ) -> Result<Placement, PlacementError> {
+    ) -> Result<PlacedDisks, PlacementError> {
         self.holds(count, diameter, domain)?;
         let mut sites: Vec<usize> = (0..self.counts[0] * self.counts[1]).collect();
         sites.shuffle(stream);
         sites.truncate(count);
         let positions = sites.into_iter().map(|site| self.site(site)).collect();
-        Ok(Placement {
+        Ok(PlacedDisks {
             positions,
             reciprocal: self.reciprocal(),
         })

@@ -15,7 +15,7 @@ mod velocities;
 pub use file::{FileError, StartFile, read};
 pub use lattice::{Lattice, hexagonal, square};
 pub use overlap::{Overlap, first_overlap};
-pub use placement::{Placement, PlacementError};
+pub use placement::{PlacedDisks, PlacementError};
 pub use sequential::{SEQUENTIAL_LIMIT, sequential_addition, sequential_addition_of};
 pub use velocities::{VelocityDistribution, draw_velocities, maxwellian, rescale, thermal_spins};
 
@@ -44,7 +44,7 @@ pub fn place_unequal(
     domain: &Domain<Plane>,
     streams: &Streams,
     interrupt: &Interrupt,
-) -> Result<Placement, PlacementError> {
+) -> Result<PlacedDisks, PlacementError> {
     let mut stream = streams.at(Purpose::Placement, [0, 0]);
     let positions = sequential_addition_of(radii, domain, &mut stream, interrupt);
     let positions = positions.ok_or_else(|| {
@@ -56,7 +56,7 @@ pub fn place_unequal(
             lengths: domain.lengths().into(),
         }
     })?;
-    Ok(Placement {
+    Ok(PlacedDisks {
         positions,
         reciprocal: Vec::new(),
     })
@@ -74,14 +74,14 @@ pub fn place(
     domain: &Domain<Plane>,
     streams: &Streams,
     interrupt: &Interrupt,
-) -> Result<Placement, PlacementError> {
+) -> Result<PlacedDisks, PlacementError> {
     let mut stream = streams.at(Purpose::Placement, [0, 0]);
     let packing =
         count as f64 * std::f64::consts::FRAC_PI_4 * diameter * diameter / domain.volume();
     if arrangement == Arrangement::Disordered && packing <= SEQUENTIAL_LIMIT {
         let found = sequential_addition(count, diameter, domain, &mut stream, interrupt);
         if let Some(positions) = found {
-            return Ok(Placement {
+            return Ok(PlacedDisks {
                 positions,
                 reciprocal: Vec::new(),
             });

@@ -6,7 +6,7 @@ use crate::format_short;
 
 /// Positions of placed disks, and the lattice they came from, if any.
 #[derive(Clone, Debug)]
-pub struct Placement {
+pub struct PlacedDisks {
     /// Centres of the disks \[length\].
     pub positions: Vec<Vector2<f64>>,
     /// Reciprocal vectors whose Bragg peaks show whether the lattice is forgotten; empty without

@@ -13,7 +13,7 @@ use super::descent;
 
 /// A particle in flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flight {
+pub struct FlyingParticle {
     /// Current position \[length\].
     pub position: Vector2<f64>,
     /// Current velocity \[length/time\].
@@ -22,7 +22,7 @@ pub struct Flight {
     pub acceleration: Vector2<f64>,
 }
 
-impl Flight {
+impl FlyingParticle {
     /// Returns the position after a time \[length\].
     #[inline]
     pub fn at(&self, time: f64) -> Vector2<f64> {
@@ -64,7 +64,7 @@ pub struct Hit {
 
 /// A straight piece without its ends, touched from the outside or from both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge {
+pub struct StraightEdge {
     /// First end \[length\].
     pub(super) from: Vector2<f64>,
     /// Unit vector along the edge.
@@ -87,7 +87,7 @@ pub struct Round {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Feature {
     /// A straight piece.
-    Edge(Edge),
+    Edge(StraightEdge),
     /// A corner or a disk.
     Round(Round),
 }
@@ -97,7 +97,7 @@ impl Feature {
     #[must_use]
     pub fn moved(&self, by: Vector2<f64>) -> Self {
         match *self {
-            Self::Edge(edge) => Self::Edge(Edge {
+            Self::Edge(edge) => Self::Edge(StraightEdge {
                 from: edge.from + by,
                 ..edge
             }),
@@ -113,7 +113,7 @@ impl Feature {
     /// or is held against the feature by its acceleration, has a contact at once; one that leaves
     /// has none, however near it is.
     #[inline]
-    pub fn first_contact(&self, flight: &Flight, radius: f64, limit: f64) -> Option<Hit> {
+    pub fn first_contact(&self, flight: &FlyingParticle, radius: f64, limit: f64) -> Option<Hit> {
         match self {
             Self::Edge(edge) => edge.first_contact(flight, radius, limit),
             Self::Round(round) => round.first_contact(flight, radius, limit),
@@ -162,8 +162,8 @@ impl Feature {
     }
 }
 
-impl Edge {
-    fn first_contact(&self, flight: &Flight, radius: f64, limit: f64) -> Option<Hit> {
+impl StraightEdge {
+    fn first_contact(&self, flight: &FlyingParticle, radius: f64, limit: f64) -> Option<Hit> {
         let outwards = self.first_contact_from(1.0, flight, radius, limit);
         if !self.both_sides {
             return outwards;
@@ -177,7 +177,7 @@ impl Edge {
     fn first_contact_from(
         &self,
         side: f64,
-        flight: &Flight,
+        flight: &FlyingParticle,
         radius: f64,
         limit: f64,
     ) -> Option<Hit> {
@@ -208,8 +208,8 @@ impl Edge {
 }
 
 impl Round {
-    fn first_contact(&self, flight: &Flight, radius: f64, limit: f64) -> Option<Hit> {
-        let flight = Flight {
+    fn first_contact(&self, flight: &FlyingParticle, radius: f64, limit: f64) -> Option<Hit> {
+        let flight = FlyingParticle {
             position: flight.position - self.centre,
             ..*flight
         };
@@ -230,7 +230,7 @@ impl Round {
 ///
 /// With b = r . v < 0 and c = r^2 - R^2, t = c/(-b + sqrt(v^2 R^2 - (r x v)^2)): the root that
 /// loses no digits at slow approach, with the discriminant that loses none from afar.
-fn straight(flight: &Flight, reach: f64) -> Option<f64> {
+fn straight(flight: &FlyingParticle, reach: f64) -> Option<f64> {
     let (arm, velocity) = (flight.position, flight.velocity);
     let b = arm.dot(&velocity);
     if b >= 0.0 {
@@ -250,7 +250,7 @@ fn straight(flight: &Flight, reach: f64) -> Option<f64> {
 ///
 /// The first time at which f(t) = r(t)^2 - R^2 falls through zero. With f' = 2 r . v, f'' = 2
 /// (v^2 + r . a), f''' = 6 v . a.
-fn bent(flight: &Flight, reach: f64, limit: f64) -> Option<f64> {
+fn bent(flight: &FlyingParticle, reach: f64, limit: f64) -> Option<f64> {
     let (arm, velocity, pull) = (flight.position, flight.velocity, flight.acceleration);
     let b = arm.dot(&velocity);
     let (speed, weight) = (velocity.norm(), pull.norm());

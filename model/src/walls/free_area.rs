@@ -10,7 +10,7 @@
 use nalgebra::{Vector2, vector};
 
 use super::feature::{Feature, Round};
-use super::obstacle::{Obstacle, Outline};
+use super::obstacle::{Obstacle, ObstacleShape};
 
 /// Largest error of a piece of the integral, over the area of the rectangle.
 const TOLERANCE: f64 = 1e-10;
@@ -33,9 +33,9 @@ const GAUSS: [[f64; 2]; 4] = [
 ///
 /// ```
 /// use nalgebra::vector;
-/// use stosszahl_model::walls::{FreeArea, Obstacle, Outline, Rebound};
+/// use stosszahl_model::walls::{FreeArea, Obstacle, ObstacleShape, Rebound};
 /// let law = Rebound::Restitutive { restitution: 1.0, slip: 1.0 };
-/// let disk = Obstacle::new(Outline::Circle { centre: vector![2.0, 2.0], radius: 0.5 }, law)?;
+/// let disk = Obstacle::new(ObstacleShape::Circle { centre: vector![2.0, 2.0], radius: 0.5 }, law)?;
 /// let area = FreeArea::new(&[disk], [4.0, 4.0], [true, true], 0.5);
 /// assert!((area.between([0.0, 0.0], [4.0, 4.0]) - (16.0 - std::f64::consts::PI)).abs() < 1e-9);
 /// # Ok::<(), stosszahl_model::walls::ObstacleError>(())
@@ -91,7 +91,7 @@ impl Shape {
     /// Returns all parts of an obstacle that is grown by a clearance.
     fn all(obstacle: &Obstacle, clearance: f64) -> Vec<Self> {
         let mut parts = Vec::new();
-        if let Outline::Polygon { points } = obstacle.outline() {
+        if let ObstacleShape::Polygon { points } = obstacle.outline() {
             parts.push(Self::Solid(points.clone()));
         }
         for feature in obstacle.features() {
@@ -299,7 +299,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    fn obstacle(outline: Outline) -> Obstacle {
+    fn obstacle(outline: ObstacleShape) -> Obstacle {
         let law = Rebound::Restitutive {
             restitution: 1.0,
             slip: 1.0,
@@ -308,14 +308,14 @@ mod tests {
     }
 
     fn disk(x: f64, y: f64, radius: f64) -> Obstacle {
-        obstacle(Outline::Circle {
+        obstacle(ObstacleShape::Circle {
             centre: vector![x, y],
             radius,
         })
     }
 
     fn polygon(points: &[[f64; 2]]) -> Obstacle {
-        obstacle(Outline::Polygon {
+        obstacle(ObstacleShape::Polygon {
             points: points.iter().map(|&point| point.into()).collect(),
         })
     }
@@ -358,7 +358,7 @@ mod tests {
         let grown = 14.0 + 18.0 * 0.5 + 5.0 * 0.25 * 0.25 * PI - 0.25;
         close(whole(&[polygon(&hollow)], open, 0.5), grown);
         // A plate takes room from centres only.
-        let plate = [obstacle(Outline::Segment {
+        let plate = [obstacle(ObstacleShape::Segment {
             ends: [vector![2.0, 2.0], vector![5.0, 6.0]],
         })];
         close(whole(&plate, open, 0.0), 0.0);
@@ -380,7 +380,7 @@ mod tests {
         let obstacles = [
             disk(2.0, 1.5, 1.3),
             polygon(&round),
-            obstacle(Outline::Polyline { points: bent }),
+            obstacle(ObstacleShape::Polyline { points: bent }),
             polygon(&[[8.5, 0.1], [9.9, 0.2], [9.0, 3.0]]),
         ];
         let (lengths, clearance) = ([10.0, 8.0], 0.3);

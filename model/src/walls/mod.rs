@@ -14,10 +14,10 @@ mod vibration;
 
 use serde::{Deserialize, Serialize};
 
-pub use feature::{Edge, Feature, Flight, Hit, Round};
+pub use feature::{Feature, FlyingParticle, Hit, Round, StraightEdge};
 pub use free_area::FreeArea;
-pub use obstacle::{Obstacle, ObstacleError, Obstacles, Outline};
-pub use rebound::{Ledger, Rebound, Touch};
+pub use obstacle::{Obstacle, ObstacleError, ObstacleShape, Obstacles};
+pub use rebound::{Rebound, Touch, WallLedger};
 pub use vibration::Vibration;
 
 use crate::domain::Domain;

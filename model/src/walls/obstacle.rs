@@ -11,7 +11,7 @@ use parry2d_f64::shape::Segment;
 use parry2d_f64::utils::point_in_poly2d;
 use serde::{Deserialize, Serialize};
 
-use super::feature::{Edge, Feature, Flight, Hit, Round};
+use super::feature::{Feature, FlyingParticle, Hit, Round, StraightEdge};
 use super::rebound::Rebound;
 
 /// Half the thickness of all lines, and the least radius with which particles are taken, over the
@@ -29,7 +29,7 @@ const SHARPEST: f64 = 1e-6;
 /// The shape of an obstacle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Outline {
+pub enum ObstacleShape {
     /// A solid disk.
     Circle {
         /// Centre \[length\].
@@ -54,7 +54,7 @@ pub enum Outline {
     },
 }
 
-impl Outline {
+impl ObstacleShape {
     /// Returns this shape moved by a vector \[length\].
     #[must_use]
     pub fn moved(&self, by: Vector2<f64>) -> Self {
@@ -125,7 +125,7 @@ pub enum ObstacleError {
 /// A body in the box, with the law by which particles rebound from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Obstacle {
-    outline: Outline,
+    outline: ObstacleShape,
     rebound: Rebound,
     features: Vec<Feature>,
     bounds: [Vector2<f64>; 2],
@@ -138,17 +138,17 @@ impl Obstacle {
     /// # Errors
     /// [`ObstacleError`] if the shape has parts without length, or touches itself, or a number is
     /// out of range.
-    pub fn new(outline: Outline, rebound: Rebound) -> Result<Self, ObstacleError> {
+    pub fn new(outline: ObstacleShape, rebound: Rebound) -> Result<Self, ObstacleError> {
         rebound.check()?;
         let points = check_numbers(&outline)?;
         let features = match &outline {
-            Outline::Circle { centre, radius } => vec![Feature::Round(Round {
+            ObstacleShape::Circle { centre, radius } => vec![Feature::Round(Round {
                 centre: *centre,
                 radius: *radius,
             })],
-            Outline::Segment { ends } => edges(&points, ends[..].iter(), true)?,
-            Outline::Polyline { points: given } => edges(&points, given.iter(), true)?,
-            Outline::Polygon { points: given } => {
+            ObstacleShape::Segment { ends } => edges(&points, ends[..].iter(), true)?,
+            ObstacleShape::Polyline { points: given } => edges(&points, given.iter(), true)?,
+            ObstacleShape::Polygon { points: given } => {
                 let closed = given.iter().chain(&given[..1]);
                 // Counter-clockwise, so that the outside is to the right.
                 if signed_area(given) > 0.0 {
@@ -172,7 +172,7 @@ impl Obstacle {
     }
 
     /// Returns the shape.
-    pub fn outline(&self) -> &Outline {
+    pub fn outline(&self) -> &ObstacleShape {
         &self.outline
     }
 
@@ -198,9 +198,9 @@ impl Obstacle {
     ///
     /// ```
     /// use nalgebra::vector;
-    /// use stosszahl_model::walls::{Obstacle, Outline, Rebound};
+    /// use stosszahl_model::walls::{Obstacle, ObstacleShape, Rebound};
     /// let law = Rebound::Restitutive { restitution: 1.0, slip: 1.0 };
-    /// let disk = Obstacle::new(Outline::Circle { centre: vector![5.0, 0.0], radius: 1.0 }, law)?;
+    /// let disk = Obstacle::new(ObstacleShape::Circle { centre: vector![5.0, 0.0], radius: 1.0 }, law)?;
     /// let zero = vector![0.0, 0.0];
     /// let hit = disk.first_contact(zero, vector![2.0, 0.0], zero, 0.5, f64::INFINITY).expect("a hit");
     /// assert_eq!((hit.time, hit.normal), (1.75, vector![-1.0, 0.0]));
@@ -214,7 +214,7 @@ impl Obstacle {
         radius: f64,
         limit: f64,
     ) -> Option<Hit> {
-        let flight = Flight {
+        let flight = FlyingParticle {
             position,
             velocity,
             acceleration,
@@ -230,7 +230,7 @@ impl Obstacle {
 
     /// Distance of a point from the surface \[length\]; negative inside a solid.
     pub fn clearance(&self, point: Vector2<f64>) -> f64 {
-        if let Outline::Circle { centre, radius } = &self.outline {
+        if let ObstacleShape::Circle { centre, radius } = &self.outline {
             return (point - centre).norm() - radius;
         }
         let distances = (self.features.iter()).map(|feature| feature.distance(point));
@@ -245,9 +245,9 @@ impl Obstacle {
     /// Returns true if a point is inside a solid.
     pub fn holds(&self, point: Vector2<f64>) -> bool {
         match &self.outline {
-            Outline::Circle { centre, radius } => (point - centre).norm() < *radius,
-            Outline::Segment { .. } | Outline::Polyline { .. } => false,
-            Outline::Polygon { points } => {
+            ObstacleShape::Circle { centre, radius } => (point - centre).norm() < *radius,
+            ObstacleShape::Segment { .. } | ObstacleShape::Polyline { .. } => false,
+            ObstacleShape::Polygon { points } => {
                 let points: Vec<Vector> = points.iter().map(|&point| point.into()).collect();
                 point_in_poly2d(point.into(), &points)
             }
@@ -268,9 +268,9 @@ impl Obstacle {
     /// Area that the obstacle takes from the gas \[length^2\].
     pub fn area(&self) -> f64 {
         match &self.outline {
-            Outline::Circle { radius, .. } => std::f64::consts::PI * radius * radius,
-            Outline::Segment { .. } | Outline::Polyline { .. } => 0.0,
-            Outline::Polygon { points } => signed_area(points).abs(),
+            ObstacleShape::Circle { radius, .. } => std::f64::consts::PI * radius * radius,
+            ObstacleShape::Segment { .. } | ObstacleShape::Polyline { .. } => 0.0,
+            ObstacleShape::Polygon { points } => signed_area(points).abs(),
         }
     }
 
@@ -338,7 +338,7 @@ impl Obstacles {
         if self.leaves.is_empty() {
             return None;
         }
-        let flight = Flight {
+        let flight = FlyingParticle {
             position,
             velocity,
             acceleration,
@@ -373,7 +373,7 @@ impl Obstacles {
 }
 
 /// Returns the points of a shape, if they are finite and enough.
-fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> {
+fn check_numbers(outline: &ObstacleShape) -> Result<Vec<Vector2<f64>>, ObstacleError> {
     let too_few = |shape, found, least| {
         Err(ObstacleError::TooFewPoints {
             shape,
@@ -382,20 +382,20 @@ fn check_numbers(outline: &Outline) -> Result<Vec<Vector2<f64>>, ObstacleError> 
         })
     };
     let points = match outline {
-        Outline::Circle { centre, radius } => {
+        ObstacleShape::Circle { centre, radius } => {
             let is_allowed = *radius > 0.0 && *radius <= 1e100;
             let allowed = "a positive number up to 1e100";
             Invalid::require(is_allowed, "radius", *radius, allowed)?;
             vec![*centre]
         }
-        Outline::Segment { ends } => ends.to_vec(),
-        Outline::Polyline { points } if points.len() < 2 => {
+        ObstacleShape::Segment { ends } => ends.to_vec(),
+        ObstacleShape::Polyline { points } if points.len() < 2 => {
             return too_few("polyline", points.len(), 2);
         }
-        Outline::Polygon { points } if points.len() < 3 => {
+        ObstacleShape::Polygon { points } if points.len() < 3 => {
             return too_few("polygon", points.len(), 3);
         }
-        Outline::Polyline { points } | Outline::Polygon { points } => points.clone(),
+        ObstacleShape::Polyline { points } | ObstacleShape::Polygon { points } => points.clone(),
     };
     let numbers = points.iter().flat_map(|point| point.iter());
     let bad = |number: &&f64| number.is_nan() || number.abs() > 1e100;
@@ -437,7 +437,7 @@ fn edges<'a>(
                 least,
             });
         }
-        edges.push(Edge {
+        edges.push(StraightEdge {
             from: ends[0],
             along: along / length,
             length,
@@ -470,7 +470,7 @@ fn edges<'a>(
 /// Checks that edges touch only where one ends and the next begins.
 fn check_touching(
     points: &[Vector2<f64>],
-    edges: &[Edge],
+    edges: &[StraightEdge],
     closed: bool,
     least: f64,
 ) -> Result<(), ObstacleError> {

@@ -109,7 +109,7 @@ impl Rebound {
 /// Momentum and energy that a wall has given to the gas so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
-pub struct Ledger<S: Space> {
+pub struct WallLedger<S: Space> {
     /// Contacts, each counted with the number of particles that it stands for.
     pub contacts: f64,
     /// Momentum \[mass length/time\].
@@ -118,7 +118,7 @@ pub struct Ledger<S: Space> {
     pub energy: f64,
 }
 
-impl<S: Space> Ledger<S> {
+impl<S: Space> WallLedger<S> {
     /// Enters one contact that stands for `weight` particles.
     #[inline]
     pub fn enter(&mut self, weight: f64, momentum: S::Vector, energy: f64) {
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn ledgers_add_up() {
-        let mut ledger = Ledger::<Plane>::default();
+        let mut ledger = WallLedger::<Plane>::default();
         ledger.enter(2.0, vector![1.0, 0.0], 3.0);
         let mut sum = ledger;
         sum.add(&ledger);

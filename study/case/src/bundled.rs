@@ -8,7 +8,7 @@ use crate::{CaseError, CaseFile, Format, nearest, read_text};
 
 /// The folder of cases, with papers in a folder `papers` inside it.
 #[derive(Clone, Copy, Debug)]
-pub struct Bundle(pub &'static Dir<'static>);
+pub struct CaseBundle(pub &'static Dir<'static>);
 
 /// A case or paper that comes with the program.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ impl Bundled {
     }
 }
 
-impl Bundle {
+impl CaseBundle {
     /// Returns all bundled cases, sorted by name.
     pub fn cases(self) -> Vec<Bundled> {
         files(self.0)

@@ -37,11 +37,11 @@ pub struct Case {
     #[schemars(length(min = 1))]
     pub title: String,
     /// Question that the case answers, and the number that answers it.
-    #[serde(default, skip_serializing_if = "Question::is_default")]
-    pub question: Question,
+    #[serde(default, skip_serializing_if = "QuestionSpec::is_default")]
+    pub question: QuestionSpec,
     /// Units of lengths, masses and energies.
     #[serde(default)]
-    pub units: Units,
+    pub units: UnitsSpec,
     /// Seed of every random stream.
     #[schemars(extend("maximum" = i64::MAX))]
     #[serde(default = "one")]
@@ -52,63 +52,63 @@ pub struct Case {
     #[schemars(range(min = 1, max = 1_000_000))]
     pub replicas: u64,
     /// The gas: its dimension, its particles, their contacts.
-    pub gas: Gas,
+    pub gas: GasSpec,
     /// Several species, in place of `gas.number`, `gas.diameter` and `gas.mass`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(max = 1000))]
-    pub species: Vec<Species>,
+    pub species: Vec<SpeciesSpec>,
     /// Very many species by a power law, in gases without positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_law: Option<PowerLaw>,
     /// Every particle with its own size, in gases without positions.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub polydisperse: Option<Continuous>,
+    pub polydisperse: Option<PolydisperseSpec>,
     /// Restitution of single pairs of species, in place of `gas.restitution`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pair: Vec<Pair>,
+    pub pair: Vec<PairSpec>,
     /// The box. Without it the gas has no positions: it is homogeneous by construction.
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
-    pub domain: Option<Box>,
+    pub domain: Option<BoxSpec>,
     /// Faces of the box.
-    #[serde(default, skip_serializing_if = "Faces::is_periodic")]
-    pub walls: Faces,
+    #[serde(default, skip_serializing_if = "FacesSpec::is_periodic")]
+    pub walls: FacesSpec,
     /// Bodies inside the box, in the plane.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub obstacle: Vec<Obstacle>,
+    pub obstacle: Vec<ObstacleSpec>,
     /// Streams through open faces. Monte Carlo only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub inflow: Vec<Inflow>,
+    pub inflow: Vec<InflowSpec>,
     /// A uniform acceleration.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gravity: Option<Gravity>,
+    pub gravity: Option<GravitySpec>,
     /// Thermostat: scaling of all velocities to the energy of the start, or a bath of random kicks, with drag or without.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub thermostat: Option<Thermostat>,
+    pub thermostat: Option<ThermostatSpec>,
     /// Particles that stick together and break, in gases without positions.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub aggregation: Option<Aggregation>,
+    pub aggregation: Option<AggregationSpec>,
     /// The initial state that all engines share.
     #[serde(default)]
-    pub start: Start,
+    pub start: StartSpec,
     /// The engines to run. A table that is present is run. Without a box the engine is `dsmc-homogeneous`.
     #[serde(default)]
-    pub engine: Engines,
+    pub engine: EnginesSpec,
     /// End of the run and sample times.
-    pub run: Run,
+    pub run: RunSpec,
     /// Measurements besides the energy: a table for each, by its name.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub measure: BTreeMap<String, toml::Table>,
     /// Rules of the verdicts on results.
     #[serde(default)]
-    pub verdict: Judging,
+    pub verdict: VerdictSpec,
     /// Largest error of the Monte Carlo engines; their simulators and time steps are then chosen by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<Accuracy>,
+    pub accuracy: Option<AccuracySpec>,
     /// Parameter sweeps: each block maps quoted dotted keys, such as "gas.restitution", to values
     /// and stands for their product.
     #[serde(default, skip_serializing)]
-    pub sweep: Vec<BTreeMap<String, Axis>>,
+    pub sweep: Vec<BTreeMap<String, SweepAxis>>,
 }
 
 fn one() -> u64 {
@@ -126,21 +126,21 @@ fn unit() -> f64 {
 /// Values of one key in a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Axis {
+pub enum SweepAxis {
     /// List of single values.
     List(
         #[schemars(with = "Vec<serde_json::Value>", length(min = 1, max = 10_000))]
         Vec<toml::Value>,
     ),
     /// Values in equal steps or equal factors.
-    Range(Range),
+    Range(SweepRange),
 }
 
 /// Values in equal steps or equal factors, with 12 digits each; whole numbers where the key asks
 /// for them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Range {
+pub struct SweepRange {
     /// The first value.
     pub from: f64,
     /// The last value.
@@ -159,7 +159,7 @@ pub struct Range {
 /// Units of lengths, masses and energies in a case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Units {
+pub enum UnitsSpec {
     /// Any consistent units; diameter, mass and temperature default to 1.
     #[default]
     Reduced,
@@ -170,9 +170,9 @@ pub enum Units {
 /// The initial state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Start {
+pub struct StartSpec {
     /// Placement of the particles.
-    pub placement: Placement,
+    pub placement: PlacementSpec,
     /// File with positions or velocities: CSV (`.csv`), extended XYZ (`.xyz`), a dump of LAMMPS
     /// (`.dump`, `.lammpstrj`) or a file of EDMD (`.sph`), relative to the case file; with placement
     /// or velocities = "file".
@@ -183,7 +183,7 @@ pub struct Start {
     #[schemars(extend("items" = json!({"type": "array", "minItems": 2, "maxItems": 3, "items": {"type": "number"}})))]
     pub region: Option<[Vec<f64>; 2]>,
     /// Source of the initial velocities.
-    pub velocities: Velocities,
+    pub velocities: VelocitiesSpec,
     /// Elastic collisions per particle before t = 0; 0 means none. Default: 10 for smooth disks in a periodic box without gravity,
     /// and `10 sqrt(phi) chi` up to 100 at packings above 0.3; 0 in other gases and where a file or a region gives the places.
     #[schemars(range(min = 0.0, max = 1e9))]
@@ -201,13 +201,13 @@ pub struct Start {
     pub empty: bool,
 }
 
-impl Default for Start {
+impl Default for StartSpec {
     fn default() -> Self {
         Self {
-            placement: Placement::Disordered,
+            placement: PlacementSpec::Disordered,
             file: None,
             region: None,
-            velocities: Velocities::MAXWELLIAN,
+            velocities: VelocitiesSpec::MAXWELLIAN,
             equilibration: None,
             longest_equilibration: None,
             velocity: None,
@@ -220,7 +220,7 @@ impl Default for Start {
 /// Placement of the particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Placement {
+pub enum PlacementSpec {
     /// Random places, without overlap.
     Disordered,
     /// Sites of a square lattice.
@@ -234,14 +234,14 @@ pub enum Placement {
 /// Source of the initial velocities: a word, or a distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Velocities {
+pub enum VelocitiesSpec {
     /// A word.
     Word(VelocityWord),
     /// Drawn from a distribution with a given fourth cumulant.
     Drawn(VelocityCumulant),
 }
 
-impl Velocities {
+impl VelocitiesSpec {
     /// Velocities drawn from a Maxwell distribution.
     pub const MAXWELLIAN: Self = Self::Word(VelocityWord::Maxwellian);
     /// Velocities read from the start file.
@@ -272,7 +272,7 @@ pub struct VelocityCumulant {
 /// End of the run and sample times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Run {
+pub struct RunSpec {
     /// Unit of all times in this file. Default: "haff" for smooth particles in a periodic box without gravity (the mean free time of a gas
     /// that does not cool or is sheared), else "case".
     pub time_unit: Option<TimeUnit>,
@@ -325,7 +325,7 @@ pub enum DifferBeyond {
 /// Rules of the verdicts on results.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Judging {
+pub struct VerdictSpec {
     /// Chance that any verdict of a point says `differ` where there is no difference. Over the
     /// points of a sweep it is the rate of false discoveries.
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 0.5))]
@@ -345,7 +345,7 @@ pub struct Judging {
     pub sonine_orders: Option<u64>,
 }
 
-impl Default for Judging {
+impl Default for VerdictSpec {
     fn default() -> Self {
         Self {
             family_wise_error_rate: 0.05,
@@ -360,13 +360,13 @@ impl Default for Judging {
 /// Target error of the Monte Carlo engines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Accuracy {
+pub struct AccuracySpec {
     /// Largest error of a Monte Carlo engine against Enskog's theory: a share such as "1%".
     #[schemars(length(min = 1))]
     pub target: String,
 }
 
-impl Accuracy {
+impl AccuracySpec {
     /// Returns the target as a number; `None` if it is not a share.
     pub fn share(&self) -> Option<f64> {
         share(&self.target)

@@ -51,7 +51,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use toml::{Table, Value};
 
-pub use bundled::{Bundle, Bundled};
+pub use bundled::{Bundled, CaseBundle};
 pub use error::{CaseError, Fault, Refusal, SYNONYMS, nearest};
 pub use format::Case;
 pub use paper::{Paper, PaperFile};
@@ -77,19 +77,19 @@ pub struct CaseFile {
     pub path: PathBuf,
     /// The points of the sweeps, each different from the others; one point without settings if
     /// there is no sweep.
-    pub points: Vec<Point>,
+    pub points: Vec<CasePoint>,
     /// Remarks on how the file was read, in sentences for the user.
     pub notes: Vec<String>,
 }
 
 /// One point of a sweep.
 #[derive(Clone, Debug, Serialize)]
-pub struct Point {
+pub struct CasePoint {
     /// A name that is safe for a folder, such as `packing_fraction=0.25,restitution=1`; empty
     /// without settings.
     pub name: String,
     /// Values that the sweep sets at this point.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<SweepSetting>,
     /// The case at this point.
     pub case: Case,
     #[serde(skip)]
@@ -100,14 +100,14 @@ pub struct Point {
 
 /// A value that a sweep gives to a key.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Setting {
+pub struct SweepSetting {
     /// The dotted key.
     pub key: String,
     /// The value as written.
     pub value: Value,
 }
 
-impl Point {
+impl CasePoint {
     /// Returns the error that refuses the value of a dotted key such as `measure.fields.cells`, or
     /// its absence. Elements of lists are counted from 1.
     pub fn refuse(&self, key: &str, allowed: impl Into<String>) -> CaseError {
@@ -246,11 +246,11 @@ impl Format {
                 return Err(origins.refuse(problem));
             }
             let case = titled(case, &overrides);
-            let setting = |one: sweep::Chosen| Setting {
+            let setting = |one: sweep::ChosenValue| SweepSetting {
                 key: one.written,
                 value: one.value,
             };
-            read.push(Point {
+            read.push(CasePoint {
                 name,
                 settings: settings.into_iter().map(setting).collect(),
                 case,

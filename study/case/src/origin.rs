@@ -13,17 +13,17 @@ use crate::error::{CaseError, Fault, Problem, Refusal};
 pub(crate) const OUTSIDE: &str = " before the first [table]";
 
 /// The keys from the root; elements of lists are counted from 1.
-pub(crate) type Key = Vec<String>;
+pub(crate) type KeyPath = Vec<String>;
 
 /// Returns a key with one step more.
-pub(crate) fn below(key: &[String], step: impl Into<String>) -> Key {
+pub(crate) fn below(key: &[String], step: impl Into<String>) -> KeyPath {
     let mut longer = key.to_vec();
     longer.push(step.into());
     longer
 }
 
 /// Splits a dotted key of bare keys.
-pub(crate) fn split(dotted: &str) -> Key {
+pub(crate) fn split(dotted: &str) -> KeyPath {
     dotted.split('.').map(str::to_owned).collect()
 }
 
@@ -73,8 +73,8 @@ enum Replaced {
 pub(crate) struct Origins {
     path: PathBuf,
     text: Arc<str>,
-    spans: Arc<BTreeMap<Key, Spans>>,
-    replaced: Vec<(Key, Replaced)>,
+    spans: Arc<BTreeMap<KeyPath, Spans>>,
+    replaced: Vec<(KeyPath, Replaced)>,
 }
 
 impl Origins {
@@ -124,13 +124,13 @@ impl Origins {
     /// Converts a problem into an error with the place of its key.
     pub(crate) fn refuse(&self, problem: Problem) -> CaseError {
         let key = &problem.key;
-        let over = |(known, _): &&(Key, Replaced)| key.starts_with(known);
+        let over = |(known, _): &&(KeyPath, Replaced)| key.starts_with(known);
         let mut replaced = self.replaced.iter().rev().find(over);
         let is_key = matches!(problem.fault, Fault::UnknownKey { .. });
         let (span, depth) = self.find(key, is_key);
         if replaced.is_none() && depth < key.len() {
             // The table exists only because a value in it was replaced.
-            let beside = |(known, _): &&(Key, Replaced)| known.starts_with(&key[..=depth]);
+            let beside = |(known, _): &&(KeyPath, Replaced)| known.starts_with(&key[..=depth]);
             replaced = self.replaced.iter().rev().find(beside);
         }
         match replaced {
@@ -191,7 +191,7 @@ impl Origins {
     }
 }
 
-type Found = BTreeMap<Key, Spans>;
+type Found = BTreeMap<KeyPath, Spans>;
 
 fn read_table(
     table: &DeTable<'_>,

@@ -5,13 +5,13 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use crate::error::{CaseError, Fault, Refusal};
-use crate::origin::{Key, split};
+use crate::origin::{KeyPath, split};
 
 /// A setting that replaces the one in the file.
 #[derive(Debug)]
 pub(crate) struct Override {
     /// The keys from the root.
-    pub(crate) key: Key,
+    pub(crate) key: KeyPath,
     /// The new value.
     pub(crate) value: Value,
     /// Argument as given, for messages.
@@ -77,7 +77,7 @@ impl Override {
 }
 
 /// Splits a dotted key of bare keys; `None` if it is not one.
-pub(crate) fn bare_keys(dotted: &str) -> Option<Key> {
+pub(crate) fn bare_keys(dotted: &str) -> Option<KeyPath> {
     /// Deeper keys than this mean nothing in a case.
     const DEPTH: usize = 8;
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';

@@ -17,7 +17,7 @@ use crate::origin::{Origins, value_at};
 use crate::overrides::bare_keys;
 use crate::relations::refusal;
 use crate::schema::{Format, schema_of};
-use crate::{Point, read_text};
+use crate::{CasePoint, read_text};
 
 /// The version of the paper format.
 const VERSION: u64 = 1;
@@ -41,10 +41,10 @@ pub struct Paper {
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 1.0))]
     pub family_wise_error_rate: f64,
     /// The runs, by name.
-    pub run: BTreeMap<String, PaperRun>,
+    pub run: BTreeMap<String, PaperRunSpec>,
     /// Figures and tables of the paper.
     #[schemars(length(min = 1, max = 1000))]
-    pub figure: Vec<PaperFigure>,
+    pub figure: Vec<PaperFigureSpec>,
 }
 
 fn usual() -> f64 {
@@ -58,7 +58,7 @@ fn yes() -> bool {
 /// A case, and what is set in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PaperRun {
+pub struct PaperRunSpec {
     /// The case: a bundled one by its name, or a file beside the paper.
     #[schemars(length(min = 1))]
     pub case: String,
@@ -75,7 +75,7 @@ pub struct PaperRun {
 /// A figure or table of a paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PaperFigure {
+pub struct PaperFigureSpec {
     /// Number of the figure in the paper, such as "3b" or "Table I".
     #[schemars(length(min = 1))]
     pub name: String,
@@ -98,7 +98,7 @@ pub struct PaperFigure {
 /// Place of a number in the tables of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Place {
+pub struct NumberPlace {
     /// The run. Default: that of the claim.
     pub run: Option<String>,
     /// Values of swept keys that choose a point. Default: that of the claim.
@@ -140,7 +140,7 @@ pub struct Claim {
     /// or `collisions` of a run: in place of a table.
     pub derived: Option<String>,
     /// A number by which it is divided.
-    pub over: Option<Place>,
+    pub over: Option<NumberPlace>,
     /// A numeric key column: the number is the power of it by which the quotient grows.
     pub power_of: Option<String>,
     /// Source of the standard error of the number.
@@ -366,7 +366,7 @@ fn read(table: &mut Table) -> Result<Paper, Problem> {
     read.map_err(|error| Problem::missing(&[], error.message()))
 }
 
-impl Point {
+impl CasePoint {
     /// Returns true if a sweep has set all of these keys to these values here.
     pub fn has(&self, chosen: &BTreeMap<String, Value>) -> bool {
         let same = |a: &Value, b: &Value| match (number(a), number(b)) {

@@ -5,7 +5,7 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use crate::error::Problem;
-use crate::format::{Case, EnergyPart, Face, Placement, TimeUnit, Velocities};
+use crate::format::{Case, EnergyPart, FaceSpec, PlacementSpec, TimeUnit, VelocitiesSpec};
 use crate::origin::{split, value_at};
 
 mod engines;
@@ -143,9 +143,9 @@ impl Relations<'_> {
 
     fn start(&self, folder: &Path) -> Checked {
         let (start, case) = (&self.case.start, self.case);
-        let placed_by_file = start.placement == Placement::File;
+        let placed_by_file = start.placement == PlacementSpec::File;
         self.ensure(
-            start.file.is_some() == (placed_by_file || start.velocities == Velocities::FILE),
+            start.file.is_some() == (placed_by_file || start.velocities == VelocitiesSpec::FILE),
             "start.file",
             "a .csv, .xyz, .dump or .sph file; given with placement = \"file\" or velocities = \"file\", always and only",
         )?;
@@ -185,17 +185,20 @@ impl Relations<'_> {
              places them anew in each replica and deals the velocities of the file to them",
         )?;
         self.ensure(
-            case.species.is_empty() || matches!(start.placement, Placement::Disordered),
+            case.species.is_empty() || matches!(start.placement, PlacementSpec::Disordered),
             "start.placement",
             "\"disordered\" with [[species]]",
         )?;
         self.ensure(
             self.dimension() == 2
-                || matches!(start.placement, Placement::Disordered | Placement::File),
+                || matches!(
+                    start.placement,
+                    PlacementSpec::Disordered | PlacementSpec::File
+                ),
             "start.placement",
             "\"disordered\" or \"file\" in space; lattices are of disks",
         )?;
-        if start.velocities == Velocities::FILE {
+        if start.velocities == VelocitiesSpec::FILE {
             let allowed = "with start.velocities = \"file\" the file says it";
             self.without(&["start.velocity"], allowed)?;
         }
@@ -213,7 +216,7 @@ impl Relations<'_> {
 
     /// Checks that some distribution has the fourth cumulant.
     fn cumulant(&self) -> Checked {
-        let Velocities::Drawn(drawn) = self.case.start.velocities else {
+        let VelocitiesSpec::Drawn(drawn) = self.case.start.velocities else {
             return Ok(());
         };
         let (least, dimension) = (-2.0 / (self.dimension() as f64 + 2.0), self.dimension());
@@ -228,11 +231,11 @@ impl Relations<'_> {
     /// random on the way.
     fn repeats_itself(&self) -> bool {
         let case = self.case;
-        let one_state =
-            case.start.placement == Placement::File && case.start.velocities == Velocities::FILE;
+        let one_state = case.start.placement == PlacementSpec::File
+            && case.start.velocities == VelocitiesSpec::FILE;
         let walls = case.walls.all().filter_map(|face| match face {
-            Face::Wall(wall) => wall.temperature,
-            Face::Word(_) => None,
+            FaceSpec::Wall(wall) => wall.temperature,
+            FaceSpec::Word(_) => None,
         });
         let bodies = case.obstacle.iter().filter_map(|body| body.temperature);
         let random = case.bath().is_some() || walls.chain(bodies).next().is_some();
@@ -259,7 +262,7 @@ impl Relations<'_> {
         let allowed = "a region inside the box, from 0 to box.size";
         self.ensure(sides.all(within), "start.region", allowed)?;
         self.ensure(
-            start.placement == Placement::Disordered && !start.empty,
+            start.placement == PlacementSpec::Disordered && !start.empty,
             "start.region",
             "with placement = \"disordered\" and a gas that is not empty",
         )?;

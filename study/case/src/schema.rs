@@ -13,7 +13,7 @@ use toml::Value;
 
 use crate::error::{Fault, Problem, nearest};
 use crate::format::Case;
-use crate::origin::{Key, OUTSIDE, below, dotted};
+use crate::origin::{KeyPath, OUTSIDE, below, dotted};
 use crate::renamed::new_name;
 
 /// Smallest and largest number, so that squares and cubes of what is written are numbers too.
@@ -224,14 +224,14 @@ impl Format {
 }
 
 /// Returns the keys that lead to the least deep key of a name.
-fn shallowest(schema: &Json, name: &str) -> Option<Key> {
+fn shallowest(schema: &Json, name: &str) -> Option<KeyPath> {
     /// Largest depth of a key, of those in tables of tables, as of engines and measurements.
     const DEPTH: usize = 3;
     (1..=DEPTH).find_map(|depth| path_to(schema, name, depth))
 }
 
 /// Returns a path of `depth` keys to a key of a name, through tables and lists of tables.
-fn path_to(schema: &Json, name: &str, depth: usize) -> Option<Key> {
+fn path_to(schema: &Json, name: &str, depth: usize) -> Option<KeyPath> {
     let tables = [&schema["properties"], &schema["items"]["properties"]];
     let mut inside = tables.into_iter().filter_map(Json::as_object);
     if depth == 1 {

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
 
 use crate::error::Problem;
-use crate::format::{Axis, Range};
-use crate::origin::{Key, below, value_at};
+use crate::format::{SweepAxis, SweepRange};
+use crate::origin::{KeyPath, below, value_at};
 use crate::overrides::{Override, bare_keys};
 use crate::schema::Format;
 
@@ -15,21 +15,21 @@ const MOST_POINTS: usize = 10_000;
 
 /// One value that a sweep gives to one key.
 #[derive(Clone, Debug)]
-pub(crate) struct Chosen {
+pub(crate) struct ChosenValue {
     /// Dotted key as written.
     pub(crate) written: String,
     /// Keys from the root of the case.
-    pub(crate) key: Key,
+    pub(crate) key: KeyPath,
     /// Value of the key.
     pub(crate) value: Value,
     /// Place in the sweep at which the value was written.
-    pub(crate) source: Key,
+    pub(crate) source: KeyPath,
 }
 
 /// The points of all sweeps.
 pub(crate) struct Expanded {
     /// Values set at each point.
-    pub(crate) points: Vec<Vec<Chosen>>,
+    pub(crate) points: Vec<Vec<ChosenValue>>,
     /// Keys, as written, that are no longer swept because an override fixes them.
     pub(crate) fixed: Vec<String>,
 }
@@ -56,14 +56,14 @@ pub(crate) fn expand(
     let mut fixed = Vec::new();
     for (index, block) in blocks.iter().enumerate() {
         let path = below(&["sweep".to_owned()], (index + 1).to_string());
-        let read: Result<BTreeMap<String, Axis>, _> = block.clone().try_into();
+        let read: Result<BTreeMap<String, SweepAxis>, _> = block.clone().try_into();
         let axes = read.map_err(|error| Problem::bad(&path, block, error.message()))?;
         if axes.is_empty() {
             let allowed = "a block of a sweep has at least one quoted dotted key with its values";
             return Err(Problem::bad(&path, block, allowed));
         }
         let mut product = vec![Vec::new()];
-        let mut swept: Vec<Key> = Vec::new();
+        let mut swept: Vec<KeyPath> = Vec::new();
         for (written, axis) in &axes {
             let path = below(&path, written);
             let refuse = |allowed: &str| {
@@ -95,17 +95,19 @@ pub(crate) fn expand(
                 continue;
             }
             let values = match axis {
-                Axis::List(list) => list.clone(),
-                Axis::Range(range) => match steps(range, format.type_of(&key) == Some("integer")) {
-                    Ok(values) => values,
-                    Err(allowed) => return refuse(&allowed),
-                },
+                SweepAxis::List(list) => list.clone(),
+                SweepAxis::Range(range) => {
+                    match steps(range, format.type_of(&key) == Some("integer")) {
+                        Ok(values) => values,
+                        Err(allowed) => return refuse(&allowed),
+                    }
+                }
             };
             if product.len() * values.len() + points.len() > MOST_POINTS {
                 return refuse(&too_many());
             }
-            let list = matches!(axis, Axis::List(_));
-            let chosen = |(index, value): (usize, &Value)| Chosen {
+            let list = matches!(axis, SweepAxis::List(_));
+            let chosen = |(index, value): (usize, &Value)| ChosenValue {
                 written: written.clone(),
                 key: key.clone(),
                 value: value.clone(),
@@ -115,12 +117,12 @@ pub(crate) fn expand(
                     path.clone()
                 },
             };
-            let chosen: Vec<Chosen> = values.iter().enumerate().map(chosen).collect();
+            let chosen: Vec<ChosenValue> = values.iter().enumerate().map(chosen).collect();
             product = product
                 .iter()
-                .flat_map(|point: &Vec<Chosen>| {
+                .flat_map(|point: &Vec<ChosenValue>| {
                     let with =
-                        |one: &Chosen| [point.as_slice(), std::slice::from_ref(one)].concat();
+                        |one: &ChosenValue| [point.as_slice(), std::slice::from_ref(one)].concat();
                     chosen.iter().map(with).collect::<Vec<_>>()
                 })
                 .collect();
@@ -143,8 +145,8 @@ fn too_many() -> String {
 }
 
 /// Returns the values of a range.
-fn steps(range: &Range, whole: bool) -> Result<Vec<Value>, String> {
-    let &Range {
+fn steps(range: &SweepRange, whole: bool) -> Result<Vec<Value>, String> {
+    let &SweepRange {
         from,
         to,
         points,
@@ -208,8 +210,8 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    pub(crate) fn new(points: &[Vec<Chosen>]) -> Self {
-        let keys: BTreeSet<&Key> = points.iter().flatten().map(|one| &one.key).collect();
+    pub(crate) fn new(points: &[Vec<ChosenValue>]) -> Self {
+        let keys: BTreeSet<&KeyPath> = points.iter().flatten().map(|one| &one.key).collect();
         let mut seen = BTreeSet::new();
         let lasts = keys.iter().filter_map(|key| key.last());
         let ambiguous = lasts.filter(|&last| !seen.insert(last)).cloned().collect();
@@ -220,10 +222,10 @@ impl Names {
     }
 
     /// Returns the name of a point; empty if it has no settings.
-    pub(crate) fn name(&mut self, point: &[Chosen]) -> String {
+    pub(crate) fn name(&mut self, point: &[ChosenValue]) -> String {
         /// Longest name \[characters\], well below the limits of file systems.
         const WIDTH: usize = 150;
-        let part = |one: &Chosen| {
+        let part = |one: &ChosenValue| {
             let last = one.key.last().map_or("", String::as_str);
             let ambiguous = self.ambiguous.contains(last);
             let key = if ambiguous { one.written.trim() } else { last };

@@ -5,8 +5,9 @@ use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{
-    Domain, Free, Grains, Interrupt, Invalid, Kind, Law, Particle, ParticleState, Particles, Plane,
-    Rough, Scene, SizeDistribution, Sizes, Smooth, Space, Species, State, Volume,
+    Domain, Free, Interrupt, Invalid, Law, Particle, ParticleSpec, ParticleState, Particles, Plane,
+    Rough, Scene, SizeDistribution, Sizes, Smooth, Space, Species, SpeciesProperties, State,
+    Volume,
 };
 
 use crate::GasError;
@@ -16,7 +17,7 @@ use crate::memory::{BUILDING, need_memory};
 #[derive(Clone, Debug)]
 pub struct Gas {
     /// Particles, their contact laws, and the field that they fly in.
-    pub grains: Grains,
+    pub grains: ParticleSpec,
     /// Particles; none have a position in a gas without positions.
     pub particles: Particles,
     /// Faces of the box.
@@ -83,7 +84,7 @@ impl Gas {
 #[must_use = "a description is no gas until it is built"]
 pub struct GasBuilder {
     dimension: usize,
-    species: Vec<Kind>,
+    species: Vec<SpeciesProperties>,
     packing: Option<f64>,
     size: Option<[f64; 2]>,
     walls: [[Face<Volume>; 2]; 3],
@@ -103,7 +104,7 @@ impl GasBuilder {
     fn new(dimension: usize, count: usize) -> Self {
         Self {
             dimension,
-            species: vec![Kind {
+            species: vec![SpeciesProperties {
                 radius: 0.5,
                 mass: 1.0,
                 count,
@@ -158,7 +159,7 @@ impl GasBuilder {
 
     /// Adds particles of another species by number, radius and mass.
     pub fn and(mut self, count: usize, radius: f64, mass: f64) -> Self {
-        self.species.push(Kind {
+        self.species.push(SpeciesProperties {
             radius,
             mass,
             count,
@@ -269,7 +270,7 @@ impl GasBuilder {
             });
         }
         let rough = self.tangential.map(|beta| Rough::new(beta, Plane::INERTIA));
-        let grains = Grains {
+        let grains = ParticleSpec {
             sizes: match &self.species[..] {
                 [one] => SizeDistribution::Equal(stosszahl_model::Monodisperse {
                     radius: one.radius,
@@ -379,7 +380,7 @@ impl GasBuilder {
         };
         let particle = |(index, one): (usize, &Particle)| {
             let species = kind(index);
-            let Kind { radius, mass, .. } = sizes.kinds()[species as usize];
+            let SpeciesProperties { radius, mass, .. } = sizes.kinds()[species as usize];
             Ok(Particle {
                 position: place(index, one.position)?,
                 radius,
@@ -397,7 +398,7 @@ impl GasBuilder {
 
     fn unplaced(&self, sizes: &Species) -> Particles {
         let kinds = sizes.kinds().iter().zip(0..);
-        let particle = |(kind, species): (&Kind, u32)| {
+        let particle = |(kind, species): (&SpeciesProperties, u32)| {
             let one = Particle {
                 species,
                 ..Particle::of(kind.radius, kind.mass)

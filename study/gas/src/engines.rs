@@ -2,11 +2,13 @@
 
 use std::ops::{Deref, DerefMut};
 
-use stosszahl_dsmc::homogeneous::{Contact, Homogeneous, Pick};
-use stosszahl_dsmc::{Boundaries, Displacement, Parameters, PartnerSelection, Scheme};
-use stosszahl_ed::Dissipation;
+use stosszahl_dsmc::homogeneous::{HomogeneousSettings, PairCorrelationFactor, PairSelection};
+use stosszahl_dsmc::{
+    BoundaryConditions, Parameters, PartnerDisplacement, PartnerSelection, Scheme,
+};
+use stosszahl_ed::DissipationRule;
 use stosszahl_model::initial::VelocityDistribution;
-use stosszahl_model::{Budget, Grains, Interrupt, Observer, Particles, Simulation};
+use stosszahl_model::{Budget, Interrupt, Observer, ParticleSpec, Particles, Simulation};
 
 use crate::memory::{RUNNING, need_memory};
 use crate::reach::check_time;
@@ -14,11 +16,11 @@ use crate::{Gas, GasError};
 
 impl Gas {
     /// Returns the rule of which collisions lose energy in exact dynamics.
-    fn dissipation(&self) -> Dissipation {
+    fn dissipation(&self) -> DissipationRule {
         if self.contact_time > 0.0 {
-            Dissipation::ContactTime(self.contact_time)
+            DissipationRule::ContactTime(self.contact_time)
         } else {
-            Dissipation::Scene
+            DissipationRule::Scene
         }
     }
 }
@@ -72,11 +74,11 @@ impl EventDriven {
                 instead: "equilibrate before the first advance",
             });
         }
-        let at_rest = Grains {
+        let at_rest = ParticleSpec {
             shear_rate: None,
             ..self.gas.grains.clone()
         };
-        let mut elastic = exact(&self.gas, &at_rest, &particles, Dissipation::Elastic)?;
+        let mut elastic = exact(&self.gas, &at_rest, &particles, DissipationRule::Elastic)?;
         let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
         elastic.set_stop_flag(interrupt);
         elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
@@ -105,9 +107,9 @@ impl EventDriven {
 /// Creates exact dynamics of particles with these properties in the box of a gas.
 fn exact(
     gas: &Gas,
-    grains: &Grains,
+    grains: &ParticleSpec,
     particles: &Particles,
-    dissipation: Dissipation,
+    dissipation: DissipationRule,
 ) -> Result<Box<dyn Simulation>, GasError> {
     if particles.lengths[0] <= 0.0 {
         return Err(GasError::Unfit {
@@ -116,7 +118,7 @@ fn exact(
         });
     }
     need_memory(particles.all.len(), RUNNING)?;
-    let boundaries = stosszahl_ed::Boundaries {
+    let boundaries = stosszahl_ed::DiskBoundaries {
         walls: gas.walls.in_plane(),
         obstacles: Vec::new(),
         streams: gas.streams.branch(1),
@@ -144,15 +146,15 @@ impl MonteCarlo {
             0.0 => 1.0,
             known => known,
         };
-        let simulation = Homogeneous {
+        let simulation = HomogeneousSettings {
             dimension: gas.particles.dimension,
             grains: &gas.grains,
             count: gas.particles.all.len(),
             volume: gas.volume,
-            contact: Contact::Enskog,
+            contact: PairCorrelationFactor::Enskog,
             temperatures: &[temperature],
             velocities: VelocityDistribution::MAXWELLIAN,
-            pick: Pick::AliasTables,
+            pick: PairSelection::AliasTables,
             tracer: None,
             sticking: None,
             displacements: true,
@@ -182,7 +184,7 @@ impl MonteCarlo {
         let defaults = Parameters::for_scheme(scheme);
         if gas.grains.is_bounded || gas.grains.shear_rate.is_some() {
             return Parameters {
-                displacement: Displacement::None,
+                displacement: PartnerDisplacement::None,
                 ..defaults
             };
         }
@@ -195,12 +197,12 @@ impl MonteCarlo {
     /// As [`Self::from_state`].
     pub fn with(gas: &Gas, parameters: Parameters) -> Result<Self, GasError> {
         need_memory(gas.particles.all.len(), RUNNING)?;
-        let boundaries = Boundaries {
+        let boundaries = BoundaryConditions {
             walls: gas.walls.clone(),
             clearance: parameters.scheme.properties().clearance,
-            ..Boundaries::default()
+            ..BoundaryConditions::default()
         };
-        let parts = stosszahl_dsmc::Gas {
+        let parts = stosszahl_dsmc::CellGas {
             grains: &gas.grains,
             parameters,
             boundaries: &boundaries,

@@ -49,13 +49,13 @@ pub enum GasError {
     Walls(#[from] stosszahl_model::walls::WallError),
     /// Exact dynamics cannot start.
     #[error(transparent)]
-    EventDriven(#[from] stosszahl_ed::EngineError),
+    EventDriven(#[from] stosszahl_ed::EventDrivenError),
     /// Monte Carlo in cells cannot start.
     #[error(transparent)]
-    MonteCarlo(#[from] stosszahl_dsmc::EngineError),
+    MonteCarlo(#[from] stosszahl_dsmc::DsmcError),
     /// A gas without positions cannot start.
     #[error(transparent)]
-    Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
+    Homogeneous(#[from] stosszahl_dsmc::homogeneous::HomogeneousError),
     /// An engine cannot start or continue.
     #[error(transparent)]
     Failure(#[from] stosszahl_model::Failure),

@@ -7,9 +7,9 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stosszahl_results::Scale;
+use stosszahl_results::AxisScale;
 
-use crate::scale::{Frame, Tick, extent, shows};
+use crate::scale::{AxisRange, Tick, extent, shows};
 
 /// Axis of a chart: label, scale, and range.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct ChartAxis {
     /// Label, with symbol and unit.
     pub label: String,
     /// Scale of the axis: linear or logarithmic.
-    pub scale: Scale,
+    pub scale: AxisScale,
     /// Range of the data where it is wider than in this chart, as in panels with common axes.
     pub span: Option<(f64, f64)>,
     /// Names of the positions 1, 2, 3 and so on, in place of numbers.
@@ -26,7 +26,7 @@ pub struct ChartAxis {
 
 impl ChartAxis {
     /// Creates an axis whose range follows from the data.
-    pub fn new(label: impl Into<String>, scale: Scale) -> Self {
+    pub fn new(label: impl Into<String>, scale: AxisScale) -> Self {
         Self {
             label: label.into(),
             scale,
@@ -35,16 +35,16 @@ impl ChartAxis {
         }
     }
 
-    fn frame(&self, data: Option<(f64, f64)>, exact: bool) -> Frame {
+    fn frame(&self, data: Option<(f64, f64)>, exact: bool) -> AxisRange {
         if !self.names.is_empty() {
             let ends = (0.5, self.names.len() as f64 + 0.5);
-            return Frame::around(Scale::Linear, ends, true);
+            return AxisRange::around(AxisScale::Linear, ends, true);
         }
-        Frame::around(self.scale, self.span.or(data).unwrap_or((1.0, 1.0)), exact)
+        AxisRange::around(self.scale, self.span.or(data).unwrap_or((1.0, 1.0)), exact)
     }
 
     /// Ticks of the axis.
-    pub(crate) fn ticks(&self, frame: &Frame) -> Vec<Tick> {
+    pub(crate) fn ticks(&self, frame: &AxisRange) -> Vec<Tick> {
         if self.names.is_empty() {
             return frame.ticks();
         }
@@ -135,7 +135,7 @@ impl Stroke {
 
 /// Data point of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Point {
+pub struct ChartPoint {
     /// Abscissa.
     pub x: f64,
     /// Abscissa at which the bar or step of a histogram ends; equal to `x` for a point without
@@ -151,7 +151,7 @@ pub struct Point {
 
 /// Curve of a chart: points, markers, line and colour.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct ChartCurve {
     /// Name in the legend.
     pub label: String,
     /// Colour, a CSS value.
@@ -161,7 +161,7 @@ pub struct Curve {
     /// Line style between the points.
     pub stroke: Stroke,
     /// Points, by increasing abscissa.
-    pub points: Vec<Point>,
+    pub points: Vec<ChartPoint>,
 }
 
 /// Text label at a position of a chart.
@@ -183,7 +183,7 @@ pub struct Chart {
     /// Vertical axis.
     pub y: ChartAxis,
     /// Curves, drawn in this order.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<ChartCurve>,
     /// Horizontal reference lines with their labels.
     pub lines: Vec<(String, f64)>,
     /// Text labels beside points.
@@ -202,7 +202,7 @@ impl Chart {
         }
     }
 
-    fn points(&self) -> impl Iterator<Item = &Point> {
+    fn points(&self) -> impl Iterator<Item = &ChartPoint> {
         let all = self.curves.iter().flat_map(|curve| &curve.points);
         all.filter(|point| shows(self.x.scale, point.x) && shows(self.y.scale, point.y))
     }
@@ -221,7 +221,7 @@ impl Chart {
         let scale = self.y.scale;
         let bars = self.curves.iter().any(|curve| curve.stroke == Stroke::Bars);
         let fixed = self.lines.iter().map(|line| line.1);
-        let fixed = fixed.chain((bars && scale == Scale::Linear).then_some(0.0));
+        let fixed = fixed.chain((bars && scale == AxisScale::Linear).then_some(0.0));
         let (low, high) = extent(scale, self.points().map(|point| point.y).chain(fixed))?;
         // A single huge error bar must not flatten all other data.
         let reach = 1.5 * (high - low).max(0.1 * high.abs());
@@ -248,7 +248,7 @@ impl Chart {
         let (x, y) = (unite(&across), unite(&upwards));
         let logarithmic = charts
             .first()
-            .is_some_and(|chart| chart.y.scale == Scale::Logarithmic);
+            .is_some_and(|chart| chart.y.scale == AxisScale::Logarithmic);
         let size = |(low, high): (f64, f64)| {
             if logarithmic {
                 (high / low).log10()
@@ -265,7 +265,7 @@ impl Chart {
     }
 
     /// Coordinate ranges of the axes.
-    pub(crate) fn frames(&self) -> (Frame, Frame) {
+    pub(crate) fn frames(&self) -> (AxisRange, AxisRange) {
         // Steps and bars end at the end of the axis.
         let steps = self.points().any(|point| point.end > point.x);
         (
@@ -277,15 +277,15 @@ impl Chart {
     /// Numbers of the chart in JSON, for the script that makes it interactive.
     pub(crate) fn data(&self) -> Value {
         let (x, y) = self.frames();
-        let axis = |axis: &ChartAxis, frame: Frame| {
+        let axis = |axis: &ChartAxis, frame: AxisRange| {
             json!({
                 "label": axis.label,
-                "logarithmic": axis.scale == Scale::Logarithmic,
+                "logarithmic": axis.scale == AxisScale::Logarithmic,
                 "range": frame.ends(),
                 "names": axis.names,
             })
         };
-        let curves: Vec<Value> = self.curves.iter().map(Curve::data).collect();
+        let curves: Vec<Value> = self.curves.iter().map(ChartCurve::data).collect();
         let lines: Vec<Value> = (self.lines.iter())
             .map(|(label, y)| json!({ "label": label, "y": y }))
             .collect();
@@ -298,7 +298,7 @@ impl Chart {
     }
 }
 
-impl Curve {
+impl ChartCurve {
     /// Numbers of a curve as columns of JSON; columns without a number are left out.
     fn data(&self) -> Value {
         let points = || {
@@ -306,7 +306,7 @@ impl Curve {
                 .iter()
                 .filter(|point| point.x.is_finite() && point.y.is_finite())
         };
-        let column = |value: &dyn Fn(&Point) -> Option<f64>| -> Value {
+        let column = |value: &dyn Fn(&ChartPoint) -> Option<f64>| -> Value {
             let all: Vec<Option<f64>> =
                 points().map(|point| value(point).and_then(short)).collect();
             if all.iter().any(Option::is_some) {

@@ -10,7 +10,7 @@
 //! (2005): of the decided points a fraction q at most is decided falsely, on average. Bonferroni's
 //! correction for m points would leave nothing to find in a large sweep.
 
-use stosszahl_analysis::compare::{Interval, Rule, Verdict as Test};
+use stosszahl_analysis::compare::{ComparisonVerdict as Test, Interval, VerdictRule};
 use stosszahl_results::{ComparedNumber, VerdictKind};
 
 /// Intervals of a point: at its own level, and corrected for all points.
@@ -32,7 +32,7 @@ pub(crate) type Numbers = Vec<Option<(ComparedNumber, Corrected)>>;
 fn at(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
     let freedom = one.degrees_of_freedom.map(|count| count as usize);
     let interval = Interval::student(one.difference, one.standard_error, freedom, level);
-    let rule = Rule {
+    let rule = VerdictRule {
         level,
         margin: one.margin,
         differ_beyond: one.differ_beyond,

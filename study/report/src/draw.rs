@@ -9,8 +9,8 @@ use std::fmt::Write as _;
 use maud::{Markup, html};
 use serde_json::Value;
 
-use crate::chart::{Chart, Curve, Point, Stroke};
-use crate::scale::{Frame, Tick};
+use crate::chart::{Chart, ChartCurve, ChartPoint, Stroke};
+use crate::scale::{AxisRange, Tick};
 
 /// Width of a chart \[px\].
 pub(crate) const WIDTH: f64 = 440.0;
@@ -145,8 +145,8 @@ impl Chart {
 
 /// Coordinate system of the area inside a chart's frame.
 pub(crate) struct Canvas {
-    pub x: Frame,
-    pub y: Frame,
+    pub x: AxisRange,
+    pub y: AxisRange,
     pub size: [f64; 2],
 }
 
@@ -182,7 +182,7 @@ impl Canvas {
     }
 
     /// Lines, bars and error bars, clipped by the frame.
-    fn strokes(&self, curve: &Curve) -> Markup {
+    fn strokes(&self, curve: &ChartCurve) -> Markup {
         let (mut line, mut errors) = (String::new(), String::new());
         let mut joined = false;
         let thinned = crate::words::spread(&curve.points, VERTICES);
@@ -227,7 +227,7 @@ impl Canvas {
     }
 
     /// Path of bars from zero.
-    fn bars(&self, points: &[Point]) -> String {
+    fn bars(&self, points: &[ChartPoint]) -> String {
         let mut path = String::new();
         let foot = (1.0 - self.y.clamped(0.0)) * self.size[1];
         for point in points {
@@ -242,7 +242,7 @@ impl Canvas {
     }
 
     /// Markers, not clipped by the frame.
-    fn marks(&self, curve: &Curve) -> Markup {
+    fn marks(&self, curve: &ChartCurve) -> Markup {
         let mut path = String::new();
         if let Some(marker) = curve.marker
             && (curve.points.len() <= MARKS || curve.stroke == Stroke::None)
@@ -263,7 +263,7 @@ impl Canvas {
 }
 
 /// Legend symbol of a curve, 34 wide and 12 high \[px\].
-pub(crate) fn sign(curve: &Curve) -> Markup {
+pub(crate) fn sign(curve: &ChartCurve) -> Markup {
     let mut mark = String::new();
     if let Some(marker) = curve.marker {
         marker.path(&mut mark, 17.0, 6.0);

@@ -5,9 +5,11 @@
 
 use std::fmt::Write as _;
 
-use stosszahl_results::{Cell, Figure, Mark, Role, Scale, Table, engine_rank, engine_title};
+use stosszahl_results::{
+    AxisScale, Figure, PointMark, Role, Table, TableCell, engine_rank, engine_title,
+};
 
-use crate::chart::{Chart, ChartAxis, Curve, Marker, Point, Stroke};
+use crate::chart::{Chart, ChartAxis, ChartCurve, ChartPoint, Marker, Stroke};
 use crate::draw::Plot;
 use crate::map::Map;
 use crate::words::{number, spread};
@@ -22,7 +24,7 @@ const SHADES: usize = 7;
 /// Drawn figure: legend, panels and notes.
 pub(crate) struct Drawn {
     /// Legend entries, one for each kind of curve.
-    pub legend: Vec<Curve>,
+    pub legend: Vec<ChartCurve>,
     /// Panels with their titles; a single panel may have none.
     pub panels: Vec<(String, Plot)>,
     /// True if all panels have one vertical axis.
@@ -49,10 +51,13 @@ impl Drawn {
 }
 
 /// Adds curves to a legend, without their points, unless it has them.
-fn add_to_legend<'a>(legend: &mut Vec<Curve>, curves: impl IntoIterator<Item = &'a Curve>) {
+fn add_to_legend<'a>(
+    legend: &mut Vec<ChartCurve>,
+    curves: impl IntoIterator<Item = &'a ChartCurve>,
+) {
     for curve in curves {
         if !legend.iter().any(|one| one.label == curve.label) {
-            legend.push(Curve {
+            legend.push(ChartCurve {
                 points: vec![],
                 ..curve.clone()
             });
@@ -72,16 +77,16 @@ pub fn engine_marker(engine: &str) -> Marker {
 
 /// Group of rows with equal values in some columns.
 struct Group<'a> {
-    keys: Vec<&'a Cell>,
-    rows: Vec<&'a [Cell]>,
+    keys: Vec<&'a TableCell>,
+    rows: Vec<&'a [TableCell]>,
 }
 
 /// Groups rows by their values in some columns, in order of occurrence.
-fn groups<'a>(rows: &[&'a [Cell]], columns: &[usize]) -> Vec<Group<'a>> {
+fn groups<'a>(rows: &[&'a [TableCell]], columns: &[usize]) -> Vec<Group<'a>> {
     let mut places = std::collections::HashMap::new();
     let mut groups: Vec<Group<'a>> = Vec::new();
     for row in rows {
-        let keys: Vec<&Cell> = columns.iter().map(|column| &row[*column]).collect();
+        let keys: Vec<&TableCell> = columns.iter().map(|column| &row[*column]).collect();
         let place = *places.entry(format!("{keys:?}")).or_insert(groups.len());
         if place == groups.len() {
             groups.push(Group { keys, rows: vec![] });
@@ -92,18 +97,18 @@ fn groups<'a>(rows: &[&'a [Cell]], columns: &[usize]) -> Vec<Group<'a>> {
 }
 
 /// Formats a cell for readers.
-pub(crate) fn cell_text(column: &str, cell: &Cell) -> String {
+pub(crate) fn cell_text(column: &str, cell: &TableCell) -> String {
     match cell {
-        Cell::Text(text) if column.starts_with("engine") => engine_title(text).to_owned(),
-        Cell::Text(text) => text.clone(),
-        Cell::Number(value) => number(*value, 5),
-        Cell::Count(count) => count.to_string(),
-        Cell::Empty => "–".to_owned(),
+        TableCell::Text(text) if column.starts_with("engine") => engine_title(text).to_owned(),
+        TableCell::Text(text) => text.clone(),
+        TableCell::Number(value) => number(*value, 5),
+        TableCell::Count(count) => count.to_string(),
+        TableCell::Empty => "–".to_owned(),
     }
 }
 
 /// Title of a group of rows, made of its key values.
-fn title(table: &Table, columns: &[usize], keys: &[&Cell]) -> String {
+fn title(table: &Table, columns: &[usize], keys: &[&TableCell]) -> String {
     let mut words: Vec<String> = Vec::new();
     let mut engines: Vec<String> = Vec::new();
     for (&column, cell) in columns.iter().zip(keys) {
@@ -129,12 +134,12 @@ fn title(table: &Table, columns: &[usize], keys: &[&Cell]) -> String {
 
 /// Engine of a group of rows: of a pair, the one compared with the exact one, or the first if
 /// neither is exact.
-fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a Cell]) -> Option<&'a str> {
+fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a TableCell]) -> Option<&'a str> {
     let named = columns
         .iter()
         .zip(keys)
         .filter_map(|(column, cell)| match cell {
-            Cell::Text(text) if table.columns[*column].name.starts_with("engine") => {
+            TableCell::Text(text) if table.columns[*column].name.starts_with("engine") => {
                 Some(text.as_str())
             }
             _ => None,
@@ -149,10 +154,10 @@ fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a Cell]) -> Option<&'a
 }
 
 /// Returns true if a group is about two engines of which neither is exact.
-fn of_others(table: &Table, columns: &[usize], keys: &[&Cell]) -> bool {
+fn of_others(table: &Table, columns: &[usize], keys: &[&TableCell]) -> bool {
     let named = columns.iter().zip(keys);
     let engines = named.filter(|(column, _)| table.columns[**column].name.starts_with("engine"));
-    let exact = |cell: &&Cell| matches!(cell, Cell::Text(text) if text == "ed");
+    let exact = |cell: &&TableCell| matches!(cell, TableCell::Text(text) if text == "ed");
     engines.clone().count() > 1 && !engines.map(|(_, cell)| *cell).any(|cell| exact(&cell))
 }
 
@@ -166,10 +171,10 @@ fn find(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
 
 /// Draws a figure of a table; `None` if there is nothing to draw.
 pub(crate) fn draw(table: &Table, figure: &Figure) -> Option<Drawn> {
-    let rows: Vec<&[Cell]> = table.rows.iter().map(Vec::as_slice).collect();
+    let rows: Vec<&[TableCell]> = table.rows.iter().map(Vec::as_slice).collect();
     let panels = find(table, &figure.panels);
     match figure.mark {
-        Mark::Map => maps(table, figure, &rows, panels),
+        PointMark::Map => maps(table, figure, &rows, panels),
         _ => curves(table, figure, &rows, &panels),
     }
 }
@@ -182,7 +187,12 @@ fn left_out(shown: usize, all: usize) -> String {
     }
 }
 
-fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) -> Option<Drawn> {
+fn curves(
+    table: &Table,
+    figure: &Figure,
+    rows: &[&[TableCell]],
+    panels: &[usize],
+) -> Option<Drawn> {
     let plan = Curves::new(table, figure, rows)?;
     let mut drawn: Vec<(String, Chart)> = Vec::new();
     for group in groups(rows, panels) {
@@ -195,12 +205,12 @@ fn curves(table: &Table, figure: &Figure, rows: &[&[Cell]], panels: &[usize]) ->
     let (titles, mut charts): (Vec<String>, Vec<Chart>) =
         spread(&drawn, PANELS).into_iter().unzip();
     let common = Chart::share_axes(&mut charts);
-    let mut legend: Vec<Curve> = Vec::new();
+    let mut legend: Vec<ChartCurve> = Vec::new();
     let named = charts.iter().flat_map(|chart| &chart.curves);
     let named = named.filter(|curve| !curve.label.is_empty() && !curve.points.is_empty());
     add_to_legend(&mut legend, named);
     for line in &figure.lines {
-        legend.push(Curve {
+        legend.push(ChartCurve {
             label: line.label.to_string(),
             colour: "var(--ink)".into(),
             marker: None,
@@ -252,7 +262,7 @@ struct Curves<'a> {
 }
 
 impl<'a> Curves<'a> {
-    fn new(table: &'a Table, figure: &'a Figure, rows: &[&[Cell]]) -> Option<Self> {
+    fn new(table: &'a Table, figure: &'a Figure, rows: &[&[TableCell]]) -> Option<Self> {
         let (x, y) = (table.find(&figure.x.column)?, table.find(&figure.y.column)?);
         let keys = find(table, &figure.curves);
         let (engines, others): (Vec<usize>, Vec<usize>) = keys
@@ -264,7 +274,7 @@ impl<'a> Curves<'a> {
             .iter()
             .map(|group| title(table, &others, &group.keys))
             .collect();
-        let words = rows.iter().any(|row| matches!(row[x], Cell::Text(_)));
+        let words = rows.iter().any(|row| matches!(row[x], TableCell::Text(_)));
         let names = groups(rows, &[x]);
         let names = names.iter().filter(|_| words);
         Some(Self {
@@ -284,7 +294,7 @@ impl<'a> Curves<'a> {
     }
 
     /// Caption sentences: the quantity, the meaning of bars and dashed lines, and what is left out.
-    fn note(&self, rows: &[&[Cell]]) -> String {
+    fn note(&self, rows: &[&[TableCell]]) -> String {
         let column = &self.table.columns[self.y];
         let mut note = String::new();
         if !column.meaning.is_empty() {
@@ -323,7 +333,7 @@ impl<'a> Curves<'a> {
         note
     }
 
-    fn abscissa(&self, cell: &Cell) -> Option<f64> {
+    fn abscissa(&self, cell: &TableCell) -> Option<f64> {
         if self.names.is_empty() {
             return cell.number();
         }
@@ -335,18 +345,21 @@ impl<'a> Curves<'a> {
     /// Points of some rows, from a column of ordinates and those of its errors and theory.
     fn points(
         &self,
-        rows: &[&[Cell]],
+        rows: &[&[TableCell]],
         y: usize,
         error: Option<usize>,
         theory: Option<usize>,
-    ) -> Vec<Point> {
-        let bars = self.figure.mark == Mark::Bars;
-        let mut points: Vec<Point> = rows
+    ) -> Vec<ChartPoint> {
+        let bars = self.figure.mark == PointMark::Bars;
+        let mut points: Vec<ChartPoint> = rows
             .iter()
             .filter_map(|row| {
                 let x = self.abscissa(&row[self.x])?;
-                let end = row.get(self.x + 1).filter(|_| bars).and_then(Cell::number);
-                Some(Point {
+                let end = row
+                    .get(self.x + 1)
+                    .filter(|_| bars)
+                    .and_then(TableCell::number);
+                Some(ChartPoint {
                     x,
                     end: end.unwrap_or(x),
                     y: row[y].number()?,
@@ -372,8 +385,8 @@ impl<'a> Curves<'a> {
             .map(|(place, _)| place)
     }
 
-    fn chart(&self, rows: &[&[Cell]], of_panel: Option<&str>) -> Chart {
-        let axis = |axis: &stosszahl_results::Axis| ChartAxis::new(&*axis.label, axis.scale);
+    fn chart(&self, rows: &[&[TableCell]], of_panel: Option<&str>) -> Chart {
+        let axis = |axis: &stosszahl_results::FigureAxis| ChartAxis::new(&*axis.label, axis.scale);
         let mut chart = Chart::new(axis(&self.figure.x), axis(&self.figure.y));
         chart.x.names.clone_from(&self.names);
         chart.lines = self
@@ -386,7 +399,7 @@ impl<'a> Curves<'a> {
         let theory = self.companion(Role::Theory);
         let has_level = !self.figure.lines.is_empty()
             || theory.is_some_and(|theory| rows.iter().any(|row| row[theory].number().is_some()));
-        let mut laws: Vec<Curve> = Vec::new();
+        let mut laws: Vec<ChartCurve> = Vec::new();
         let mut measured = Vec::new();
         for group in groups(rows, &keys) {
             let other = title(self.table, &self.others, &group.keys[self.engines.len()..]);
@@ -419,7 +432,7 @@ impl<'a> Curves<'a> {
             } else {
                 self.others.clone()
             };
-            let cells: Vec<&Cell> = group.keys[keys.len() - named.len()..].to_vec();
+            let cells: Vec<&TableCell> = group.keys[keys.len() - named.len()..].to_vec();
             let mut label = title(self.table, &named, &cells);
             if label.is_empty() && theory.is_some() {
                 label.push_str("measured");
@@ -428,7 +441,7 @@ impl<'a> Curves<'a> {
                 let points = self.points(&group.rows, theory, None, None);
                 if !points.is_empty() && !laws.iter().any(|law| law.points == points) {
                     let name = format!("theory, {label}");
-                    laws.push(Curve {
+                    laws.push(ChartCurve {
                         label: name,
                         colour: colour.clone(),
                         marker: None,
@@ -439,14 +452,14 @@ impl<'a> Curves<'a> {
             }
             let (marker, stroke) = match self.figure.mark {
                 // Beside a theory the difference matters, so steps need not start from zero.
-                Mark::Bars if has_level => (None, Stroke::Solid),
-                Mark::Bars => (None, Stroke::Bars),
-                Mark::Points => (Some(marker), Stroke::None),
+                PointMark::Bars if has_level => (None, Stroke::Solid),
+                PointMark::Bars => (None, Stroke::Bars),
+                PointMark::Points => (Some(marker), Stroke::None),
                 _ => (Some(marker), Stroke::Thin),
             };
             let companions = [Role::StandardError, Role::Theory].map(|role| self.companion(role));
             let points = self.points(&group.rows, self.y, companions[0], companions[1]);
-            measured.push(Curve {
+            measured.push(ChartCurve {
                 label,
                 colour,
                 marker,
@@ -471,7 +484,12 @@ fn shade(place: usize, count: usize) -> String {
 
 /// Draws a map for each panel, with common colours; keys that would distinguish curves become
 /// panels.
-fn maps(table: &Table, figure: &Figure, rows: &[&[Cell]], mut panels: Vec<usize>) -> Option<Drawn> {
+fn maps(
+    table: &Table,
+    figure: &Figure,
+    rows: &[&[TableCell]],
+    mut panels: Vec<usize>,
+) -> Option<Drawn> {
     let (x, y) = (table.find(&figure.x.column)?, table.find(&figure.y.column)?);
     let first = || {
         table
@@ -491,10 +509,11 @@ fn maps(table: &Table, figure: &Figure, rows: &[&[Cell]], mut panels: Vec<usize>
     let scale = figure
         .colour
         .as_ref()
-        .map_or(Scale::Linear, |axis| axis.scale);
+        .map_or(AxisScale::Linear, |axis| axis.scale);
     let name = &table.columns[coloured].name;
     let label = figure.colour.as_ref().map_or(name, |axis| &axis.label);
-    let place = |row: &&[Cell]| Some([row[x].number()?, row[y].number()?, row[coloured].number()?]);
+    let place =
+        |row: &&[TableCell]| Some([row[x].number()?, row[y].number()?, row[coloured].number()?]);
     let maps = groups(rows, &panels).into_iter().map(|group| {
         let map = Map {
             labels: [&figure.x, &figure.y].map(|axis| axis.label.to_string()),

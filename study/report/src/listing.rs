@@ -4,10 +4,10 @@ use maud::html;
 use stosszahl_results::Table;
 
 use crate::figure::draw;
-use crate::page::{self, Column, document, unbroken};
+use crate::page::{self, ListColumn, document, unbroken};
 
 /// List of texts: its title, columns and rows.
-pub type Listing<'a> = (&'a str, &'a [Column<'a>], &'a [Vec<String>]);
+pub type Listing<'a> = (&'a str, &'a [ListColumn<'a>], &'a [Vec<String>]);
 
 /// Contents of a list page.
 #[derive(Clone, Copy, Debug)]

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use maud::html;
 use serde_json::{Value, json};
-use stosszahl_results::Scale;
+use stosszahl_results::AxisScale;
 
 use crate::chart::short;
 use crate::draw::{BOTTOM, LEFT, Plot, TOP, WIDTH, axes};
-use crate::scale::Frame;
+use crate::scale::AxisRange;
 
 /// Margin on the right, for the colour bar \[px\].
 const RIGHT: f64 = 84.0;
@@ -34,7 +34,7 @@ pub(crate) struct Map {
     /// Label of the colour bar.
     pub value: String,
     /// Scale of the colours.
-    pub scale: Scale,
+    pub scale: AxisScale,
     /// Coordinates `x`, `y` and the quantity there.
     pub cells: Vec<[f64; 3]>,
 }
@@ -54,9 +54,9 @@ impl Map {
         let width = WIDTH - LEFT - RIGHT;
         let aspect = (ends[1].1 - ends[1].0) / (ends[0].1 - ends[0].0);
         let height = (width * aspect).clamp(HEIGHTS[0], HEIGHTS[1]);
-        let frame = |ends| Frame::around(Scale::Linear, ends, true);
+        let frame = |ends| AxisRange::around(AxisScale::Linear, ends, true);
         let (x, y) = (frame(ends[0]), frame(ends[1]));
-        let bar = Frame::around(self.scale, (low, high), high > low);
+        let bar = AxisRange::around(self.scale, (low, high), high > low);
         // All cells of one colour form one path.
         let mut paths = vec![String::new(); STEPS];
         let shown = self

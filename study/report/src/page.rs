@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
-use stosszahl_results::{Cell, Role, Table, Verdict, VerdictKind};
+use stosszahl_results::{Role, Table, TableCell, VerdictKind, VerdictText};
 
 use crate::draw::sign;
 use crate::figure::{Drawn, cell_text};
@@ -28,7 +28,7 @@ const ROWS: usize = 300;
 const LINES: usize = 60;
 
 /// Column of a list: its name, and whether it holds words.
-pub type Column<'a> = (&'a str, bool);
+pub type ListColumn<'a> = (&'a str, bool);
 
 /// Builds a whole page around its content, without any external resource. Scripts are included only
 /// if the content needs them.
@@ -68,7 +68,7 @@ pub(crate) fn data(value: &Value) -> Markup {
 }
 
 /// Table that scrolls if it is wider than the page.
-pub fn table(columns: &[Column<'_>], rows: &[Vec<String>]) -> Markup {
+pub fn table(columns: &[ListColumn<'_>], rows: &[Vec<String>]) -> Markup {
     let class = |words: bool| words.then_some("text");
     let cell_class = |words: bool, cell: &str| match words {
         true if cell.chars().count() > 40 => Some("text long"),
@@ -127,11 +127,11 @@ pub(crate) fn folded(source: &Table) -> Markup {
         let next = source.columns.get(place + 1)?;
         (next.role == Role::StandardError).then_some(place + 1)
     };
-    let cell = |row: &[Cell], place: usize| match (row[place].number(), error(place)) {
+    let cell = |row: &[TableCell], place: usize| match (row[place].number(), error(place)) {
         (Some(value), Some(error)) => with_error(value, row[error].number()),
         _ => cell_text(&source.columns[place].name, &row[place]),
     };
-    let columns: Vec<Column<'_>> = places
+    let columns: Vec<ListColumn<'_>> = places
         .iter()
         .map(|place| {
             (
@@ -158,7 +158,7 @@ pub(crate) fn folded(source: &Table) -> Markup {
 }
 
 /// Verdicts, each with its kind as a word and a colour.
-pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
+pub(crate) fn verdicts(verdicts: &[&VerdictText]) -> Markup {
     html! {
         ul.verdicts { @for verdict in verdicts {
             li {
@@ -170,7 +170,7 @@ pub(crate) fn verdicts(verdicts: &[&Verdict]) -> Markup {
 }
 
 /// Verdict that answers the question of a case.
-pub(crate) fn headline(verdict: &Verdict) -> Markup {
+pub(crate) fn headline(verdict: &VerdictText) -> Markup {
     html! { p.headline {
         (kind(verdict.kind)) " "
         // Informative numbers need the topic, which names the quantity.

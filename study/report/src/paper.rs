@@ -5,7 +5,8 @@ use std::path::Path;
 
 use maud::{Markup, html};
 use stosszahl_results::{
-    Axis, Cell, Estimate, Figure, Mark, REPORT_FILE, Stored, Sweep, Table, Verdict, headlines,
+    Figure, FigureAxis, PointMark, REPORT_FILE, Stored, Sweep, Table, TableCell, TableEstimate,
+    VerdictText, headlines,
 };
 
 use crate::figure::{Drawn, draw};
@@ -64,9 +65,9 @@ pub struct PaperClaim<'a> {
     /// Largest deviation that counts as agreement; empty for bounds.
     pub margin: String,
     /// Number found over the paper's value; `None` for bounds.
-    pub ratio: Option<Estimate>,
+    pub ratio: Option<TableEstimate>,
     /// Verdict on the claim.
-    pub verdict: &'a Verdict,
+    pub verdict: &'a VerdictText,
     /// Correction of the paper, where it is wrong.
     pub correction: Option<&'a str>,
 }
@@ -226,17 +227,17 @@ fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
         let Some(ratio) = claim.ratio.filter(|ratio| ratio.value.is_some()) else {
             continue;
         };
-        table.add((Cell::Count(number), ratio));
+        table.add((TableCell::Count(number), ratio));
     }
     let title = format!("{}, found over paper", figure_name(figure.name));
     let ratios = Figure::curves(
         "Found over paper",
-        Axis::linear("claim", "number of the claim"),
-        Axis::linear("ratio", "found / paper"),
+        FigureAxis::linear("claim", "number of the claim"),
+        FigureAxis::linear("ratio", "found / paper"),
     );
     let ratios = ratios
         .by(&[])
-        .mark(Mark::Points)
+        .mark(PointMark::Points)
         .line("as the paper says", 1.0);
     let ratios = ratios.caption("Bars are standard errors of what was found.");
     (table.rows.len() > 1).then_some(())?;

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::{
-    Figure, Manifest, Mark, REPORT_FILE, Snapshot, Stored, Table, Verdict, VerdictKind,
+    Figure, Manifest, PointMark, REPORT_FILE, Snapshot, Stored, Table, VerdictKind, VerdictText,
     engine_title, headlines, quantity_title,
 };
 
 use crate::figure::{Drawn, draw};
 use crate::map::with_obstacles;
-use crate::page::{self, Column};
+use crate::page::{self, ListColumn};
 use crate::sheet::sheet;
 use crate::viewer::{self, Player};
 use crate::words::number;
@@ -65,7 +65,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
         .collect();
     let first = headlines(&manifest.verdicts);
     let others = manifest.verdicts.iter().filter(|one| !first.contains(one));
-    let (urgent, mut rest): (Vec<&Verdict>, Vec<&Verdict>) =
+    let (urgent, mut rest): (Vec<&VerdictText>, Vec<&VerdictText>) =
         others.partition(|one| one.kind == VerdictKind::Warning);
     // Where nothing is compared, the first informative number answers the question.
     let told = (rest.iter().position(|one| one.topic != "steady state"))
@@ -90,7 +90,7 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     for file in &player.missing {
         warnings.push(html! { "The file " code { (file) } " is missing." });
     }
-    let said = |one: &&Verdict| html! { strong { (one.topic) } ": " (one.sentence) };
+    let said = |one: &&VerdictText| html! { strong { (one.topic) } ": " (one.sentence) };
     warnings.extend(urgent.iter().map(said));
     html! {
         section id="verdicts" {
@@ -169,7 +169,7 @@ fn figures(stored: &Stored) -> Figures {
                 others.push(Part::Other(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } }));
                 continue;
             };
-            if figure.mark == Mark::Map && figure.x.column == "x" && figure.y.column == "y" {
+            if figure.mark == PointMark::Map && figure.x.column == "x" && figure.y.column == "y" {
                 let plots = drawn.panels.iter_mut();
                 plots.for_each(|(_, plot)| with_obstacles(plot, &obstacles));
             }
@@ -287,7 +287,7 @@ fn derived(manifest: &Manifest) -> Markup {
         };
         vec![quantity_title(&one.name), number(one.value, 6), unit]
     });
-    let columns: [Column<'_>; 3] = [("quantity", true), ("value", false), ("unit", true)];
+    let columns: [ListColumn<'_>; 3] = [("quantity", true), ("value", false), ("unit", true)];
     html! {
         @if !manifest.derived.is_empty() { h2 { "What follows from the case" } (page::table(&columns, &rows.collect::<Vec<_>>())) }
     }
@@ -322,7 +322,7 @@ fn work(manifest: &Manifest) -> Markup {
     for name in names {
         add(name, &|i| Some(number(*engines[i].work.get(name)?, 6)));
     }
-    let mut columns: Vec<Column<'_>> = vec![("quantity", true)];
+    let mut columns: Vec<ListColumn<'_>> = vec![("quantity", true)];
     columns.extend(engines.iter().map(|one| (engine_title(&one.engine), false)));
     html! {
         @if !engines.is_empty() {
@@ -360,7 +360,7 @@ fn start(manifest: &Manifest) -> Markup {
         .start
         .iter()
         .any(|start| start.equilibrated.is_some());
-    let columns: [Column<'_>; 6] = [
+    let columns: [ListColumn<'_>; 6] = [
         ("replica", false),
         ("test", true),
         ("statistic", false),

@@ -1,6 +1,6 @@
 //! Axis scales: positions of values, and readable ticks.
 
-use stosszahl_results::Scale;
+use stosszahl_results::AxisScale;
 
 use crate::words::{number, power};
 
@@ -9,8 +9,8 @@ const LARGEST: f64 = 1e100;
 
 /// Range of an axis with its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Frame {
-    scale: Scale,
+pub(crate) struct AxisRange {
+    scale: AxisScale,
     /// Lower end; on a logarithmic scale its decimal logarithm.
     low: f64,
     /// Upper end; on a logarithmic scale its decimal logarithm.
@@ -21,12 +21,12 @@ pub(crate) struct Frame {
 pub(crate) type Tick = (f64, Option<String>);
 
 /// Returns true if a value can be drawn on a scale.
-pub(crate) fn shows(scale: Scale, value: f64) -> bool {
-    value.abs() <= LARGEST && (scale == Scale::Linear || value >= 1.0 / LARGEST)
+pub(crate) fn shows(scale: AxisScale, value: f64) -> bool {
+    value.abs() <= LARGEST && (scale == AxisScale::Linear || value >= 1.0 / LARGEST)
 }
 
 /// Smallest and largest of the values that can be drawn; `None` without any.
-pub(crate) fn extent(scale: Scale, values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub(crate) fn extent(scale: AxisScale, values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let shown = values.filter(|value| shows(scale, *value));
     shown.fold(None, |range, value| {
         let (low, high) = range.unwrap_or((value, value));
@@ -34,13 +34,13 @@ pub(crate) fn extent(scale: Scale, values: impl Iterator<Item = f64>) -> Option<
     })
 }
 
-impl Frame {
+impl AxisRange {
     /// Creates a range around data with some margin, or `exact` without.
-    pub fn around(scale: Scale, (low, high): (f64, f64), exact: bool) -> Self {
+    pub fn around(scale: AxisScale, (low, high): (f64, f64), exact: bool) -> Self {
         if exact && high > low {
             return match scale {
-                Scale::Linear => Self { scale, low, high },
-                Scale::Logarithmic => Self {
+                AxisScale::Linear => Self { scale, low, high },
+                AxisScale::Logarithmic => Self {
                     scale,
                     low: low.log10(),
                     high: high.log10(),
@@ -48,7 +48,7 @@ impl Frame {
             };
         }
         match scale {
-            Scale::Linear => {
+            AxisScale::Linear => {
                 // A single value gets a range of a fifth of its size.
                 let least = if high > low { 1e-6 } else { 0.2 };
                 let span = (high - low)
@@ -68,7 +68,7 @@ impl Frame {
                     high: ends[1],
                 }
             }
-            Scale::Logarithmic => {
+            AxisScale::Logarithmic => {
                 let (mut low, mut high) = (low.log10() - 0.08, high.log10() + 0.08);
                 // A power of ten close by gets a label.
                 if low - low.floor() < 0.2 {
@@ -92,8 +92,8 @@ impl Frame {
     /// Ends of the range, in units of the data.
     pub fn ends(&self) -> [f64; 2] {
         match self.scale {
-            Scale::Linear => [self.low, self.high],
-            Scale::Logarithmic => [self.low, self.high].map(|end| 10_f64.powf(end)),
+            AxisScale::Linear => [self.low, self.high],
+            AxisScale::Logarithmic => [self.low, self.high].map(|end| 10_f64.powf(end)),
         }
     }
 
@@ -101,8 +101,8 @@ impl Frame {
     pub fn place(&self, value: f64) -> Option<f64> {
         let value = match self.scale {
             _ if !shows(self.scale, value) => return None,
-            Scale::Linear => value,
-            Scale::Logarithmic => value.log10(),
+            AxisScale::Linear => value,
+            AxisScale::Logarithmic => value.log10(),
         };
         Some((value - self.low) / (self.high - self.low))
     }
@@ -115,8 +115,8 @@ impl Frame {
     /// Ticks of the axis.
     pub fn ticks(&self) -> Vec<Tick> {
         match self.scale {
-            Scale::Linear => self.linear_ticks(),
-            Scale::Logarithmic => self.logarithmic_ticks(),
+            AxisScale::Linear => self.linear_ticks(),
+            AxisScale::Logarithmic => self.logarithmic_ticks(),
         }
     }
 
@@ -200,33 +200,33 @@ fn step(span: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn labels(scale: Scale, low: f64, high: f64) -> Vec<String> {
-        let ticks = Frame::around(scale, (low, high), false).ticks();
+    fn labels(scale: AxisScale, low: f64, high: f64) -> Vec<String> {
+        let ticks = AxisRange::around(scale, (low, high), false).ticks();
         ticks.into_iter().filter_map(|tick| tick.1).collect()
     }
 
     #[test]
     fn ticks_are_those_that_one_would_draw() {
-        assert_eq!(labels(Scale::Linear, 0.0, 1.0), ["0", "0.5", "1.0"]);
+        assert_eq!(labels(AxisScale::Linear, 0.0, 1.0), ["0", "0.5", "1.0"]);
         assert_eq!(
-            labels(Scale::Linear, -1.0, 1.0),
+            labels(AxisScale::Linear, -1.0, 1.0),
             ["−1.0", "−0.5", "0", "0.5", "1.0"]
         );
         assert_eq!(
-            labels(Scale::Logarithmic, 1e-5, 1.0),
+            labels(AxisScale::Logarithmic, 1e-5, 1.0),
             ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "1"]
         );
         assert_eq!(
-            labels(Scale::Logarithmic, 1.0, 30.0),
+            labels(AxisScale::Logarithmic, 1.0, 30.0),
             ["1", "2", "5", "10", "20"]
         );
     }
 
     #[test]
     fn no_data_breaks_a_frame() {
-        for scale in [Scale::Linear, Scale::Logarithmic] {
+        for scale in [AxisScale::Linear, AxisScale::Logarithmic] {
             for (low, high) in [(1.0, 1.0), (1e-100, 1e100), (1e-12, 2e-12), (1e99, 1e100)] {
-                let frame = Frame::around(scale, (low, high), false);
+                let frame = AxisRange::around(scale, (low, high), false);
                 let ticks = frame.ticks();
                 assert!((2..100).contains(&ticks.len()), "{low} {high}: {ticks:?}");
                 for (place, _) in ticks {
@@ -240,7 +240,7 @@ mod tests {
             }
         }
         assert_eq!(
-            Frame::around(Scale::Linear, (0.0, 0.0), false).clamped(f64::NAN),
+            AxisRange::around(AxisScale::Linear, (0.0, 0.0), false).clamped(f64::NAN),
             0.0
         );
     }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use crate::chart::Curve;
+use crate::chart::ChartCurve;
 use crate::draw::{WIDTH, sign};
 use crate::figure::Drawn;
 use crate::page::{PALETTE, PLOT};
@@ -54,7 +54,7 @@ pub(crate) fn sheet(title: &str, drawn: &Drawn) -> String {
 }
 
 /// Legend broken into lines of the given width, and its height \[px\].
-fn legend(curves: &[Curve], width: f64) -> (Markup, f64) {
+fn legend(curves: &[ChartCurve], width: f64) -> (Markup, f64) {
     let (mut x, mut y) = (6.0, 6.0);
     let mut items: Vec<Markup> = Vec::new();
     for curve in curves {

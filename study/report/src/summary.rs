@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use serde_json::Value;
-use stosszahl_results::{Cell, Column, Role, Stored, Sweep, Table, headlines};
+use stosszahl_results::{Role, Stored, Sweep, Table, TableCell, TableColumn, headlines};
 
 use crate::discoveries::Numbers;
 use crate::words::setting;
@@ -16,7 +16,7 @@ fn is_time(name: &str) -> bool {
 
 /// Estimate columns of a table with their last values, named after table and engines; none for
 /// tables in which other keys have several values.
-fn estimates(table: &Table) -> Vec<(Column, Cell)> {
+fn estimates(table: &Table) -> Vec<(TableColumn, TableCell)> {
     let keys = || {
         let columns = table.columns.iter().enumerate();
         columns.filter(|(_, column)| column.role == Role::Key)
@@ -32,12 +32,12 @@ fn estimates(table: &Table) -> Vec<(Column, Cell)> {
         return Vec::new();
     }
     // Rows are ordered in time, so the last of each engine wins.
-    let mut last: Vec<(String, &Vec<Cell>)> = Vec::new();
+    let mut last: Vec<(String, &Vec<TableCell>)> = Vec::new();
     for row in &table.rows {
         let engines = keys().filter(|(_, column)| column.name.starts_with("engine"));
         let names: Vec<&str> = engines
             .filter_map(|(place, _)| match &row[place] {
-                Cell::Text(text) => Some(text.as_str()),
+                TableCell::Text(text) => Some(text.as_str()),
                 _ => None,
             })
             .collect();
@@ -64,7 +64,7 @@ fn estimates(table: &Table) -> Vec<(Column, Cell)> {
             } else {
                 format!("[{of}]")
             };
-            let column = Column {
+            let column = TableColumn {
                 name: format!("{}.{}{of}", table.name, column.name).into(),
                 ..column.clone()
             };
@@ -93,7 +93,7 @@ pub(crate) fn summary(
             .filter_map(|point| point.values.get(key));
         values.all(Value::is_number)
     };
-    table.columns.extend(keys.iter().map(|key| Column {
+    table.columns.extend(keys.iter().map(|key| TableColumn {
         name: (*key).clone().into(),
         unit: if is_number(key) { "1" } else { "" }.into(),
         meaning: "A swept key".into(),
@@ -109,7 +109,7 @@ pub(crate) fn summary(
         .note("corrected_low", "1", "Lower end of its interval that is corrected for all points (Benjamini and Hochberg)")
         .note("corrected_high", "1", "Upper end")
         .note("corrected_verdict", "", "agree, differ or undecided by the corrected interval");
-    let found: Vec<BTreeMap<String, (Column, Cell)>> = (points.iter())
+    let found: Vec<BTreeMap<String, (TableColumn, TableCell)>> = (points.iter())
         .map(|stored| {
             let tables = stored.iter().flat_map(|stored| &stored.tables);
             let all = tables.flat_map(estimates);
@@ -127,42 +127,48 @@ pub(crate) fn summary(
     for (((point, stored), found), number) in
         sweep.points.iter().zip(points).zip(found).zip(numbers)
     {
-        let mut row = vec![Cell::Text(point.name.clone())];
+        let mut row = vec![TableCell::Text(point.name.clone())];
         row.extend(keys.iter().map(|key| match point.values.get(*key) {
             Some(Value::Number(value)) if is_number(key) => {
-                value.as_f64().map_or(Cell::Empty, Cell::Number)
+                value.as_f64().map_or(TableCell::Empty, TableCell::Number)
             }
-            None => Cell::Empty,
-            other => Cell::Text(setting(other)),
+            None => TableCell::Empty,
+            other => TableCell::Text(setting(other)),
         }));
         let verdicts = stored
             .as_ref()
             .map(|stored| headlines(&stored.manifest.verdicts));
         match verdicts.as_deref() {
             Some([verdict, ..]) => row.extend([
-                Cell::Text(verdict.kind.name().to_owned()),
-                Cell::Text(verdict.sentence.clone()),
+                TableCell::Text(verdict.kind.name().to_owned()),
+                TableCell::Text(verdict.sentence.clone()),
             ]),
-            Some([]) => row.extend([Cell::Empty, Cell::Empty]),
-            None => row.extend([Cell::Text("not finished".into()), Cell::Empty]),
+            Some([]) => row.extend([TableCell::Empty, TableCell::Empty]),
+            None => row.extend([TableCell::Text("not finished".into()), TableCell::Empty]),
         }
         row.extend(match number {
             Some((number, corrected)) => {
                 let ends = [corrected.own, corrected.corrected].into_iter();
                 let ends = ends.flat_map(|ends| {
-                    ends.map_or([Cell::Empty, Cell::Empty], |ends| ends.map(Cell::Number))
+                    ends.map_or([TableCell::Empty, TableCell::Empty], |ends| {
+                        ends.map(TableCell::Number)
+                    })
                 });
-                let mut cells = vec![Cell::Number(number.difference)];
-                cells.push(number.standard_error.map_or(Cell::Empty, Cell::Number));
+                let mut cells = vec![TableCell::Number(number.difference)];
+                cells.push(
+                    number
+                        .standard_error
+                        .map_or(TableCell::Empty, TableCell::Number),
+                );
                 cells.extend(ends);
-                cells.push(Cell::Text(corrected.kind.name().to_owned()));
+                cells.push(TableCell::Text(corrected.kind.name().to_owned()));
                 cells
             }
-            None => vec![Cell::Empty; 7],
+            None => vec![TableCell::Empty; 7],
         });
         let cells = table.columns[first..].iter().map(|column| {
             let known = found.get(&*column.name);
-            known.map_or(Cell::Empty, |one| one.1.clone())
+            known.map_or(TableCell::Empty, |one| one.1.clone())
         });
         row.extend(cells);
         table.rows.push(row);

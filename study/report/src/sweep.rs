@@ -8,8 +8,9 @@ use std::path::Path;
 use maud::{Markup, html};
 use serde_json::Value;
 use stosszahl_results::{
-    Axis, Cell, Column, ComparedNumber, Figure, MANIFEST_FILE, Mark, REPORT_FILE, Role,
-    SWEEP_TABLE, Scale, Stored, Sweep, SweepPoint, Table, Verdict, VerdictKind, headlines,
+    AxisScale, ComparedNumber, Figure, FigureAxis, MANIFEST_FILE, PointMark, REPORT_FILE, Role,
+    SWEEP_TABLE, Stored, Sweep, SweepPoint, Table, TableCell, TableColumn, VerdictKind,
+    VerdictText, headlines,
 };
 
 use crate::discoveries::{Numbers, corrected};
@@ -144,7 +145,7 @@ fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
 }
 
 /// First headline of a point.
-fn conclusion(stored: &Stored) -> Option<&Verdict> {
+fn conclusion(stored: &Stored) -> Option<&VerdictText> {
     headlines(&stored.manifest.verdicts).first().copied()
 }
 
@@ -292,7 +293,7 @@ fn gather(
     like: &Table,
     figure: &Figure,
 ) -> Table {
-    let column = |name: String, unit: &'static str| Column {
+    let column = |name: String, unit: &'static str| TableColumn {
         name: name.into(),
         unit: unit.into(),
         meaning: "".into(),
@@ -317,7 +318,7 @@ fn gather(
         for table in tables.filter(|table| table.name == like.name && table.columns == like.columns)
         {
             let last = table.rows.last();
-            let of_last = |row: &&Vec<Cell>| {
+            let of_last = |row: &&Vec<TableCell>| {
                 last.is_some_and(|last| {
                     panels.iter().all(|panel| {
                         table.columns[*panel].name.starts_with("engine")
@@ -326,10 +327,12 @@ fn gather(
                 })
             };
             for row in table.rows.iter().filter(of_last) {
-                let mut cells = vec![Cell::Text(point.name.clone())];
+                let mut cells = vec![TableCell::Text(point.name.clone())];
                 cells.extend(keys.iter().map(|key| match point.values.get(*key) {
-                    Some(Value::Number(value)) => value.as_f64().map_or(Cell::Empty, Cell::Number),
-                    other => Cell::Text(words::setting(other)),
+                    Some(Value::Number(value)) => {
+                        value.as_f64().map_or(TableCell::Empty, TableCell::Number)
+                    }
+                    other => TableCell::Text(words::setting(other)),
                 }));
                 cells.extend(row.iter().cloned());
                 all.rows.push(cells);
@@ -350,7 +353,7 @@ fn at_each(figure: &Figure) -> Figure {
     };
     let mut all = figure.clone();
     all.panels = vec![POINT.into()];
-    if figure.mark == Mark::Map {
+    if figure.mark == PointMark::Map {
         all.panels.extend(engines());
     } else {
         all.curves.splice(0..0, engines());
@@ -374,7 +377,8 @@ fn trend(
     figure: &Figure,
 ) -> Option<(Table, Figure, Option<Figure>)> {
     let x = &*figure.x.column;
-    if figure.mark == Mark::Map || !(x == "time" || x.starts_with("window") || x.starts_with("lag"))
+    if figure.mark == PointMark::Map
+        || !(x == "time" || x.starts_with("window") || x.starts_with("lag"))
     {
         return None;
     }
@@ -403,9 +407,9 @@ fn trend(
         .chain(&figure.curves)
         .filter_map(|name| all.find(name))
         .collect();
-    let mut rows: Vec<Vec<Cell>> = Vec::new();
+    let mut rows: Vec<Vec<TableCell>> = Vec::new();
     for row in &all.rows {
-        let same = |other: &&mut Vec<Cell>| {
+        let same = |other: &&mut Vec<TableCell>| {
             other[0] == row[0] && curves.iter().all(|key| other[*key] == row[*key])
         };
         match rows.iter_mut().find(same) {
@@ -428,10 +432,10 @@ fn trend(
     let trend = Figure {
         title: format!("{} at the end, against {swept}", figure.y.label).into(),
         caption: "The last value of each point.".into(),
-        x: Axis {
+        x: FigureAxis {
             column: swept.to_owned().into(),
             label: swept.to_owned().into(),
-            scale: Scale::Linear,
+            scale: AxisScale::Linear,
         },
         panels: Vec::new(),
         curves: engines
@@ -457,10 +461,10 @@ fn map(all: &Table, figure: &Figure, curves: &[usize], keys: [&str; 2]) -> Optio
             .all(|row| row[column].number().is_some())
             .then_some(())?;
     }
-    let [x, y] = keys.map(|key| Axis {
+    let [x, y] = keys.map(|key| FigureAxis {
         column: key.to_owned().into(),
         label: key.to_owned().into(),
-        scale: Scale::Linear,
+        scale: AxisScale::Linear,
     });
     Some(Figure {
         title: format!(
@@ -475,7 +479,7 @@ fn map(all: &Table, figure: &Figure, curves: &[usize], keys: [&str; 2]) -> Optio
         curves: (curves.iter())
             .map(|key| all.columns[*key].name.clone())
             .collect(),
-        mark: Mark::Map,
+        mark: PointMark::Map,
         lines: Vec::new(),
         colour: Some(figure.y.clone()),
     })

@@ -16,7 +16,7 @@ use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use serde_json::{Value, json};
 use stosszahl_model::initial::{self, StartFile};
-use stosszahl_results::frames::{Dot, FASTEST, Frame, STEPS};
+use stosszahl_results::frames::{Dot, FASTEST, ParticleFrame, STEPS};
 use stosszahl_results::{Manifest, engine_rank, engine_title, frames};
 
 use crate::ReportError;
@@ -46,7 +46,7 @@ pub(crate) struct Player {
 /// Sequence of frames of one engine.
 struct Reel {
     engine: String,
-    frames: Vec<Frame>,
+    frames: Vec<ParticleFrame>,
 }
 
 /// Reads frames and snapshots of a folder and packs as many as fit.
@@ -144,7 +144,7 @@ fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>),
 }
 
 /// Converts a snapshot to a frame with all its particles.
-fn frame_of(particles: &StartFile, time: f64) -> Frame {
+fn frame_of(particles: &StartFile, time: f64) -> ParticleFrame {
     let positions = particles.positions.iter().flatten();
     let dots: Vec<Dot> = (positions.enumerate())
         .map(|(i, at)| Dot {
@@ -158,7 +158,7 @@ fn frame_of(particles: &StartFile, time: f64) -> Frame {
         .collect();
     let [width, height, _] = particles.lengths.unwrap_or_default();
     let [x, y, _] = particles.periodic.unwrap_or([true; 3]);
-    Frame::new(time, [width, height], [x, y], &dots, usize::MAX)
+    ParticleFrame::new(time, [width, height], [x, y], &dots, usize::MAX)
 }
 
 /// Obstacles of the case as it was run: disks, polylines and polygons.
@@ -177,7 +177,7 @@ struct Packed(Vec<u8>);
 impl Packed {
     /// Packs the frames of an engine and describes each; times without a frame are null.
     fn reel(&mut self, reel: &Reel, times: &[f64]) -> Vec<Value> {
-        let mut before: Option<&Frame> = None;
+        let mut before: Option<&ParticleFrame> = None;
         let mut described = Vec::new();
         for time in times {
             let Some(frame) = reel.frames.iter().find(|frame| frame.time == *time) else {

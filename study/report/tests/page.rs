@@ -8,9 +8,9 @@ use std::path::Path;
 use serde_json::json;
 use stosszahl_report::{drawings, write_report};
 use stosszahl_results::{
-    Axis, Derived, EngineWork, Estimate, Existing, Figure, Folder, Keys, Line, Machine, Manifest,
-    Mark, Place, Program, RunId, Snapshot, Start, StartTest, Sweep, SweepPoint, Table, TimeUnit,
-    Verdict, VerdictKind,
+    Derived, EngineWork, Existing, Figure, FigureAxis, Folder, Keys, Machine, Manifest, PointMark,
+    Program, ReferenceLine, RunId, RunPlace, Snapshot, StartRecord, StartTest, Sweep, SweepPoint,
+    Table, TableEstimate, TimeUnitSize, VerdictKind, VerdictText,
 };
 
 const ENGINES: [&str; 2] = ["ed", "dsmc-contact-point"];
@@ -48,7 +48,7 @@ fn energy(shift: f64) -> Table {
             let time = 0.01 * 10_f64.powf(f64::from(step) / 6.0);
             let law = (1.0 + time).powi(-2);
             let value = law * (1.0 + (factor - 1.0 + shift) * time / 20.0);
-            let estimate = Estimate {
+            let estimate = TableEstimate {
                 replicas: None,
                 value: Some(value),
                 // One error is as large as the value, and one is unknown.
@@ -64,8 +64,8 @@ fn energy(shift: f64) -> Table {
         }
     }
     let axes = (
-        Axis::logarithmic("time", "t / t₀"),
-        Axis::logarithmic("energy_ratio", "K(t) / K(0)"),
+        FigureAxis::logarithmic("time", "t / t₀"),
+        FigureAxis::logarithmic("energy_ratio", "K(t) / K(0)"),
     );
     let mut figure = Figure::curves("Cooling", axes.0, axes.1);
     figure.caption = "Energy against time.".into();
@@ -85,10 +85,10 @@ fn impact() -> Table {
             for bin in 0..10 {
                 let low = f64::from(bin) / 10.0;
                 let density = 1.0 + slope * f64::from(window) * (low - 0.45);
-                let estimate = Estimate {
+                let estimate = TableEstimate {
                     value: Some(density),
                     standard_error: Some(0.05),
-                    ..Estimate::default()
+                    ..TableEstimate::default()
                 };
                 table.add((
                     *engine,
@@ -102,14 +102,14 @@ fn impact() -> Table {
         }
     }
     let axes = (
-        Axis::linear("bin_low", "b / d"),
-        Axis::linear("density", "P(b/d)"),
+        FigureAxis::linear("bin_low", "b / d"),
+        FigureAxis::linear("density", "P(b/d)"),
     );
     table.figure(Figure {
         caption: "Flat under chaos.".into(),
         panels: vec!["window_start".into(), "window_end".into()],
-        mark: Mark::Bars,
-        lines: vec![Line {
+        mark: PointMark::Bars,
+        lines: vec![ReferenceLine {
             label: "molecular chaos".into(),
             y: 1.0,
         }],
@@ -132,12 +132,16 @@ fn fields() -> Table {
         }
     }
     let figure = Figure {
-        mark: Mark::Map,
-        ..Figure::curves("Density", Axis::linear("x", "x"), Axis::linear("y", "y"))
+        mark: PointMark::Map,
+        ..Figure::curves(
+            "Density",
+            FigureAxis::linear("x", "x"),
+            FigureAxis::linear("y", "y"),
+        )
     };
     let coloured = Figure {
         title: "Temperature".into(),
-        colour: Some(Axis::logarithmic("temperature", "T")),
+        colour: Some(FigureAxis::logarithmic("temperature", "T")),
         ..figure.clone()
     };
     table.figure(figure).figure(coloured)
@@ -152,10 +156,10 @@ fn species() -> Table {
         for step in 0..200 {
             let time = f64::from(step) * 0.05;
             let value = (-time / name.len() as f64).exp();
-            let estimate = Estimate {
+            let estimate = TableEstimate {
                 value: Some(value),
                 theory: Some(value * 1.02),
-                ..Estimate::default()
+                ..TableEstimate::default()
             };
             table.add((time, name, estimate));
         }
@@ -164,8 +168,8 @@ fn species() -> Table {
         curves: vec!["engine".into(), "species".into()],
         ..Figure::curves(
             "Species",
-            Axis::linear("time", "time"),
-            Axis::linear("temperature", "T / T(0)"),
+            FigureAxis::linear("time", "time"),
+            FigureAxis::linear("temperature", "T / T(0)"),
         )
     })
 }
@@ -177,17 +181,17 @@ fn checks() -> Table {
         .note("verdict", "", "Word");
     table.add(("energy", f64::INFINITY, "agree"));
     let axes = (
-        Axis::linear("quantity", "quantity"),
-        Axis::logarithmic("measured", "measured"),
+        FigureAxis::linear("quantity", "quantity"),
+        FigureAxis::logarithmic("measured", "measured"),
     );
     table.figure(Figure {
-        mark: Mark::Points,
+        mark: PointMark::Points,
         ..Figure::curves("Nothing to draw", axes.0, axes.1)
     })
 }
 
-fn verdict(kind: VerdictKind) -> Verdict {
-    Verdict {
+fn verdict(kind: VerdictKind) -> VerdictText {
+    VerdictText {
         topic: format!("topic {}", kind.name()),
         sentence: "ED (exact) and DSMC contact point: <script>alert(1)</script> within 2 %.".into(),
         number: None,
@@ -211,7 +215,7 @@ fn manifest() -> Manifest {
         },
         title: "Cooling & <i>chaos</i>".into(),
         case_text: "title = \"Cooling\" # </pre><script>".into(),
-        time_unit: TimeUnit {
+        time_unit: TimeUnitSize {
             name: "Haff's cooling time".into(),
             size: 12.5,
         },
@@ -235,7 +239,7 @@ fn manifest() -> Manifest {
         seed: 7,
         replicas: 4,
         wall_seconds: 12.0,
-        start: vec![Start {
+        start: vec![StartRecord {
             replica: 0,
             placement: "disordered".into(),
             collisions_per_particle: 10.0,
@@ -265,7 +269,7 @@ fn manifest() -> Manifest {
 }
 
 /// Writes a finished run with two snapshots.
-fn write(place: &Place<'_>, shift: f64) {
+fn write(place: &RunPlace<'_>, shift: f64) {
     let mut manifest = manifest();
     for engine in ENGINES {
         for (index, time) in [0.5, 5.0].into_iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use stosszahl_case::paper::PaperRun;
+use stosszahl_case::paper::PaperRunSpec;
 use stosszahl_case::{CaseError, CaseFile, PaperFile};
 use stosszahl_study::format;
 use toml::Value;
@@ -15,7 +15,7 @@ pub(crate) fn read(
     quick: bool,
     bundled: &dyn Fn(&str) -> Option<String>,
 ) -> Result<CaseFile, CaseError> {
-    let run: &PaperRun = &file.paper.run[name];
+    let run: &PaperRunSpec = &file.paper.run[name];
     let mut settings = run.set.clone();
     if quick {
         settings.extend(run.quick.clone());

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use stosszahl_case::paper::{Errors, number};
-use stosszahl_results::{Cell, Column, Estimate, Role, Stored, SweepPoint, Table};
+use stosszahl_results::{Role, Stored, SweepPoint, Table, TableCell, TableColumn, TableEstimate};
 use stosszahl_study::measures::over;
 use toml::Value;
 
 use crate::ReproduceError;
-use crate::number_location::{COLLISIONS, NumberLocation, SECONDS, Source, same_name};
+use crate::number_location::{COLLISIONS, NumberLocation, NumberSource, SECONDS, same_name};
 
 /// Name of the column that distinguishes replicas.
 const REPLICA: &str = "replica";
@@ -16,9 +16,9 @@ const REPLICA: &str = "replica";
 const NEAR: f64 = 4e-3;
 
 /// Finished points of a run.
-pub(crate) struct Results(Vec<(SweepPoint, Stored)>);
+pub(crate) struct FinishedPoints(Vec<(SweepPoint, Stored)>);
 
-impl Results {
+impl FinishedPoints {
     /// Reads a results folder; points that are not finished are left out.
     pub(crate) fn read(folder: &Path) -> Result<Self, ReproduceError> {
         Ok(Self(Stored::points(folder)?))
@@ -28,23 +28,23 @@ impl Results {
     ///
     /// # Errors
     /// The reason why there is none.
-    pub(crate) fn find(&self, spot: &NumberLocation<'_>) -> Result<Estimate, String> {
+    pub(crate) fn find(&self, spot: &NumberLocation<'_>) -> Result<TableEstimate, String> {
         let point = self.0.iter().find(|point| point.0.name == spot.point);
         let (_, stored) =
             point.ok_or_else(|| format!("the point {} is not finished", spot.point))?;
         let (table, column) = match spot.source {
-            Source::Derived(name) => {
+            NumberSource::Derived(name) => {
                 return derived(stored, name)
                     .ok_or_else(|| format!("{name} does not follow from the case"));
             }
-            Source::Column(table, column) => (table, column),
+            NumberSource::Column(table, column) => (table, column),
         };
         let table = stored.tables.iter().find(|one| one.name == table);
         let table = table.ok_or("there is no such table")?;
         let column = table.find(column).ok_or("there is no such column")?;
         let rows = rows(table, spot)?;
         let found = estimates(table, column, &rows)?;
-        let is_replica = |column: &Column| column.name == REPLICA;
+        let is_replica = |column: &TableColumn| column.name == REPLICA;
         let mut all = if table.columns.iter().any(is_replica) && !spot.keys.contains_key(REPLICA) {
             over(found.iter().map(|one| one.value))
         } else {
@@ -58,7 +58,7 @@ impl Results {
 
 /// Returns a quantity that follows from a case, or the work of its engines, over all of them and
 /// all replicas.
-fn derived(stored: &Stored, name: &str) -> Option<Estimate> {
+fn derived(stored: &Stored, name: &str) -> Option<TableEstimate> {
     let engines = &stored.manifest.engines;
     let work = match name {
         SECONDS => engines.iter().map(|engine| engine.seconds).sum(),
@@ -66,16 +66,16 @@ fn derived(stored: &Stored, name: &str) -> Option<Estimate> {
         _ => {
             let mut all = stored.manifest.derived.iter();
             let found = all.find(|one| same_name(&one.name, name))?;
-            return Some(Estimate::of(found.value, Some(0.0)));
+            return Some(TableEstimate::of(found.value, Some(0.0)));
         }
     };
     // Unknown fluctuation between runs.
-    Some(Estimate::of(work, None))
+    Some(TableEstimate::of(work, None))
 }
 
 /// Returns the rows whose key columns fit.
-fn rows<'t>(table: &'t Table, spot: &NumberLocation<'_>) -> Result<Vec<&'t [Cell]>, String> {
-    let mut rows: Vec<&[Cell]> = table.rows.iter().map(Vec::as_slice).collect();
+fn rows<'t>(table: &'t Table, spot: &NumberLocation<'_>) -> Result<Vec<&'t [TableCell]>, String> {
+    let mut rows: Vec<&[TableCell]> = table.rows.iter().map(Vec::as_slice).collect();
     for (&key, value) in &spot.keys {
         let column = table
             .find(key)
@@ -92,10 +92,10 @@ fn rows<'t>(table: &'t Table, spot: &NumberLocation<'_>) -> Result<Vec<&'t [Cell
 }
 
 /// Returns true if a cell has the requested value.
-fn fits(cell: &Cell, value: &Value) -> bool {
+fn fits(cell: &TableCell, value: &Value) -> bool {
     match (cell, value) {
-        (Cell::Text(text), Value::String(asked)) => text == asked,
-        (Cell::Text(text), Value::Integer(asked)) => *text == asked.to_string(),
+        (TableCell::Text(text), Value::String(asked)) => text == asked,
+        (TableCell::Text(text), Value::Integer(asked)) => *text == asked.to_string(),
         (_, Value::Array(ends)) => {
             let ends: Vec<f64> = ends.iter().filter_map(number).collect();
             matches!((cell.number(), &ends[..]), (Some(found), [from, to]) if (*from..=*to).contains(&found))
@@ -108,7 +108,11 @@ fn fits(cell: &Cell, value: &Value) -> bool {
 }
 
 /// Returns the numbers of some rows in a column, with the errors next to them.
-fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estimate>, String> {
+fn estimates(
+    table: &Table,
+    column: usize,
+    rows: &[&[TableCell]],
+) -> Result<Vec<TableEstimate>, String> {
     let companion = |role: Role| {
         let next = table.columns.get(column + 1)?;
         (next.role == role).then_some(column + 1)
@@ -119,7 +123,7 @@ fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estim
     } else {
         Role::StandardError
     });
-    let one = |row: &&[Cell]| {
+    let one = |row: &&[TableCell]| {
         let value = row[column].number();
         let value = value.ok_or_else(|| {
             format!(
@@ -129,13 +133,13 @@ fn estimates(table: &Table, column: usize, rows: &[&[Cell]]) -> Result<Vec<Estim
         })?;
         let known = error.and_then(|error| row[error].number());
         // Error zero for a theory without an error column.
-        Ok(Estimate::of(value, known.or(is_theory.then_some(0.0))))
+        Ok(TableEstimate::of(value, known.or(is_theory.then_some(0.0))))
     };
     rows.iter().map(one).collect()
 }
 
 /// Returns the only number, or the mean of the rows in a range with errors as of independent rows.
-fn mean(found: &[Estimate], spot: &NumberLocation<'_>) -> Result<Estimate, String> {
+fn mean(found: &[TableEstimate], spot: &NumberLocation<'_>) -> Result<TableEstimate, String> {
     let is_range = spot.keys.values().any(Value::is_array);
     match found {
         [one] => Ok(*one),
@@ -146,7 +150,7 @@ fn mean(found: &[Estimate], spot: &NumberLocation<'_>) -> Result<Estimate, Strin
                 .iter()
                 .map(|one| one.standard_error.map(|error| error.powi(2)));
             let square: Option<f64> = squares.sum();
-            Ok(Estimate::of(
+            Ok(TableEstimate::of(
                 sum / count,
                 square.map(|square| square.sqrt() / count),
             ))
@@ -160,7 +164,7 @@ fn mean(found: &[Estimate], spot: &NumberLocation<'_>) -> Result<Estimate, Strin
 
 /// Divides two numbers with independent errors. If the key grows by the factor `growth`, returns
 /// the exponent of the power law instead.
-pub(crate) fn quotient(a: &Estimate, b: &Estimate, growth: Option<f64>) -> Estimate {
+pub(crate) fn quotient(a: &TableEstimate, b: &TableEstimate, growth: Option<f64>) -> TableEstimate {
     let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
     let errors = a.standard_error.zip(b.standard_error);
     let share = errors.map(|(a, b)| (a / x).hypot(b / y).abs());
@@ -171,9 +175,9 @@ pub(crate) fn quotient(a: &Estimate, b: &Estimate, growth: Option<f64>) -> Estim
             ((x / y).ln() / by, share.map(|share| (share / by).abs()))
         }
     };
-    Estimate {
+    TableEstimate {
         replicas: [a.replicas, b.replicas].into_iter().flatten().min(),
-        ..Estimate::of(value, error)
+        ..TableEstimate::of(value, error)
     }
 }
 
@@ -183,8 +187,8 @@ mod tests {
 
     #[test]
     fn quotients_and_powers_carry_both_errors() {
-        let a = Estimate::of(8.0, Some(0.08));
-        let b = Estimate::of(2.0, Some(0.04));
+        let a = TableEstimate::of(8.0, Some(0.08));
+        let b = TableEstimate::of(2.0, Some(0.04));
         let share = 0.01_f64.hypot(0.02);
         let found = quotient(&a, &b, None);
         assert_eq!(found.value, Some(4.0));

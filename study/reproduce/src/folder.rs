@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use stosszahl_report::{figure_anchor, paper, write_held_report};
 use stosszahl_results::{Existing, write_file};
-use stosszahl_study::{Options, run_case};
+use stosszahl_study::{RunOptions, run_case};
 
 use crate::ReproduceError;
-use crate::find::Results;
+use crate::find::FinishedPoints;
 use crate::judged::Judged;
 use crate::plan::Reproduction;
 
@@ -75,7 +75,7 @@ impl Reproduction<'_> {
     pub fn run(
         &self,
         folder: &Path,
-        options: &Options<'_>,
+        options: &RunOptions<'_>,
         replace: bool,
     ) -> Result<(), ReproduceError> {
         self.open(folder)?;
@@ -86,7 +86,7 @@ impl Reproduction<'_> {
                 (true, true) => Existing::Replace,
                 (true, false) => Existing::Resume,
             };
-            let options = Options {
+            let options = RunOptions {
                 out: Some(out),
                 existing,
                 ..*options
@@ -104,7 +104,7 @@ impl Reproduction<'_> {
     pub fn judge(&self, folder: &Path) -> Result<Judged<'_>, ReproduceError> {
         let mut results = BTreeMap::new();
         for &name in self.cases.keys() {
-            results.insert(name, Results::read(&folder.join(name))?);
+            results.insert(name, FinishedPoints::read(&folder.join(name))?);
         }
         Ok(Judged::new(self, &results))
     }

@@ -3,34 +3,34 @@
 use std::collections::BTreeMap;
 
 use stosszahl_report::{PaperClaim, PaperFigure, PaperPage, PaperRun};
-use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind};
-use stosszahl_study::judge::{self, Said, digits, short, with_error};
+use stosszahl_results::{Table, TableCell, TableEstimate, VerdictKind, VerdictText};
+use stosszahl_study::judge::{self, ClaimedValue, digits, short, with_error};
 
-use crate::find::{Results, quotient};
-use crate::number_location::{NumberLocation, Source};
+use crate::find::{FinishedPoints, quotient};
+use crate::number_location::{NumberLocation, NumberSource};
 use crate::plan::{Item, Reproduction, drawn_number};
 
 /// Claim with the number found.
-pub struct Outcome<'a> {
+pub struct ClaimOutcome<'a> {
     item: &'a Item<'a>,
     /// Name of the figure.
     pub figure: &'a str,
     /// Number found, with its error.
-    pub found: Estimate,
+    pub found: TableEstimate,
     /// Verdict on the claim; its topic is the claim in words.
-    pub verdict: Verdict,
+    pub verdict: VerdictText,
 }
 
 /// All requested claims, with the numbers found.
 pub struct Judged<'a> {
     of: &'a Reproduction<'a>,
     /// Claims in the order of the paper.
-    pub outcomes: Vec<Outcome<'a>>,
+    pub outcomes: Vec<ClaimOutcome<'a>>,
 }
 
 impl<'a> Judged<'a> {
     /// Looks up all numbers and judges them.
-    pub(crate) fn new(of: &'a Reproduction<'a>, results: &BTreeMap<&str, Results>) -> Self {
+    pub(crate) fn new(of: &'a Reproduction<'a>, results: &BTreeMap<&str, FinishedPoints>) -> Self {
         let outcomes = of.items.iter().map(|item| {
             let topic = item.topic();
             let found = item.find(results);
@@ -38,7 +38,7 @@ impl<'a> Judged<'a> {
                 Ok(found) => judge::claim(topic, found, item.said, of.level),
                 Err(why) => judge::verdict(topic, format!("Not found: {why}."), VerdictKind::Void),
             };
-            Outcome {
+            ClaimOutcome {
                 item,
                 figure: &of.file.paper.figure[item.figure].name,
                 found: found.unwrap_or_default(),
@@ -94,7 +94,7 @@ impl<'a> Judged<'a> {
         for one in &self.outcomes {
             let item = one.item;
             let (relation, paper, error, margin) = match item.said {
-                Said::Value {
+                ClaimedValue::Value {
                     value,
                     error,
                     margin,
@@ -102,8 +102,8 @@ impl<'a> Judged<'a> {
                     let relation = if item.corrected { "corrected" } else { "equal" };
                     (relation, value, error, Some(margin))
                 }
-                Said::Above(bound) => ("above", bound, None, None),
-                Said::Below(bound) => ("below", bound, None, None),
+                ClaimedValue::Above(bound) => ("above", bound, None, None),
+                ClaimedValue::Below(bound) => ("below", bound, None, None),
             };
             table.add((
                 (
@@ -133,7 +133,7 @@ impl<'a> Judged<'a> {
                 missing: figure.missing.as_deref(),
                 run: &figure.run,
                 drawings: drawings.collect(),
-                claims: own.map(Outcome::row).collect(),
+                claims: own.map(ClaimOutcome::row).collect(),
             }
         });
         let runs = self.of.cases.iter().map(|(name, case)| {
@@ -163,16 +163,16 @@ impl<'a> Judged<'a> {
 }
 
 /// Returns a cell with a text, or an empty one.
-fn text(text: Option<&str>) -> Cell {
-    text.map_or(Cell::Empty, |text| Cell::Text(text.to_owned()))
+fn text(text: Option<&str>) -> TableCell {
+    text.map_or(TableCell::Empty, |text| TableCell::Text(text.to_owned()))
 }
 
-impl Outcome<'_> {
+impl ClaimOutcome<'_> {
     /// Returns the row on the page.
     fn row(&self) -> PaperClaim<'_> {
         let item = self.item;
         let (paper, margin, ratio) = match item.said {
-            Said::Value {
+            ClaimedValue::Value {
                 value,
                 error,
                 margin,
@@ -189,8 +189,8 @@ impl Outcome<'_> {
                     ratio,
                 )
             }
-            Said::Above(bound) => (format!("> {}", digits(bound)), String::new(), None),
-            Said::Below(bound) => (format!("< {}", digits(bound)), String::new(), None),
+            ClaimedValue::Above(bound) => (format!("> {}", digits(bound)), String::new(), None),
+            ClaimedValue::Below(bound) => (format!("< {}", digits(bound)), String::new(), None),
         };
         let found = match (self.found.value, self.found.standard_error) {
             (None, _) => "–".to_owned(),
@@ -232,7 +232,7 @@ impl Item<'_> {
     }
 
     /// Finds the number of the claim.
-    fn find(&self, results: &BTreeMap<&str, Results>) -> Result<Estimate, String> {
+    fn find(&self, results: &BTreeMap<&str, FinishedPoints>) -> Result<TableEstimate, String> {
         let find = |spot: &NumberLocation<'_>| {
             let run = results.get(spot.run).ok_or("the run is not finished")?;
             run.find(spot)
@@ -254,8 +254,8 @@ impl NumberLocation<'_> {
             .map(|(key, value)| format!("{key} = {value}"))
             .collect();
         let source = match self.source {
-            Source::Derived(name) => name.replace('_', " "),
-            Source::Column(table, column) => format!("{table}.{column}"),
+            NumberSource::Derived(name) => name.replace('_', " "),
+            NumberSource::Column(table, column) => format!("{table}.{column}"),
         };
         let rows = if keys.is_empty() {
             String::new()

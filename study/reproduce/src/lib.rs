@@ -33,7 +33,7 @@ use stosszahl_report::ReportError;
 use stosszahl_results::ResultsError;
 use stosszahl_study::RunError;
 
-pub use judged::{Judged, Outcome};
+pub use judged::{ClaimOutcome, Judged};
 pub use plan::{FigureOutline, ReproduceOptions, Reproduction};
 
 /// Reason why a paper could not be reproduced.

@@ -18,7 +18,7 @@ pub(crate) struct NumberLocation<'a> {
     /// Name of the point of its sweep; empty without one.
     pub point: String,
     /// Quantity that follows from the case, or a table and its column.
-    pub source: Source<'a>,
+    pub source: NumberSource<'a>,
     /// Key columns and their values.
     pub keys: BTreeMap<&'a str, Value>,
     /// Source of the standard error.
@@ -27,7 +27,7 @@ pub(crate) struct NumberLocation<'a> {
 
 /// Source of a number.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Source<'a> {
+pub(crate) enum NumberSource<'a> {
     /// Quantity that follows from a case.
     Derived(&'a str),
     /// Table and its column.

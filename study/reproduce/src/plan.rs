@@ -3,17 +3,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use stosszahl_case::paper::{Claim, PaperFigure, number};
-use stosszahl_case::{CaseError, CaseFile, PaperFile, Point};
+use stosszahl_case::paper::{Claim, PaperFigureSpec, number};
+use stosszahl_case::{CaseError, CaseFile, CasePoint, PaperFile};
 use stosszahl_results::Table;
 use stosszahl_study::check;
-use stosszahl_study::judge::Said;
+use stosszahl_study::judge::ClaimedValue;
 use stosszahl_study::plan::RuntimeEstimate;
 use toml::Value;
 
 use crate::ReproduceError;
 use crate::cases::read;
-use crate::number_location::{COLLISIONS, NumberLocation, SECONDS, Source, same_name};
+use crate::number_location::{COLLISIONS, NumberLocation, NumberSource, SECONDS, same_name};
 
 /// Requested part of a paper.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,7 +61,7 @@ pub(crate) struct Item<'a> {
     /// Place of the number by which it is divided.
     pub over: Option<NumberLocation<'a>>,
     /// Claim of the paper on the number: a value or a bound.
-    pub said: Said,
+    pub said: ClaimedValue,
     /// True if the paper is corrected here.
     pub corrected: bool,
 }
@@ -70,7 +70,7 @@ pub(crate) struct Item<'a> {
 #[derive(Clone, Debug)]
 pub struct FigureOutline<'a> {
     /// Figure of the paper.
-    pub figure: &'a PaperFigure,
+    pub figure: &'a PaperFigureSpec,
     /// Number of claims of the figure.
     pub claims: usize,
     /// Guessed time of the runs of the figure \[s\].
@@ -141,12 +141,12 @@ impl<'a> Reproduction<'a> {
         Ok(all)
     }
 
-    fn asks_for(&self, figure: &PaperFigure) -> bool {
+    fn asks_for(&self, figure: &PaperFigureSpec) -> bool {
         self.demand.figure.is_none_or(|asked| asked == figure.name)
     }
 
     /// Returns the requested figures.
-    pub(crate) fn figures(&self) -> impl Iterator<Item = (usize, &'a PaperFigure)> {
+    pub(crate) fn figures(&self) -> impl Iterator<Item = (usize, &'a PaperFigureSpec)> {
         let all = self.file.paper.figure.iter().enumerate();
         all.filter(|(_, figure)| self.asks_for(figure))
     }
@@ -163,7 +163,7 @@ impl<'a> Reproduction<'a> {
     }
 
     /// Returns the names of the runs of a figure.
-    fn runs_of(&self, figure: &'a PaperFigure) -> BTreeSet<&'a str> {
+    fn runs_of(&self, figure: &'a PaperFigureSpec) -> BTreeSet<&'a str> {
         let claims = figure.claim.iter().filter(|claim| self.is_open(claim));
         let claims = claims.flat_map(|claim| {
             let over = claim.over.as_ref().and_then(|over| over.run.as_deref());
@@ -182,7 +182,7 @@ impl<'a> Reproduction<'a> {
     /// Returns the cost of each requested figure, on this many threads; runs that figures share
     /// count for each.
     pub fn outline(&self, threads: usize) -> Vec<FigureOutline<'a>> {
-        let outline = |(place, figure): (usize, &'a PaperFigure)| FigureOutline {
+        let outline = |(place, figure): (usize, &'a PaperFigureSpec)| FigureOutline {
             figure,
             claims: self
                 .items
@@ -205,7 +205,7 @@ impl<'a> Reproduction<'a> {
     }
 
     /// Adds the claims of a figure, and checks what it names.
-    fn add(&mut self, place: usize, figure: &'a PaperFigure) -> Result<(), ReproduceError> {
+    fn add(&mut self, place: usize, figure: &'a PaperFigureSpec) -> Result<(), ReproduceError> {
         let key = format!("figure.{}", place + 1);
         let refuse =
             |inside: &str, allowed: String| self.file.refuse(&format!("{key}.{inside}"), allowed);
@@ -242,7 +242,7 @@ impl<'a> Reproduction<'a> {
         &self,
         figure: usize,
         key: &str,
-        of: &'a PaperFigure,
+        of: &'a PaperFigureSpec,
         claim: &'a Claim,
     ) -> Result<Vec<Item<'a>>, CaseError> {
         let mut keys: BTreeMap<&str, Value> = claim
@@ -251,8 +251,8 @@ impl<'a> Reproduction<'a> {
             .map(|(key, value)| (key.as_str(), value.clone()))
             .collect();
         let source = match (&claim.derived, &claim.table, &claim.column) {
-            (Some(name), ..) => Source::Derived(name),
-            (_, Some(table), Some(column)) => Source::Column(table, column),
+            (Some(name), ..) => NumberSource::Derived(name),
+            (_, Some(table), Some(column)) => NumberSource::Column(table, column),
             // Reading guarantees one of the two forms.
             _ => return Ok(Vec::new()),
         };
@@ -269,8 +269,11 @@ impl<'a> Reproduction<'a> {
             .iter()
             .flatten()
             .map(|[at, value]| (Some(*at), *value));
-        let bound = [claim.above.map(Said::Above), claim.below.map(Said::Below)];
-        let value = |value: f64| Said::Value {
+        let bound = [
+            claim.above.map(ClaimedValue::Above),
+            claim.below.map(ClaimedValue::Below),
+        ];
+        let value = |value: f64| ClaimedValue::Value {
             value,
             error: claim.error,
             margin: claim
@@ -295,9 +298,10 @@ impl<'a> Reproduction<'a> {
             let over = claim.over.as_ref().map(|over| {
                 let mut there = spot.clone();
                 there.run = over.run.as_deref().unwrap_or(there.run);
-                if let Source::Column(table, column) = there.source {
+                if let NumberSource::Column(table, column) = there.source {
                     let table = over.table.as_deref().unwrap_or(table);
-                    there.source = Source::Column(table, over.column.as_deref().unwrap_or(column));
+                    there.source =
+                        NumberSource::Column(table, over.column.as_deref().unwrap_or(column));
                 }
                 there.keys.extend(
                     over.keys
@@ -344,7 +348,7 @@ impl<'a> Reproduction<'a> {
         chosen: &BTreeMap<String, Value>,
     ) -> Result<String, CaseError> {
         let points = &self.cases[run].points;
-        let found: Vec<&Point> = points.iter().filter(|point| point.has(chosen)).collect();
+        let found: Vec<&CasePoint> = points.iter().filter(|point| point.has(chosen)).collect();
         if let [one] = found[..] {
             return Ok(one.name.clone());
         }
@@ -368,14 +372,14 @@ impl<'a> Reproduction<'a> {
             tables, derived, ..
         } = &self.known[&(spot.run, spot.point.clone())];
         let (name, column) = match spot.source {
-            Source::Derived(name) => {
+            NumberSource::Derived(name) => {
                 let known = derived.iter().any(|one| same_name(one, name));
                 let names = || derived.clone();
                 return known
                     .then_some(())
                     .ok_or_else(|| refuse("derived", "a quantity", names()));
             }
-            Source::Column(table, column) => (table, column),
+            NumberSource::Column(table, column) => (table, column),
         };
         let Some(table) = tables.iter().find(|table| table.name == name) else {
             let names = tables.iter().map(|table| table.name.to_string()).collect();

@@ -14,9 +14,9 @@ use csv::{ReaderBuilder, StringRecord, WriterBuilder};
 use serde::{Serialize, Serializer};
 
 use crate::error::ResultsError;
-use crate::table::{Cell, Column, Table};
+use crate::table::{Table, TableCell, TableColumn};
 
-impl Serialize for Cell {
+impl Serialize for TableCell {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Text(text) if is_formula(text) => serializer.serialize_str(&format!("'{text}")),
@@ -28,7 +28,7 @@ impl Serialize for Cell {
     }
 }
 
-impl Cell {
+impl TableCell {
     /// Number in the cell, if it is finite.
     pub fn number(&self) -> Option<f64> {
         match self {
@@ -38,7 +38,7 @@ impl Cell {
         }
     }
 
-    fn read(text: &str, column: &Column) -> Option<Self> {
+    fn read(text: &str, column: &TableColumn) -> Option<Self> {
         if text.is_empty() {
             return Some(Self::Empty);
         }
@@ -83,7 +83,7 @@ impl Table {
                 });
             }
             for (cell, column) in row.iter().zip(&self.columns) {
-                if let (Cell::Text(text), false) = (cell, column.unit.is_empty()) {
+                if let (TableCell::Text(text), false) = (cell, column.unit.is_empty()) {
                     return Err(ResultsError::Cell {
                         path: path(),
                         line,
@@ -138,7 +138,7 @@ impl Table {
                 });
             }
             let cells = record.iter().zip(&self.columns).map(|(text, column)| {
-                Cell::read(text, column).ok_or_else(|| ResultsError::Cell {
+                TableCell::read(text, column).ok_or_else(|| ResultsError::Cell {
                     path: path.to_owned(),
                     line,
                     column: column.name.to_string(),

@@ -24,8 +24,8 @@ use serde::Serialize;
 
 use crate::claims::{self, CLAIMS, FolderWorker};
 use crate::error::ResultsError;
-use crate::identity::{Mark, RUN_FILE, RunId, differences};
-use crate::list::{LIST_FILE, List, half_written, is_inside};
+use crate::identity::{RUN_FILE, RunId, RunMark, differences};
+use crate::list::{FileList, LIST_FILE, half_written, is_inside};
 use crate::manifest::{
     MANIFEST_FILE, Manifest, REPORT_FILE, SWEEP_FILE, SWEEP_TABLE, Sweep, TableEntry, hash_of,
 };
@@ -57,7 +57,7 @@ pub struct Folder {
     runs: Vec<RunId>,
     /// Fingerprint of each run, with its name.
     fingerprints: Vec<[u8; 32]>,
-    list: Mutex<List>,
+    list: Mutex<FileList>,
     warning: Option<String>,
     /// This process among those that work in the folder; `None` if it works alone.
     worker: Option<FolderWorker>,
@@ -65,7 +65,7 @@ pub struct Folder {
 
 /// Location of one run: the folder, or the subfolder of a point of a sweep.
 #[derive(Clone, Copy, Debug)]
-pub struct Place<'a> {
+pub struct RunPlace<'a> {
     folder: &'a Folder,
     run: &'a RunId,
     fingerprint: &'a [u8; 32],
@@ -124,7 +124,7 @@ impl Folder {
         require_names(&runs)?;
         admit(path, existing, inputs, &runs)?;
         fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
-        let (mut list, warning) = List::lock(path, false)?;
+        let (mut list, warning) = FileList::lock(path, false)?;
         // Another process may have changed it in between.
         let known = admit(path, existing, inputs, &runs)?;
         if path.join(CLAIMS).exists() {
@@ -141,7 +141,7 @@ impl Folder {
             list.known.clear();
         }
         let file = path.join(RUN_FILE);
-        write_file(&file, &json(&file, &Mark::new(&runs))?)?;
+        write_file(&file, &json(&file, &RunMark::new(&runs))?)?;
         Ok(Self::of(path, runs, list, warning, None))
     }
 
@@ -157,16 +157,16 @@ impl Folder {
         patience: Duration,
     ) -> Result<Self, ResultsError> {
         require_names(&runs)?;
-        let is_marked = || Ok::<bool, ResultsError>(Mark::read(path)?.is_some());
+        let is_marked = || Ok::<bool, ResultsError>(RunMark::read(path)?.is_some());
         if !is_marked()? {
             admit(path, Existing::Refuse, inputs, &runs)?;
             fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
         }
-        let (mut list, warning) = List::lock(path, true)?;
+        let (mut list, warning) = FileList::lock(path, true)?;
         let file = path.join(RUN_FILE);
         if !is_marked()? {
             // The first process creates the mark; all others find and compare it.
-            write_new(&file, &json(&file, &Mark::new(&runs))?)?;
+            write_new(&file, &json(&file, &RunMark::new(&runs))?)?;
         }
         admit(path, Existing::Resume, inputs, &runs)?;
         let worker = FolderWorker::register(path, patience)?;
@@ -178,7 +178,7 @@ impl Folder {
     fn of(
         path: &Path,
         runs: Vec<RunId>,
-        list: List,
+        list: FileList,
         warning: Option<String>,
         worker: Option<FolderWorker>,
     ) -> Self {
@@ -199,7 +199,7 @@ impl Folder {
     /// are no results of this program.
     pub fn require_runs(path: &Path, runs: &[RunId]) -> Result<(), ResultsError> {
         let path = path.to_owned();
-        let Some(known) = Mark::read(&path)? else {
+        let Some(known) = RunMark::read(&path)? else {
             return Err(ResultsError::NothingToResume { path });
         };
         match known.differences(runs) {
@@ -246,9 +246,9 @@ impl Folder {
     }
 
     /// Locations of the runs, in the order in which they were named.
-    pub fn places(&self) -> impl Iterator<Item = Place<'_>> {
+    pub fn places(&self) -> impl Iterator<Item = RunPlace<'_>> {
         let both = self.runs.iter().zip(&self.fingerprints);
-        both.map(|(run, fingerprint)| Place {
+        both.map(|(run, fingerprint)| RunPlace {
             folder: self,
             run,
             fingerprint,
@@ -265,7 +265,7 @@ impl Folder {
         self.require_list(&list)
     }
 
-    fn require_list(&self, list: &List) -> Result<(), ResultsError> {
+    fn require_list(&self, list: &FileList) -> Result<(), ResultsError> {
         list.is_of(&self.path)
             .then_some(())
             .ok_or_else(|| ResultsError::Moved {
@@ -276,7 +276,7 @@ impl Folder {
     /// Claims a file and writes it atomically.
     ///
     /// # Errors
-    /// As [`Place::claim`].
+    /// As [`RunPlace::claim`].
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
         write_file(&self.claim(name)?, bytes)
     }
@@ -296,7 +296,7 @@ impl Folder {
     /// its path.
     ///
     /// # Errors
-    /// As [`Place::claim`].
+    /// As [`RunPlace::claim`].
     pub fn claim(&self, name: &str) -> Result<PathBuf, ResultsError> {
         if !is_inside(name) {
             return Err(ResultsError::Name {
@@ -366,7 +366,7 @@ fn admit(
     runs: &[RunId],
 ) -> Result<bool, ResultsError> {
     let owned = || path.to_owned();
-    let Some(known) = Mark::read(path)? else {
+    let Some(known) = RunMark::read(path)? else {
         if existing == Existing::Resume {
             return Err(ResultsError::NothingToResume { path: owned() });
         }
@@ -416,7 +416,7 @@ fn admit(
     }
 }
 
-impl<'a> Place<'a> {
+impl<'a> RunPlace<'a> {
     /// Results folder of the run.
     pub fn folder(&self) -> &'a Folder {
         self.folder

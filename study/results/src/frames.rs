@@ -29,7 +29,7 @@ pub const HOTTEST: f64 = 4.0;
 
 /// Frame: particles of one engine at one time, in two dimensions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Frame {
+pub struct ParticleFrame {
     /// Time, in the unit of time of the case.
     pub time: f64,
     /// Sides of the box \[length\].
@@ -68,14 +68,14 @@ pub struct Frame {
 
 /// Last collision of a particle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Met {
+pub struct LastCollision {
     /// Present energy of the partner, over the mean of all particles.
     pub partner: f64,
     /// Impact parameter over the contact distance, from 0 to 1.
     pub impact: f64,
 }
 
-impl Met {
+impl LastCollision {
     #[inline]
     fn byte(self) -> u8 {
         let step = |share: f64| 1 + (share.clamp(0.0, 1.0) * f64::from(STEPS - 1)).round() as u8;
@@ -95,7 +95,7 @@ pub struct Dot {
     /// Number of particles that it stands for.
     pub weight: f64,
     /// Last collision of the particle; `None` if unknown.
-    pub met: Option<Met>,
+    pub met: Option<LastCollision>,
 }
 
 /// Pseudorandom hash of a number (the finaliser of `SplitMix64`).
@@ -159,7 +159,7 @@ pub fn keeps(number: u64, weight: f64, share: f64) -> bool {
     scatter(number) as f64 / 2_f64.powi(64) * share < weight
 }
 
-impl Frame {
+impl ParticleFrame {
     /// Creates a frame of about `most` particles at most, numbered in order.
     #[inline]
     pub fn new(time: f64, sides: [f64; 2], periodic: [bool; 2], dots: &[Dot], most: usize) -> Self {
@@ -221,7 +221,7 @@ impl Frame {
                 frame.size.push((dot.radius / radius * 255.0).round() as u8);
             }
             if told {
-                frame.met.push(dot.met.map_or(0, Met::byte));
+                frame.met.push(dot.met.map_or(0, LastCollision::byte));
             }
         }
         frame
@@ -264,7 +264,7 @@ impl Frame {
 ///
 /// # Errors
 /// [`ResultsError::System`] if they cannot be encoded, which is an error of the program.
-pub fn to_bytes(frames: &[Frame]) -> Result<Vec<u8>, ResultsError> {
+pub fn to_bytes(frames: &[ParticleFrame]) -> Result<Vec<u8>, ResultsError> {
     let failed =
         |error| ResultsError::system(Path::new(FRAMES), "written")(std::io::Error::other(error));
     postcard::to_stdvec(frames).map_err(failed)
@@ -274,7 +274,7 @@ pub fn to_bytes(frames: &[Frame]) -> Result<Vec<u8>, ResultsError> {
 ///
 /// # Errors
 /// [`ResultsError`] if the file cannot be read, or is damaged.
-pub fn read(path: &Path) -> Result<Vec<Frame>, ResultsError> {
+pub fn read(path: &Path) -> Result<Vec<ParticleFrame>, ResultsError> {
     let failed = |error| ResultsError::system(path, "read")(error);
     let bytes = regular::read(path).map_err(failed)?;
     postcard::from_bytes(&bytes).map_err(|error| failed(std::io::Error::other(error)))
@@ -301,7 +301,7 @@ mod tests {
     fn each_that_is_kept_stands_for_as_many() {
         let dots = gas();
         for most in [usize::MAX, 10_000] {
-            let frame = Frame::new(1.0, [10.0, 5.0], [true; 2], &dots, most);
+            let frame = ParticleFrame::new(1.0, [10.0, 5.0], [true; 2], &dots, most);
             let left = frame.x.chunks(2).filter(|place| place[1] < 128).count();
             let (left, all) = (left as f64, frame.len() as f64);
             // Of 62 500 particles 50 000 are on the left; tolerance: five binomial standard
@@ -317,11 +317,11 @@ mod tests {
     #[test]
     fn the_same_particles_are_in_each_frame_and_the_first_are_fair() {
         let mut dots = gas();
-        let before = Frame::new(1.0, [10.0, 5.0], [true; 2], &dots, 5000);
+        let before = ParticleFrame::new(1.0, [10.0, 5.0], [true; 2], &dots, 5000);
         for dot in &mut dots {
             dot.velocity = [1.0, 0.0];
         }
-        let after = Frame::new(2.0, [10.0, 5.0], [true; 2], &dots, 5000);
+        let after = ParticleFrame::new(2.0, [10.0, 5.0], [true; 2], &dots, 5000);
         assert!(before.x == after.x && before.direction != after.direction);
         // Direction 0, and the root mean square speed, a quarter of the range.
         assert!(
@@ -347,7 +347,7 @@ mod tests {
             met: None,
         };
         let dots = [at(0.0, 5.0), at(9.999_999, 1.0), at(2.5, -0.1)];
-        let frame = Frame::new(0.0, [10.0, 5.0], [false; 2], &dots, 10);
+        let frame = ParticleFrame::new(0.0, [10.0, 5.0], [false; 2], &dots, 10);
         let number = |bytes: &[u8]| f64::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65536.0;
         let mut places: Vec<(f64, f64)> = (frame.x.chunks(2).zip(frame.y.chunks(2)))
             .map(|(x, y)| (10.0 * number(x), 5.0 * number(y)))
@@ -362,7 +362,10 @@ mod tests {
         }
         assert!(frame.direction.iter().all(|turn| *turn == 192));
         assert_eq!(frame.size.len(), 3);
-        assert_eq!(Frame::new(0.0, [1.0; 2], [true; 2], &[], 10).len(), 0);
+        assert_eq!(
+            ParticleFrame::new(0.0, [1.0; 2], [true; 2], &[], 10).len(),
+            0
+        );
     }
 
     #[test]
@@ -374,20 +377,23 @@ mod tests {
             weight: 1.0,
             met,
         };
-        let byte = |partner, impact| Met { partner, impact }.byte();
+        let byte = |partner, impact| LastCollision { partner, impact }.byte();
         assert_eq!(byte(0.0, 0.0), 0x11);
         assert_eq!(byte(HOTTEST, 1.0), 0xff);
         // The mean energy is in the middle, as its root is half of the largest; values beyond are
         // clamped.
         assert_eq!((byte(1.0, 0.5), byte(1e9, 2.0)), (0x88, 0xff));
-        let frame = |known: &[Option<Met>]| {
+        let frame = |known: &[Option<LastCollision>]| {
             let dots: Vec<Dot> = known.iter().map(|met| dot(*met)).collect();
-            let mut met = Frame::new(0.0, [1.0; 2], [true; 2], &dots, 10).met;
+            let mut met = ParticleFrame::new(0.0, [1.0; 2], [true; 2], &dots, 10).met;
             met.sort_unstable();
             met
         };
         let (partner, impact) = (1.0, 0.5);
-        assert_eq!(frame(&[None, Some(Met { partner, impact })]), [0, 0x88]);
+        assert_eq!(
+            frame(&[None, Some(LastCollision { partner, impact })]),
+            [0, 0x88]
+        );
         assert!(frame(&[None, None]).is_empty());
     }
 }

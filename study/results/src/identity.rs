@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::ResultsError;
-use crate::manifest::Fingerprint;
+use crate::manifest::RunFingerprints;
 use crate::regular;
 
 /// Name of the file that marks a results folder.
@@ -41,7 +41,7 @@ pub struct Keys<'a> {
 
 /// Contents of `run.json`.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Mark {
+pub(crate) struct RunMark {
     program: String,
     format: u32,
     version: String,
@@ -51,7 +51,7 @@ pub(crate) struct Mark {
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct MarkedRun {
-    pub(crate) fingerprint: Fingerprint,
+    pub(crate) fingerprint: RunFingerprints,
     pub(crate) case: Value,
 }
 
@@ -99,9 +99,9 @@ impl RunId {
         hash.finalize().into()
     }
 
-    pub(crate) fn fingerprint(&self) -> Fingerprint {
+    pub(crate) fn fingerprint(&self) -> RunFingerprints {
         let hex = |bytes| blake3::Hash::from_bytes(bytes).to_string();
-        Fingerprint {
+        RunFingerprints {
             numbers: hex(self.numbers),
             output: hex(self.output),
         }
@@ -123,7 +123,7 @@ fn remove_key(case: &mut Value, key: &str) {
     }
 }
 
-impl Mark {
+impl RunMark {
     pub(crate) fn new(runs: &[RunId]) -> Self {
         let marked = |run: &RunId| MarkedRun {
             fingerprint: run.fingerprint(),

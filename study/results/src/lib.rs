@@ -5,7 +5,7 @@
 //! manifest, report and the documentation of columns are derived from that description.
 //!
 //! A run opens its [`Folder`], which locks it, claims each file before it is written, and ends with
-//! [`Place::finish`]. Readers start from [`Stored::read`].
+//! [`RunPlace::finish`]. Readers start from [`Stored::read`].
 
 mod claims;
 mod csv_file;
@@ -24,14 +24,17 @@ mod words;
 pub use claims::{CLAIMS, FolderWorker, TaskClaim, TaskStates};
 pub use engines::{ENGINES, engine_rank, engine_title, quantity_title};
 pub use error::ResultsError;
-pub use folder::{CHECKPOINTS, Existing, Folder, Place, SNAPSHOTS, copy_file, write_file};
+pub use folder::{CHECKPOINTS, Existing, Folder, RunPlace, SNAPSHOTS, copy_file, write_file};
 pub use identity::{Keys, RunId};
 pub use list::half_written;
 pub use manifest::{
-    Derived, EngineWork, FORMAT, Fingerprint, FramesEntry, MANIFEST_FILE, Machine, Manifest,
-    Program, Question, REPORT_FILE, SWEEP_FILE, SWEEP_TABLE, Snapshot, Start, StartTest, Stored,
-    Sweep, SweepPoint, TableEntry, TimeUnit, changed_files,
+    Derived, EngineWork, FORMAT, FramesEntry, MANIFEST_FILE, Machine, Manifest, Program,
+    REPORT_FILE, RunFingerprints, RunQuestion, SWEEP_FILE, SWEEP_TABLE, Snapshot, StartRecord,
+    StartTest, Stored, Sweep, SweepPoint, TableEntry, TimeUnitSize, changed_files,
 };
-pub use table::{Axis, Cell, Cells, Column, Estimate, Figure, Line, Mark, Role, Scale, Table};
-pub use verdict::{ComparedNumber, Verdict, VerdictKind, headlines};
+pub use table::{
+    AxisScale, CellValues, Figure, FigureAxis, PointMark, ReferenceLine, Role, Table, TableCell,
+    TableColumn, TableEstimate,
+};
+pub use verdict::{ComparedNumber, VerdictKind, VerdictText, headlines};
 pub use words::{unsigned_zero, with_decimals};

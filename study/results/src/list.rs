@@ -16,7 +16,7 @@ const MOST_TRIES: usize = 100;
 
 /// Open and locked list of files.
 #[derive(Debug)]
-pub(crate) struct List {
+pub(crate) struct FileList {
     pub(crate) file: File,
     pub(crate) known: BTreeSet<String>,
     /// List of this process alone, if other processes work in the folder too, since appending is
@@ -24,7 +24,7 @@ pub(crate) struct List {
     own: Option<File>,
 }
 
-impl List {
+impl FileList {
     /// Opens and locks the list of a folder, exclusively or `shared`. Returns a warning if locking
     /// is not supported.
     pub(crate) fn lock(
@@ -172,7 +172,7 @@ impl List {
     }
 }
 
-impl Drop for List {
+impl Drop for FileList {
     /// Releases the lock explicitly. Closing the file would leave it to a child process in the
     /// making, which holds copies of all open files until it runs its program.
     fn drop(&mut self) {
@@ -232,14 +232,14 @@ mod tests {
     #[test]
     fn a_copy_of_the_open_list_keeps_no_lock() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (list, _) = List::lock(folder.path(), false).expect("free");
+        let (list, _) = FileList::lock(folder.path(), false).expect("free");
         let copy = list.file.try_clone().expect("a copy");
         assert!(matches!(
-            List::lock(folder.path(), true),
+            FileList::lock(folder.path(), true),
             Err(ResultsError::Locked { .. })
         ));
         drop(list);
-        List::lock(folder.path(), false).expect("free again");
+        FileList::lock(folder.path(), false).expect("free again");
         drop(copy);
     }
 }

@@ -13,8 +13,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::ResultsError;
 use crate::regular;
-use crate::table::{Column, Figure, Table};
-use crate::verdict::Verdict;
+use crate::table::{Figure, Table, TableColumn};
+use crate::verdict::VerdictText;
 
 /// Version of the manifest and of the index that this program writes and reads.
 pub const FORMAT: u32 = 2;
@@ -35,18 +35,18 @@ pub struct Manifest {
     /// Program that wrote the folder.
     pub program: Program,
     /// Fingerprints of the run; set when it is finished.
-    pub fingerprint: Fingerprint,
+    pub fingerprint: RunFingerprints,
     /// Title of the run, plain text.
     pub title: String,
     /// Question that the run answers, and the location of the answer.
     #[serde(default)]
-    pub question: Question,
+    pub question: RunQuestion,
     /// The case file, verbatim.
     pub case_text: String,
     /// The case as it was run, with every default filled in.
     pub case: serde_json::Value,
     /// The unit of all times.
-    pub time_unit: TimeUnit,
+    pub time_unit: TimeUnitSize,
     /// Quantities derived from the case.
     pub derived: Vec<Derived>,
     /// Machine that the run was made on.
@@ -59,11 +59,11 @@ pub struct Manifest {
     #[serde(deserialize_with = "null_is_nan")]
     pub wall_seconds: f64,
     /// Initial state of each replica.
-    pub start: Vec<Start>,
+    pub start: Vec<StartRecord>,
     /// Work of each engine.
     pub engines: Vec<EngineWork>,
     /// Verdicts, the most important first.
-    pub verdicts: Vec<Verdict>,
+    pub verdicts: Vec<VerdictText>,
     /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,
     /// Warnings about the run, in words.
@@ -79,7 +79,7 @@ pub struct Manifest {
 
 /// Question of a run, and the number that answers it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Question {
+pub struct RunQuestion {
     /// The question in words; empty if none is asked.
     pub text: String,
     /// Table that has the answer; empty if nothing is compared.
@@ -102,7 +102,7 @@ pub struct Program {
 
 /// Fingerprints of a run, as hexadecimal BLAKE3 hashes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Fingerprint {
+pub struct RunFingerprints {
     /// Hash of all that determines the numbers.
     pub numbers: String,
     /// Hash of everything that affects only how results are shown and judged.
@@ -111,7 +111,7 @@ pub struct Fingerprint {
 
 /// Unit of all times of a case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TimeUnit {
+pub struct TimeUnitSize {
     /// Name of the unit, such as `Haff's cooling time`.
     pub name: String,
     /// Size of the unit, in the time unit of the case.
@@ -144,7 +144,7 @@ pub struct Machine {
 
 /// Initial state of a replica.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Start {
+pub struct StartRecord {
     /// Number of the replica, from zero.
     pub replica: u64,
     /// Method of placement, in words.
@@ -248,7 +248,7 @@ pub struct TableEntry {
     /// Content of the table, in one sentence.
     pub about: String,
     /// Columns of the table.
-    pub columns: Vec<Column>,
+    pub columns: Vec<TableColumn>,
     /// Figures of the table.
     pub figures: Vec<Figure>,
     /// Number of rows.

@@ -18,16 +18,16 @@ pub struct Table {
     /// Content of the table, in one sentence.
     pub about: Text,
     /// Columns of the table.
-    pub columns: Vec<Column>,
+    pub columns: Vec<TableColumn>,
     /// Rows, each with one cell for each column.
-    pub rows: Vec<Vec<Cell>>,
+    pub rows: Vec<Vec<TableCell>>,
     /// Figures of the table; empty for tables that are not drawn.
     pub figures: Vec<Figure>,
 }
 
 /// Column of a table: name, unit, meaning and role.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Column {
+pub struct TableColumn {
     /// Name of the column in the header line of the file.
     pub name: Text,
     /// Unit of the numbers; `1` for pure numbers, empty for words.
@@ -58,7 +58,7 @@ pub enum Role {
 
 /// Cell of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Cell {
+pub enum TableCell {
     /// Words of a text column.
     Text(String),
     /// A number; one that is not finite is written as an empty cell.
@@ -71,7 +71,7 @@ pub enum Cell {
 
 /// Measured quantity with its error and its theory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Estimate {
+pub struct TableEstimate {
     /// Value found; `None` if it is unknown.
     pub value: Option<f64>,
     /// Standard error of the value.
@@ -84,7 +84,7 @@ pub struct Estimate {
     pub theory_error: Option<f64>,
 }
 
-impl Estimate {
+impl TableEstimate {
     /// Creates an estimate from a value and its standard error.
     pub fn of(value: f64, standard_error: Option<f64>) -> Self {
         Self {
@@ -122,37 +122,37 @@ pub struct Figure {
     /// Caption: a sentence or two below the figure.
     pub caption: Text,
     /// The horizontal axis.
-    pub x: Axis,
+    pub x: FigureAxis,
     /// The vertical axis.
-    pub y: Axis,
+    pub y: FigureAxis,
     /// Key columns that distinguish the curves, such as `engine`.
     pub curves: Vec<Text>,
     /// Key columns with one panel per value, such as a time window.
     pub panels: Vec<Text>,
     /// Style of the points.
-    pub mark: Mark,
+    pub mark: PointMark,
     /// Reference lines, such as a law or the value under molecular chaos.
-    pub lines: Vec<Line>,
+    pub lines: Vec<ReferenceLine>,
     /// Colour axis of a map; `None` for the first value column.
     #[serde(default)]
-    pub colour: Option<Axis>,
+    pub colour: Option<FigureAxis>,
 }
 
 /// An axis of a figure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Axis {
+pub struct FigureAxis {
     /// Name of the column.
     pub column: Text,
     /// Label with symbol and unit.
     pub label: Text,
     /// Scale: linear or logarithmic.
-    pub scale: Scale,
+    pub scale: AxisScale,
 }
 
 /// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Scale {
+pub enum AxisScale {
     /// Equal steps of the value.
     Linear,
     /// Equal factors of the value.
@@ -162,7 +162,7 @@ pub enum Scale {
 /// Style of the points of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Mark {
+pub enum PointMark {
     /// Points with error bars, joined by a line; theory is a dashed line.
     Line,
     /// Points with error bars.
@@ -175,7 +175,7 @@ pub enum Mark {
 
 /// Horizontal reference line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Line {
+pub struct ReferenceLine {
     /// Label of the line.
     pub label: Text,
     /// Ordinate of the line.
@@ -263,7 +263,7 @@ impl Table {
     }
 
     fn column(mut self, name: Text, unit: &'static str, meaning: &'static str, role: Role) -> Self {
-        self.columns.push(Column {
+        self.columns.push(TableColumn {
             name,
             unit: unit.into(),
             meaning: meaning.into(),
@@ -280,12 +280,12 @@ impl Table {
     }
 
     /// Adds a row of cells in the order of the columns; an estimate fills all of its columns.
-    pub fn add(&mut self, cells: impl Cells) {
+    pub fn add(&mut self, cells: impl CellValues) {
         self.rows.push(Vec::with_capacity(self.columns.len()));
         cells.fill(self);
     }
 
-    fn push(&mut self, cell: Cell) {
+    fn push(&mut self, cell: TableCell) {
         if let Some(row) = self.rows.last_mut() {
             row.push(cell);
         }
@@ -310,55 +310,55 @@ impl Table {
 }
 
 /// Values that fill cells of the last row of a table.
-pub trait Cells {
+pub trait CellValues {
     /// Fills the cells, in the order of the columns.
     fn fill(self, table: &mut Table);
 }
 
-impl Cells for Cell {
+impl CellValues for TableCell {
     fn fill(self, table: &mut Table) {
         table.push(self);
     }
 }
 
-impl Cells for &str {
+impl CellValues for &str {
     fn fill(self, table: &mut Table) {
-        table.push(Cell::Text(self.to_owned()));
+        table.push(TableCell::Text(self.to_owned()));
     }
 }
 
-impl Cells for String {
+impl CellValues for String {
     fn fill(self, table: &mut Table) {
-        table.push(Cell::Text(self));
+        table.push(TableCell::Text(self));
     }
 }
 
-impl Cells for f64 {
+impl CellValues for f64 {
     fn fill(self, table: &mut Table) {
-        table.push(Cell::Number(self));
+        table.push(TableCell::Number(self));
     }
 }
 
-impl Cells for Option<f64> {
+impl CellValues for Option<f64> {
     fn fill(self, table: &mut Table) {
-        table.push(self.map_or(Cell::Empty, Cell::Number));
+        table.push(self.map_or(TableCell::Empty, TableCell::Number));
     }
 }
 
-impl Cells for u64 {
+impl CellValues for u64 {
     fn fill(self, table: &mut Table) {
-        table.push(Cell::Count(self));
+        table.push(TableCell::Count(self));
     }
 }
 
-impl Cells for usize {
+impl CellValues for usize {
     fn fill(self, table: &mut Table) {
-        table.push(Cell::Count(self as u64));
+        table.push(TableCell::Count(self as u64));
     }
 }
 
 /// Fills as many cells as the quantity has columns.
-impl Cells for Estimate {
+impl CellValues for TableEstimate {
     fn fill(self, table: &mut Table) {
         self.value.fill(table);
         for (role, value) in [
@@ -374,7 +374,7 @@ impl Cells for Estimate {
     }
 }
 
-impl<T: Cells> Cells for Vec<T> {
+impl<T: CellValues> CellValues for Vec<T> {
     fn fill(self, table: &mut Table) {
         for cells in self {
             cells.fill(table);
@@ -382,7 +382,7 @@ impl<T: Cells> Cells for Vec<T> {
     }
 }
 
-impl<T: Cells, const N: usize> Cells for [T; N] {
+impl<T: CellValues, const N: usize> CellValues for [T; N] {
     fn fill(self, table: &mut Table) {
         for cells in self {
             cells.fill(table);
@@ -390,13 +390,13 @@ impl<T: Cells, const N: usize> Cells for [T; N] {
     }
 }
 
-impl Cells for () {
+impl CellValues for () {
     fn fill(self, _table: &mut Table) {}
 }
 
 macro_rules! cells_of_tuples {
     ($($name:ident)*) => {
-        impl<$($name: Cells),*> Cells for ($($name,)*) {
+        impl<$($name: CellValues),*> CellValues for ($($name,)*) {
             #[allow(non_snake_case, reason = "one name for a type and its value")]
             fn fill(self, table: &mut Table) {
                 let ($($name,)*) = self;
@@ -424,7 +424,7 @@ macro_rules! table {
 
 impl Figure {
     /// Creates a figure of curves against a column, one for each engine.
-    pub fn curves(title: &'static str, x: Axis, y: Axis) -> Self {
+    pub fn curves(title: &'static str, x: FigureAxis, y: FigureAxis) -> Self {
         Self {
             title: title.into(),
             caption: "".into(),
@@ -432,7 +432,7 @@ impl Figure {
             y,
             curves: vec!["engine".into()],
             panels: Vec::new(),
-            mark: Mark::Line,
+            mark: PointMark::Line,
             lines: Vec::new(),
             colour: None,
         }
@@ -461,7 +461,7 @@ impl Figure {
 
     /// Sets the style of the points.
     #[must_use]
-    pub fn mark(self, mark: Mark) -> Self {
+    pub fn mark(self, mark: PointMark) -> Self {
         Self { mark, ..self }
     }
 
@@ -469,25 +469,25 @@ impl Figure {
     #[must_use]
     pub fn line(mut self, label: &'static str, y: f64) -> Self {
         let label = label.into();
-        self.lines.push(Line { label, y });
+        self.lines.push(ReferenceLine { label, y });
         self
     }
 }
 
-impl Axis {
+impl FigureAxis {
     /// Creates a linear axis.
     pub fn linear(column: &'static str, label: &'static str) -> Self {
         Self {
             column: column.into(),
             label: label.into(),
-            scale: Scale::Linear,
+            scale: AxisScale::Linear,
         }
     }
 
     /// Creates a logarithmic axis.
     pub fn logarithmic(column: &'static str, label: &'static str) -> Self {
         Self {
-            scale: Scale::Logarithmic,
+            scale: AxisScale::Logarithmic,
             ..Self::linear(column, label)
         }
     }

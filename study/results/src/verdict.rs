@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Verdict: a conclusion in words.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct VerdictText {
     /// Topic of the conclusion.
     pub topic: String,
     /// Conclusion in one short sentence that names its margin.
@@ -63,8 +63,9 @@ pub enum VerdictKind {
 /// The first headline is the first comparison, even if it is void, so that no other verdict takes
 /// its place silently. Void comparisons come last among the others. Notes and warnings are no
 /// headlines.
-pub fn headlines(verdicts: &[Verdict]) -> Vec<&Verdict> {
-    let compares = |one: &&Verdict| !matches!(one.kind, VerdictKind::Note | VerdictKind::Warning);
+pub fn headlines(verdicts: &[VerdictText]) -> Vec<&VerdictText> {
+    let compares =
+        |one: &&VerdictText| !matches!(one.kind, VerdictKind::Note | VerdictKind::Warning);
     let mut all: Vec<_> = verdicts.iter().filter(compares).collect();
     if let Some((_, others)) = all.split_first_mut() {
         others.sort_by_key(|one| one.kind == VerdictKind::Void);

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use stosszahl_results::{
-    Cell, Estimate, Existing, Folder, Keys, Manifest, ResultsError, RunId, Snapshot, Stored, Table,
+    Existing, Folder, Keys, Manifest, ResultsError, RunId, Snapshot, Stored, Table, TableCell,
+    TableEstimate,
 };
 
 const KEYS: Keys<'static> = Keys {
@@ -28,10 +29,10 @@ fn table(seed: u64) -> Table {
         .key("time", "time unit", "When")
         .with_theory("energy_ratio", "1", "K/K(0)")
         .note("replicas", "1", "Replicas");
-    let estimate = Estimate {
+    let estimate = TableEstimate {
         value: Some(0.1 * seed as f64),
         standard_error: Some(f64::NAN),
-        ..Estimate::default()
+        ..TableEstimate::default()
     };
     table.add(("ed", 1e-7, estimate, 3_u64));
     table
@@ -92,7 +93,7 @@ fn tables_are_written_as_before_and_read_back_the_same() {
     assert!(run(place.path(), Existing::Refuse, 3, "a", true).unwrap());
     let stored = Stored::read(place.path()).unwrap().unwrap();
     let mut expected = written;
-    expected.rows[0][3] = Cell::Empty;
+    expected.rows[0][3] = TableCell::Empty;
     assert_eq!(stored.tables, [expected]);
     assert!(stored.changed.is_empty());
 }

@@ -11,8 +11,8 @@
 //! disks, which violate molecular chaos.
 
 use rayon::prelude::*;
-use stosszahl_analysis::accuracy::{Accuracy, Known};
-use stosszahl_case::format::{self, Placement, Start};
+use stosszahl_analysis::accuracy::{Known, SettingAccuracy};
+use stosszahl_case::format::{self, PlacementSpec, StartSpec};
 use stosszahl_case::{Case, CaseFile};
 use stosszahl_dsmc::Parameters;
 use stosszahl_model::{Interrupt, Particles, transport};
@@ -20,9 +20,9 @@ use stosszahl_model::{Interrupt, Particles, transport};
 use crate::check::Planned;
 use crate::follow::PartError;
 use crate::measure::Measure;
-use crate::plan::{EngineKind, EnginePlan, Plan, PlanError};
+use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError};
 use crate::run::error::RunError;
-use crate::run::options::Options;
+use crate::run::options::RunOptions;
 use crate::unsaved::{InMemoryRun, collision_rate, energies, measures, resized};
 use crate::words::percent;
 
@@ -50,7 +50,7 @@ const ELASTIC: f64 = 20.0;
 pub fn settle<'a>(
     file: &CaseFile,
     planned: Vec<Planned<'a>>,
-    options: &Options<'_>,
+    options: &RunOptions<'_>,
     threads: usize,
 ) -> Result<Vec<Planned<'a>>, RunError> {
     if planned.iter().all(|one| one.plan.case.accuracy.is_none()) {
@@ -61,7 +61,7 @@ pub fn settle<'a>(
         .build()?;
     let one = |one: Planned<'a>| {
         let target = one.plan.case.accuracy.as_ref();
-        let Some(target) = target.and_then(format::Accuracy::share) else {
+        let Some(target) = target.and_then(format::AccuracySpec::share) else {
             return Ok(one);
         };
         options
@@ -77,8 +77,12 @@ pub fn settle<'a>(
 }
 
 /// Chooses the resolution of a point; returns the case with it, and the reasons in words.
-fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<String>), PartError> {
-    let small = Plan::new(&pilot(plan), &plan.folder)?;
+fn choose(
+    plan: &CasePlan,
+    target: f64,
+    stop: &Interrupt,
+) -> Result<(Case, Vec<String>), PartError> {
+    let small = CasePlan::new(&pilot(plan), &plan.folder)?;
     let measures = measures(&["energy", "impact_parameters"]);
     let run = |replica| InMemoryRun {
         plan: &small,
@@ -119,18 +123,18 @@ fn choose(plan: &Plan, target: f64, stop: &Interrupt) -> Result<(Case, Vec<Strin
 }
 
 /// Case of the pilot: a small box of the same gas, up to `t_0`.
-fn pilot(plan: &Plan) -> Case {
+fn pilot(plan: &CasePlan) -> Case {
     let density = plan.packing_fraction / std::f64::consts::FRAC_PI_4;
     let side = STABLE * plan.critical_length();
     let stable = (density * side * side).min(MOST_DISKS as f64);
     let disks = (stable as usize).clamp(FEWEST_DISKS, plan.count().max(FEWEST_DISKS));
     let mut case = plan.case.clone();
-    if case.start.placement == Placement::File {
+    if case.start.placement == PlacementSpec::File {
         // A start file fixes the positions of all disks, not of fewer.
-        case.start = Start {
+        case.start = StartSpec {
             equilibration: case.start.equilibration,
             longest_equilibration: case.start.longest_equilibration,
-            ..Start::default()
+            ..StartSpec::default()
         };
         case.gas.number = Some(disks as u64);
     }
@@ -156,12 +160,12 @@ fn pilot(plan: &Plan) -> Case {
 /// Resolution with the accuracy found by the pilot.
 struct Choice {
     parameters: Parameters,
-    found: Accuracy,
+    found: SettingAccuracy,
     met: bool,
 }
 
 impl Choice {
-    fn words(&self, engine: &str, small: &Plan, target: f64) -> String {
+    fn words(&self, engine: &str, small: &CasePlan, target: f64) -> String {
         let what = if small.law.is_elastic() {
             "the collision rate over Enskog's"
         } else {
@@ -189,7 +193,7 @@ impl Choice {
 
 /// Search for the cheapest resolution of one engine that meets the target.
 struct Search<'a> {
-    plan: &'a Plan,
+    plan: &'a CasePlan,
     measures: &'a [&'static dyn Measure],
     stop: &'a Interrupt,
     starts: Vec<Particles>,
@@ -230,7 +234,7 @@ impl Search<'_> {
             standard_error: 0.0,
         };
         let failed = "a pilot whose values are no numbers";
-        let found = Accuracy::new(&values, known, reference)
+        let found = SettingAccuracy::new(&values, known, reference)
             .ok_or_else(|| PlanError::new("accuracy.target", failed, "numbers"))?;
         Ok(Choice {
             parameters,

@@ -1,7 +1,7 @@
 //! Gases in a bath: temperature, spectra of shear, and convergence in the interval of the kicks.
 
 use stosszahl_analysis::replicas::quantile;
-use stosszahl_analysis::statistics::Moments;
+use stosszahl_analysis::statistics::RunningMoments;
 use stosszahl_model::Interrupt;
 use stosszahl_model::random::Streams;
 use stosszahl_results::Table;
@@ -9,8 +9,8 @@ use stosszahl_results::Table;
 use crate::control::Control;
 use crate::flow_tests::{column, measured, plan};
 use crate::follow::EngineRun;
-use crate::measure::{Measure, NoOptions, Probe, Recorder, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{Measure, NoOptions, Probe, SampleProbe, described};
+use crate::plan::{CasePlan, EnginePlan};
 use crate::start::placed;
 
 /// Two-sided chance of a false alarm of one comparison.
@@ -97,13 +97,13 @@ struct EvenTimes;
 impl Measure for EvenTimes {
     described!("even_times", "Temperature at even times", NoOptions);
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         let until = plan.case.run.until as u64;
         let even = (until / 2..=until).filter(|time| time % 2 == 0);
         even.map(|time| time as f64).collect()
     }
-    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(Recorder::new(Vec::<f64>::new(), |record, moment| {
+    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(SampleProbe::new(Vec::<f64>::new(), |record, moment| {
             record.push(moment.temperature());
         }))
     }
@@ -135,10 +135,10 @@ fn the_error_goes_with_the_square_of_the_interval() {
             let control = Control::new(None, 1e9, &never, &|_, _| {});
             let finished = part.run(&control).expect("a run");
             let record = finished.probes[0].record().downcast_ref::<Vec<f64>>();
-            let looks: Moments = record.expect("looks").iter().copied().collect();
+            let looks: RunningMoments = record.expect("looks").iter().copied().collect();
             looks.mean().expect("looks")
         };
-        let all: Moments = (0..plan.case.replicas).map(one).collect();
+        let all: RunningMoments = (0..plan.case.replicas).map(one).collect();
         let state = plan.bath_state().expect("a steady state");
         let factor = state.cooling_rate / state.temperature.sqrt() * plan.time;
         // Temperature after a flight of `time`, by Haff's law.

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use stosszahl_case::{Case, CaseError, CaseFile, Format, Point};
+use stosszahl_case::{Case, CaseError, CaseFile, CasePoint, Format};
 use stosszahl_model::Invalid;
-use stosszahl_results::{Cell, Role, Table, engine_title};
+use stosszahl_results::{Role, Table, TableCell, engine_title};
 
 use crate::engines;
 use crate::measure::{
@@ -13,7 +13,8 @@ use crate::measure::{
 };
 use crate::measures;
 use crate::plan::{
-    Cost, EnginePlan, Kept, Looks, Plan, PlanError, Quantity, RuntimeEstimate, available_memory,
+    CasePlan, Cost, DerivedQuantity, EnginePlan, Looks, MeasureMemory, PlanError, RuntimeEstimate,
+    available_memory,
 };
 use crate::question;
 use crate::words::short;
@@ -36,22 +37,22 @@ const REPORTED: f64 = 3.4;
 /// Point of a case with its plan and its measures.
 pub struct Planned<'a> {
     /// Point of the case.
-    pub point: &'a Point,
+    pub point: &'a CasePoint,
     /// Plan of the point.
-    pub plan: Plan,
+    pub plan: CasePlan,
     /// Measures of the point, in the order of tables.
     pub measures: Vec<&'static dyn Measure>,
 }
 
 /// Outline of a case, as `check` shows it.
 #[derive(Clone, Debug)]
-pub struct Outline {
+pub struct CaseOutline {
     /// The title of the case.
     pub title: String,
     /// Name of the point of a sweep; empty without one.
     pub point: String,
     /// Quantities that follow from the case, in its units.
-    pub derived: Vec<Quantity>,
+    pub derived: Vec<DerivedQuantity>,
     /// Measure whose verdict is the headline, and the engine of the question if the case names one.
     pub leading: String,
     /// Names of the engines.
@@ -84,23 +85,23 @@ impl<'a> Planned<'a> {
     ///
     /// # Errors
     /// [`CaseError`] shows where the offending key is written.
-    pub fn new(file: &CaseFile, point: &'a Point) -> Result<Self, CaseError> {
+    pub fn new(file: &CaseFile, point: &'a CasePoint) -> Result<Self, CaseError> {
         Self::of(file, point, &point.case, available_memory())
     }
 
     /// Plans a point with a case in which open choices have been made. `free`: free memory
-    /// \[bytes\], see [`Plan::within`].
+    /// \[bytes\], see [`CasePlan::within`].
     ///
     /// # Errors
     /// As [`Planned::new`].
     pub fn of(
         file: &CaseFile,
-        point: &'a Point,
+        point: &'a CasePoint,
         case: &Case,
         free: Option<f64>,
     ) -> Result<Self, CaseError> {
         let folder = file.path.parent().unwrap_or(std::path::Path::new(""));
-        let plan = Plan::within(case, folder, free).map_err(|error| refused(point, &error))?;
+        let plan = CasePlan::within(case, folder, free).map_err(|error| refused(point, &error))?;
         check_accuracy(&plan).map_err(|error| refused(point, &error))?;
         engines::check(&plan).map_err(|error| refused(point, &error))?;
         let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
@@ -228,7 +229,7 @@ impl<'a> Planned<'a> {
             if has("species") {
                 rows *= plan.species.len() as f64;
             }
-            all += rows * (ROW + (size_of::<Cell>() * table.columns.len()) as f64);
+            all += rows * (ROW + (size_of::<TableCell>() * table.columns.len()) as f64);
         }
         REPORTED * all
     }
@@ -256,7 +257,7 @@ impl<'a> Planned<'a> {
             };
             [all(true), all(false)]
         };
-        let kept: Vec<Kept> = self.plan.engines.iter().map(kept).collect();
+        let kept: Vec<MeasureMemory> = self.plan.engines.iter().map(kept).collect();
         let (plan, measures) = (&self.plan, self.measures.iter());
         let looks = Looks {
             gathers: measures.clone().any(|one| one.gathers(plan)),
@@ -286,11 +287,11 @@ impl<'a> Planned<'a> {
     }
 
     /// Outline of the planned case on this number of threads.
-    pub fn outline(&self, threads: usize) -> Outline {
+    pub fn outline(&self, threads: usize) -> CaseOutline {
         let level = level(self);
         let replicas = self.plan.case.replicas as usize;
         let spreads = self.measures.iter().flat_map(|one| one.spreads(&self.plan));
-        Outline {
+        CaseOutline {
             title: self.plan.case.title.clone(),
             point: self.point.name.clone(),
             derived: self.plan.derived(),
@@ -340,7 +341,7 @@ pub fn check(file: &CaseFile) -> Result<Vec<Planned<'_>>, CaseError> {
     check_within(file, available_memory())
 }
 
-/// Plans all points of a case, with this much free memory \[bytes\], see [`Plan::within`].
+/// Plans all points of a case, with this much free memory \[bytes\], see [`CasePlan::within`].
 pub(crate) fn check_within(
     file: &CaseFile,
     free: Option<f64>,
@@ -354,7 +355,7 @@ pub(crate) fn check_within(
 ///
 /// # Errors
 /// [`PlanError`] names the option, or the unknown measure.
-pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
+pub fn chosen(plan: &CasePlan) -> Result<Vec<&'static dyn Measure>, PlanError> {
     let known = |name: &str| measures::ALL.iter().any(|measure| measure.name() == name);
     if let Some(name) = plan.case.measure.keys().find(|name| !known(name)) {
         let names: Vec<&str> = measures::ALL.iter().map(|measure| measure.name()).collect();
@@ -389,7 +390,7 @@ pub fn chosen(plan: &Plan) -> Result<Vec<&'static dyn Measure>, PlanError> {
 ///
 /// # Errors
 /// [`PlanError`] names what the case has.
-fn check_accuracy(plan: &Plan) -> Result<(), PlanError> {
+fn check_accuracy(plan: &CasePlan) -> Result<(), PlanError> {
     let found = if plan.case.accuracy.is_none() {
         return Ok(());
     } else if plan.dimension != 2 {
@@ -415,7 +416,7 @@ fn check_accuracy(plan: &Plan) -> Result<(), PlanError> {
 }
 
 /// Converts a plan error to one that shows where the key is written.
-fn refused(point: &Point, error: &PlanError) -> CaseError {
+fn refused(point: &CasePoint, error: &PlanError) -> CaseError {
     let PlanError {
         key,
         found,

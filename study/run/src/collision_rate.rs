@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Failure, RecentContacts, Simulation};
 
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{CasePlan, EngineKind, EnginePlan};
 use crate::words::short;
 
 /// Collisions per particle in the window of a rate that may end a run.
@@ -55,7 +55,7 @@ impl RateWindow {
     /// [`CollisionRateError`] if the rate over enough collisions exceeds the limit of the engine.
     pub(crate) fn look(
         &mut self,
-        plan: &Plan,
+        plan: &CasePlan,
         engine: &EnginePlan,
         gas: &dyn Simulation,
     ) -> Result<Option<String>, Failure> {
@@ -120,7 +120,7 @@ fn digits(rate: f64) -> String {
 }
 
 /// Describes the particles of the latest contacts and their position.
-fn activity(plan: &Plan, recent: Option<RecentContacts>) -> String {
+fn activity(plan: &CasePlan, recent: Option<RecentContacts>) -> String {
     let Some(recent) = recent.filter(|recent| !recent.busiest.is_empty()) else {
         return "it is not known of which".to_owned();
     };

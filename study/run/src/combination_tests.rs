@@ -21,7 +21,7 @@ fn tables_of(gas: &str, tables: &str) -> Vec<String> {
     let file = file(gas, tables);
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("out");
-    let options = crate::Options {
+    let options = crate::RunOptions {
         out: Some(out.clone()),
         existing: Existing::Refuse,
         threads: Some(1),

@@ -16,8 +16,8 @@ use crate::engines::hold;
 use crate::follow::EngineRun;
 use crate::rank_group::{Call, RankGroup, send_call};
 use crate::run::error::RunError;
-use crate::run::options::Options;
-use crate::run::summary::Summary;
+use crate::run::options::RunOptions;
+use crate::run::summary::RunSummary;
 use crate::run::{Opened, prepare, require_memory_of_each};
 
 /// Guard that ends the part of the other processes when it is dropped.
@@ -60,9 +60,9 @@ fn require_gas_in_cells(planned: &[Planned<'_>], processes: usize) -> Result<(),
 /// [`RunError::NothingToDecompose`] for a case without a gas in cells.
 pub fn run_decomposed(
     file: &CaseFile,
-    options: &Options<'_>,
+    options: &RunOptions<'_>,
     ranks: &Arc<dyn Ranks>,
-) -> Result<Summary, RunError> {
+) -> Result<RunSummary, RunError> {
     let prepared = prepare(file, options).and_then(|(planned, threads)| {
         require_gas_in_cells(&planned, ranks.size())?;
         require_memory_of_each(&planned, threads, options)?;
@@ -91,7 +91,7 @@ pub fn run_decomposed(
 /// As [`crate::run_case`]; the first process is told.
 pub fn serve_subdomains(
     file: Result<&CaseFile, String>,
-    options: &Options<'_>,
+    options: &RunOptions<'_>,
     ranks: &Arc<dyn Ranks>,
 ) -> Result<(), RunError> {
     let prepared = file

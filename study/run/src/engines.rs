@@ -5,20 +5,22 @@ use std::sync::Arc;
 use std::{iter, slice};
 
 use stosszahl_analysis::theory;
-use stosszahl_case::format::{EnergyPart, FirstTest, Selection};
+use stosszahl_case::format::{EnergyPart, FirstTest, SelectionSpec};
 use stosszahl_dsmc::homogeneous::{
-    Contact, Homogeneous, Limit, Order, Part, Pick, Rule, Threshold,
+    AggregationRule, EnergyLimit, EnergyLoss, HomogeneousSettings, PairCorrelationFactor,
+    PairSelection, TestOrder, Threshold,
 };
 use stosszahl_dsmc::{
-    Boundaries, CheckpointSource, ExpectedGas, Gas, Parameters, Ranks, Scheme, ShardLocation,
+    BoundaryConditions, CellGas, CheckpointSource, ExpectedGas, Parameters, Ranks, Scheme,
+    ShardLocation,
 };
-use stosszahl_ed::Dissipation;
+use stosszahl_ed::DissipationRule;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
 
 use crate::measure::Needs;
 use crate::measures;
-use crate::plan::{EngineKind, EnginePlan, Plan, PlanError, threads_each};
+use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError, threads_each};
 use crate::rank_group::RankGroup;
 use crate::start;
 use crate::start::error::StartError;
@@ -40,18 +42,18 @@ pub enum BeginError {
     Start(#[from] StartError),
     /// Error of exact dynamics.
     #[error(transparent)]
-    EventDriven(#[from] stosszahl_ed::EngineError),
+    EventDriven(#[from] stosszahl_ed::EventDrivenError),
     /// Error of cell-based Monte Carlo.
     #[error(transparent)]
-    MonteCarlo(#[from] stosszahl_dsmc::EngineError),
+    MonteCarlo(#[from] stosszahl_dsmc::DsmcError),
     /// Error of Monte Carlo without positions.
     #[error(transparent)]
-    Homogeneous(#[from] stosszahl_dsmc::homogeneous::GasError),
+    Homogeneous(#[from] stosszahl_dsmc::homogeneous::HomogeneousError),
 }
 
 impl BeginError {
     /// Converts the error of an engine to the units of the case.
-    fn in_units(self, plan: &Plan) -> Self {
+    fn in_units(self, plan: &CasePlan) -> Self {
         let units = plan.message_units();
         match self {
             Self::EventDriven(error) => Self::EventDriven(error.in_units(&units)),
@@ -69,13 +71,15 @@ impl BeginError {
         match self {
             Self::Plan(_) | Self::Homogeneous(_) => true,
             Self::Start(error) => error.is_refusal(),
-            Self::EventDriven(error) => !matches!(error, stosszahl_ed::EngineError::Checkpoint(_)),
+            Self::EventDriven(error) => {
+                !matches!(error, stosszahl_ed::EventDrivenError::Checkpoint(_))
+            }
             Self::MonteCarlo(error) => !matches!(
                 error,
-                stosszahl_dsmc::EngineError::Checkpoint(_)
-                    | stosszahl_dsmc::EngineError::Shard { .. }
-                    | stosszahl_dsmc::EngineError::Elsewhere { .. }
-                    | stosszahl_dsmc::EngineError::OneProcess
+                stosszahl_dsmc::DsmcError::Checkpoint(_)
+                    | stosszahl_dsmc::DsmcError::Shard { .. }
+                    | stosszahl_dsmc::DsmcError::Elsewhere { .. }
+                    | stosszahl_dsmc::DsmcError::OneProcess
             ),
         }
     }
@@ -89,7 +93,7 @@ const MOST_CROSSINGS: f64 = 1e7 / 20.0;
 ///
 /// # Errors
 /// [`PlanError`] names the engine.
-pub fn check(plan: &Plan) -> Result<(), PlanError> {
+pub fn check(plan: &CasePlan) -> Result<(), PlanError> {
     let units = plan.message_units();
     for engine in &plan.engines {
         let refuse =
@@ -104,8 +108,12 @@ pub fn check(plan: &Plan) -> Result<(), PlanError> {
                     periodic: [0, 1, 2].map(|axis| plan.is_periodic_along(axis)),
                     all: Vec::new(),
                 };
-                let made =
-                    stosszahl_ed::simulate(&plan.grains, Dissipation::Scene, &boundaries, &nothing);
+                let made = stosszahl_ed::simulate(
+                    &plan.grains,
+                    DissipationRule::Scene,
+                    &boundaries,
+                    &nothing,
+                );
                 made.map_err(|error| refuse(error.in_units(&units).to_string()))?;
                 let crossings = plan.crossings_per_collision();
                 if crossings > MOST_CROSSINGS {
@@ -118,7 +126,7 @@ pub fn check(plan: &Plan) -> Result<(), PlanError> {
             }
             EngineKind::MonteCarlo(parameters) => {
                 let boundaries = plan.boundaries::<Volume>(engine)?;
-                let gas = Gas {
+                let gas = CellGas {
                     grains: &plan.grains,
                     parameters: *parameters,
                     boundaries: &boundaries,
@@ -154,7 +162,7 @@ pub enum From<'a> {
 /// # Errors
 /// [`BeginError`] if the engine cannot start.
 pub fn begin(
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     streams: Streams,
     needs: Needs,
@@ -176,7 +184,7 @@ pub fn begin(
 /// # Errors
 /// [`BeginError`] if the gas cannot start here.
 pub(crate) fn hold(
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     streams: Streams,
     needs: Needs,
@@ -201,13 +209,13 @@ pub(crate) fn hold(
 
 /// Description of cell-based Monte Carlo without its start.
 fn in_cells<'a>(
-    plan: &'a Plan,
+    plan: &'a CasePlan,
     parameters: Parameters,
-    boundaries: &'a Boundaries<Volume>,
+    boundaries: &'a BoundaryConditions<Volume>,
     streams: Streams,
     needs: Needs,
-) -> Gas<'a> {
-    Gas {
+) -> CellGas<'a> {
+    CellGas {
         grains: &plan.grains,
         parameters,
         boundaries,
@@ -217,7 +225,7 @@ fn in_cells<'a>(
 }
 
 fn made(
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     streams: Streams,
     needs: Needs,
@@ -230,9 +238,9 @@ fn made(
     match &engine.kind {
         EngineKind::EventDriven { contact_time, .. } => {
             let dissipation = if *contact_time > 0.0 {
-                Dissipation::ContactTime(*contact_time)
+                DissipationRule::ContactTime(*contact_time)
             } else {
-                Dissipation::Scene
+                DissipationRule::Scene
             };
             let boundaries = plan.exact_boundaries(streams)?;
             Ok(match from {
@@ -286,21 +294,21 @@ fn made(
         EngineKind::Homogeneous(selection) => {
             let temperatures = plan.kind_temperatures();
             let groups = plan.groups();
-            let gas = Homogeneous {
+            let gas = HomogeneousSettings {
                 dimension: plan.dimension,
                 grains: &plan.grains,
                 count: plan.count(),
                 volume: plan.volume,
                 contact: match plan.contact() {
-                    theory::Contact::Dilute => Contact::Dilute,
-                    theory::Contact::Enskog => Contact::Enskog,
+                    theory::ContactValues::Dilute => PairCorrelationFactor::Dilute,
+                    theory::ContactValues::Enskog => PairCorrelationFactor::Enskog,
                 },
                 temperatures: &temperatures,
                 velocities: plan.velocities,
                 pick: match selection {
-                    Selection::AliasTables => Pick::AliasTables,
-                    Selection::LowRank => Pick::LowRank,
-                    Selection::SingleMajorant => Pick::SingleMajorant,
+                    SelectionSpec::AliasTables => PairSelection::AliasTables,
+                    SelectionSpec::LowRank => PairSelection::LowRank,
+                    SelectionSpec::SingleMajorant => PairSelection::SingleMajorant,
                 },
                 tracer: plan
                     .species
@@ -323,7 +331,7 @@ fn made(
 /// Creates `count` starts of the replica, the first of them prepared or made now. A prepared one
 /// that is alone is not copied.
 fn starts<'a>(
-    plan: &Plan,
+    plan: &CasePlan,
     prepared: Option<&'a Particles>,
     sets: u64,
     streams: Streams,
@@ -340,7 +348,7 @@ fn starts<'a>(
 }
 
 /// Branch of the random streams: schemes of one replica draw different numbers.
-fn branch(plan: &Plan, scheme: Scheme) -> u64 {
+fn branch(plan: &CasePlan, scheme: Scheme) -> u64 {
     if !plan.has_thermal_units() {
         return IN_UNITS_OF_CASE;
     }
@@ -348,19 +356,19 @@ fn branch(plan: &Plan, scheme: Scheme) -> u64 {
 }
 
 /// Rule of aggregation and fragmentation of the case; `None` without one.
-fn rule(plan: &Plan) -> Option<Rule> {
+fn rule(plan: &CasePlan) -> Option<AggregationRule> {
     let written = plan.case.aggregation.as_ref()?;
     let threshold = |energy: Option<f64>, speed: Option<f64>, part| Threshold {
         limit: match speed {
-            Some(speed) => Limit::Speed(speed),
-            None => Limit::Energy(energy.unwrap_or(f64::INFINITY)),
+            Some(speed) => EnergyLimit::Speed(speed),
+            None => EnergyLimit::Energy(energy.unwrap_or(f64::INFINITY)),
         },
         part: match part {
-            EnergyPart::Full => Part::Full,
-            EnergyPart::Normal => Part::Normal,
+            EnergyPart::Full => EnergyLoss::Full,
+            EnergyPart::Normal => EnergyLoss::Normal,
         },
     };
-    Some(Rule {
+    Some(AggregationRule {
         stick: threshold(
             written.aggregate_below,
             written.aggregate_below_speed,
@@ -372,8 +380,8 @@ fn rule(plan: &Plan) -> Option<Rule> {
             written.fragment_energy_part,
         ),
         order: match written.check_first {
-            FirstTest::Aggregation => Order::StickFirst,
-            FirstTest::Fragmentation => Order::BreakFirst,
+            FirstTest::Aggregation => TestOrder::StickFirst,
+            FirstTest::Fragmentation => TestOrder::BreakFirst,
         },
         retained: written.fragment_speed_factor,
         // The number of monomers never exceeds that of the start.

@@ -8,34 +8,34 @@ use stosszahl_analysis::replicas::quantile;
 use stosszahl_case::CaseFile;
 use stosszahl_model::Interrupt;
 use stosszahl_model::random::Streams;
-use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
+use stosszahl_results::{Table, TableCell, VerdictKind, VerdictText};
 
 use crate::check;
 use crate::control::Control;
 use crate::follow::EngineRun;
 use crate::measure::{CompletedRun, Measure, ReplicaRecords};
-use crate::plan::{Plan, PlanError};
+use crate::plan::{CasePlan, PlanError};
 use crate::start::placed;
 
-fn planned(text: &str) -> Result<Plan, PlanError> {
+fn planned(text: &str) -> Result<CasePlan, PlanError> {
     let text = format!("format = 2\ntitle = \"a flow\"\n{text}");
     let file = CaseFile::from_text(Path::new("case.toml"), &text, &[]).expect("a case");
-    Plan::new(&file.points[0].case, Path::new(""))
+    CasePlan::new(&file.points[0].case, Path::new(""))
 }
 
-pub(crate) fn plan(text: &str) -> Plan {
+pub(crate) fn plan(text: &str) -> CasePlan {
     planned(text).expect("a plan")
 }
 
 /// Value of a quantity that `check` lists.
-fn derived(plan: &Plan, name: &str) -> f64 {
+fn derived(plan: &CasePlan, name: &str) -> f64 {
     let all = plan.derived();
     let found = all.iter().find(|one| one.name == name);
     found.unwrap_or_else(|| panic!("no {name}")).value
 }
 
 /// Tables and verdicts of a measure after runs of all engines and replicas.
-pub(crate) fn measured(plan: &Plan, name: &str) -> (Vec<Table>, Vec<Verdict>) {
+pub(crate) fn measured(plan: &CasePlan, name: &str) -> (Vec<Table>, Vec<VerdictText>) {
     let measures: Vec<&dyn Measure> = (check::chosen(plan).expect("measures").into_iter())
         .filter(|measure| measure.name() == name)
         .collect();
@@ -74,9 +74,9 @@ pub(crate) fn measured(plan: &Plan, name: &str) -> (Vec<Table>, Vec<Verdict>) {
 /// Numbers in a column of a table.
 pub(crate) fn column(table: &Table, name: &str) -> Vec<f64> {
     let at = table.find(name).unwrap_or_else(|| panic!("no {name}"));
-    let number = |row: &Vec<Cell>| match row[at] {
-        Cell::Number(number) => number,
-        Cell::Count(count) => count as f64,
+    let number = |row: &Vec<TableCell>| match row[at] {
+        TableCell::Number(number) => number,
+        TableCell::Count(count) => count as f64,
         _ => f64::NAN,
     };
     table.rows.iter().map(number).collect()

@@ -13,15 +13,17 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Budget, Failure, Interrupt, Moments, Observer, Particles, Simulation, Work};
+use stosszahl_model::{
+    Budget, Failure, Interrupt, Observer, Particles, Simulation, VelocityMoments, WorkCounters,
+};
 
 use crate::collision_rate::RateWindow;
 use crate::control::{Content, Control, Rollback, Set};
 use crate::engines::{self, From as Source};
 use crate::kicks::StochasticDrive;
-use crate::measure::{CompletedRun, Measure, Needs, Probe, SampleContext, Stop};
+use crate::measure::{CompletedRun, Measure, Needs, Probe, RunStop, SampleContext};
 use crate::measures::extended_xyz;
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{CasePlan, EngineKind, EnginePlan};
 use crate::rank_group::RankGroup;
 use crate::schedule::{ScheduledEvent, schedule};
 use crate::start::{Preparation, StartError, StartReport};
@@ -33,7 +35,7 @@ pub use error::{Elsewhere, PartError};
 /// # Errors
 /// [`PartError`]; the checkpoint is kept.
 pub fn prepare(
-    plan: &Plan,
+    plan: &CasePlan,
     replica: u64,
     control: &Control<'_, Preparation>,
 ) -> Result<(StartReport, Particles), PartError> {
@@ -88,7 +90,7 @@ impl Content for Saved {
 /// One engine of one replica, with its plan and measures.
 pub struct EngineRun<'a> {
     /// Plan of the case.
-    pub plan: &'a Plan,
+    pub plan: &'a CasePlan,
     /// Engine to run.
     pub engine: &'a EnginePlan,
     /// Measures of the case.
@@ -324,9 +326,9 @@ impl<'a> RunState<'a> {
     }
 
     /// Informs the probes of a stop; returns the moments of the gas there.
-    fn stop(&mut self, kicked_from: Option<f64>) -> Moments {
+    fn stop(&mut self, kicked_from: Option<f64>) -> VelocityMoments {
         let moments = self.gas.moments();
-        let stop = Stop {
+        let stop = RunStop {
             time: self.gas.time(),
             temperature: moments.temperature(self.gas.dimension()),
             kicked_from,
@@ -470,7 +472,7 @@ impl Saved {
     fn finished(self, probes: Vec<Box<dyn Probe>>) -> CompletedRun {
         CompletedRun {
             probes,
-            work: Work {
+            work: WorkCounters {
                 collisions: self.collisions,
                 numbers: self.numbers,
             },
@@ -481,7 +483,7 @@ impl Saved {
 }
 
 /// Kinetic energy of the start \[energy\].
-fn start_energy(plan: &Plan) -> f64 {
+fn start_energy(plan: &CasePlan) -> f64 {
     let species = plan.species.iter();
     let twice: f64 = species.map(|one| one.count as f64 * one.temperature).sum();
     0.5 * plan.dimension as f64 * twice

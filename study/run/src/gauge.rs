@@ -7,7 +7,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 /// Progress of one point of a sweep, or of the only one.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ impl ProgressEstimate {
 
     /// Creates the estimate of a case: in each replica a start, and the engines in the order of the
     /// plan.
-    pub fn of(plan: &Plan) -> Self {
+    pub fn of(plan: &CasePlan) -> Self {
         let pace = plan.pace();
         let engines = pace.engines.iter().map(|[first, _]| *first);
         let parts: Vec<f64> = std::iter::once(pace.start).chain(engines).collect();

@@ -19,8 +19,8 @@ use crate::journal::Journal;
 use crate::point::Job;
 use crate::replica_task::{ReplicaTask, seconds};
 use crate::run::error::RunError;
-use crate::run::options::Options;
-use crate::run::summary::{PointSummary, Summary};
+use crate::run::options::RunOptions;
+use crate::run::summary::{PointSummary, RunSummary};
 use crate::run::{Opened, prepare, require_memory_of_each};
 
 /// Name of the task of writing the tables of a point.
@@ -37,9 +37,9 @@ const LOOKS: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(5
 /// As [`crate::run_case`]; other processes continue.
 pub fn run_joined(
     file: &CaseFile,
-    options: &Options<'_>,
+    options: &RunOptions<'_>,
     lost_after: Duration,
-) -> Result<Summary, RunError> {
+) -> Result<RunSummary, RunError> {
     let (planned, threads) = prepare(file, options)?;
     require_memory_of_each(&planned, threads, options)?;
     let opened = Opened::join(file, &planned, options, lost_after)?;
@@ -65,7 +65,7 @@ pub fn run_joined(
         }
         folder.settle_claims()?;
     }
-    Ok(Summary {
+    Ok(RunSummary {
         is_reporter,
         ..opened.summary(points)
     })
@@ -94,7 +94,7 @@ enum NextStep {
 /// Tasks of a run, as this process sees them.
 struct TaskQueue<'a> {
     jobs: &'a [Job<'a>],
-    options: &'a Options<'a>,
+    options: &'a RunOptions<'a>,
     folder: &'a Folder,
     worker: &'a FolderWorker,
     /// Numbers of the points, the costliest first.
@@ -122,7 +122,7 @@ struct PointState {
 impl<'a> TaskQueue<'a> {
     fn new(
         jobs: &'a [Job<'a>],
-        options: &'a Options<'a>,
+        options: &'a RunOptions<'a>,
         folder: &'a Folder,
         worker: &'a FolderWorker,
     ) -> Result<Self, RunError> {

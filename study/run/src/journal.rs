@@ -44,7 +44,7 @@ pub(crate) fn name_of(worker: &str) -> String {
 }
 
 /// Replica number and its record.
-pub(crate) type Entry = (u64, Vec<u8>);
+pub(crate) type JournalEntry = (u64, Vec<u8>);
 
 /// Journal of a point, open for appending.
 pub(crate) struct Journal {
@@ -76,7 +76,7 @@ fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
 }
 
 /// Parses a file. Returns its entries and the end of the last whole one, or the fault.
-fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wrong> {
+fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
     // A kill may have truncated the header.
     if bytes.len() < HEADER {
         return Ok((Vec::new(), 0));
@@ -92,7 +92,7 @@ fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wro
 }
 
 /// Parses consecutive entries. Returns them and the end of the last whole one, or the fault.
-fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<Entry>, usize), Wrong> {
+fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
     let (mut all, mut end) = (Vec::new(), 0);
     while let Some((head, rest)) = bytes[end..].split_at_checked(FRAME) {
         let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
@@ -172,7 +172,7 @@ impl Journal {
         path: &Path,
         owner: JournalOwner,
         offset: u64,
-    ) -> Result<(Vec<Entry>, u64), SnapshotError> {
+    ) -> Result<(Vec<JournalEntry>, u64), SnapshotError> {
         let failed = |source| SnapshotError::of_file(path, source);
         let mut file = match File::open(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok((Vec::new(), offset)),
@@ -213,7 +213,7 @@ impl Journal {
         path: &Path,
         owner: JournalOwner,
         interval: f64,
-    ) -> Result<(Self, Vec<Entry>), SnapshotError> {
+    ) -> Result<(Self, Vec<JournalEntry>), SnapshotError> {
         let failed = |source| SnapshotError::of_file(path, source);
         let open = OpenOptions::new()
             .read(true)
@@ -284,7 +284,7 @@ mod tests {
         let path = folder.path().join("a.journal");
         let (journal, before) = Journal::open(&path, RUN, 1e9).expect("made");
         assert!(before.is_empty());
-        let wanted: Vec<Entry> = vec![(3, vec![1; 5]), (0, Vec::new()), (9, vec![2; 90])];
+        let wanted: Vec<JournalEntry> = vec![(3, vec![1; 5]), (0, Vec::new()), (9, vec![2; 90])];
         let mut ends = vec![HEADER];
         for (replica, left) in &wanted {
             journal.add(*replica, left).expect("added");
@@ -310,7 +310,7 @@ mod tests {
     fn a_changed_bit_is_never_read() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.journal");
-        let wanted: Vec<Entry> = vec![(3, vec![1; 5]), (4, vec![2; 7])];
+        let wanted: Vec<JournalEntry> = vec![(3, vec![1; 5]), (4, vec![2; 7])];
         let (journal, _) = Journal::open(&path, RUN, 0.0).expect("made");
         for (replica, left) in &wanted {
             journal.add(*replica, left).expect("added");

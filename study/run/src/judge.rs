@@ -14,7 +14,7 @@
 //! ([`ReplicaRecords::level`](crate::measure::ReplicaRecords::level)). Over the points of a sweep the rate of false discoveries is controlled, when all are
 //! there (`stosszahl_report`). Within one verdict:
 //!
-//! - *series over paired replicas* ([`Pair`]) and *impact parameters* ([`impact_parameters`]): half of the level for the last time or
+//! - *series over paired replicas* ([`ComparedPair`]) and *impact parameters* ([`impact_parameters`]): half of the level for the last time or
 //!   window, half for all others by the path of their statistics;
 //! - *points with errors against theory* ([`against_theory`]) and *profiles* ([`profiles`]): all together by Bonferroni;
 //! - *what a paper says of a number* ([`claims`]).
@@ -26,16 +26,18 @@ use std::fmt::Display;
 
 use stosszahl_analysis::compare::{Interval, Quotient, quotients};
 use stosszahl_analysis::statistics::student_t_test;
-use stosszahl_results::{ComparedNumber, Verdict, VerdictKind};
+use stosszahl_results::{ComparedNumber, VerdictKind, VerdictText};
 
-pub use stosszahl_analysis::compare::{Rule, Verdict as Test};
+pub use stosszahl_analysis::compare::{ComparisonVerdict as Test, VerdictRule};
 pub use stosszahl_results::engine_title as title;
 
 pub use crate::words::short;
-pub use claims::{Said, claim, digits};
+pub use claims::{ClaimedValue, claim, digits};
 pub use impact::{FEWEST_COLLISIONS, ImpactTest, ImpactWindows, impact_parameters, impact_windows};
-pub use points::{Point, against_theory, bound, holds_zero, interval_of, profiles, within, worst};
-pub use words::{Unit, in_units, margin, percent, quotient, with_error, with_interval};
+pub use points::{
+    MeasuredPoint, against_theory, bound, holds_zero, interval_of, profiles, within, worst,
+};
+pub use words::{DifferenceUnit, in_units, margin, percent, quotient, with_error, with_interval};
 
 pub mod claims;
 mod impact;
@@ -47,8 +49,8 @@ pub fn verdict(
     topic: impl Into<String>,
     sentence: impl Into<String>,
     kind: VerdictKind,
-) -> Verdict {
-    Verdict {
+) -> VerdictText {
+    VerdictText {
         topic: topic.into(),
         sentence: sentence.into(),
         kind,
@@ -57,18 +59,18 @@ pub fn verdict(
 }
 
 /// Makes a number for information.
-pub fn note(topic: impl Into<String>, sentence: impl Into<String>) -> Verdict {
+pub fn note(topic: impl Into<String>, sentence: impl Into<String>) -> VerdictText {
     verdict(topic, sentence, VerdictKind::Note)
 }
 
 /// Makes a remark that must be read with care.
-pub fn warning(topic: impl Into<String>, sentence: impl Into<String>) -> Verdict {
+pub fn warning(topic: impl Into<String>, sentence: impl Into<String>) -> VerdictText {
     verdict(topic, sentence, VerdictKind::Warning)
 }
 
 /// Turns a comparison into one that means nothing, and says why.
-pub fn void(found: Verdict, reason: &str) -> Verdict {
-    Verdict {
+pub fn void(found: VerdictText, reason: &str) -> VerdictText {
+    VerdictText {
         sentence: format!("Void, for {reason}: {}", found.sentence),
         kind: VerdictKind::Void,
         ..found
@@ -76,7 +78,7 @@ pub fn void(found: Verdict, reason: &str) -> Verdict {
 }
 
 /// Makes the remark that theory cannot be computed.
-pub fn no_theory(topic: impl Into<String>, error: &dyn Display) -> Verdict {
+pub fn no_theory(topic: impl Into<String>, error: &dyn Display) -> VerdictText {
     warning(topic, format!("Theory cannot be computed: {error}."))
 }
 
@@ -126,9 +128,9 @@ pub struct Comparison<'a> {
     /// Quantity: "energy".
     pub quantity: &'a str,
     /// Unit of the difference.
-    pub unit: Unit,
+    pub unit: DifferenceUnit,
     /// Rule, whose level is that of all places together.
-    pub rule: Rule,
+    pub rule: VerdictRule,
 }
 
 /// Relative difference below which two series are the same but for rounding.
@@ -136,7 +138,7 @@ const ROUNDING: f64 = 1e-6;
 
 impl Comparison<'_> {
     /// Verdict on findings in the order of time, of which the last is the number that was chosen; `all` names all of them. `None` without findings.
-    pub fn judge(&self, findings: &[Finding], all: &str) -> Option<Verdict> {
+    pub fn judge(&self, findings: &[Finding], all: &str) -> Option<VerdictText> {
         let last = findings.len().checked_sub(1)?;
         let differ = self.differing(findings);
         let shown = match differ[..] {
@@ -158,7 +160,7 @@ impl Comparison<'_> {
     }
 
     /// Verdict on findings at places without an order.
-    pub fn at_places(&self, findings: &[Finding], all: &str) -> Option<Verdict> {
+    pub fn at_places(&self, findings: &[Finding], all: &str) -> Option<VerdictText> {
         let differ = self.differing(findings);
         let every: Vec<usize> = (0..findings.len()).collect();
         let shown = match differ[..] {
@@ -183,7 +185,7 @@ impl Comparison<'_> {
         differ: &[usize],
         shown: usize,
         [since, all]: [&str; 2],
-    ) -> Option<Verdict> {
+    ) -> Option<VerdictText> {
         let Self {
             a,
             b,
@@ -250,7 +252,7 @@ impl Comparison<'_> {
             (sentence, VerdictKind::Undecided)
         };
         let chosen = &findings[findings.len() - 1];
-        Some(Verdict {
+        Some(VerdictText {
             number: Some(self.number(chosen)),
             ..verdict(self.topic, sentence, kind)
         })
@@ -261,7 +263,7 @@ impl Comparison<'_> {
         ComparedNumber {
             quantity: self.quantity.to_owned(),
             place: one.place.clone(),
-            relative: self.unit == Unit::Relative,
+            relative: self.unit == DifferenceUnit::Relative,
             difference: one.interval.value,
             standard_error: one.interval.standard_error,
             degrees_of_freedom: one.interval.degrees_of_freedom.map(|count| count as u64),
@@ -292,21 +294,21 @@ impl Places<'_> {
 
 /// Two things that are compared in one quantity, replica by replica.
 #[derive(Clone, Copy, Debug)]
-pub struct Pair<'a> {
+pub struct ComparedPair<'a> {
     /// Comparison of two quantities, with a relative margin.
     pub comparison: Comparison<'a>,
     /// Where.
     pub places: Places<'a>,
 }
 
-impl Pair<'_> {
+impl ComparedPair<'_> {
     /// Tests the values of the replicas, `pairs[place]` of (a, b), and says what follows; `None` without places.
-    pub fn judge(&self, pairs: &[Vec<(f64, f64)>]) -> Option<Verdict> {
+    pub fn judge(&self, pairs: &[Vec<(f64, f64)>]) -> Option<VerdictText> {
         self.of(&quotients(pairs, &self.comparison.rule))
     }
 
     /// Verdict on quotients that are tested already.
-    pub fn of(&self, found: &[Quotient]) -> Option<Verdict> {
+    pub fn of(&self, found: &[Quotient]) -> Option<VerdictText> {
         let level = self.comparison.rule.level;
         let level = if found.len() > 1 { 0.5 * level } else { level };
         let finding = |(index, one): (usize, &Quotient)| Finding {
@@ -347,7 +349,7 @@ pub fn still_moving(
     subject: &str,
     pairs: &[(f64, f64)],
     level: f64,
-) -> Option<Verdict> {
+) -> Option<VerdictText> {
     let growth: Vec<f64> = pairs.iter().map(|(a, b)| (b / a).ln()).collect();
     let test = student_t_test(&growth, 0.0)?;
     let mean = growth.iter().sum::<f64>() / growth.len() as f64;
@@ -361,7 +363,7 @@ pub fn still_moving(
 }
 
 /// Whether a quantity is kept: `worst` is its largest relative change.
-pub fn kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> Verdict {
+pub fn kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> VerdictText {
     let (said, kind) = if worst <= limit {
         ("is kept", VerdictKind::Agree)
     } else {
@@ -373,7 +375,7 @@ pub fn kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> 
 }
 
 /// A start that is not equilibrated: replicas with the tests that failed.
-pub fn start(bad: &[(u64, String)]) -> Option<Verdict> {
+pub fn start(bad: &[(u64, String)]) -> Option<VerdictText> {
     let (replica, why) = bad.first()?;
     let more = match bad.len() {
         1 => String::new(),

@@ -3,7 +3,7 @@
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Bath, Failure, Simulation, SizeDistribution};
 
-use crate::plan::{Plan, PlanError};
+use crate::plan::{CasePlan, PlanError};
 
 /// Bath of one replica. All of its engines draw the same kicks.
 pub(crate) struct StochasticDrive {
@@ -25,7 +25,7 @@ enum Masses {
 
 impl StochasticDrive {
     /// Creates the bath of a case, if it has one.
-    pub(crate) fn new(plan: &Plan, streams: Streams) -> Result<Option<Self>, PlanError> {
+    pub(crate) fn new(plan: &CasePlan, streams: Streams) -> Result<Option<Self>, PlanError> {
         let Some((bath, interval)) = plan.bath()? else {
             return Ok(None);
         };

@@ -48,8 +48,8 @@ pub use gauge::ProgressEstimate;
 pub use join::run_joined;
 pub use measure::{Measure, Probe, ReplicaRecords, SampleContext};
 pub use parts::{PartSummary, RunPart, merge_parts, read_part, run_part};
-pub use plan::Plan;
-pub use run::{Options, PointSummary, RunError, Summary, run_case};
+pub use plan::CasePlan;
+pub use run::{PointSummary, RunError, RunOptions, RunSummary, run_case};
 
 #[cfg(test)]
 mod bath_tests;

@@ -11,13 +11,13 @@ use std::cell::OnceCell;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::format::DifferBeyond;
-use stosszahl_model::{Interrupt, Moments, Observer, Particles, Simulation};
-use stosszahl_results::frames::Frame;
-use stosszahl_results::{Snapshot, Table, Verdict};
+use stosszahl_model::{Interrupt, Observer, Particles, Simulation, VelocityMoments};
+use stosszahl_results::frames::ParticleFrame;
+use stosszahl_results::{Snapshot, Table, VerdictText};
 
-use crate::judge::Rule;
-use crate::plan::{EnginePlan, Plan};
-use crate::power::Spread;
+use crate::judge::VerdictRule;
+use crate::plan::{CasePlan, EnginePlan};
+use crate::power::ReplicaSpread;
 
 /// Description of a measurement.
 pub trait Measure: Sync {
@@ -35,10 +35,10 @@ pub trait Measure: Sync {
     ///
     /// # Errors
     /// [`BadOption`] names the first key that cannot be read.
-    fn read(&self, plan: &Plan) -> Result<(), BadOption>;
+    fn read(&self, plan: &CasePlan) -> Result<(), BadOption>;
 
     /// Returns true if the measure is made in this case even if the case does not name it.
-    fn by_default(&self, _plan: &Plan) -> bool {
+    fn by_default(&self, _plan: &CasePlan) -> bool {
         false
     }
 
@@ -52,107 +52,107 @@ pub trait Measure: Sync {
     ///
     /// # Errors
     /// [`BadOption`] names the key below `[measure.NAME]`.
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         self.read(plan)
     }
 
     /// Sample times of the probe, in the unit of time of the case, in any order.
-    fn times(&self, _plan: &Plan) -> Vec<f64> {
+    fn times(&self, _plan: &CasePlan) -> Vec<f64> {
         Vec::new()
     }
 
     /// Requirements on the engines besides read access.
-    fn needs(&self, _plan: &Plan) -> Needs {
+    fn needs(&self, _plan: &CasePlan) -> Needs {
         Needs::default()
     }
 
     /// Final memory of the probe's record per particle or simulator \[bytes\].
-    fn kept_per_particle(&self, _plan: &Plan) -> f64 {
+    fn kept_per_particle(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
     /// Part of that memory that the last sample adds, after all others \[bytes\].
-    fn kept_last_per_particle(&self, _plan: &Plan) -> f64 {
+    fn kept_last_per_particle(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
     /// Memory of the probe's record per sample, whatever the number of particles; for measures with
     /// many samples \[bytes\].
-    fn kept_per_look(&self, _plan: &Plan) -> f64 {
+    fn kept_per_look(&self, _plan: &CasePlan) -> f64 {
         64.0
     }
 
     /// Memory of the probe's record besides that per particle and per sample, where it may be large
     /// \[bytes\].
-    fn kept(&self, _plan: &Plan) -> f64 {
+    fn kept(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
     /// Returns true if the probe needs all particles gathered. Most reduce them where they are.
-    fn gathers(&self, _plan: &Plan) -> bool {
+    fn gathers(&self, _plan: &CasePlan) -> bool {
         false
     }
 
     /// Scratch memory of a sample \[bytes\].
-    fn working(&self, _plan: &Plan) -> f64 {
+    fn working(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
     /// Memory of the figures in the report, where it may be large \[bytes\].
-    fn figures(&self, _plan: &Plan) -> f64 {
+    fn figures(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
     /// Collisions of companion gases that the probe simulates itself while it samples, over those of
     /// the engine: extra work of an engine that its own collisions do not show.
-    fn companion_share(&self, _plan: &Plan, _engine: &EnginePlan) -> f64 {
+    fn companion_share(&self, _plan: &CasePlan, _engine: &EnginePlan) -> f64 {
         0.0
     }
 
     /// Returns true if the probe samples a replica, by its number from 0. In others
     /// [`Probe::begin`] and [`Probe::sample`] are not called.
-    fn looks_at(&self, _plan: &Plan, _replica: u64) -> bool {
+    fn looks_at(&self, _plan: &CasePlan, _replica: u64) -> bool {
         true
     }
 
     /// Creates the probe of one engine of one replica; one without a record if tables use the
     /// records of other measures.
-    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(Recorder::new((), |(), _| {}))
+    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(SampleProbe::new((), |(), _| {}))
     }
 
     /// Tables over all engines and replicas.
-    fn tables(&self, _plan: &Plan, _runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<Table> {
         Vec::new()
     }
 
     /// Files of all particles at some times, each with its description in the manifest.
-    fn snapshots(&self, _plan: &Plan, _runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
+    fn snapshots(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
         Vec::new()
     }
 
     /// Frames for the player of the report.
-    fn frames(&self, _plan: &Plan, _runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
+    fn frames(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
         Vec::new()
     }
 
     /// Largest number of comparing verdicts; they share the false-alarm probability of the case.
-    fn tests(&self, _plan: &Plan) -> usize {
+    fn tests(&self, _plan: &CasePlan) -> usize {
         0
     }
 
     /// Spread of the compared quantities over replicas, as far as it is known before a run.
-    fn spreads(&self, _plan: &Plan) -> Vec<Spread> {
+    fn spreads(&self, _plan: &CasePlan) -> Vec<ReplicaSpread> {
         Vec::new()
     }
 
     /// Verdicts, the most important first. `tables` are those of this measure.
     fn verdicts(
         &self,
-        _plan: &Plan,
+        _plan: &CasePlan,
         _runs: &ReplicaRecords<'_>,
         _tables: &[Table],
-    ) -> Vec<Verdict> {
+    ) -> Vec<VerdictText> {
         Vec::new()
     }
 }
@@ -165,7 +165,7 @@ pub struct FrameFile {
     /// Path of the file, relative to the results folder.
     pub file: String,
     /// Frames, by time.
-    pub frames: Vec<Frame>,
+    pub frames: Vec<ParticleFrame>,
 }
 
 /// Requirements of measurements on an engine, which keeps nothing else.
@@ -200,7 +200,7 @@ pub trait Probe: Send {
 
     /// Handles a stop of the run: called before the samples at each sample time of any measure, and
     /// after each kick.
-    fn stop(&mut self, _stop: &Stop) {}
+    fn stop(&mut self, _stop: &RunStop) {}
 
     /// Samples the gas: called at each sample time of the measure, and only there.
     fn sample(&mut self, _moment: &mut SampleContext<'_>) {}
@@ -223,7 +223,7 @@ pub trait Probe: Send {
 
 /// Stop of a run at a sample time or after a kick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stop {
+pub struct RunStop {
     /// Time of the stop \[engine time\].
     pub time: f64,
     /// Granular temperature of the gas, by [`Simulation::temperature`] \[energy\].
@@ -236,7 +236,7 @@ pub struct Stop {
 ///
 /// # Errors
 /// [`BadOption`] names the first key that cannot be read.
-pub fn options<O: DeserializeOwned>(plan: &Plan, name: &str) -> Result<O, BadOption> {
+pub fn options<O: DeserializeOwned>(plan: &CasePlan, name: &str) -> Result<O, BadOption> {
     let table = plan.case.measure.get(name).cloned().unwrap_or_default();
     let read = |table: toml::Table| toml::Value::Table(table).try_into::<O>();
     read(table.clone()).map_err(|error| {
@@ -259,18 +259,17 @@ pub fn options<O: DeserializeOwned>(plan: &Plan, name: &str) -> Result<O, BadOpt
 }
 
 /// Returns the options of a measure that were checked before.
-pub fn chosen<O: DeserializeOwned + Default>(plan: &Plan, name: &str) -> O {
+pub fn chosen<O: DeserializeOwned + Default>(plan: &CasePlan, name: &str) -> O {
     options(plan, name).unwrap_or_default()
 }
 
 /// Measure without options.
 #[derive(Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[schemars(rename = "Options")]
 pub struct NoOptions {}
 
 /// Fraction of the replicas after the first that a measure samples.
-pub(crate) fn share_of_others(measure: &dyn Measure, plan: &Plan) -> f64 {
+pub(crate) fn share_of_others(measure: &dyn Measure, plan: &CasePlan) -> f64 {
     let others = 1..plan.case.replicas;
     let all = others.clone().count().max(1);
     others.filter(|&one| measure.looks_at(plan, one)).count() as f64 / all as f64
@@ -280,7 +279,7 @@ pub(crate) fn share_of_others(measure: &dyn Measure, plan: &Plan) -> f64 {
 /// replica, and on average of the others.
 pub(crate) fn work_with_companions(
     measures: &[&'static dyn Measure],
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
 ) -> [f64; 2] {
     measures.iter().fold([1.0; 2], |[first, others], measure| {
@@ -317,10 +316,12 @@ macro_rules! described {
         }
 
         fn schema(&self) -> schemars::Schema {
-            schemars::schema_for!($options)
+            let mut schema = schemars::schema_for!($options);
+            schema.insert("title".into(), "Options".into());
+            schema
         }
 
-        fn read(&self, plan: &$crate::plan::Plan) -> Result<(), $crate::measure::BadOption> {
+        fn read(&self, plan: &$crate::plan::CasePlan) -> Result<(), $crate::measure::BadOption> {
             $crate::measure::options::<$options>(plan, $name).map(drop)
         }
     };
@@ -347,13 +348,13 @@ macro_rules! keeps_record {
 pub(crate) use keeps_record;
 
 /// Probe that only samples: at the times of its measure and, on request, at the start.
-pub struct Recorder<R, F> {
+pub struct SampleProbe<R, F> {
     record: R,
     look: F,
     from_start: bool,
 }
 
-impl<R, F: FnMut(&mut R, &mut SampleContext<'_>) + Send> Recorder<R, F> {
+impl<R, F: FnMut(&mut R, &mut SampleContext<'_>) + Send> SampleProbe<R, F> {
     /// Creates a recorder with an empty record and the function that adds a sample to it.
     pub fn new(record: R, look: F) -> Self {
         Self {
@@ -372,7 +373,7 @@ impl<R, F: FnMut(&mut R, &mut SampleContext<'_>) + Send> Recorder<R, F> {
     }
 }
 
-impl<R, F> Probe for Recorder<R, F>
+impl<R, F> Probe for SampleProbe<R, F>
 where
     R: Serialize + DeserializeOwned + Send + 'static,
     F: FnMut(&mut R, &mut SampleContext<'_>) + Send,
@@ -403,7 +404,7 @@ pub struct SampleContext<'a> {
     /// Flag that ends long work; the sample is then discarded.
     pub interrupt: Interrupt,
     particles: OnceCell<Particles>,
-    moments: OnceCell<Moments>,
+    moments: OnceCell<VelocityMoments>,
 }
 
 impl<'a> SampleContext<'a> {
@@ -422,7 +423,7 @@ impl<'a> SampleContext<'a> {
 
     /// Sets the moments of the velocities, which are known already.
     #[must_use]
-    pub(crate) fn with_moments(self, moments: Moments) -> Self {
+    pub(crate) fn with_moments(self, moments: VelocityMoments) -> Self {
         Self {
             moments: moments.into(),
             ..self
@@ -435,7 +436,7 @@ impl<'a> SampleContext<'a> {
     }
 
     /// Moments of the velocities, computed once for all probes.
-    pub fn moments(&self) -> &Moments {
+    pub fn moments(&self) -> &VelocityMoments {
         self.moments.get_or_init(|| self.simulation.moments())
     }
 
@@ -450,7 +451,7 @@ pub struct CompletedRun {
     /// Probes of the measures of the case, in their order.
     pub probes: Vec<Box<dyn Probe>>,
     /// Counters of the work done.
-    pub work: stosszahl_model::Work,
+    pub work: stosszahl_model::WorkCounters,
     /// Largest memory of the engine \[bytes\].
     pub bytes: usize,
     /// Computing time \[s\].
@@ -466,12 +467,12 @@ impl CompletedRun {
 }
 
 /// Decision rule of a case for one of its margins.
-fn rule(plan: &Plan, level: f64, margin: f64) -> Rule {
+fn rule(plan: &CasePlan, level: f64, margin: f64) -> VerdictRule {
     let differ_beyond = match plan.case.verdict.differ_beyond {
         DifferBeyond::Zero => 0.0,
         DifferBeyond::Margin => margin,
     };
-    Rule {
+    VerdictRule {
         level,
         margin,
         differ_beyond,
@@ -491,12 +492,12 @@ pub struct ReplicaRecords<'a> {
 
 impl<'a> ReplicaRecords<'a> {
     /// Decision rule for relative differences.
-    pub fn rule(&self, plan: &Plan) -> Rule {
+    pub fn rule(&self, plan: &CasePlan) -> VerdictRule {
         rule(plan, self.level, plan.case.verdict.tolerance)
     }
 
     /// Decision rule for numbers that vanish under molecular chaos, in their own unit.
-    pub fn absolute_rule(&self, plan: &Plan) -> Rule {
+    pub fn absolute_rule(&self, plan: &CasePlan) -> VerdictRule {
         rule(plan, self.level, plan.case.verdict.absolute_tolerance)
     }
 
@@ -514,7 +515,7 @@ impl<'a> ReplicaRecords<'a> {
     /// Returns the engines with the records of their replicas.
     pub fn each<'p, R: 'static>(
         &self,
-        plan: &'p Plan,
+        plan: &'p CasePlan,
     ) -> impl Iterator<Item = (&'p EnginePlan, Vec<&'a R>)> {
         let engines = plan.engines.iter().enumerate();
         engines.map(|(index, engine)| (engine, self.records(index)))

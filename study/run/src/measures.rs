@@ -43,18 +43,18 @@ mod transport;
 mod velocity_autocorrelation;
 mod velocity_distribution;
 
-use stosszahl_analysis::pair_correlation::Pairs;
+use stosszahl_analysis::pair_correlation::PairCounts;
 use stosszahl_analysis::statistics::Estimate as Mean;
 use stosszahl_analysis::stress::KineticStress;
-use stosszahl_analysis::structure_factor::Lattice;
+use stosszahl_analysis::structure_factor::LatticePoints;
 use stosszahl_analysis::{flow, modes, velocities};
-use stosszahl_dsmc::Weights;
-use stosszahl_model::sum::{self, Make};
-use stosszahl_model::{Moments, Sum};
-use stosszahl_results::Estimate;
+use stosszahl_dsmc::SimulatorWeights;
+use stosszahl_model::sum::{self, ReductionFactory};
+use stosszahl_model::{Sum, VelocityMoments};
+use stosszahl_results::TableEstimate;
 
 use crate::measure::{self, BadOption, Measure};
-use crate::plan::{EnginePlan, Plan, logarithmic};
+use crate::plan::{CasePlan, EnginePlan, logarithmic};
 
 pub use snapshots::extended_xyz;
 pub(crate) use structure_factor::last_structure_factor;
@@ -64,61 +64,61 @@ const KEPT_PER_SPECIES: f64 = 80.0;
 
 /// All measures, in the order of tables and reports.
 pub const ALL: &[&dyn Measure] = &[
-    &energy::Energy,
-    &series::Series,
-    &checks::Checks,
-    &gas::Gas,
-    &species::Species,
+    &energy::EnergyMeasure,
+    &series::TimeSeriesMeasure,
+    &checks::TheoryComparison,
+    &gas::HomogeneousGasMeasure,
+    &species::SpeciesMeasure,
     &species::VelocityCorrelation,
     &species_temperatures::SpeciesTemperatures,
     &steady_state::SteadyState,
-    &stress::Stress,
+    &stress::StressMeasure,
     &shear_balance::ShearBalance,
-    &transport::Transport,
-    &impact_parameters::ImpactParameters,
-    &contacts::AtContact,
-    &fields::Fields,
-    &boundaries::Boundaries,
+    &transport::TransportMeasure,
+    &impact_parameters::ImpactMeasure,
+    &contacts::ContactMeasure,
+    &fields::FieldMeasure,
+    &boundaries::BoundaryMeasure,
     &structure_factor::StructureFactors,
     &spectra::HydrodynamicSpectra,
     &pair_correlation::PairCorrelations,
-    &displacement::Displacement,
+    &displacement::DisplacementMeasure,
     &time_averaged_displacement::TimeAveragedDisplacement,
     &velocity_autocorrelation::VelocityAutocorrelation,
-    &velocity_distribution::VelocityDistribution,
+    &velocity_distribution::VelocityDistributionMeasure,
     &intermediate_scattering::IntermediateScattering,
-    &clusters::Clusters,
+    &clusters::ClusterMeasure,
     &collision_log::CollisionLog,
-    &snapshots::Snapshots,
-    &frames::Frames,
+    &snapshots::SnapshotMeasure,
+    &frames::FrameMeasure,
     &error_budget::ErrorBudget,
 ];
 /// A grid of times in equal factors from the first sample on, and last the end exactly.
-pub(crate) fn grid(plan: &Plan, until: f64) -> impl Iterator<Item = f64> + use<> {
+pub(crate) fn grid(plan: &CasePlan, until: f64) -> impl Iterator<Item = f64> + use<> {
     logarithmic(plan.first_sample(), until, plan.samples_per_decade())
 }
 
 /// Makes a sum that the first of several processes asks for: all kinds that measures use.
 pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn Sum>> {
-    let kinds: [Make; 11] = [
-        sum::made::<Moments>,
-        sum::made::<flow::Flows>,
+    let kinds: [ReductionFactory; 11] = [
+        sum::made::<VelocityMoments>,
+        sum::made::<flow::SpeciesFlows>,
         sum::made::<flow::Warmth>,
         sum::made::<KineticStress>,
-        sum::made::<velocities::Counts>,
-        sum::made::<Lattice>,
+        sum::made::<velocities::VelocityCounts>,
+        sum::made::<LatticePoints>,
         sum::made::<modes::Amplitudes>,
-        sum::made::<Pairs>,
+        sum::made::<PairCounts>,
         sum::made::<frames::FrameReduction>,
-        sum::made::<frames::Chosen>,
+        sum::made::<frames::ChosenParticles>,
         sum::made::<course::Look>,
     ];
     kinds.iter().find_map(|made| made(name, empty))
 }
 
 /// Refuses engines whose simulators come and go.
-pub(crate) fn require_kept(plan: &Plan) -> Result<(), BadOption> {
-    let weighted = |engine: &&EnginePlan| engine.weights != Weights::uniform();
+pub(crate) fn require_kept(plan: &CasePlan) -> Result<(), BadOption> {
+    let weighted = |engine: &&EnginePlan| engine.weights != SimulatorWeights::uniform();
     let Some(name) = plan.engines.iter().find(weighted).map(|engine| engine.name) else {
         return Ok(());
     };
@@ -132,23 +132,23 @@ const PARTS: &str = "Independent parts of the runs behind the errors, at least: 
                      intervals are Student's with one degree of freedom less";
 
 /// Independent parts behind the errors of all of some averages over time, at least.
-fn fewest_parts<'a>(averages: impl IntoIterator<Item = &'a Estimate>) -> usize {
+fn fewest_parts<'a>(averages: impl IntoIterator<Item = &'a TableEstimate>) -> usize {
     let parts = averages.into_iter().filter_map(|one| one.replicas);
     parts.min().unwrap_or(1)
 }
 
 /// Mean and standard error over replicas; those without a finite value are left out.
-pub fn over(values: impl IntoIterator<Item = Option<f64>>) -> Estimate {
+pub fn over(values: impl IntoIterator<Item = Option<f64>>) -> TableEstimate {
     let known: Vec<f64> = values
         .into_iter()
         .flatten()
         .filter(|value| value.is_finite())
         .collect();
     let mean = Mean::over_replicas(&known);
-    Estimate {
+    TableEstimate {
         value: mean.map(|mean| mean.value),
         standard_error: mean.and_then(|mean| mean.standard_error),
         replicas: mean.map(|mean| mean.replicas),
-        ..Estimate::default()
+        ..TableEstimate::default()
     }
 }

@@ -20,7 +20,7 @@ use crate::follow::{EngineRun, PartError, RunState};
 use crate::kicks::StochasticDrive;
 use crate::measure::{SampleContext, share_of_others, work_with_companions};
 use crate::measures::series;
-use crate::plan::{Plan, RuntimeEstimate};
+use crate::plan::{CasePlan, RuntimeEstimate};
 use crate::run::RunError;
 use crate::schedule::{ScheduledEvent, schedule};
 use crate::start::{Preparation, is_prepared, pairs};
@@ -122,7 +122,7 @@ fn measured(
 }
 
 /// Time to solve the theory that tables are compared with \[s\]. It is solved once, here or later.
-fn theory(plan: &Plan) -> f64 {
+fn theory(plan: &CasePlan) -> f64 {
     let began = Instant::now();
     // Theory that cannot be followed is left out of a run, too, after the same time.
     if plan.has_box() {
@@ -138,7 +138,11 @@ fn theory(plan: &Plan) -> f64 {
 
 /// Makes a start whose equilibration is interrupted after some time; returns its estimated duration
 /// \[s\] and its particles.
-fn prepared(plan: &Plan, streams: Streams, each: Duration) -> Result<(f64, Particles), PartError> {
+fn prepared(
+    plan: &CasePlan,
+    streams: Streams,
+    each: Duration,
+) -> Result<(f64, Particles), PartError> {
     let (pause, never, began) = (Interrupt::default(), Interrupt::default(), Instant::now());
     let start = Preparation::new(plan, streams, &never)?;
     let placed = began.elapsed().as_secs_f64();
@@ -276,7 +280,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::measure::{Measure, Probe, Recorder, described};
+    use crate::measure::{Measure, Probe, SampleProbe, described};
     use crate::plan::EnginePlan;
 
     /// Measure whose first sample takes longer than the time slice of the engine.
@@ -287,12 +291,12 @@ mod tests {
     impl Measure for Slow {
         described!("slow", "Waits.", BTreeMap<String, f64>);
 
-        fn times(&self, _plan: &Plan) -> Vec<f64> {
+        fn times(&self, _plan: &CasePlan) -> Vec<f64> {
             vec![0.0]
         }
 
-        fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-            Box::new(Recorder::new((), |(), _| thread::sleep(5 * GIVEN)))
+        fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+            Box::new(SampleProbe::new((), |(), _| thread::sleep(5 * GIVEN)))
         }
     }
 
@@ -302,7 +306,7 @@ mod tests {
         let text = "format = 2\ntitle = \"slow\"\n[gas]\nnumber = 100\nrestitution = 1\n[box]\npacking_fraction = 0.1\n\
                     [engine.ed]\n[run]\nuntil = 1e7\ntime_unit = \"mean-free-time\"";
         let case = toml::from_str(text).expect("a case");
-        let plan = Plan::new(&case, Path::new(".")).expect("a plan");
+        let plan = CasePlan::new(&case, Path::new(".")).expect("a plan");
         let part = EngineRun {
             plan: &plan,
             engine: &plan.engines[0],

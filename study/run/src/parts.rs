@@ -16,8 +16,8 @@ use crate::check::format;
 use crate::journal::{Journal, JournalOwner};
 use crate::replica_task::ReplicaTask;
 use crate::run::error::RunError;
-use crate::run::options::Options;
-use crate::run::summary::Summary;
+use crate::run::options::RunOptions;
+use crate::run::summary::RunSummary;
 use crate::run::{Opened, prepare, require_memory_of_each, run_ids};
 
 /// Name of the file that describes a part.
@@ -85,7 +85,7 @@ pub fn run_part(
     file: &CaseFile,
     settings: &[String],
     part: RunPart,
-    options: &Options<'_>,
+    options: &RunOptions<'_>,
 ) -> Result<PartSummary, RunError> {
     let (planned, threads) = prepare(file, options)?;
     require_memory_of_each(&planned, threads, options)?;
@@ -171,8 +171,8 @@ pub fn read_part(folder: &Path) -> Result<CaseFile, RunError> {
 pub fn merge_parts(
     file: &CaseFile,
     parts: &[PathBuf],
-    options: &Options<'_>,
-) -> Result<Summary, RunError> {
+    options: &RunOptions<'_>,
+) -> Result<RunSummary, RunError> {
     let (planned, _) = prepare(file, options)?;
     let ids = run_ids(&planned)?;
     for part in parts {

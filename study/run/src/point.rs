@@ -10,8 +10,8 @@ use serde_json::Value;
 use stosszahl_case::CaseFile;
 use stosszahl_case::format::TimeUnit;
 use stosszahl_results::{
-    Derived, EngineWork, Existing, FORMAT, FramesEntry, Machine, Manifest, Place, Program,
-    Question, SNAPSHOTS, Start, StartTest, Table, Verdict, engine_title,
+    Derived, EngineWork, Existing, FORMAT, FramesEntry, Machine, Manifest, Program, RunPlace,
+    RunQuestion, SNAPSHOTS, StartRecord, StartTest, Table, VerdictText, engine_title,
 };
 
 use crate::check::Planned;
@@ -21,12 +21,12 @@ use crate::gauge::ProgressEstimate;
 use crate::journal::{self, Journal, JournalOwner};
 use crate::judge;
 use crate::measure::{CompletedRun, ReplicaRecords};
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 use crate::question;
 use crate::rank_group::RankGroup;
 use crate::replica_task::{self, Replica, ReplicaTask, TaskContext};
 use crate::run::error::RunError;
-use crate::run::options::Options;
+use crate::run::options::RunOptions;
 use crate::run::summary::PointSummary;
 use crate::start::StartReport;
 
@@ -41,13 +41,13 @@ pub(crate) struct Job<'a> {
     /// Point with its plan and measures.
     pub planned: &'a Planned<'a>,
     /// Place of the results in the folder.
-    pub place: Place<'a>,
+    pub place: RunPlace<'a>,
     /// Number of the point.
     pub number: usize,
     /// False-alarm probability of each verdict.
     pub level: f64,
     /// Options of the run.
-    pub options: &'a Options<'a>,
+    pub options: &'a RunOptions<'a>,
 }
 
 /// Results of the replicas, by number.
@@ -57,7 +57,7 @@ pub(crate) type Left = BTreeMap<u64, Result<Replica, RunError>>;
 struct Done {
     /// Finished engine runs, by engine, then by replica.
     finished: Vec<Vec<CompletedRun>>,
-    starts: Vec<Start>,
+    starts: Vec<StartRecord>,
     failed: Vec<RunError>,
 }
 
@@ -291,7 +291,7 @@ impl Job<'_> {
         &self,
         was_complete: bool,
         began: Instant,
-        verdicts: Vec<Verdict>,
+        verdicts: Vec<VerdictText>,
         warnings: Vec<String>,
     ) -> PointSummary {
         PointSummary {
@@ -393,12 +393,12 @@ impl Job<'_> {
         warnings.extend(limited(&engines));
         let mut tables: Vec<Table> = Vec::new();
         let (mut snapshots, mut frames) = (Vec::new(), Vec::new());
-        let mut verdicts: Vec<Verdict> = judge::start(&unequilibrated(&all.starts))
+        let mut verdicts: Vec<VerdictText> = judge::start(&unequilibrated(&all.starts))
             .into_iter()
             .collect();
         let leading = question::leading(plan, &planned.measures);
-        let mut asked = Question::default();
-        let mut later: Vec<Verdict> = Vec::new();
+        let mut asked = RunQuestion::default();
+        let mut later: Vec<VerdictText> = Vec::new();
         for (measure, known) in planned.measures.iter().enumerate() {
             let runs = ReplicaRecords {
                 measure,
@@ -472,7 +472,7 @@ impl Job<'_> {
 }
 
 /// Labels axes of times with the unit of time of the case: "t/t0", "lag/t0".
-fn label_times(table: &mut Table, plan: &Plan) {
+fn label_times(table: &mut Table, plan: &CasePlan) {
     let unit = match plan.time_unit {
         TimeUnit::Case => return,
         TimeUnit::Haff => "t0",
@@ -497,8 +497,8 @@ fn label_times(table: &mut Table, plan: &Plan) {
 }
 
 /// Unit of time of a case, for the results folder.
-fn time_unit(plan: &Plan) -> stosszahl_results::TimeUnit {
-    stosszahl_results::TimeUnit {
+fn time_unit(plan: &CasePlan) -> stosszahl_results::TimeUnitSize {
+    stosszahl_results::TimeUnitSize {
         name: match plan.time_unit {
             TimeUnit::Case => "unit of time of the case",
             TimeUnit::Haff => "Haff's cooling time of the start",
@@ -510,12 +510,12 @@ fn time_unit(plan: &Plan) -> stosszahl_results::TimeUnit {
 }
 
 /// Case as it is run, in JSON.
-pub(crate) fn as_json(plan: &Plan) -> Value {
+pub(crate) fn as_json(plan: &CasePlan) -> Value {
     serde_json::to_value(&plan.case).unwrap_or_default()
 }
 
 /// Replicas whose start was not equilibrated, with the tests that failed.
-fn unequilibrated(starts: &[Start]) -> Vec<(u64, String)> {
+fn unequilibrated(starts: &[StartRecord]) -> Vec<(u64, String)> {
     let bad = starts
         .iter()
         .filter(|start| start.equilibrated == Some(false));
@@ -532,7 +532,7 @@ fn unequilibrated(starts: &[Start]) -> Vec<(u64, String)> {
 }
 
 /// Work of each engine, summed over replicas.
-fn work(plan: &Plan, finished: &[Vec<CompletedRun>]) -> Vec<EngineWork> {
+fn work(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Vec<EngineWork> {
     let one = |(engine, runs): (&crate::plan::EnginePlan, &Vec<CompletedRun>)| {
         let mut work: BTreeMap<String, f64> = BTreeMap::new();
         for run in runs {
@@ -581,7 +581,7 @@ fn machine() -> Machine {
     }
 }
 
-fn start_of(replica: u64, report: StartReport) -> Start {
+fn start_of(replica: u64, report: StartReport) -> StartRecord {
     let tests = report.tests.into_iter().map(|test| StartTest {
         name: test.name,
         statistic: test.statistic,
@@ -589,7 +589,7 @@ fn start_of(replica: u64, report: StartReport) -> Start {
         passed: test.passed,
         detail: test.detail,
     });
-    Start {
+    StartRecord {
         replica,
         placement: report.placement,
         collisions_per_particle: report.collisions_per_particle,

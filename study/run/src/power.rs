@@ -10,7 +10,7 @@ pub const FOUND: f64 = 0.9;
 
 /// Spread of one quantity over replicas.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spread {
+pub struct ReplicaSpread {
     /// Tested quantity, such as "energy, one engine against another".
     pub quantity: String,
     /// Standard deviation of one replica.
@@ -25,7 +25,7 @@ pub struct Spread {
     pub relative: bool,
 }
 
-impl Spread {
+impl ReplicaSpread {
     /// Describes the difference that `replicas` detect with probability [`FOUND`] at false-alarm
     /// probability `level`, and the number of replicas that detect the wanted difference.
     pub fn power(&self, replicas: usize, level: f64) -> String {
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn power_is_said_in_one_line() {
-        let spread = Spread {
+        let spread = ReplicaSpread {
             quantity: "energy".into(),
             of_one: 0.03,
             source: "a guess".into(),

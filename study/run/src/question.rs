@@ -1,13 +1,13 @@
 //! Question of a case: the measurement that answers it, and the column of the answer.
 
-use stosszahl_results::{Question, Table, Verdict, engine_title};
+use stosszahl_results::{RunQuestion, Table, VerdictText, engine_title};
 
 use crate::measure::Measure;
-use crate::plan::{Plan, PlanError};
+use crate::plan::{CasePlan, PlanError};
 
 /// Position of the leading measure, whose verdict comes first: that of the question, else the first
 /// that compares.
-pub(crate) fn leading(plan: &Plan, measures: &[&'static dyn Measure]) -> usize {
+pub(crate) fn leading(plan: &CasePlan, measures: &[&'static dyn Measure]) -> usize {
     let place = |wanted: &dyn Fn(&&&'static dyn Measure) -> bool| {
         let mut all = measures.iter().enumerate();
         all.find(|(_, measure)| wanted(measure)).map(|one| one.0)
@@ -20,7 +20,7 @@ pub(crate) fn leading(plan: &Plan, measures: &[&'static dyn Measure]) -> usize {
 }
 
 /// Name of the headline before the run: the leading measure, and the engine of the question.
-pub(crate) fn headline(plan: &Plan, measures: &[&'static dyn Measure]) -> String {
+pub(crate) fn headline(plan: &CasePlan, measures: &[&'static dyn Measure]) -> String {
     let measure = measures.get(leading(plan, measures));
     let measure = measure.map_or("", |measure| measure.name());
     match &plan.case.question.engine {
@@ -30,7 +30,7 @@ pub(crate) fn headline(plan: &Plan, measures: &[&'static dyn Measure]) -> String
 }
 
 /// Moves the first verdict about the engine of the question to the front.
-pub(crate) fn put_first(plan: &Plan, verdicts: &mut [Verdict]) {
+pub(crate) fn put_first(plan: &CasePlan, verdicts: &mut [VerdictText]) {
     let Some(engine) = &plan.case.question.engine else {
         return;
     };
@@ -42,7 +42,7 @@ pub(crate) fn put_first(plan: &Plan, verdicts: &mut [Verdict]) {
 
 /// Question of a run in words, and the location of its answer among the tables of the leading
 /// measure.
-pub(crate) fn of(plan: &Plan, text: Option<String>, tables: &[Table]) -> Question {
+pub(crate) fn of(plan: &CasePlan, text: Option<String>, tables: &[Table]) -> RunQuestion {
     let wanted = plan.case.question.column.as_deref();
     let drawn = |table: &Table, column: &str| {
         let mut figures = table.figures.iter();
@@ -65,7 +65,7 @@ pub(crate) fn of(plan: &Plan, text: Option<String>, tables: &[Table]) -> Questio
         }),
     };
     let (table, column) = found.unwrap_or_default();
-    Question {
+    RunQuestion {
         text: text.unwrap_or_default(),
         table,
         column,
@@ -77,7 +77,7 @@ pub(crate) fn of(plan: &Plan, text: Option<String>, tables: &[Table]) -> Questio
 /// # Errors
 /// [`PlanError`] names what is allowed.
 pub(crate) fn check(
-    plan: &Plan,
+    plan: &CasePlan,
     measures: &[&'static dyn Measure],
     tables: impl FnOnce(usize) -> Vec<Table>,
 ) -> Result<(), PlanError> {

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_dsmc::shard_name;
 use stosszahl_model::Interrupt;
 use stosszahl_model::Particles;
-use stosszahl_results::{CHECKPOINTS, Place, ResultsError, copy_file};
+use stosszahl_results::{CHECKPOINTS, ResultsError, RunPlace, copy_file};
 
 use crate::check::Planned;
 use crate::control::{
@@ -22,7 +22,7 @@ use crate::control::{
 };
 use crate::follow::{Elsewhere, EngineRun, PartError, Saved, prepare};
 use crate::measure::CompletedRun;
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 use crate::rank_group::RankGroup;
 use crate::run::error::RunError;
 use crate::start::{Preparation, StartReport, is_prepared};
@@ -82,7 +82,7 @@ fn checkpoint(task: ReplicaTask, part: &str) -> String {
 }
 
 /// Names of the parts of a replica that have a checkpoint.
-fn parts(plan: &Plan) -> impl Iterator<Item = &str> {
+fn parts(plan: &CasePlan) -> impl Iterator<Item = &str> {
     let start = is_prepared(plan).then_some("start");
     start
         .into_iter()
@@ -95,8 +95,8 @@ fn parts(plan: &Plan) -> impl Iterator<Item = &str> {
 /// # Errors
 /// [`ResultsError`] if the results folder cannot be written.
 pub(crate) fn claim(
-    place: Place<'_>,
-    plan: &Plan,
+    place: RunPlace<'_>,
+    plan: &CasePlan,
     task: ReplicaTask,
     processes: usize,
 ) -> Result<(), ResultsError> {
@@ -112,7 +112,7 @@ pub(crate) fn claim(
 
 /// Removes the checkpoints of a finished task. Those that cannot be removed are deleted at the end of
 /// the run.
-pub(crate) fn forget(folder: &Path, plan: &Plan, task: ReplicaTask) {
+pub(crate) fn forget(folder: &Path, plan: &CasePlan, task: ReplicaTask) {
     for attempt in 0..=task.attempt {
         for part in parts(plan) {
             let _ = fs::remove_file(folder.join(checkpoint(ReplicaTask { attempt, ..task }, part)));
@@ -153,14 +153,14 @@ pub(crate) fn adopt(folder: &Path) {
 }
 
 /// Returns the numbers of the parts of a task in the progress: its start, then its engines.
-pub(crate) fn numbers(plan: &Plan, task: ReplicaTask) -> std::ops::Range<usize> {
+pub(crate) fn numbers(plan: &CasePlan, task: ReplicaTask) -> std::ops::Range<usize> {
     let parts = plan.engines.len() + 1;
     let first = task.replica as usize * parts;
     first..first + parts
 }
 
 /// Estimated computing time of a replica \[s\].
-pub(crate) fn seconds(plan: &Plan) -> f64 {
+pub(crate) fn seconds(plan: &CasePlan) -> f64 {
     plan.engines.iter().map(|engine| plan.seconds(engine)).sum()
 }
 

@@ -14,13 +14,13 @@ use stosszahl_results::{FORMAT, Folder, Keys, ResultsError, RunId, Sweep, SweepP
 
 use crate::accuracy;
 use crate::check::{Planned, check_within, level};
-use crate::plan::{Plan, available_threads};
+use crate::plan::{CasePlan, available_threads};
 use crate::point::{Job, as_json};
 
 use error::MOST_THREADS;
 pub use error::RunError;
-pub use options::Options;
-pub use summary::{PointSummary, Summary};
+pub use options::RunOptions;
+pub use summary::{PointSummary, RunSummary};
 
 /// Keys of a case that do not affect the folder, and those that only change how results are shown.
 const KEYS: Keys<'static> = Keys {
@@ -31,7 +31,7 @@ const KEYS: Keys<'static> = Keys {
 ///
 /// # Errors
 /// [`RunError`]; checkpoints are kept.
-pub fn run_case(file: &CaseFile, options: &Options<'_>) -> Result<Summary, RunError> {
+pub fn run_case(file: &CaseFile, options: &RunOptions<'_>) -> Result<RunSummary, RunError> {
     let (planned, threads) = prepare(file, options)?;
     let side_by_side = side_by_side(&planned, threads);
     require_memory(needed_memory(&planned, threads), options)?;
@@ -54,7 +54,7 @@ pub fn run_case(file: &CaseFile, options: &Options<'_>) -> Result<Summary, RunEr
 /// As [`run_case`].
 pub(crate) fn prepare<'a>(
     file: &'a CaseFile,
-    options: &Options<'_>,
+    options: &RunOptions<'_>,
 ) -> Result<(Vec<Planned<'a>>, usize), RunError> {
     let threads = options.threads.unwrap_or_else(available_threads);
     if !(1..=MOST_THREADS).contains(&threads) {
@@ -89,7 +89,7 @@ pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
 pub(crate) fn require_memory_of_each(
     planned: &[Planned<'_>],
     threads: usize,
-    options: &Options<'_>,
+    options: &RunOptions<'_>,
 ) -> Result<(), RunError> {
     let bytes = planned.iter().map(|one| one.cost(threads).bytes);
     require_memory(bytes.fold(0.0, f64::max), options)
@@ -99,7 +99,7 @@ pub(crate) fn require_memory_of_each(
 ///
 /// # Errors
 /// [`RunError::Memory`].
-fn require_memory(needed: f64, options: &Options<'_>) -> Result<(), RunError> {
+fn require_memory(needed: f64, options: &RunOptions<'_>) -> Result<(), RunError> {
     match options.free_memory() {
         Some(available) if needed > available => Err(RunError::Memory { needed, available }),
         _ => Ok(()),
@@ -120,7 +120,7 @@ impl Opened {
     pub(crate) fn new(
         file: &CaseFile,
         planned: &[Planned<'_>],
-        options: &Options<'_>,
+        options: &RunOptions<'_>,
     ) -> Result<Self, RunError> {
         Self::with(file, planned, options, |path, inputs, ids| {
             Folder::open(path, options.existing, inputs, ids)
@@ -134,7 +134,7 @@ impl Opened {
     pub(crate) fn join(
         file: &CaseFile,
         planned: &[Planned<'_>],
-        options: &Options<'_>,
+        options: &RunOptions<'_>,
         lost_after: Duration,
     ) -> Result<Self, RunError> {
         Self::with(file, planned, options, |path, inputs, ids| {
@@ -145,7 +145,7 @@ impl Opened {
     fn with(
         file: &CaseFile,
         planned: &[Planned<'_>],
-        options: &Options<'_>,
+        options: &RunOptions<'_>,
         open: impl FnOnce(&Path, &[&Path], Vec<RunId>) -> Result<Folder, ResultsError>,
     ) -> Result<Self, RunError> {
         let path = options.out.clone().unwrap_or_else(|| {
@@ -181,7 +181,7 @@ impl Opened {
         &'a self,
         file: &'a CaseFile,
         planned: &'a [Planned<'a>],
-        options: &'a Options<'a>,
+        options: &'a RunOptions<'a>,
     ) -> Vec<Job<'a>> {
         let both = planned.iter().zip(self.folder.places()).enumerate();
         let job = |(number, (planned, place))| Job {
@@ -196,8 +196,8 @@ impl Opened {
     }
 
     /// Summary of the run.
-    pub(crate) fn summary(&self, points: Vec<PointSummary>) -> Summary {
-        Summary {
+    pub(crate) fn summary(&self, points: Vec<PointSummary>) -> RunSummary {
+        RunSummary {
             folder: self.folder.path().to_owned(),
             is_sweep: self.is_sweep,
             points,
@@ -221,7 +221,7 @@ pub(crate) fn run_ids(planned: &[Planned<'_>]) -> Result<Vec<RunId>, RunError> {
 }
 
 /// Path of the start file of a case; `None` without one.
-pub(crate) fn start_file(plan: &Plan) -> Option<PathBuf> {
+pub(crate) fn start_file(plan: &CasePlan) -> Option<PathBuf> {
     let name = plan.case.start.file.as_ref()?;
     Some(plan.folder.join(name))
 }

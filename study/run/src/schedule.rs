@@ -1,7 +1,7 @@
 //! Schedule of a run: sample times of all measures, and times of velocity rescaling.
 
 use crate::measure::Measure;
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 /// Scheduled time of a run with everything that is due then.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub struct ScheduledEvent {
 }
 
 /// All scheduled times in order. The last is the end of the run, with or without samples.
-pub fn schedule(plan: &Plan, measures: &[&dyn Measure]) -> Vec<ScheduledEvent> {
+pub fn schedule(plan: &CasePlan, measures: &[&dyn Measure]) -> Vec<ScheduledEvent> {
     let until = plan.case.run.until;
     let times = measures.iter().map(|measure| measure.times(plan)).collect();
     let heating = plan.case.rescaling().map_or_else(Vec::new, |interval| {

@@ -7,20 +7,20 @@ use nalgebra::{Vector2, Vector3};
 use rand::Rng;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::equilibrium::{self, Outcome};
-use stosszahl_case::format::{Placement, Velocities};
-use stosszahl_ed::Dissipation;
+use stosszahl_analysis::equilibrium::{self, EquilibriumTest};
+use stosszahl_case::format::{PlacementSpec, VelocitiesSpec};
+use stosszahl_ed::DissipationRule;
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Budget, Collision, Domain, Free, Grains, Interrupt, Law, Observer, Particle, ParticleState,
-    Particles, Plane, Polydisperse, Rough, Scene, Simulation, SizeDistribution, Sizes as _, Smooth,
-    Space, State, Surface, Vector as _, Volume,
+    Budget, Collision, Domain, Free, Interrupt, Law, Observer, Particle, ParticleSpec,
+    ParticleState, Particles, Plane, Polydisperse, Rough, Scene, Simulation, SizeDistribution,
+    Sizes as _, Smooth, Space, State, Surface, Vector as _, Volume,
 };
 
 use crate::control::Content;
 use crate::places::{ExclusionRule, RandomPlacement};
-use crate::plan::{Confinement, Plan, threads_each};
+use crate::plan::{CasePlan, Confinement, threads_each};
 
 pub use error::{PlacementFailed, StartError};
 
@@ -48,7 +48,7 @@ pub struct StartReport {
     /// the case gives the start.
     pub equilibrated: Option<bool>,
     /// Equilibration tests of the last block.
-    pub tests: Vec<Outcome>,
+    pub tests: Vec<EquilibriumTest>,
 }
 
 /// Start in preparation, as a checkpoint holds it.
@@ -87,7 +87,7 @@ impl Observer for Histogram<'_> {
 /// # Errors
 /// [`StartError`] if the state cannot be made.
 pub fn placed(
-    plan: &Plan,
+    plan: &CasePlan,
     set: u64,
     streams: Streams,
     interrupt: &Interrupt,
@@ -108,7 +108,7 @@ pub fn placed(
 /// Model of particles with individual sizes, from which velocities are drawn.
 type Each<S, C> = Scene<S, C, Law, Polydisperse, Free>;
 
-fn scene<S: Space, C: Surface<S>>(plan: &Plan, surface: C) -> Result<Each<S, C>, StartError> {
+fn scene<S: Space, C: Surface<S>>(plan: &CasePlan, surface: C) -> Result<Each<S, C>, StartError> {
     Ok(Scene {
         space: S::default(),
         surface,
@@ -119,7 +119,7 @@ fn scene<S: Space, C: Surface<S>>(plan: &Plan, surface: C) -> Result<Each<S, C>,
 }
 
 fn by_surface<S: Space, C: Surface<S>>(
-    plan: &Plan,
+    plan: &CasePlan,
     surface: C,
     set: u64,
     streams: Streams,
@@ -178,7 +178,7 @@ fn by_surface<S: Space, C: Surface<S>>(
 /// Sets the initial velocities and spins: those of the file, or drawn ones. `draw`: number of the
 /// draw in a replica.
 fn velocities<S: Space, C: Surface<S>>(
-    plan: &Plan,
+    plan: &CasePlan,
     scene: &Each<S, C>,
     state: &mut State<Each<S, C>>,
     streams: Streams,
@@ -189,7 +189,7 @@ fn velocities<S: Space, C: Surface<S>>(
     if let Some(file) = plan
         .file
         .as_ref()
-        .filter(|_| start.velocities == Velocities::FILE)
+        .filter(|_| start.velocities == VelocitiesSpec::FILE)
     {
         let order = order(plan, &mut stream(Purpose::Velocities));
         let place = |index: usize| order.as_ref().map_or(index, |order| order[index]);
@@ -221,8 +221,8 @@ fn velocities<S: Space, C: Surface<S>>(
 
 /// Random assignment of the file's velocities to particles of the species; `None` where particles
 /// keep their own.
-fn order(plan: &Plan, stream: &mut impl Rng) -> Option<Vec<usize>> {
-    if plan.case.start.placement == Placement::File {
+fn order(plan: &CasePlan, stream: &mut impl Rng) -> Option<Vec<usize>> {
+    if plan.case.start.placement == PlacementSpec::File {
         return None;
     }
     let mut order: Vec<usize> = (0..plan.count()).collect();
@@ -238,7 +238,7 @@ fn order(plan: &Plan, stream: &mut impl Rng) -> Option<Vec<usize>> {
 /// Replaces the velocities of equilibrated disks by the initial ones, which equilibration has
 /// changed.
 fn redrawn<C: Surface<Plane>>(
-    plan: &Plan,
+    plan: &CasePlan,
     surface: C,
     equilibrated: &Particles,
     streams: Streams,
@@ -258,7 +258,7 @@ fn redrawn<C: Surface<Plane>>(
 type Placed = (Vec<Vector2<f64>>, Vec<[i32; 2]>, String);
 
 fn in_plane(
-    plan: &Plan,
+    plan: &CasePlan,
     streams: Streams,
     radius: impl Fn(usize) -> f64,
     interrupt: &Interrupt,
@@ -294,21 +294,21 @@ fn in_plane(
     Ok((placement.positions, placement.reciprocal, name))
 }
 
-impl Plan {
+impl CasePlan {
     /// Lattice or random arrangement to place; `None` with a start file.
     pub fn arrangement(&self) -> Option<Arrangement> {
         match self.case.start.placement {
-            Placement::Disordered => Some(Arrangement::Disordered),
-            Placement::Square => Some(Arrangement::Square),
-            Placement::Hexagonal => Some(Arrangement::Hexagonal),
-            Placement::File => None,
+            PlacementSpec::Disordered => Some(Arrangement::Disordered),
+            PlacementSpec::Square => Some(Arrangement::Square),
+            PlacementSpec::Hexagonal => Some(Arrangement::Hexagonal),
+            PlacementSpec::File => None,
         }
     }
 }
 
 /// Converts a state to particles of the common interface.
 fn particles<S: Space, C: Surface<S>>(
-    plan: &Plan,
+    plan: &CasePlan,
     scene: &Each<S, C>,
     state: &State<Each<S, C>>,
 ) -> Particles {
@@ -334,15 +334,15 @@ fn particles<S: Space, C: Surface<S>>(
 
 /// Particle properties without the shear flow: equilibration is at rest, and the flow starts after
 /// it.
-fn at_rest(plan: &Plan) -> Grains {
-    Grains {
+fn at_rest(plan: &CasePlan) -> ParticleSpec {
+    ParticleSpec {
         shear_rate: None,
         ..plan.grains.clone()
     }
 }
 
 /// Rescales smooth disks to the initial temperature, without drift.
-fn rescale(plan: &Plan, all: &mut Particles) -> Result<(), StartError> {
+fn rescale(plan: &CasePlan, all: &mut Particles) -> Result<(), StartError> {
     let scene = scene::<Plane, Smooth>(plan, Smooth)?;
     let body = |one: &Particle| ParticleState::new(one.position.xy(), one.velocity.xy());
     let mut state: State<Each<Plane, Smooth>> = State {
@@ -364,12 +364,16 @@ impl Preparation {
     ///
     /// # Errors
     /// [`StartError`] if particles do not fit, or on interruption.
-    pub fn new(plan: &Plan, streams: Streams, interrupt: &Interrupt) -> Result<Self, StartError> {
+    pub fn new(
+        plan: &CasePlan,
+        streams: Streams,
+        interrupt: &Interrupt,
+    ) -> Result<Self, StartError> {
         let (particles, reciprocal, placement) = placed(plan, 0, streams, interrupt)?;
         let boundaries = plan.exact_boundaries(streams)?;
         let gas = stosszahl_ed::simulate(
             &at_rest(plan),
-            Dissipation::Elastic,
+            DissipationRule::Elastic,
             &boundaries,
             &particles,
         );
@@ -391,7 +395,7 @@ impl Preparation {
     }
 
     /// Fraction of the longest equilibration that is done.
-    pub fn share(&self, plan: &Plan) -> f64 {
+    pub fn share(&self, plan: &CasePlan) -> f64 {
         self.collisions as f64 / pairs(plan, plan.longest_equilibration()).max(1) as f64
     }
 
@@ -404,7 +408,7 @@ impl Preparation {
     /// preparation unchanged.
     pub fn leg(
         &mut self,
-        plan: &Plan,
+        plan: &CasePlan,
         streams: Streams,
         interrupt: &Interrupt,
     ) -> Result<bool, StartError> {
@@ -489,7 +493,7 @@ impl Preparation {
     /// [`StartError::Interrupted`] leaves the preparation unchanged.
     fn fly_on(
         &mut self,
-        plan: &Plan,
+        plan: &CasePlan,
         gas: &mut dyn Simulation,
         leg: u64,
         complete: bool,
@@ -514,10 +518,10 @@ impl Preparation {
     /// Gas in equilibration, in its present state.
     pub(crate) fn gas(
         &self,
-        plan: &Plan,
+        plan: &CasePlan,
         streams: Streams,
     ) -> Result<Box<dyn Simulation>, StartError> {
-        let (boundaries, kind) = (plan.exact_boundaries(streams)?, Dissipation::Elastic);
+        let (boundaries, kind) = (plan.exact_boundaries(streams)?, DissipationRule::Elastic);
         let gas = stosszahl_ed::resume(
             &at_rest(plan),
             plan.count(),
@@ -533,7 +537,7 @@ impl Preparation {
     ///
     /// # Errors
     /// [`StartError`] if the preparation is damaged.
-    pub fn particles(&self, plan: &Plan, streams: Streams) -> Result<Particles, StartError> {
+    pub fn particles(&self, plan: &CasePlan, streams: Streams) -> Result<Particles, StartError> {
         let mut particles = self.gas(plan, streams)?.particles();
         particles.time = 0.0;
         if plan.draws_after_equilibration() {
@@ -542,14 +546,14 @@ impl Preparation {
                 Some(rough) => redrawn(plan, rough, &particles, streams),
             };
         }
-        let drawn = plan.case.start.velocities == Velocities::MAXWELLIAN;
+        let drawn = plan.case.start.velocities == VelocitiesSpec::MAXWELLIAN;
         if plan.equilibration() > 0.0 && drawn && plan.is_disk_fluid() {
             rescale(plan, &mut particles)?;
         }
         Ok(particles)
     }
 
-    fn tests(&self, plan: &Plan, particles: &Particles) -> Vec<Outcome> {
+    fn tests(&self, plan: &CasePlan, particles: &Particles) -> Vec<EquilibriumTest> {
         let mut tests = vec![equilibrium::impact_uniform(&self.bins)];
         if !plan.is_disk_fluid() {
             return tests;
@@ -568,13 +572,13 @@ impl Preparation {
 }
 
 /// Number of pair collisions for a number of collisions per particle.
-pub(crate) fn pairs(plan: &Plan, per_particle: f64) -> u64 {
+pub(crate) fn pairs(plan: &CasePlan, per_particle: f64) -> u64 {
     (0.5 * per_particle * plan.count() as f64).ceil() as u64
 }
 
 /// Returns true if elastic dynamics equilibrates or tests the start of a case, which must be hard
 /// disks.
-pub fn is_prepared(plan: &Plan) -> bool {
+pub fn is_prepared(plan: &CasePlan) -> bool {
     plan.is_disk_fluid() || plan.dimension == 2 && plan.equilibration() > 0.0
 }
 

@@ -14,11 +14,11 @@ use crate::engines::{self, From};
 use crate::follow::{EngineRun, PartError};
 use crate::judge;
 use crate::measure::{
-    CompletedRun, Measure, Needs, NoOptions, Probe, Recorder, SampleContext, Stop, described,
+    CompletedRun, Measure, Needs, NoOptions, Probe, RunStop, SampleContext, SampleProbe, described,
     keeps_record,
 };
 use crate::measures::ALL;
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 use crate::question;
 use crate::start::{Preparation, StartError, is_prepared, placed};
 
@@ -47,7 +47,7 @@ impl Probe for All {
     fn begin(&mut self, moment: &mut SampleContext<'_>) {
         moment.simulation.track_displacements();
     }
-    fn stop(&mut self, stop: &Stop) {
+    fn stop(&mut self, stop: &RunStop) {
         self.record.stops.extend([stop.time, stop.temperature]);
         self.record.stops.extend(stop.kicked_from);
     }
@@ -70,26 +70,26 @@ struct Everything;
 impl Measure for Everything {
     described!("everything", "All that a probe can see", NoOptions);
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
-    fn needs(&self, plan: &Plan) -> Needs {
+    fn needs(&self, plan: &CasePlan) -> Needs {
         Needs {
             displacements: plan.is_uniform() && !plan.is_rough() && plan.case.aggregation.is_none(),
             trajectories: 0,
         }
     }
-    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(All {
             record: Seen::default(),
         })
     }
 }
 
-fn plan(text: &str) -> Plan {
+fn plan(text: &str) -> CasePlan {
     let text = format!("format = 2\ntitle = \"a test\"\nreplicas = 1\n{text}");
     let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
-    Plan::new(&file.points[0].case, Path::new("")).expect("a plan")
+    CasePlan::new(&file.points[0].case, Path::new("")).expect("a plan")
 }
 
 fn seen(finished: &CompletedRun) -> Seen {
@@ -212,11 +212,11 @@ struct Drift;
 impl Measure for Drift {
     described!("drift", "The mean velocity", NoOptions);
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         vec![plan.case.run.until]
     }
-    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(Recorder::new(Vec::<f64>::new(), |record, moment| {
+    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(SampleProbe::new(Vec::<f64>::new(), |record, moment| {
             let all = &moment.particles().all;
             let sum: nalgebra::Vector3<f64> = all.iter().map(|one| one.velocity).sum();
             record.push(sum.norm() / all.len() as f64);
@@ -402,7 +402,7 @@ fn threads_have_a_limit() {
                 equilibration = 0\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n";
     let file = crate::format().from_text(Path::new("case.toml"), text, &[]);
     let file = file.expect("a case");
-    let options = crate::Options {
+    let options = crate::RunOptions {
         out: Some(folder.path().join("out")),
         existing: Existing::Refuse,
         threads: Some(1025),
@@ -614,11 +614,11 @@ impl Probe for EagerProbe {
 impl Measure for Eager {
     described!("eager", "Ends the run early", NoOptions);
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
 
-    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(EagerProbe(Raising {
             interrupt: self.0.clone(),
             left: self.1,
@@ -647,7 +647,7 @@ fn a_gas_that_will_rest_is_named() {
         let text = text.replace("RESTITUTION", restitution);
         let text = text.replace("FLOOR", floor).replace("GRAVITY", gravity);
         let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
-        let plan = Plan::new(&file.points[0].case, Path::new(".")).expect("a plan");
+        let plan = CasePlan::new(&file.points[0].case, Path::new(".")).expect("a plan");
         let said = plan.warnings.iter().any(|one| one.starts_with("gravity: "));
         assert_eq!(said, settled_particles, "{text}{:?}", plan.warnings);
     }
@@ -758,7 +758,7 @@ fn elastic_twins_take_their_time() {
 fn luding_1998_has_the_published_time() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/luding-1998.toml");
     let file = CaseFile::read(&path, &[]).expect("a case");
-    let plan = Plan::new(&file.points[0].case, Path::new("")).expect("a plan");
+    let plan = CasePlan::new(&file.points[0].case, Path::new("")).expect("a plan");
     let chi = stosszahl_model::kinetic::contact_value(0.25);
     let reduced = std::f64::consts::PI.sqrt() / (2.0 * 0.36 * 0.25 * chi);
     let wanted = reduced * 0.001 / (0.2047 * 0.5_f64.sqrt());
@@ -781,7 +781,7 @@ fn a_box_in_critical_lengths_says_the_number_of_disks() {
     let file = text.replace("0.8\n[run]", "1e-3\n[run]");
     let file = format!("format = 2\ntitle = \"a test\"\n{file}");
     let file = CaseFile::from_text(Path::new("test.toml"), &file, &[]).expect("a case");
-    let refused = Plan::new(&file.points[0].case, Path::new("")).expect_err("no disks");
+    let refused = CasePlan::new(&file.points[0].case, Path::new("")).expect_err("no disks");
     assert_eq!(refused.key, "box.width_over_critical_length");
 }
 

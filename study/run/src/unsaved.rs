@@ -1,7 +1,7 @@
 //! Runs without files, for the pilot and the frontier, and the quantities they measure.
 
 use stosszahl_analysis::energy::EnergySample;
-use stosszahl_analysis::windows::{Window, Windows};
+use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_case::Case;
 use stosszahl_model::{Interrupt, Particles, kinetic};
 
@@ -9,13 +9,13 @@ use crate::control::Control;
 use crate::follow::{EngineRun, PartError, prepare};
 use crate::measure::{CompletedRun, Measure};
 use crate::measures;
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// One replica of a plan, to be run without files.
 #[derive(Clone, Copy)]
 pub(crate) struct InMemoryRun<'a> {
     /// Plan of the case.
-    pub plan: &'a Plan,
+    pub plan: &'a CasePlan,
     /// Measures to take.
     pub measures: &'a [&'static dyn Measure],
     /// Number of the replica.
@@ -87,12 +87,12 @@ pub(crate) fn energies(run: &CompletedRun) -> Vec<f64> {
 }
 
 /// First time window of the run.
-pub(crate) fn window(run: &CompletedRun) -> Option<&Window> {
-    run.record::<Windows>()?.windows.first()
+pub(crate) fn window(run: &CompletedRun) -> Option<&CollisionWindow> {
+    run.record::<CollisionWindows>()?.windows.first()
 }
 
 /// Collision rate in the first window over Enskog's at the measured temperature.
-pub(crate) fn collision_rate(plan: &Plan, run: &CompletedRun) -> f64 {
+pub(crate) fn collision_rate(plan: &CasePlan, run: &CompletedRun) -> f64 {
     let enskog = kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0);
     let found = window(run).and_then(|window| window.dissipation(enskog, plan.count()));
     found.map_or(f64::NAN, |found| found.rate)

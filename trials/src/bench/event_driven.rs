@@ -1,15 +1,15 @@
 //! Event-driven disks.
 
 use clap::{Args, ValueEnum};
-use stosszahl_ed::{Checkpoint, Dissipation, Engine, StripedEngine};
+use stosszahl_ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, StripedEngine};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::{
     Invalid, ParticleModel, ParticleState, Plane, Scene, Shear, Sheared, State, kinetic,
 };
 
-use super::{Speed, Work, timed};
+use super::{BenchWork, Speed, timed};
 use crate::TrialError;
-use crate::gas::{Disks, disks, fluid, relaxed};
+use crate::gas::{EqualDisks, disks, fluid, relaxed};
 
 /// `stosszahl-trials bench ed`.
 #[derive(Clone, Debug, Args)]
@@ -58,7 +58,7 @@ pub enum BenchStart {
 
 impl BenchEd {
     /// Returns the equilibrated gas.
-    fn start(&self) -> Result<State<Disks>, TrialError> {
+    fn start(&self) -> Result<State<EqualDisks>, TrialError> {
         let (packing, each) = (self.packing_fraction, self.equilibrate);
         let good = packing > 0.0 && packing <= kinetic::CLOSE_PACKING;
         Invalid::require(
@@ -89,7 +89,7 @@ impl BenchEd {
     }
 }
 
-impl Work for BenchEd {
+impl BenchWork for BenchEd {
     /// Times the next collisions, or the collisions until a time in units of `t_0`; includes the
     /// time to make the engine.
     fn measure(&self) -> Result<Speed, TrialError> {
@@ -97,7 +97,8 @@ impl Work for BenchEd {
         let Some(rate) = self.shear_rate else {
             return self.time(scene, start);
         };
-        let body = |body: &ParticleState<Disks>| ParticleState::new(body.position, body.velocity);
+        let body =
+            |body: &ParticleState<EqualDisks>| ParticleState::new(body.position, body.velocity);
         let sheared = State {
             time: start.time,
             domain: start.domain.sheared(Some(Shear::new(rate)?))?,
@@ -122,7 +123,7 @@ impl BenchEd {
         start: State<P>,
     ) -> Result<Speed, TrialError> {
         let (restitution, packing) = (self.restitution, self.packing_fraction);
-        let start = Checkpoint::from(start);
+        let start = EventDrivenCheckpoint::from(start);
         let threads = usize::from(self.threads);
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -141,7 +142,7 @@ impl BenchEd {
         };
         let until = self.until.map_or(f64::INFINITY, |time| time * unit);
         let (engine, seconds, cpu) = timed(|| -> Result<_, TrialError> {
-            let engine = Engine::<P>::new(scene, Dissipation::Scene, start)?;
+            let engine = EventDrivenEngine::<P>::new(scene, DissipationRule::Scene, start)?;
             let mut engine = StripedEngine::new(engine, threads);
             pool.install(|| engine.advance(until, collisions, &mut ()))?;
             Ok(engine)

@@ -2,9 +2,11 @@
 //! Table I of Bodrova & Osinsky (2024).
 
 use clap::{Args, ValueEnum};
-use stosszahl_dsmc::homogeneous::{AliasTableSelection, Bird, Contact, Engine, LowRank, Selection};
+use stosszahl_dsmc::homogeneous::{
+    AliasTableSelection, Bird, HomogeneousEngine, LowRank, PairCorrelationFactor, SelectionMethod,
+};
 
-use super::{Speed, Work, timed};
+use super::{BenchWork, Speed, timed};
 use crate::TrialError;
 use crate::gas::{Spheres, spheres, without_positions};
 
@@ -12,15 +14,15 @@ use crate::gas::{Spheres, spheres, without_positions};
 #[derive(Clone, Debug, Args)]
 pub struct BenchMixture {
     /// Pair selection.
-    #[arg(long, value_enum, default_value_t = Pick::AliasTables)]
-    pub selection: Pick,
+    #[arg(long, value_enum, default_value_t = SelectionArgument::AliasTables)]
+    pub selection: SelectionArgument,
     /// Number of monomers; there are k^-3 times as many spheres of mass k.
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub monomers: u32,
     /// Rounding of the numbers of particles: down (100 sizes for a million monomers) or to the
     /// nearest (125 sizes).
-    #[arg(long, value_enum, default_value_t = Counts::Down)]
-    pub counts: Counts,
+    #[arg(long, value_enum, default_value_t = CountRounding::Down)]
+    pub counts: CountRounding,
     /// Coefficient of restitution.
     #[arg(long, value_name = "R", default_value_t = 0.5)]
     pub restitution: f64,
@@ -40,7 +42,7 @@ pub struct BenchMixture {
 
 /// Pair selection, by the names that case files have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Pick {
+pub enum SelectionArgument {
     /// Groups of like speed and size in alias tables: the fastest.
     AliasTables,
     /// Products of the weights of size classes, found in trees.
@@ -51,25 +53,25 @@ pub enum Pick {
 
 /// Rounding of the numbers of particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Counts {
+pub enum CountRounding {
     /// Rounding down.
     Down,
     /// Rounding to the nearest whole number.
     Nearest,
 }
 
-impl Work for BenchMixture {
+impl BenchWork for BenchMixture {
     fn measure(&self) -> Result<Speed, TrialError> {
         match self.selection {
-            Pick::AliasTables => self.measure_by::<AliasTableSelection>(),
-            Pick::LowRank => self.measure_by::<LowRank>(),
-            Pick::SingleMajorant => self.measure_by::<Bird>(),
+            SelectionArgument::AliasTables => self.measure_by::<AliasTableSelection>(),
+            SelectionArgument::LowRank => self.measure_by::<LowRank>(),
+            SelectionArgument::SingleMajorant => self.measure_by::<Bird>(),
         }
     }
 }
 
 impl BenchMixture {
-    fn measure_by<S: Selection<Spheres>>(&self) -> Result<Speed, TrialError> {
+    fn measure_by<S: SelectionMethod<Spheres>>(&self) -> Result<Speed, TrialError> {
         let monomers = f64::from(self.monomers);
         let kinds: Vec<(f64, f64, usize)> = (1_u32..=2000)
             .map(|k| {
@@ -77,8 +79,8 @@ impl BenchMixture {
                 let share = monomers / (mass * mass * mass);
                 let count = match self.counts {
                     // Slack for a whole share that rounding puts just below itself.
-                    Counts::Down => (share + 1e-9).floor(),
-                    Counts::Nearest => share.round(),
+                    CountRounding::Down => (share + 1e-9).floor(),
+                    CountRounding::Nearest => share.round(),
                 };
                 (mass.cbrt(), mass, count as usize)
             })
@@ -89,8 +91,13 @@ impl BenchMixture {
         let scene = spheres(&kinds, self.restitution)?;
         // Number density 0.1 of monomers, temperature one.
         let extent = (monomers / 0.1, particles);
-        let mut engine: Engine<_, S> =
-            without_positions(scene, Contact::Dilute, extent, |_| 1.0, self.seed)?;
+        let mut engine: HomogeneousEngine<_, S> = without_positions(
+            scene,
+            PairCorrelationFactor::Dilute,
+            extent,
+            |_| 1.0,
+            self.seed,
+        )?;
         let most = self.collisions.unwrap_or(u64::MAX);
         let (ended, seconds, _) = timed(|| engine.advance(self.until, most, &mut ()));
         ended?;

@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::TrialError;
 
 pub use event_driven::BenchEd;
-pub use mixture::{BenchMixture, Counts, Pick};
+pub use mixture::{BenchMixture, CountRounding, SelectionArgument};
 pub use monte_carlo::BenchDsmc;
 
 /// Measured numbers, by the names that scripts rely on.
@@ -50,7 +50,7 @@ impl Speed {
 }
 
 /// Piece of work for an engine, as requested on the command line.
-pub(crate) trait Work {
+pub(crate) trait BenchWork {
     /// Makes the start and times the work; refuses numbers out of range.
     fn measure(&self) -> Result<Speed, TrialError>;
 }

@@ -3,13 +3,13 @@
 
 use clap::Args;
 use rand::RngExt;
-use stosszahl_dsmc::{Engine, Parameters, Scheme};
+use stosszahl_dsmc::{DsmcEngine, Parameters, Scheme};
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Constant, Domain, Invalid, Plane, Space, State, Volume};
 
-use super::{Speed, Work, timed};
+use super::{BenchWork, Speed, timed};
 use crate::TrialError;
-use crate::gas::{PLAIN, Particles, UNIT, particles, random, warm};
+use crate::gas::{PLAIN, SmoothParticles, UNIT, particles, random, warm};
 
 /// `stosszahl-trials bench dsmc`.
 #[derive(Clone, Debug, Args)]
@@ -40,7 +40,7 @@ pub struct BenchDsmc {
     pub json: bool,
 }
 
-impl Work for BenchDsmc {
+impl BenchWork for BenchDsmc {
     fn measure(&self) -> Result<Speed, TrialError> {
         for (name, value) in [
             ("--per-cell", self.per_cell),
@@ -88,7 +88,7 @@ impl BenchDsmc {
             cell_size: Some(cell),
             ..PLAIN
         };
-        let mut engine = Engine::new(&scene, parameters, &state, Streams::new(1, 0))?;
+        let mut engine = DsmcEngine::new(&scene, parameters, &state, Streams::new(1, 0))?;
         drop(state);
         engine.hold_step(2.0 * self.collisions_per_step / theory);
         engine.advance(f64::INFINITY, WARM_UP, &mut ());
@@ -124,8 +124,8 @@ impl BenchDsmc {
 fn start<S: Space>(
     count: usize,
     side: f64,
-) -> Result<(Particles<S>, State<Particles<S>>), TrialError> {
-    let scene: Particles<S> = particles(Constant::ELASTIC, UNIT);
+) -> Result<(SmoothParticles<S>, State<SmoothParticles<S>>), TrialError> {
+    let scene: SmoothParticles<S> = particles(Constant::ELASTIC, UNIT);
     let domain = Domain::periodic(S::vector(|_| side))?;
     let mut stream = random(1);
     let places = (0..count).map(|_| S::vector(|_| side * stream.random::<f64>()));

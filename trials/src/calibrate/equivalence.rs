@@ -12,11 +12,15 @@ use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use statrs::distribution::{Binomial, DiscreteCDF};
 use stosszahl_analysis::statistics::Estimate as Mean;
-use stosszahl_analysis::windows::{Window, Windows};
+use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_model::Interrupt;
-use stosszahl_results::{Cell, Estimate, Existing, Stored, Table, Verdict, VerdictKind};
-use stosszahl_study::judge::{self, Comparison, ImpactTest, Pair, Places, Rule, Unit};
-use stosszahl_study::{Options, run_case};
+use stosszahl_results::{
+    Existing, Stored, Table, TableCell, TableEstimate, VerdictKind, VerdictText,
+};
+use stosszahl_study::judge::{
+    self, ComparedPair, Comparison, DifferenceUnit, ImpactTest, Places, VerdictRule,
+};
+use stosszahl_study::{RunOptions, run_case};
 
 use super::CHANCE;
 use crate::{Done, TrialError, TrialLog};
@@ -54,7 +58,7 @@ struct Replica {
     /// Energies over that of the start, at each sample after the start.
     energies: Vec<f64>,
     /// Impact parameters in windows of time.
-    windows: Vec<Window>,
+    windows: Vec<CollisionWindow>,
 }
 
 /// Replicas of one engine, with sample times and windows.
@@ -70,7 +74,7 @@ fn failed(error: impl Display) -> TrialError {
 }
 
 /// Returns the number in a column of a row; NaN without one.
-fn number(table: &Table, row: &[Cell], column: &str) -> f64 {
+fn number(table: &Table, row: &[TableCell], column: &str) -> f64 {
     let place = table.find(column);
     place
         .and_then(|place| row[place].number())
@@ -78,23 +82,23 @@ fn number(table: &Table, row: &[Cell], column: &str) -> f64 {
 }
 
 /// Returns the rows of one engine.
-fn rows<'a>(table: &'a Table, engine: &'a str) -> impl Iterator<Item = &'a [Cell]> {
+fn rows<'a>(table: &'a Table, engine: &'a str) -> impl Iterator<Item = &'a [TableCell]> {
     let place = table.find("engine");
-    let wanted = move |row: &&Vec<Cell>| {
-        place.is_some_and(|place| row[place] == Cell::Text(engine.to_owned()))
+    let wanted = move |row: &&Vec<TableCell>| {
+        place.is_some_and(|place| row[place] == TableCell::Text(engine.to_owned()))
     };
     table.rows.iter().filter(wanted).map(Vec::as_slice)
 }
 
 /// Rebuilds the spans and the windows of impact parameters of one engine from the counts of a
 /// table.
-fn windows(table: &Table, engine: &str) -> (Vec<[f64; 2]>, Vec<Window>) {
-    let (mut spans, mut windows): (Vec<[f64; 2]>, Vec<Window>) = (Vec::new(), Vec::new());
+fn windows(table: &Table, engine: &str) -> (Vec<[f64; 2]>, Vec<CollisionWindow>) {
+    let (mut spans, mut windows): (Vec<[f64; 2]>, Vec<CollisionWindow>) = (Vec::new(), Vec::new());
     for row in rows(table, engine) {
         let span = ["window_start", "window_end"].map(|name| number(table, row, name));
         if spans.last() != Some(&span) {
             spans.push(span);
-            let mut empty = Windows::new(&[span], 20, 1, 0.0, 1.0).windows;
+            let mut empty = CollisionWindows::new(&[span], 20, 1, 0.0, 1.0).windows;
             windows.extend(empty.pop());
         }
         if let Some(window) = windows.last_mut() {
@@ -106,7 +110,7 @@ fn windows(table: &Table, engine: &str) -> (Vec<[f64; 2]>, Vec<Window>) {
 }
 
 /// Adds collisions to a bin of a window, uniform within the bin.
-fn put(window: &mut Window, bin: usize, count: u64) {
+fn put(window: &mut CollisionWindow, bin: usize, count: u64) {
     let place = (bin as f64 + 0.5) / window.bins.len() as f64;
     window.bins[bin] += count;
     window.collisions += count;
@@ -128,7 +132,7 @@ fn pools(
         let file = stosszahl_study::format()
             .from_text(Path::new("pool.toml"), text, &set)
             .map_err(failed)?;
-        let options = Options {
+        let options = RunOptions {
             out: Some(folder.path().join("case")),
             existing: Existing::Replace,
             threads: Some(1),
@@ -188,7 +192,7 @@ struct Rates {
 }
 
 impl Rates {
-    fn note(&mut self, found: &Verdict, truth: f64) {
+    fn note(&mut self, found: &VerdictText, truth: f64) {
         self.samples += 1;
         match found.kind {
             VerdictKind::Agree => self.agree += 1,
@@ -221,7 +225,7 @@ fn measure(
     what: &str,
     margin: f64,
     counts: &[usize],
-    mut draw: impl FnMut(&mut Xoshiro256PlusPlus, usize, f64) -> Option<Verdict>,
+    mut draw: impl FnMut(&mut Xoshiro256PlusPlus, usize, f64) -> Option<VerdictText>,
 ) -> Done {
     let samples = if log.effort.quick { 200 } else { 1000 };
     let law = Binomial::new(LEVEL, samples as u64).map_err(failed)?;
@@ -269,8 +273,8 @@ fn measure(
 }
 
 /// Creates the rule of one comparison alone.
-fn rule(margin: f64) -> Rule {
-    Rule::new(LEVEL, margin)
+fn rule(margin: f64) -> VerdictRule {
+    VerdictRule::new(LEVEL, margin)
 }
 
 /// Compares energies of cooling gases: two draws from the pool of one engine, the first raised by
@@ -310,11 +314,11 @@ pub(super) fn cooling(log: &mut TrialLog) -> Done {
                 a: "a",
                 b: "b",
                 quantity: "energy",
-                unit: Unit::Relative,
+                unit: DifferenceUnit::Relative,
                 rule: rule(margin),
             };
             let places = Places::Times(&pool.times);
-            Pair { comparison, places }.judge(&pairs)
+            ComparedPair { comparison, places }.judge(&pairs)
         })?;
         // Monte Carlo only: the impact parameters of clustered exact disks have a slope.
         if pool.name.contains("contact-point") {
@@ -341,7 +345,7 @@ pub(super) fn elastic(log: &mut TrialLog) -> Done {
 fn impact(log: &mut TrialLog, pool: &Pool, counts: &[usize]) -> Done {
     // Margin of twice the root mean square slope of one replica: eight replicas find a slope of two
     // margins in most cases.
-    let last = |one: &Replica| one.windows.last().and_then(Window::slope);
+    let last = |one: &Replica| one.windows.last().and_then(CollisionWindow::slope);
     let slopes: Vec<f64> = pool.replicas.iter().filter_map(last).collect();
     let squares: f64 = slopes.iter().map(|slope| slope * slope).sum();
     let margin = 2.0 * (squares / slopes.len().max(1) as f64).sqrt();
@@ -351,12 +355,12 @@ fn impact(log: &mut TrialLog, pool: &Pool, counts: &[usize]) -> Done {
         let mut draw = || {
             let one = &pool.replicas[stream.random_range(0..pool.replicas.len())];
             let over: bool = stream.random();
-            let tilt = |window: &Window| tilted(window, over, truth);
+            let tilt = |window: &CollisionWindow| tilted(window, over, truth);
             one.windows.iter().map(tilt).collect::<Vec<_>>()
         };
-        let drawn: Vec<Vec<Window>> = (0..replicas).map(|_| draw()).collect();
+        let drawn: Vec<Vec<CollisionWindow>> = (0..replicas).map(|_| draw()).collect();
         let test = |(place, &span): (usize, &[f64; 2])| {
-            let all: Vec<&Window> = drawn.iter().map(|one| &one[place]).collect();
+            let all: Vec<&CollisionWindow> = drawn.iter().map(|one| &one[place]).collect();
             ImpactTest::of(span, &all)
         };
         let tests: Vec<ImpactTest> = pool.spans.iter().enumerate().map(test).collect();
@@ -371,9 +375,9 @@ fn impact(log: &mut TrialLog, pool: &Pool, counts: &[usize]) -> Done {
 
 /// Returns a window with its density mirrored if `over` is true, and multiplied by
 /// `1 + slope (u - 1/2)`.
-fn tilted(window: &Window, over: bool, slope: f64) -> Window {
+fn tilted(window: &CollisionWindow, over: bool, slope: f64) -> CollisionWindow {
     let bins = window.bins.len();
-    let mut tilted = Window {
+    let mut tilted = CollisionWindow {
         bins: vec![0; bins],
         collisions: 0,
         impact: 0.0,
@@ -410,8 +414,8 @@ pub(super) fn profiles(log: &mut TrialLog) -> Done {
                     .map(|_| centre * (1.0 + SPREAD * stream.sample::<f64, _>(StandardNormal)))
                     .collect();
                 let mean = Mean::over_replicas(&values);
-                mean.map_or(Estimate::default(), |mean| {
-                    Estimate::of(mean.value, mean.standard_error)
+                mean.map_or(TableEstimate::default(), |mean| {
+                    TableEstimate::of(mean.value, mean.standard_error)
                 })
             };
             let place = |place: usize| {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use stosszahl_results::Table;
 
 use super::data::count;
-use super::results::Row;
+use super::results::ResultRow;
 use super::tables::table as markdown;
 use crate::TrialError;
 use crate::table::numbers;
@@ -13,7 +13,7 @@ use crate::table::numbers;
 /// Formats the number of claims by part and verdict, and the claim of each part that is closest to
 /// its tolerance.
 pub(super) fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
-    let rows: Vec<Row<'_>> = Row::all(table).collect();
+    let rows: Vec<ResultRow<'_>> = ResultRow::all(table).collect();
     let mut parts: Vec<&str> = Vec::new();
     for row in &rows {
         let part = row.words("part")?;
@@ -62,7 +62,7 @@ pub(super) fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
 }
 
 /// Formats the claim whose deviation is the largest share of its tolerance.
-fn closest(rows: &[Row<'_>]) -> Result<String, TrialError> {
+fn closest(rows: &[ResultRow<'_>]) -> Result<String, TrialError> {
     let (mut text, mut largest) = ("–".to_owned(), 0.0);
     for row in rows {
         let Some(tolerance) = row.maybe("tolerance") else {

@@ -17,7 +17,7 @@ pub struct Head {
 
 /// Block of a page.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Block {
+pub struct PageBlock {
     /// First line of the block.
     pub head: Head,
     /// Text between the first and the last line.
@@ -109,9 +109,9 @@ fn place(text: &str, name: &str) -> Option<[usize; 4]> {
 }
 
 /// Returns the block of a name; `None` if there is none, or its first line cannot be read.
-pub fn find(text: &str, name: &str) -> Option<Block> {
+pub fn find(text: &str, name: &str) -> Option<PageBlock> {
     let [begin, inner, end, _] = place(text, name)?;
-    Some(Block {
+    Some(PageBlock {
         head: Head::read(&text[begin..inner])?,
         text: text[inner..end].trim().to_owned(),
     })

@@ -3,15 +3,15 @@
 
 use std::fmt::Write as _;
 
-use stosszahl_results::{Estimate, Table, table};
+use stosszahl_results::{Table, TableEstimate, table};
 
-use super::data::{DataTable, Make};
-use super::results::{Key, Measured, Results, Row};
+use super::data::{DataMaker, DataTable};
+use super::results::{FinishedRun, KeyCondition, MeasuredNumber, ResultRow};
 use super::tables::of_window;
 use crate::TrialError;
 
 /// Maker of the block of 10 000 exact disks and of 64 simulators for each.
-pub(super) const BROKEN_CHAOS: Make = Make::Data {
+pub(super) const BROKEN_CHAOS: DataMaker = DataMaker::Data {
     table: |results| {
         let times = [0.2, 0.4309, 0.9283, 2.0, 4.309, 9.283, 20.0];
         course(results, &times, &[[0.0, 1.0], [1.0, 5.0], [5.0, 20.0]])
@@ -20,7 +20,7 @@ pub(super) const BROKEN_CHAOS: Make = Make::Data {
 };
 
 /// Maker of the block of the case of 1998 and of four simulators for each disk.
-pub(super) const UNBIASED: Make = Make::Data {
+pub(super) const UNBIASED: DataMaker = DataMaker::Data {
     table: |results| {
         let times = [0.1, 1.0, 2.154, 10.0, 21.54, 46.42, 100.0, 215.4, 400.0];
         course(results, &times, &[[0.0, 1.0], [100.0, 400.0]])
@@ -56,24 +56,28 @@ fn columns() -> Table {
 }
 
 /// Creates the table of energies at times, and of factors in windows.
-fn course(results: &Results, times: &[f64], windows: &[[f64; 2]]) -> Result<Table, TrialError> {
+fn course(results: &FinishedRun, times: &[f64], windows: &[[f64; 2]]) -> Result<Table, TrialError> {
     let mut table = columns();
-    let mut add = |quantity: &str, engine: &str, start: f64, end: Option<f64>, found: Measured| {
-        let value = Estimate::of(found.value, Some(found.error));
-        table.add(((quantity, engine), (start, end), value));
-    };
+    let mut add =
+        |quantity: &str, engine: &str, start: f64, end: Option<f64>, found: MeasuredNumber| {
+            let value = TableEstimate::of(found.value, Some(found.error));
+            table.add(((quantity, engine), (start, end), value));
+        };
     let [(exact, _), (scheme, _)] = ENGINES;
     for &time in times {
-        let keys = [("engine", Key::Is(exact)), ("time", Key::At(time))];
+        let keys = [
+            ("engine", KeyCondition::Is(exact)),
+            ("time", KeyCondition::At(time)),
+        ];
         let row = results.row("", "energy", &keys)?;
         let ratio = row.measured("energy_ratio")?;
         add("energy_ratio", exact, time, None, ratio);
         let haff = ratio.over(row.number("energy_ratio_theory")?);
         add("energy_over_haff", exact, time, None, haff);
         let keys = [
-            ("engine_a", Key::Is(exact)),
-            ("engine_b", Key::Is(scheme)),
-            ("time", Key::At(time)),
+            ("engine_a", KeyCondition::Is(exact)),
+            ("engine_b", KeyCondition::Is(scheme)),
+            ("time", KeyCondition::At(time)),
         ];
         let quotient = results.row("", "comparison", &keys)?;
         let quotient = quotient.measured("energy_ratio_a_over_b")?;
@@ -94,9 +98,13 @@ fn course(results: &Results, times: &[f64], windows: &[[f64; 2]]) -> Result<Tabl
 }
 
 /// Returns the rows of a quantity of an engine.
-fn of<'a>(table: &'a Table, quantity: &str, engine: &str) -> Result<Vec<Row<'a>>, TrialError> {
+fn of<'a>(
+    table: &'a Table,
+    quantity: &str,
+    engine: &str,
+) -> Result<Vec<ResultRow<'a>>, TrialError> {
     let mut found = Vec::new();
-    for row in Row::all(table) {
+    for row in ResultRow::all(table) {
         if row.words("quantity")? == quantity && row.words("engine")? == engine {
             found.push(row);
         }
@@ -119,7 +127,7 @@ fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
             (largest, value) = (*row, found);
         }
     }
-    let at = |row: &Row<'_>| -> Result<String, TrialError> {
+    let at = |row: &ResultRow<'_>| -> Result<String, TrialError> {
         let (found, time) = (row.measured("value")?, row.number("start")?);
         Ok(format!("{} at t/t0 = {time}", found.text()))
     };

@@ -3,7 +3,7 @@
 
 use stosszahl_results::Table;
 
-use super::results::{Results, Row};
+use super::results::{FinishedRun, ResultRow};
 use crate::TrialError;
 
 /// Folder of the files, from the root.
@@ -28,14 +28,14 @@ impl From<String> for Made {
 }
 
 /// Maker of text and files from results.
-pub enum Make {
+pub enum DataMaker {
     /// Function that makes both.
-    Text(fn(&Results) -> Result<Made, TrialError>),
+    Text(fn(&FinishedRun) -> Result<Made, TrialError>),
     /// Function that makes a table, which is the file `docs/data/NAME.csv`. The text follows from
     /// the file.
     Data {
         /// Function that makes the table.
-        table: fn(&Results) -> Result<Table, TrialError>,
+        table: fn(&FinishedRun) -> Result<Table, TrialError>,
         /// Columns of the table, and the text of the page.
         data: DataTable,
     },
@@ -70,7 +70,7 @@ pub(super) fn text(table: &Table) -> Result<String, TrialError> {
 }
 
 /// Counts the rows that have a word in a column.
-pub(super) fn count(rows: &[Row<'_>], column: &str, word: &str) -> Result<usize, TrialError> {
+pub(super) fn count(rows: &[ResultRow<'_>], column: &str, word: &str) -> Result<usize, TrialError> {
     let mut found = 0;
     for row in rows {
         found += usize::from(row.words(column)? == word);

@@ -3,42 +3,42 @@
 use std::mem::take;
 
 use stosszahl_report::drawings;
-use stosszahl_results::{Figure, Line, Table};
+use stosszahl_results::{Figure, ReferenceLine, Table};
 
 use super::course::{BROKEN_CHAOS, UNBIASED};
-use super::data::{Made, Make};
-use super::results::{Key, Measured, Results};
+use super::data::{DataMaker, Made};
+use super::results::{FinishedRun, KeyCondition, MeasuredNumber};
 use super::tables::{against, of_window, table};
 use super::verdicts::VERDICTS;
 use super::{gases, map, papers};
 use crate::TrialError;
 
 /// Block of the documentation, with or without files.
-pub struct Entry {
+pub struct DocsEntry {
     /// Name of the block.
     pub name: &'static str,
     /// Path of the page from the root.
     pub file: &'static str,
     /// Runs that the block rests on.
-    pub source: Source,
+    pub source: EntrySource,
     /// Engines whose numbers the block shows.
-    pub engines: &'static [Engine],
+    pub engines: &'static [EngineVersion],
     /// True if `--check` makes the block again, in some ten seconds.
     pub is_cheap: bool,
     /// Maker of the text and the files.
-    pub make: Make,
+    pub make: DataMaker,
 }
 
 /// Runs behind an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum EntrySource {
     /// A bundled case.
     Case(&'static str),
     /// Quick runs of all papers: each is a point, with the table of its claims.
     Papers,
 }
 
-impl Source {
+impl EntrySource {
     /// Returns the folder of the results below `results/docs`.
     pub fn folder(self) -> &'static str {
         match self {
@@ -49,43 +49,43 @@ impl Source {
 }
 
 /// Engine in the first line of a block: its name and its current statistics version.
-pub type Engine = (&'static str, u32);
+pub type EngineVersion = (&'static str, u32);
 
-const ED: Engine = ("ed", stosszahl_ed::STATISTICS_VERSION);
-const DSMC: Engine = ("dsmc", stosszahl_dsmc::STATISTICS_VERSION);
+const ED: EngineVersion = ("ed", stosszahl_ed::STATISTICS_VERSION);
+const DSMC: EngineVersion = ("dsmc", stosszahl_dsmc::STATISTICS_VERSION);
 /// Statistics of `contact-point` with many simulators for each disk, which have a version of their
 /// own.
-const HALFWAY: Engine = ("dsmc-halfway", stosszahl_dsmc::HALFWAY_STATISTICS_VERSION);
-const HOMOGENEOUS: Engine = (
+const HALFWAY: EngineVersion = ("dsmc-halfway", stosszahl_dsmc::HALFWAY_STATISTICS_VERSION);
+const HOMOGENEOUS: EngineVersion = (
     "homogeneous",
     stosszahl_dsmc::homogeneous::STATISTICS_VERSION,
 );
 
 /// All engines, each with its statistics version.
-pub(super) const VERSIONS: [Engine; 4] = [ED, DSMC, HALFWAY, HOMOGENEOUS];
+pub(super) const VERSIONS: [EngineVersion; 4] = [ED, DSMC, HALFWAY, HOMOGENEOUS];
 
 /// Creates a block of text that runs the bundled case of its name, and that a check does not make
 /// again.
 const fn entry(
     name: &'static str,
     file: &'static str,
-    engines: &'static [Engine],
-    make: fn(&Results) -> Result<Made, TrialError>,
-) -> Entry {
-    made_by(name, file, engines, Make::Text(make))
+    engines: &'static [EngineVersion],
+    make: fn(&FinishedRun) -> Result<Made, TrialError>,
+) -> DocsEntry {
+    made_by(name, file, engines, DataMaker::Text(make))
 }
 
 /// Creates a block that runs the bundled case of its name, and that a check does not make again.
 const fn made_by(
     name: &'static str,
     file: &'static str,
-    engines: &'static [Engine],
-    make: Make,
-) -> Entry {
-    Entry {
+    engines: &'static [EngineVersion],
+    make: DataMaker,
+) -> DocsEntry {
+    DocsEntry {
         name,
         file,
-        source: Source::Case(name),
+        source: EntrySource::Case(name),
         engines,
         is_cheap: false,
         make,
@@ -93,12 +93,12 @@ const fn made_by(
 }
 
 /// Returns names and statistics versions of engines in the form of the first line of a block.
-pub(super) fn versions(engines: &[Engine]) -> Vec<(String, u32)> {
-    let named = |&(name, version): &Engine| (name.to_owned(), version);
+pub(super) fn versions(engines: &[EngineVersion]) -> Vec<(String, u32)> {
+    let named = |&(name, version): &EngineVersion| (name.to_owned(), version);
     engines.iter().map(named).collect()
 }
 
-impl Entry {
+impl DocsEntry {
     /// Returns the current statistics versions of the engines.
     pub fn statistics(&self) -> Vec<(String, u32)> {
         versions(self.engines)
@@ -108,14 +108,14 @@ impl Entry {
     ///
     /// # Errors
     /// The results lack a number.
-    pub fn made(&self, results: &Results) -> Result<Made, TrialError> {
+    pub fn made(&self, results: &FinishedRun) -> Result<Made, TrialError> {
         match &self.make {
-            Make::Text(make) => make(results),
-            Make::Data { table, data } => data.made(self.name, &table(results)?),
+            DataMaker::Text(make) => make(results),
+            DataMaker::Data { table, data } => data.made(self.name, &table(results)?),
         }
     }
 
-    const fn of(mut self, source: Source) -> Self {
+    const fn of(mut self, source: EntrySource) -> Self {
         self.source = source;
         self
     }
@@ -126,12 +126,12 @@ impl Entry {
     }
 }
 
-const BOTH: &[Engine] = &[ED, DSMC];
+const BOTH: &[EngineVersion] = &[ED, DSMC];
 /// Engines of the papers, none of which asks for many simulators per disk.
-const ALL_BUT_HALFWAY: &[Engine] = &[ED, DSMC, HOMOGENEOUS];
-const EXACT: &[Engine] = &[ED];
-const WITHOUT_POSITIONS: &[Engine] = &[HOMOGENEOUS];
-const LUDING: Source = Source::Case("luding-1998");
+const ALL_BUT_HALFWAY: &[EngineVersion] = &[ED, DSMC, HOMOGENEOUS];
+const EXACT: &[EngineVersion] = &[ED];
+const WITHOUT_POSITIONS: &[EngineVersion] = &[HOMOGENEOUS];
+const LUDING: EntrySource = EntrySource::Case("luding-1998");
 const PAIRED: &str = "docs/paired-case.md";
 const MIXTURES: &str = "docs/mixtures.md";
 const FLOWS: &str = "docs/flows.md";
@@ -139,7 +139,7 @@ const FLOWS: &str = "docs/flows.md";
 const EVIDENCE: &str = "docs/evidence.svg";
 
 /// All blocks, in the order of a check.
-pub const ENTRIES: &[Entry] = &[
+pub const ENTRIES: &[DocsEntry] = &[
     entry("quick", "README.md", BOTH, quick).cheap(),
     entry("luding-1998-fig3b", PAIRED, EXACT, fig3b).cheap(),
     entry("luding-1998-energies", PAIRED, BOTH, energies).of(LUDING),
@@ -150,7 +150,7 @@ pub const ENTRIES: &[Entry] = &[
     entry("short-range-correlation", PAIRED, EXACT, gases::pairs),
     made_by("broken-chaos", PAIRED, &[ED, DSMC, HALFWAY], BROKEN_CHAOS),
     made_by("luding-1998-unbiased", PAIRED, BOTH, UNBIASED),
-    entry("density-ladder", map::PAGE, BOTH, gases::ladder),
+    made_by("density-ladder", map::PAGE, BOTH, gases::LADDER),
     entry(
         "transport",
         "docs/hydrodynamics.md",
@@ -164,32 +164,32 @@ pub const ENTRIES: &[Entry] = &[
     made_by("vibrated-box", FLOWS, BOTH, VERDICTS),
     made_by("channel-disks", FLOWS, BOTH, VERDICTS),
     made_by("flow-past-disk", FLOWS, &[DSMC], VERDICTS),
-    entry("papers", "docs/reproduce.md", ALL_BUT_HALFWAY, papers::all).of(Source::Papers),
-    made_by("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::KAWASAKI).of(Source::Papers),
-    made_by("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::BODROVA).of(Source::Papers),
+    entry("papers", "docs/reproduce.md", ALL_BUT_HALFWAY, papers::all).of(EntrySource::Papers),
+    made_by("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::KAWASAKI).of(EntrySource::Papers),
+    made_by("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::BODROVA).of(EntrySource::Papers),
     entry("evidence", PAIRED, BOTH, evidence).of(LUDING),
-    entry("map-onset", map::PAGE, EXACT, map::onset),
+    made_by("map-onset", map::PAGE, EXACT, map::ONSET),
 ];
 
-fn quick(results: &Results) -> Result<Made, TrialError> {
+fn quick(results: &FinishedRun) -> Result<Made, TrialError> {
     // The comparison with free volume is void in these cells.
     let others = [("dsmc-contact-point", "contact point")];
     against(results, &[0.1, 1.0, 10.0, 100.0], &others)
 }
 
-fn energies(results: &Results) -> Result<Made, TrialError> {
-    let times = [0.1, 1.0, 2.154, 10.0, 21.54, 100.0, 400.0];
+fn energies(results: &FinishedRun) -> Result<Made, TrialError> {
+    let times = [0.1, 1.0, 10.0, 100.0, 400.0];
     // The others after exact dynamics.
     against(results, &times, &ENGINES[1..])
 }
 
-fn fig3b(results: &Results) -> Result<Made, TrialError> {
+fn fig3b(results: &FinishedRun) -> Result<Made, TrialError> {
     let mut rows = Vec::new();
     for point in results.points() {
         let row = results.row(
             point,
             "impact_parameter_summary",
-            &[("engine", Key::Is("ed"))],
+            &[("engine", KeyCondition::Is("ed"))],
         )?;
         let restitution = results.setting(point, "gas.restitution")?;
         rows.push(vec![restitution.to_string(), row.measured("slope")?.text()]);
@@ -212,7 +212,7 @@ const ENGINES: [(&str, &str); 3] = [
     ("dsmc-enskog", "Enskog scheme"),
 ];
 
-fn slopes(results: &Results) -> Result<Made, TrialError> {
+fn slopes(results: &FinishedRun) -> Result<Made, TrialError> {
     let mut rows = Vec::new();
     for (engine, words) in ENGINES {
         let mut cells = vec![words.to_owned()];
@@ -233,7 +233,7 @@ fn slopes(results: &Results) -> Result<Made, TrialError> {
     Ok(table(&header, &rows).into())
 }
 
-fn dissipation(results: &Results) -> Result<Made, TrialError> {
+fn dissipation(results: &FinishedRun) -> Result<Made, TrialError> {
     Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES)?.into())
 }
 
@@ -246,12 +246,16 @@ fn figure_of(table: &Table, column: &str, x: &'static str) -> Result<Figure, Tri
     Ok(figure)
 }
 
-fn evidence(results: &Results) -> Result<Made, TrialError> {
+fn evidence(results: &FinishedRun) -> Result<Made, TrialError> {
     let energies = results.part("", "energy", &[])?;
-    let quotients = results.part("", "comparison", &[("engine_a", Key::Is("ed"))])?;
-    let impacts = results.part("", "impact_parameter", &[("engine", Key::Is("ed"))])?;
+    let quotients = results.part("", "comparison", &[("engine_a", KeyCondition::Is("ed"))])?;
+    let impacts = results.part(
+        "",
+        "impact_parameter",
+        &[("engine", KeyCondition::Is("ed"))],
+    )?;
     let mut quotient = figure_of(&quotients, "energy_ratio_a_over_b", "t/t0")?;
-    quotient.lines.push(Line {
+    quotient.lines.push(ReferenceLine {
         label: "equal".into(),
         y: 1.0,
     });
@@ -271,11 +275,11 @@ fn evidence(results: &Results) -> Result<Made, TrialError> {
         ],
     );
     let picture = picture.ok_or_else(|| TrialError::failed("nothing to draw"))?;
-    let last = |engine: &str| -> Result<Measured, TrialError> {
+    let last = |engine: &str| -> Result<MeasuredNumber, TrialError> {
         let keys = [
-            ("engine_a", Key::Is("ed")),
-            ("engine_b", Key::Is(engine)),
-            ("time", Key::At(10.0)),
+            ("engine_a", KeyCondition::Is("ed")),
+            ("engine_b", KeyCondition::Is(engine)),
+            ("time", KeyCondition::At(10.0)),
         ];
         results
             .row("", "comparison", &keys)?

@@ -5,12 +5,12 @@
 
 use std::path::Path;
 
-use stosszahl_results::{Cell, Role, Table};
+use stosszahl_results::{Role, Table, TableCell};
 
 use super::accuracy;
-use super::block::{find, names};
+use super::block::find;
 use super::compare::differences;
-use super::data::{DataTable, Made, Make, path};
+use super::data::{DataMaker, DataTable, Made, path};
 use super::entries::ENTRIES;
 use crate::{TrialError, table};
 
@@ -30,8 +30,8 @@ const TYPED: [(&str, DataTable); 1] = [(
 fn of(name: &str) -> Option<&'static DataTable> {
     let entry = ENTRIES.iter().find(|entry| entry.name == name);
     match entry.map(|entry| &entry.make) {
-        Some(Make::Data { data, .. }) => Some(data),
-        Some(Make::Text(_)) => None,
+        Some(DataMaker::Data { data, .. }) => Some(data),
+        Some(DataMaker::Text(_)) => None,
         None => {
             let mut typed = TYPED.iter();
             Some(&typed.find(|typed| typed.0 == name)?.1)
@@ -104,13 +104,13 @@ fn words(table: &Table) -> String {
     for row in &table.rows {
         for (cell, column) in row.iter().zip(&table.columns) {
             let shown = match cell {
-                Cell::Text(text) => text.clone(),
+                TableCell::Text(text) => text.clone(),
                 // In a file the last digit is no rounding.
-                Cell::Number(number) => format!("{number:.20}"),
-                Cell::Count(count) => count.to_string(),
-                Cell::Empty => "-".to_owned(),
+                TableCell::Number(number) => format!("{number:.20}"),
+                TableCell::Count(count) => count.to_string(),
+                TableCell::Empty => "-".to_owned(),
             };
-            let has_error = column.role == Role::StandardError && *cell != Cell::Empty;
+            let has_error = column.role == Role::StandardError && *cell != TableCell::Empty;
             all.push_str(if has_error { " ± " } else { " " });
             all.push_str(&shown);
         }
@@ -118,15 +118,23 @@ fn words(table: &Table) -> String {
     all
 }
 
-/// Counts the rows of all tables in the blocks of a page.
+/// Counts the rows of all tables in the blocks of a page; those of a block inside another count
+/// once.
 pub fn generated_rows(page: &str) -> usize {
-    let rows = |name: String| {
-        let text = find(page, &name).map_or(String::new(), |block| block.text);
-        let begins = |start| text.lines().filter(|line| line.starts_with(start)).count();
-        // Two lines of each table are its header.
-        begins("|").saturating_sub(2 * begins("|---"))
-    };
-    names(page).into_iter().map(rows).sum()
+    let (mut depth, mut rows) = (0_usize, 0_usize);
+    for line in page.lines() {
+        if line.starts_with("<!-- docs ") {
+            depth += 1;
+        } else if line.starts_with("<!-- end of ") {
+            depth = depth.saturating_sub(1);
+        } else if depth > 0 && line.starts_with("|---") {
+            // The line above is the header of the table.
+            rows = rows.saturating_sub(1);
+        } else if depth > 0 && line.starts_with('|') {
+            rows += 1;
+        }
+    }
+    rows
 }
 
 #[cfg(test)]
@@ -135,14 +143,14 @@ mod tests {
 
     use super::*;
     use crate::docs::DATA;
-    use crate::table::{Place, estimate};
+    use crate::table::{RowPlace, estimate};
 
     #[test]
     fn a_file_agrees_within_errors() {
         let folder = tempfile::tempdir().expect("a folder");
         let root = folder.path();
         let rows = |part, found| {
-            let place = Place::new(part, "scheme", "setting", 0.25, 1.0);
+            let place = RowPlace::new(part, "scheme", "setting", 0.25, 1.0);
             table::table(&[place.row("rate", 1.0, estimate(found, 0.01), None)])
         };
         fs::create_dir_all(root.join(DATA)).expect("a folder");

@@ -12,10 +12,10 @@ use std::f64::consts::PI;
 
 use stosszahl_analysis::theory::CoolingFactors;
 use stosszahl_model::kinetic;
-use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
-use super::data::{Made, text as csv_text};
-use super::results::{Key, Measured, Results, Row};
+use super::data::{DataMaker, DataTable, Made, text as csv_text};
+use super::results::{FinishedRun, KeyCondition, MeasuredNumber, ResultRow};
 use super::tables::table as markdown;
 use crate::TrialError;
 use crate::three_disks;
@@ -32,13 +32,13 @@ const APART: f64 = 3.0;
 struct Gas<'a> {
     at: Place,
     disks: f64,
-    impacts: Vec<Row<'a>>,
-    rates: Vec<Row<'a>>,
+    impacts: Vec<ResultRow<'a>>,
+    rates: Vec<ResultRow<'a>>,
 }
 
 impl<'a> Gas<'a> {
-    fn of(results: &'a Results, point: &str) -> Result<Self, TrialError> {
-        let engine = [("engine", Key::Is("ed"))];
+    fn of(results: &'a FinishedRun, point: &str) -> Result<Self, TrialError> {
+        let engine = [("engine", KeyCondition::Is("ed"))];
         let keys = ["box.packing_fraction", "gas.restitution"];
         let [packing, restitution] = keys.map(|key| results.setting(point, key));
         let found = Self {
@@ -53,7 +53,7 @@ impl<'a> Gas<'a> {
         Ok(found)
     }
 
-    fn slope(&self, window: usize) -> Result<Measured, TrialError> {
+    fn slope(&self, window: usize) -> Result<MeasuredNumber, TrialError> {
         self.impacts[window].measured("slope")
     }
 
@@ -64,21 +64,21 @@ impl<'a> Gas<'a> {
 
     /// Cooling rate over chaos at the squared speed of pairs in the last window, over that of the
     /// same number of elastic disks.
-    fn cooling(&self) -> Result<Measured, TrialError> {
+    fn cooling(&self) -> Result<MeasuredNumber, TrialError> {
         let unit = of_few(self.disks, self.at[0]) * self.chaos()?.at_pair_speed();
         Ok(self.late("at_pair_speed")?.over(unit))
     }
 
     /// Returns a column of the last window.
-    fn late(&self, column: &str) -> Result<Measured, TrialError> {
+    fn late(&self, column: &str) -> Result<MeasuredNumber, TrialError> {
         self.rates[self.rates.len() - 1].measured(column)
     }
 }
 
 /// Mean of two measurements of one number, weighted by their errors.
-fn mean(a: Measured, b: Measured) -> Measured {
+fn mean(a: MeasuredNumber, b: MeasuredNumber) -> MeasuredNumber {
     let [wa, wb] = [a, b].map(|one| one.error.powi(-2));
-    Measured {
+    MeasuredNumber {
         value: (wa * a.value + wb * b.value) / (wa + wb),
         error: (wa + wb).powf(-0.5),
     }
@@ -108,20 +108,24 @@ fn of_few(disks: f64, packing: f64) -> f64 {
     pairs * gammas * (disks - 0.5).sqrt()
 }
 
-fn estimate(one: Measured) -> Estimate {
-    Estimate::of(one.value, Some(one.error))
+pub(super) fn estimate(one: MeasuredNumber) -> TableEstimate {
+    TableEstimate::of(one.value, Some(one.error))
 }
 
 /// Packing fraction and restitution of a point.
 type Place = [f64; 2];
 
 /// Returns all boxes.
-fn gases(results: &Results) -> Result<Vec<Gas<'_>>, TrialError> {
+fn gases(results: &FinishedRun) -> Result<Vec<Gas<'_>>, TrialError> {
     let points = results.points();
     points.map(|point| Gas::of(results, point)).collect()
 }
 
-/// Formats a table of Markdown with a row for each restitution and a column for each packing.
+/// Restitutions that pages show; files have all of them.
+const SHOWN: [f64; 3] = [0.5, 0.7, 0.9];
+
+/// Formats a table of Markdown with a row for each restitution of [`SHOWN`] and a column for each
+/// packing.
 fn matrix(cells: &[(Place, String)]) -> String {
     let values = |axis: usize| {
         let mut all: Vec<f64> = cells.iter().map(|cell| cell.0[axis]).collect();
@@ -140,7 +144,8 @@ fn matrix(cells: &[(Place, String)]) -> String {
         let own = [r.to_string()].into_iter();
         own.chain(packings.iter().map(cell)).collect::<Vec<_>>()
     };
-    let rows: Vec<Vec<String>> = values(1).iter().map(row).collect();
+    let shown = values(1).into_iter().filter(|r| SHOWN.contains(r));
+    let rows: Vec<Vec<String>> = shown.map(|r| row(&r)).collect();
     markdown(
         &header.iter().map(String::as_str).collect::<Vec<_>>(),
         &rows,
@@ -148,13 +153,13 @@ fn matrix(cells: &[(Place, String)]) -> String {
 }
 
 /// Returns true if the results of two boxes differ by more than three errors.
-fn disagree([narrow, wide]: [Measured; 2]) -> bool {
+fn disagree([narrow, wide]: [MeasuredNumber; 2]) -> bool {
     (narrow.value - wide.value).abs() > APART * narrow.error.hypot(wide.error)
 }
 
 /// Formats the result of the wider box; both results without an error if they disagree, because
 /// neither is then that of the gas.
-fn of_boxes([narrow, wide]: [Measured; 2]) -> String {
+fn of_boxes([narrow, wide]: [MeasuredNumber; 2]) -> String {
     if disagree([narrow, wide]) {
         format!("{:.4} … {:.4}", narrow.value, wide.value)
     } else {
@@ -165,8 +170,8 @@ fn of_boxes([narrow, wide]: [Measured; 2]) -> String {
 /// Creates a figure of a column against 1 - r, with a curve for each packing.
 fn figure(title: &'static str, column: &'static str, label: &'static str, chaos: f64) -> Figure {
     let [x, y] = [
-        Axis::logarithmic("inelasticity", "1 - r"),
-        Axis::linear(column, label),
+        FigureAxis::logarithmic("inelasticity", "1 - r"),
+        FigureAxis::linear(column, label),
     ];
     Figure::curves(title, x, y)
         .by(&["packing_fraction"])
@@ -190,11 +195,11 @@ struct UniformPoint {
     at: Place,
     disks: [u64; 2],
     /// Slope of P(b/d) in the first two collisions of a disk, of both boxes together.
-    first: Measured,
-    slope: [Measured; 2],
-    cooling: [Measured; 2],
+    first: MeasuredNumber,
+    slope: [MeasuredNumber; 2],
+    cooling: [MeasuredNumber; 2],
     /// Impact ratio, correlation ratio, speed ratio and dissipation ratio of the wider box.
-    factors: [Measured; 4],
+    factors: [MeasuredNumber; 4],
 }
 
 impl UniformPoint {
@@ -218,7 +223,7 @@ impl UniformPoint {
 }
 
 /// Makes the block of boxes narrower than the critical length.
-pub(super) fn uniform(results: &Results) -> Result<Made, TrialError> {
+pub(super) fn uniform(results: &FinishedRun) -> Result<Made, TrialError> {
     let all = gases(results)?;
     let mut points = Vec::new();
     for narrow in &all {
@@ -263,7 +268,7 @@ fn uniform_block(points: &[UniformPoint]) -> Result<Made, TrialError> {
             point.factors.map(estimate),
         ));
     }
-    let column = |of: fn(&UniformPoint) -> [Measured; 2]| {
+    let column = |of: fn(&UniformPoint) -> [MeasuredNumber; 2]| {
         let cells: Vec<_> = points.iter().map(|p| (p.at, of_boxes(of(p)))).collect();
         let apart = points.iter().filter(|p| disagree(of(p))).count();
         let widest = points.iter().map(|p| of(p)[1].error).fold(0.0, f64::max);
@@ -290,13 +295,13 @@ fn uniform_block(points: &[UniformPoint]) -> Result<Made, TrialError> {
 #[derive(Clone, Copy, Debug)]
 struct WavePoint {
     at: Place,
-    slope: Measured,
-    dissipation: Measured,
-    at_pair_speed: Measured,
+    slope: MeasuredNumber,
+    dissipation: MeasuredNumber,
+    at_pair_speed: MeasuredNumber,
 }
 
 /// Makes the block of boxes of 4000 disks.
-pub(super) fn waves(results: &Results) -> Result<Made, TrialError> {
+pub(super) fn waves(results: &FinishedRun) -> Result<Made, TrialError> {
     let mut points = Vec::new();
     for gas in gases(results)? {
         let chaos = gas.chaos()?;
@@ -330,7 +335,7 @@ fn waves_block(points: &[WavePoint]) -> Result<Made, TrialError> {
             [point.slope, point.dissipation, point.at_pair_speed].map(estimate),
         ));
     }
-    let cells = |of: fn(&WavePoint) -> Measured| {
+    let cells = |of: fn(&WavePoint) -> MeasuredNumber| {
         let cells: Vec<_> = points.iter().map(|p| (p.at, of(p).text())).collect();
         matrix(&cells)
     };
@@ -353,47 +358,83 @@ const THREE_DISKS: [f64; 2] = [0.1, 0.2];
 /// Number of random third disks.
 const SAMPLES: u64 = 20_000_000;
 
-/// Makes the block of the first two collisions of a disk, next to the result of three disks alone.
-pub(super) fn onset(results: &Results) -> Result<Made, TrialError> {
-    let mut slopes = Vec::new();
-    let mut widest = 0.0_f64;
-    for gas in gases(results)? {
-        let slope = gas.slope(0)?;
-        widest = widest.max(slope.error);
-        slopes.push((gas.at, slope.text()));
+/// Maker of the block of the first two collisions of a disk, next to the result of three disks
+/// alone.
+pub(super) const ONSET: DataMaker = DataMaker::Data {
+    table: onset,
+    data: DataTable {
+        columns: onset_columns,
+        summary: onset_summary,
+    },
+};
+
+fn onset_columns() -> Table {
+    table! {
+        "map-onset", "Slope of P(b/d) in the first two collisions of a disk.";
+        key "packing_fraction", "1", "Packing fraction";
+        key "restitution", "1", "Restitution";
+        estimate "slope", "1", "Slope of P(b/d) of exact disks";
+        estimate "three_disks", "1", "Slope of three disks alone, to first order in density; empty where that is no limit";
     }
-    let mut restitutions: Vec<f64> = slopes.iter().map(|(at, _)| at[1]).collect();
+}
+
+fn onset(results: &FinishedRun) -> Result<Table, TrialError> {
+    let gases = gases(results)?;
+    let mut restitutions: Vec<f64> = gases.iter().map(|gas| gas.at[1]).collect();
     restitutions.sort_by(f64::total_cmp);
     restitutions.dedup();
-    let mut cells = Vec::new();
+    let mut alone = Vec::new();
     for packing in THREE_DISKS {
         let chi = kinetic::contact_value(packing);
         let until = 2.0 / kinetic::collision_rate(packing, chi, 0.0);
         let (_, orders) = three_disks::onset(&restitutions, until, SAMPLES, 1);
         for (&restitution, order) in restitutions.iter().zip(orders) {
-            let slope = Measured {
+            let slope = MeasuredNumber {
                 value: packing * order.value,
                 error: packing * order.standard_error,
             };
-            cells.push(([packing, restitution], slope.text()));
+            alone.push(([packing, restitution], estimate(slope)));
         }
     }
-    let text = format!(
-        "Slope of P(b/d) in the first two collisions of a disk; the widest error is {widest:.4}:\n\n{}\n\
+    let mut table = onset_columns();
+    for gas in &gases {
+        let found = alone.iter().find(|(at, _)| *at == gas.at);
+        let found = found.map_or_else(TableEstimate::default, |(_, slope)| *slope);
+        let [packing, restitution] = gas.at;
+        table.add((packing, restitution, [estimate(gas.slope(0)?), found]));
+    }
+    Ok(table)
+}
+
+/// Formats the slopes at [`SHOWN`], and the widest error of all.
+fn onset_summary(table: &Table, link: &str) -> Result<String, TrialError> {
+    let (mut slopes, mut alone, mut widest) = (Vec::new(), Vec::new(), 0.0_f64);
+    for row in ResultRow::all(table) {
+        let at = [row.number("packing_fraction")?, row.number("restitution")?];
+        let slope = row.measured("slope")?;
+        widest = widest.max(slope.error);
+        slopes.push((at, slope.text()));
+        if row.maybe("three_disks").is_some() {
+            alone.push((at, row.measured("three_disks")?.text()));
+        }
+    }
+    Ok(format!(
+        "Slope of P(b/d) in the first two collisions of a disk ([all points]({link})); the widest error is {widest:.4}:\n\n{}\n\
          The same by three disks alone, to first order in density:\n\n{}",
         matrix(&slopes),
-        matrix(&cells),
-    );
-    Ok(text.into())
+        matrix(&alone),
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use stosszahl_analysis::statistics::Estimate;
-    use stosszahl_dsmc::homogeneous::{AliasTableSelection, Contact, Engine, moments};
+    use stosszahl_dsmc::homogeneous::{
+        AliasTableSelection, HomogeneousEngine, PairCorrelationFactor, moments,
+    };
 
     use super::*;
-    use crate::gas::{Disks, UNIT, law, particles, without_positions};
+    use crate::gas::{EqualDisks, UNIT, law, particles, without_positions};
 
     /// Number of disks without positions.
     const DISKS: usize = 20_000;
@@ -402,10 +443,10 @@ mod tests {
     /// cool without positions from 40 to 60 collisions of each. The rate is the number of
     /// collisions over the integral of the root of the temperature, by the trapezoidal rule.
     fn factors_of_a_gas(restitution: f64, seed: u64) -> [f64; 2] {
-        let scene: Disks = particles(law(restitution).expect("a law"), UNIT);
+        let scene: EqualDisks = particles(law(restitution).expect("a law"), UNIT);
         let extent = (DISKS as f64, DISKS);
-        let made = without_positions(scene, Contact::Dilute, extent, |_| 1.0, seed);
-        let mut engine: Engine<_, AliasTableSelection> = made.expect("a gas");
+        let made = without_positions(scene, PairCorrelationFactor::Dilute, extent, |_| 1.0, seed);
+        let mut engine: HomogeneousEngine<_, AliasTableSelection> = made.expect("a gas");
         // Enskog's rate of Maxwellian velocities at T = m and n d^2 = 1: 2 sqrt(pi).
         let rate = 2.0 * PI.sqrt();
         let haff = 4.0 / ((1.0 - restitution * restitution) * rate);
@@ -465,7 +506,7 @@ mod tests {
 
     #[test]
     fn boxes_that_disagree_have_no_error() {
-        let of = |value| Measured { value, error: 0.01 };
+        let of = |value| MeasuredNumber { value, error: 0.01 };
         assert_eq!(of_boxes([of(1.0), of(1.04)]), "1.040 ± 0.010");
         assert_eq!(of_boxes([of(1.0), of(1.05)]), "1.0000 … 1.0500");
     }
@@ -485,11 +526,11 @@ mod tests {
     #[test]
     fn a_mean_is_weighted_by_errors() {
         let both = mean(
-            Measured {
+            MeasuredNumber {
                 value: 1.0,
                 error: 1.0,
             },
-            Measured {
+            MeasuredNumber {
                 value: 5.0,
                 error: 3.0_f64.sqrt(),
             },

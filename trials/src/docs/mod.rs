@@ -38,13 +38,13 @@ use stosszahl_results::Table;
 use crate::terminal::say;
 use crate::{Done, TrialError};
 
-pub use block::{Block, Head, find, is_open, names as block_names, outside, replace};
+pub use block::{Head, PageBlock, find, is_open, names as block_names, outside, replace};
 pub use compare::differences;
-pub use data::{DataTable, FOLDER as DATA, Made, Make};
-pub use entries::{ENTRIES, Engine, Entry, Source};
+pub use data::{DataMaker, DataTable, FOLDER as DATA, Made};
+pub use entries::{DocsEntry, ENTRIES, EngineVersion, EntrySource};
 use entries::{VERSIONS, versions};
 pub use files::{ROWS_OF_A_PAGE, generated_rows, unfounded};
-pub use results::Results;
+pub use results::FinishedRun;
 
 /// `stosszahl-trials docs`.
 #[derive(Clone, Debug, Args)]
@@ -215,7 +215,7 @@ fn outdated(head: &Head, now: &[(String, u32)]) -> Vec<String> {
 }
 
 /// Makes the block of an entry, and its files.
-fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
+fn make(root: &Path, entry: &DocsEntry, resume: bool) -> Done {
     let (results, commit) = run(root, entry, resume)?;
     let made = entry.made(&results)?;
     // The page may have changed meanwhile.
@@ -237,7 +237,7 @@ fn make(root: &Path, entry: &Entry, resume: bool) -> Done {
 }
 
 /// Lists the faults of the block of an entry; empty if there are none.
-fn check(root: &Path, entry: &Entry) -> Result<Vec<String>, TrialError> {
+fn check(root: &Path, entry: &DocsEntry) -> Result<Vec<String>, TrialError> {
     let text = fs::read_to_string(root.join(entry.file))?;
     let mut stale = stale(&text, entry);
     stale.extend(unfounded(root, &text, entry.name));
@@ -250,7 +250,7 @@ fn check(root: &Path, entry: &Entry) -> Result<Vec<String>, TrialError> {
 
 /// Lists the faults of the block of an entry in a page that new results cannot cure; empty if there
 /// are none.
-pub fn stale(page: &str, entry: &Entry) -> Vec<String> {
+pub fn stale(page: &str, entry: &DocsEntry) -> Vec<String> {
     let Some(block) = find(page, entry.name) else {
         return vec![format!("there is no such block in {}", entry.file)];
     };
@@ -271,15 +271,15 @@ pub fn stale(page: &str, entry: &Entry) -> Vec<String> {
 pub fn faults(
     root: &Path,
     page: &str,
-    entry: &Entry,
-    results: &Results,
+    entry: &DocsEntry,
+    results: &FinishedRun,
 ) -> Result<Vec<String>, TrialError> {
     match &entry.make {
-        Make::Text(make) => {
+        DataMaker::Text(make) => {
             let there = find(page, entry.name).map_or(String::new(), |block| block.text);
             Ok(differences(&there, &make(results)?.text))
         }
-        Make::Data { table, .. } => files::moved(root, entry.name, &table(results)?),
+        DataMaker::Data { table, .. } => files::moved(root, entry.name, &table(results)?),
     }
 }
 
@@ -309,12 +309,12 @@ fn write(path: &Path, content: &str) -> Done {
 }
 
 /// Runs the case of an entry into `results/docs`; returns its results, and their commit.
-fn run(root: &Path, entry: &Entry, resume: bool) -> Result<(Results, String), TrialError> {
+fn run(root: &Path, entry: &DocsEntry, resume: bool) -> Result<(FinishedRun, String), TrialError> {
     let out = root.join("results/docs").join(entry.source.folder());
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
     match entry.source {
-        Source::Case(case) => Results::of(case, &[], &out, resume, &commit),
-        Source::Papers => Results::of_papers(&out, resume, &commit),
+        EntrySource::Case(case) => FinishedRun::of(case, &[], &out, resume, &commit),
+        EntrySource::Papers => FinishedRun::of_papers(&out, resume, &commit),
     }
 }
 

@@ -2,15 +2,15 @@
 
 use std::fmt::Write as _;
 
-use stosszahl_results::{Estimate, Table};
+use stosszahl_results::{Table, TableEstimate};
 
-use super::data::{DataTable, Made, Make, count};
-use super::results::{Measured, Results, Row};
+use super::data::{DataMaker, DataTable, Made, count};
+use super::results::{FinishedRun, MeasuredNumber, ResultRow};
 use super::tables::table as markdown;
 use crate::TrialError;
 
 /// Makes the block of all papers: number of claims by verdict, and the claims that differ.
-pub(super) fn all(results: &Results) -> Result<Made, TrialError> {
+pub(super) fn all(results: &FinishedRun) -> Result<Made, TrialError> {
     let (mut counts, mut differences) = (Vec::new(), Vec::new());
     for paper in results.points() {
         let claims = results.rows(paper, "claims", &[])?;
@@ -38,7 +38,7 @@ pub(super) fn all(results: &Results) -> Result<Made, TrialError> {
 }
 
 /// Maker of the block of the claims of Kawasaki (1985).
-pub(super) const KAWASAKI: Make = Make::Data {
+pub(super) const KAWASAKI: DataMaker = DataMaker::Data {
     table: |results| claims(results, "kawasaki-1985"),
     data: DataTable {
         columns,
@@ -47,7 +47,7 @@ pub(super) const KAWASAKI: Make = Make::Data {
 };
 
 /// Maker of the block of the claims of Bodrova & Osinsky (2024).
-pub(super) const BODROVA: Make = Make::Data {
+pub(super) const BODROVA: DataMaker = DataMaker::Data {
     table: |results| claims(results, "bodrova-2024"),
     data: DataTable {
         columns,
@@ -96,13 +96,13 @@ fn columns() -> Table {
 }
 
 /// Creates the table of all claims of one paper.
-fn claims(results: &Results, paper: &str) -> Result<Table, TrialError> {
+fn claims(results: &FinishedRun, paper: &str) -> Result<Table, TrialError> {
     let mut table = columns();
     for claim in results.rows(paper, "claims", &[])? {
-        let estimate = |column: &str| Estimate {
+        let estimate = |column: &str| TableEstimate {
             value: claim.maybe(column),
             standard_error: claim.maybe(&format!("{column}_se")),
-            ..Estimate::default()
+            ..TableEstimate::default()
         };
         table.add((
             (claim.words("figure")?, claim.words("claim")?),
@@ -117,7 +117,7 @@ fn claims(results: &Results, paper: &str) -> Result<Table, TrialError> {
 
 /// Formats the number of claims of each part by verdict, and all claims that differ.
 fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, TrialError> {
-    let mut left: Vec<Row<'_>> = Row::all(table).collect();
+    let mut left: Vec<ResultRow<'_>> = ResultRow::all(table).collect();
     let all = left.len();
     let (mut counts, mut differences) = (Vec::new(), String::new());
     for (words, figures) in parts {
@@ -149,7 +149,7 @@ fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, Tri
 }
 
 /// Counts claims by verdict, as cells of a table.
-fn counted(name: &str, claims: &[Row<'_>]) -> Result<Vec<String>, TrialError> {
+fn counted(name: &str, claims: &[ResultRow<'_>]) -> Result<Vec<String>, TrialError> {
     let mut cells = vec![name.to_owned(), claims.len().to_string()];
     for verdict in ["agree", "differ", "undecided", "void"] {
         cells.push(count(claims, "verdict", verdict)?.to_string());
@@ -158,13 +158,16 @@ fn counted(name: &str, claims: &[Row<'_>]) -> Result<Vec<String>, TrialError> {
 }
 
 /// Formats a claim as a row: figure, claim, place, value of the paper and value found.
-fn row(claim: &Row<'_>) -> Result<[String; 5], TrialError> {
+fn row(claim: &ResultRow<'_>) -> Result<[String; 5], TrialError> {
     let number = |column: &str| {
         let value = claim.maybe(column)?;
         let error = claim
             .maybe(&format!("{column}_se"))
             .filter(|error| *error > 0.0);
-        Some(error.map_or_else(|| short(value), |error| Measured { value, error }.text()))
+        Some(error.map_or_else(
+            || short(value),
+            |error| MeasuredNumber { value, error }.text(),
+        ))
     };
     let paper = number("paper").unwrap_or_default();
     let paper = match claim.words("relation")? {

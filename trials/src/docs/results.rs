@@ -7,26 +7,26 @@ use std::path::Path;
 use stosszahl_case::PaperFile;
 use stosszahl_model::Interrupt;
 use stosszahl_reproduce::{ReproduceOptions, Reproduction};
-use stosszahl_results::{Cell, Existing, Manifest, Stored, SweepPoint, Table, Verdict};
-use stosszahl_study::{Options, format, run_case};
+use stosszahl_results::{Existing, Manifest, Stored, SweepPoint, Table, TableCell, VerdictText};
+use stosszahl_study::{RunOptions, format, run_case};
 
 use super::ROOT;
 use crate::TrialError;
 
 /// A finished run, or the points of a sweep.
 #[derive(Debug)]
-pub struct Results {
+pub struct FinishedRun {
     points: Vec<(SweepPoint, Stored)>,
 }
 
 /// Number with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Measured {
+pub(crate) struct MeasuredNumber {
     pub(crate) value: f64,
     pub(crate) error: f64,
 }
 
-impl Measured {
+impl MeasuredNumber {
     /// Formats value and error with `digits` digits after the point.
     pub(crate) fn digits(self, digits: usize) -> String {
         format!("{:.digits$} ± {:.digits$}", self.value, self.error)
@@ -51,7 +51,7 @@ impl Measured {
     }
 }
 
-impl Results {
+impl FinishedRun {
     /// Runs a bundled case, with settings `key=value`, into a folder; an existing run is replaced,
     /// unless `resume` is true. Also returns the commit of the results.
     ///
@@ -72,7 +72,7 @@ impl Results {
             (true, false) => Existing::Replace,
             _ => Existing::Refuse,
         };
-        let options = Options {
+        let options = RunOptions {
             out: Some(out.to_owned()),
             existing,
             threads: None,
@@ -114,7 +114,7 @@ impl Results {
             fs::read_to_string(path).ok()
         };
         let stop = Interrupt::default();
-        let options = Options {
+        let options = RunOptions {
             out: None,
             existing: Existing::Refuse,
             threads: None,
@@ -190,7 +190,7 @@ impl Results {
         &self,
         point: &str,
         table: &str,
-        keys: &[(&str, Key<'_>)],
+        keys: &[(&str, KeyCondition<'_>)],
     ) -> Result<Table, TrialError> {
         let rows = self.rows(point, table, keys)?;
         let rows = rows.iter().map(|row| row.cells.to_vec()).collect();
@@ -207,7 +207,7 @@ impl Results {
     }
 
     /// Returns the verdicts of a point.
-    pub(crate) fn verdicts(&self, point: &str) -> Result<&[Verdict], TrialError> {
+    pub(crate) fn verdicts(&self, point: &str) -> Result<&[VerdictText], TrialError> {
         Ok(&self.point(point)?.1.manifest.verdicts)
     }
 
@@ -216,17 +216,17 @@ impl Results {
         &'a self,
         point: &str,
         table: &str,
-        keys: &[(&str, Key<'_>)],
-    ) -> Result<Vec<Row<'a>>, TrialError> {
+        keys: &[(&str, KeyCondition<'_>)],
+    ) -> Result<Vec<ResultRow<'a>>, TrialError> {
         let table = self.table(point, table)?;
-        let fits = |row: &&Vec<Cell>| {
+        let fits = |row: &&Vec<TableCell>| {
             keys.iter().all(|(name, key)| {
                 let cell = table.find(name).map(|column| &row[column]);
                 cell.is_some_and(|cell| key.fits(cell))
             })
         };
         let rows = table.rows.iter().filter(fits);
-        Ok(rows.map(|cells| Row { table, cells }).collect())
+        Ok(rows.map(|cells| ResultRow { table, cells }).collect())
     }
 
     /// Returns the only row of a table of a point whose cells agree with all of these keys.
@@ -234,8 +234,8 @@ impl Results {
         &'a self,
         point: &str,
         table: &str,
-        keys: &[(&str, Key<'_>)],
-    ) -> Result<Row<'a>, TrialError> {
+        keys: &[(&str, KeyCondition<'_>)],
+    ) -> Result<ResultRow<'a>, TrialError> {
         let mut rows = self.rows(point, table, keys)?;
         match (rows.pop(), rows.len()) {
             (Some(row), 0) => Ok(row),
@@ -249,17 +249,17 @@ impl Results {
 
 /// Condition on a cell of a key column.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Key<'a> {
+pub(crate) enum KeyCondition<'a> {
     /// The cell is this word.
     Is(&'a str),
     /// The cell is this number, up to rounding and to the three digits of a time.
     At(f64),
 }
 
-impl Key<'_> {
-    fn fits(self, cell: &Cell) -> bool {
+impl KeyCondition<'_> {
+    fn fits(self, cell: &TableCell) -> bool {
         match (self, cell) {
-            (Self::Is(word), Cell::Text(text)) => word == text,
+            (Self::Is(word), TableCell::Text(text)) => word == text,
             (Self::At(at), cell) => {
                 number(cell).is_some_and(|found| (found - at).abs() <= 4e-3 * at.abs())
             }
@@ -268,22 +268,22 @@ impl Key<'_> {
     }
 }
 
-fn number(cell: &Cell) -> Option<f64> {
+fn number(cell: &TableCell) -> Option<f64> {
     match cell {
-        Cell::Number(number) => Some(*number),
-        Cell::Count(count) => Some(*count as f64),
+        TableCell::Number(number) => Some(*number),
+        TableCell::Count(count) => Some(*count as f64),
         _ => None,
     }
 }
 
 /// A row of a table.
 #[derive(Clone, Copy)]
-pub(crate) struct Row<'a> {
+pub(crate) struct ResultRow<'a> {
     table: &'a Table,
-    cells: &'a [Cell],
+    cells: &'a [TableCell],
 }
 
-impl<'a> Row<'a> {
+impl<'a> ResultRow<'a> {
     /// Returns all rows of a table.
     pub(crate) fn all(table: &'a Table) -> impl Iterator<Item = Self> {
         table.rows.iter().map(move |cells| Self { table, cells })
@@ -300,8 +300,8 @@ impl<'a> Row<'a> {
     pub(crate) fn words(&self, column: &str) -> Result<&'a str, TrialError> {
         let cell = self.table.find(column).map(|place| &self.cells[place]);
         match cell {
-            Some(Cell::Text(text)) => Ok(text),
-            Some(Cell::Empty) => Ok(""),
+            Some(TableCell::Text(text)) => Ok(text),
+            Some(TableCell::Empty) => Ok(""),
             _ => Err(TrialError::failed(format!(
                 "{}: no words in {column}",
                 self.table.name
@@ -315,8 +315,8 @@ impl<'a> Row<'a> {
     }
 
     /// Returns the number in a column with the error next to it.
-    pub(crate) fn measured(&self, column: &str) -> Result<Measured, TrialError> {
-        Ok(Measured {
+    pub(crate) fn measured(&self, column: &str) -> Result<MeasuredNumber, TrialError> {
+        Ok(MeasuredNumber {
             value: self.number(column)?,
             error: self.number(&format!("{column}_se"))?,
         })

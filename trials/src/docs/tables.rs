@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::data::Made;
-use super::results::{Key, Results};
+use super::results::{FinishedRun, KeyCondition};
 use crate::TrialError;
 
 /// Formats a table of Markdown.
@@ -24,21 +24,24 @@ pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
 /// Makes a table of the energy of exact disks, and its ratio to that of other engines, given as
 /// name and words.
 pub(super) fn against(
-    results: &Results,
+    results: &FinishedRun,
     times: &[f64],
     others: &[(&str, &str)],
 ) -> Result<Made, TrialError> {
     let row = |&time: &f64| -> Result<Vec<String>, TrialError> {
-        let keys = [("engine", Key::Is("ed")), ("time", Key::At(time))];
+        let keys = [
+            ("engine", KeyCondition::Is("ed")),
+            ("time", KeyCondition::At(time)),
+        ];
         let exact = results.row("", "energy", &keys)?;
         let ratio = exact.measured("energy_ratio")?;
         let haff = ratio.over(exact.number("energy_ratio_theory")?);
         let mut cells = vec![format!("{time}"), ratio.text(), haff.text()];
         for &(other, _) in others {
             let keys = [
-                ("engine_a", Key::Is("ed")),
-                ("engine_b", Key::Is(other)),
-                ("time", Key::At(time)),
+                ("engine_a", KeyCondition::Is("ed")),
+                ("engine_b", KeyCondition::Is(other)),
+                ("time", KeyCondition::At(time)),
             ];
             let quotient = results
                 .row("", "comparison", &keys)?
@@ -58,10 +61,13 @@ pub(super) fn against(
 }
 
 /// Keys of a row of an engine and a window of time.
-pub(super) fn of_window(engine: &str, [start, end]: [f64; 2]) -> [(&'static str, Key<'_>); 3] {
+pub(super) fn of_window(
+    engine: &str,
+    [start, end]: [f64; 2],
+) -> [(&'static str, KeyCondition<'_>); 3] {
     [
-        ("engine", Key::Is(engine)),
-        ("window_start", Key::At(start)),
-        ("window_end", Key::At(end)),
+        ("engine", KeyCondition::Is(engine)),
+        ("window_start", KeyCondition::At(start)),
+        ("window_end", KeyCondition::At(end)),
     ]
 }

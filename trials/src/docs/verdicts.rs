@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
-use stosszahl_results::{Estimate, Table, table};
+use stosszahl_results::{Table, TableEstimate, table};
 
-use super::data::{DataTable, Make, count};
-use super::results::{Results, Row};
+use super::data::{DataMaker, DataTable, count};
+use super::results::{FinishedRun, ResultRow};
 use crate::TrialError;
 
 /// Maker of the block of all verdicts of a case.
-pub(super) const VERDICTS: Make = Make::Data {
+pub(super) const VERDICTS: DataMaker = DataMaker::Data {
     table: verdicts,
     data: DataTable { columns, summary },
 };
@@ -28,13 +28,13 @@ fn columns() -> Table {
     }
 }
 
-fn verdicts(results: &Results) -> Result<Table, TrialError> {
+fn verdicts(results: &FinishedRun) -> Result<Table, TrialError> {
     let mut table = columns();
     for point in results.points() {
         for verdict in results.verdicts(point)? {
             let number = verdict.number.as_ref();
-            let difference = number.map_or_else(Estimate::default, |number| {
-                Estimate::of(number.difference, number.standard_error)
+            let difference = number.map_or_else(TableEstimate::default, |number| {
+                TableEstimate::of(number.difference, number.standard_error)
             });
             let degrees = number.and_then(|number| number.degrees_of_freedom);
             table.add((
@@ -52,7 +52,7 @@ fn verdicts(results: &Results) -> Result<Table, TrialError> {
 
 /// Formats the number of verdicts of each kind, and the sentences of all that do not agree.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
-    let rows: Vec<Row<'_>> = Row::all(table).collect();
+    let rows: Vec<ResultRow<'_>> = ResultRow::all(table).collect();
     let mut counts = Vec::new();
     for kind in ["agree", "differ", "undecided", "void", "warning", "note"] {
         let found = count(&rows, "verdict", kind)?;

@@ -5,8 +5,10 @@ use nalgebra::{Vector2, vector};
 use rand::RngExt;
 use stosszahl_model::{Domain, ParticleState, Plane, Sizes};
 
-use super::gas::{Gas, disordered, few};
-use crate::gas::{Disks, Particles, disks, domain, mixture, place_by_trial, random, state, warm};
+use super::gas::{StressGas, disordered, few};
+use crate::gas::{
+    EqualDisks, SmoothParticles, disks, domain, mixture, place_by_trial, random, state, warm,
+};
 use crate::{Done, TrialError, TrialLog};
 
 trials! {
@@ -55,7 +57,7 @@ fn small(log: &mut TrialLog) -> Done {
             };
             let mut part = || stream.random_range(-1.0..1.0);
             let bodies = places.into_iter().map(|at| (at, vector![part(), part()]));
-            let gas = Gas::new(scene, state(domain, bodies));
+            let gas = StressGas::new(scene, state(domain, bodies));
             about!(log; "{count} in {width} x {height}");
             gases += 1;
             if count == 1 {
@@ -76,7 +78,7 @@ fn small(log: &mut TrialLog) -> Done {
 }
 
 /// Tests one disk that flies through its own images.
-fn alone(log: &mut TrialLog, gas: &Gas<Disks>) -> Done {
+fn alone(log: &mut TrialLog, gas: &StressGas<EqualDisks>) -> Done {
     const TIME: f64 = 100.0;
     let course = gas.run(TIME, 10)?;
     must!(log, course.reached && course.collisions() == 0; "{}", course.ended());
@@ -118,15 +120,15 @@ fn wedge(log: &mut TrialLog) -> Done {
 
 /// Creates a Maxwellian gas placed by trial.
 fn placed<Z: Sizes>(
-    scene: Particles<Plane, Z>,
+    scene: SmoothParticles<Plane, Z>,
     domain: Domain<Plane>,
     count: usize,
     seed: u64,
-) -> Result<Gas<Particles<Plane, Z>>, TrialError> {
+) -> Result<StressGas<SmoothParticles<Plane, Z>>, TrialError> {
     let places = place_by_trial(&scene.sizes, count, &domain, 100_000, &mut random(seed));
     let places = places.ok_or_else(|| TrialError::refused("disks do not fit"))?;
     let start = warm(&scene, domain, places, seed);
-    Ok(Gas::new(scene, start))
+    Ok(StressGas::new(scene, start))
 }
 
 fn long(log: &mut TrialLog) -> Done {
@@ -263,6 +265,6 @@ fn one_huge(log: &mut TrialLog) -> Done {
     let start = warm(&scene, domain, places, 9);
     log.progress(0.0, &format!("{small} small disks"));
     about!(log; "{small} small disks");
-    Gas::new(scene, start).holds(log, collisions)?;
+    StressGas::new(scene, start).holds(log, collisions)?;
     Ok(())
 }

@@ -2,12 +2,12 @@
 //! packing.
 
 use nalgebra::vector;
-use stosszahl_ed::EngineError;
+use stosszahl_ed::EventDrivenError;
 use stosszahl_model::State;
 use stosszahl_model::kinetic::CLOSE_PACKING;
 
-use super::gas::{ENERGY, Gas, OVERLAP, Planar, disordered, few};
-use crate::gas::{Disks, disks, domain, warm};
+use super::gas::{ENERGY, OVERLAP, Planar, StressGas, disordered, few};
+use crate::gas::{EqualDisks, disks, domain, warm};
 use crate::table::mean;
 use crate::{Done, TrialError, TrialLog};
 
@@ -36,7 +36,7 @@ const GAPS: [f64; 2] = [0.5, 0.6];
 const SPEED: f64 = 1.0;
 
 /// Creates three disks on a line along x in a box so large that images do not matter.
-fn line(restitution: f64) -> Result<Gas<Disks>, TrialError> {
+fn line(restitution: f64) -> Result<StressGas<EqualDisks>, TrialError> {
     let middle = 20.0;
     let bodies = [
         ([middle - 1.0 - GAPS[0], middle], [SPEED, 0.0]),
@@ -138,12 +138,12 @@ fn dense(log: &mut TrialLog) -> Done {
 /// Checks that the error names a pair that touches, its position, and the time.
 fn says_where<P: Planar>(
     log: &mut TrialLog,
-    gas: &Gas<P>,
+    gas: &StressGas<P>,
     end: &State<P>,
-    error: &EngineError,
+    error: &EventDrivenError,
     predicted: Option<f64>,
 ) {
-    let EngineError::InelasticCollapse {
+    let EventDrivenError::InelasticCollapse {
         time,
         collisions,
         pair,
@@ -183,7 +183,10 @@ fn says_where<P: Planar>(
 }
 
 /// Creates a Maxwellian crystal of 400 disks whose rows and columns fit the box exactly.
-pub(super) fn hexagonal(packing_fraction: f64, restitution: f64) -> Result<Gas<Disks>, TrialError> {
+pub(super) fn hexagonal(
+    packing_fraction: f64,
+    restitution: f64,
+) -> Result<StressGas<EqualDisks>, TrialError> {
     /// Number of disks along either side.
     const SIDE: usize = 20;
     let spacing = (CLOSE_PACKING / packing_fraction).sqrt();
@@ -199,7 +202,7 @@ pub(super) fn hexagonal(packing_fraction: f64, restitution: f64) -> Result<Gas<D
     let scene = disks(restitution)?;
     let domain = domain(SIDE as f64 * spacing, SIDE as f64 * height)?;
     let start = warm(&scene, domain, positions, 1);
-    Ok(Gas::new(scene, start))
+    Ok(StressGas::new(scene, start))
 }
 
 fn crystal(log: &mut TrialLog, packing: f64) -> Done {
@@ -212,7 +215,7 @@ fn crystal(log: &mut TrialLog, packing: f64) -> Done {
     log.about("melting");
     gas.audit(log, &begin);
     log.about("crystal");
-    let settled = Gas::new(gas.scene, begin.end.state);
+    let settled = StressGas::new(gas.scene, begin.end.state);
     let (mut seen, mut values) = ((settled.start.time, 0.0), Vec::new());
     let count = settled.start.bodies.len() as f64;
     let temperature = settled.start.temperature(&settled.scene);

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, vector};
 use stosszahl_model::State;
 
 use super::schemes::{each, engine, rounding, setups, uniform, warm};
-use crate::gas::{Disks, domain, random, scattered};
+use crate::gas::{EqualDisks, domain, random, scattered};
 use crate::{Done, TrialLog};
 
 trials! {
@@ -32,7 +32,7 @@ fn conservation(log: &mut TrialLog) -> Done {
 }
 
 /// Returns the angular momentum about a point, and the sum of |r| |v|.
-fn angular_momentum(state: &State<Disks>, about: Vector2<f64>) -> [f64; 2] {
+fn angular_momentum(state: &State<EqualDisks>, about: Vector2<f64>) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for body in &state.bodies {
         let arm = body.position - about;

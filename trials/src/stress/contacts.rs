@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
 
-use super::gas::{Gas, OVERLAP, Planar, disordered, few};
+use super::gas::{OVERLAP, Planar, StressGas, disordered, few};
 use crate::gas::{domain, mixture, random, state};
 use crate::{Done, TrialLog};
 
@@ -165,7 +165,7 @@ fn overlapping(log: &mut TrialLog) -> Done {
         about!(log; "small disks, depth {depth}");
         heals(
             log,
-            &Gas::new(small, state(domain(8.0, 8.0)?, bodies)),
+            &StressGas::new(small, state(domain(8.0, 8.0)?, bodies)),
             depth,
         );
     }
@@ -174,7 +174,7 @@ fn overlapping(log: &mut TrialLog) -> Done {
 }
 
 /// Checks that a gas runs without an error, and never overlaps deeper than at the start.
-fn heals<P: Planar>(log: &mut TrialLog, gas: &Gas<P>, depth: f64) {
+fn heals<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
     log.guard(|log| {
         let course = gas.run(20.0, 1000)?;
         must!(log, course.reached; "{}", course.ended());

@@ -3,7 +3,7 @@
 use nalgebra::vector;
 use stosszahl_dsmc::{Neighbourhood, Scheme};
 
-use super::schemes::{Run, each, setups, uniform, warm};
+use super::schemes::{SchemeRun, each, setups, uniform, warm};
 use crate::gas::{domain, random, scattered, state};
 use crate::{Done, TrialLog};
 
@@ -28,7 +28,7 @@ trials! {
 const ALL: [f64; 2] = [1.0, 0.8];
 
 /// Runs a number of steps, and checks that there are collisions.
-fn collides(log: &mut TrialLog, run: &mut Run, steps: u64) {
+fn collides(log: &mut TrialLog, run: &mut SchemeRun, steps: u64) {
     run.steps(steps);
     must!(log, run.tally().collisions > 0; "no collision");
 }
@@ -62,7 +62,7 @@ fn packed(log: &mut TrialLog) -> Done {
             for mut setup in setups() {
                 setup.parameters.max_contact_value = limit;
                 about!(log; "{} at {packing}, limit {limit:e}", setup.name);
-                let mut run = Run::new(setup, 1.0, &start)?;
+                let mut run = SchemeRun::new(setup, 1.0, &start)?;
                 run.steps(10);
                 run.audit(log);
                 worst = worst.max(run.off[0]).max(run.off[1]);
@@ -150,7 +150,7 @@ fn few(log: &mut TrialLog) -> Done {
             let start = state(domain(width, height)?, bodies[..count].iter().copied());
             for setup in setups() {
                 about!(log; "{}: {count} in {width} x {height} at {speed}", setup.name);
-                let mut run = Run::new(setup, 1.0, &start)?;
+                let mut run = SchemeRun::new(setup, 1.0, &start)?;
                 let reached = run.engine.advance(TIME, 100_000, &mut ());
                 let (time, steps) = (run.engine.time(), run.tally().steps);
                 must!(log, reached && time == TIME; "time {time} after {steps} steps");

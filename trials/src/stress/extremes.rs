@@ -1,10 +1,10 @@
 //! Numbers at the ends of their range.
 
-use stosszahl_ed::{Engine, EngineError};
+use stosszahl_ed::{EventDrivenEngine, EventDrivenError};
 use stosszahl_model::Vector;
 
-use super::gas::{Course, Gas, OVERLAP, disordered, few};
-use crate::gas::Disks;
+use super::gas::{OVERLAP, StressGas, StressRun, disordered, few};
+use crate::gas::EqualDisks;
 use crate::{Done, TrialError, TrialLog};
 
 trials! {
@@ -26,12 +26,12 @@ trials! {
 /// number.
 fn finite(
     log: &mut TrialLog,
-    gas: &Gas<Disks>,
+    gas: &StressGas<EqualDisks>,
     until: f64,
     collisions: u64,
-) -> Result<Option<Course<Disks>>, TrialError> {
+) -> Result<Option<StressRun<EqualDisks>>, TrialError> {
     let course = match gas.run(until, collisions) {
-        Err(EngineError::BadNumber { .. }) => return Ok(None),
+        Err(EventDrivenError::BadNumber { .. }) => return Ok(None),
         ended => ended?,
     };
     let mut bodies = course.end.state.bodies.iter();
@@ -140,8 +140,8 @@ fn no_numbers(log: &mut TrialLog) -> Done {
                     &mut body.position
                 };
                 vector[axis] = bad;
-                let made = Engine::<_>::new(gas.scene.clone(), gas.dissipation, start);
-                let named = matches!(made, Err(EngineError::BadNumber { disk: 7, .. }));
+                let made = EventDrivenEngine::<_>::new(gas.scene.clone(), gas.dissipation, start);
+                let named = matches!(made, Err(EventDrivenError::BadNumber { disk: 7, .. }));
                 must!(log, named; "{bad} on axis {axis}, velocity {velocity}: not refused by its disk");
             }
         }

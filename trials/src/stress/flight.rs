@@ -2,12 +2,12 @@
 
 use rand::RngExt;
 use rayon::ThreadPoolBuilder;
-use stosszahl_dsmc::{Checkpoint, Engine, Scheme};
+use stosszahl_dsmc::{DsmcCheckpoint, DsmcEngine, Scheme};
 use stosszahl_model::State;
 use stosszahl_model::random::Streams;
 
 use super::schemes::{Setup, engine, setups, uniform, warm};
-use crate::gas::{Disks, disks, domain, mixture, random, scattered, state};
+use crate::gas::{EqualDisks, disks, domain, mixture, random, scattered, state};
 use crate::{Done, TrialError, TrialLog};
 
 trials! {
@@ -65,7 +65,7 @@ fn free_flight(log: &mut TrialLog) -> Done {
                 .map(|body| (body.position, body.velocity));
             let mut start = state(equal.domain, bodies);
             start.time = stream.random::<f64>();
-            let mut engine = Engine::new(&scene, parameters, &start, Streams::new(1, 0))?;
+            let mut engine = DsmcEngine::new(&scene, parameters, &start, Streams::new(1, 0))?;
             engine.hold_step(step);
             engine.advance(f64::INFINITY, steps, &mut ());
             let time = engine.time() - start.time;
@@ -86,7 +86,7 @@ fn free_flight(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-fn gas_of(setup: Setup, simulators: usize) -> Result<State<Disks>, TrialError> {
+fn gas_of(setup: Setup, simulators: usize) -> Result<State<EqualDisks>, TrialError> {
     uniform(
         simulators / setup.parameters.simulators_per_particle as usize,
         0.2,
@@ -95,7 +95,7 @@ fn gas_of(setup: Setup, simulators: usize) -> Result<State<Disks>, TrialError> {
 }
 
 /// Returns the bytes of a checkpoint.
-fn bytes(engine: &Engine<Disks>) -> Result<Vec<u8>, TrialError> {
+fn bytes(engine: &DsmcEngine<EqualDisks>) -> Result<Vec<u8>, TrialError> {
     Ok(postcard::to_allocvec(&engine.checkpoint())?)
 }
 
@@ -140,9 +140,14 @@ fn kills(log: &mut TrialLog) -> Done {
             for leg in [1, 2] {
                 steady.advance(f64::INFINITY, leg, &mut ());
                 let (scene, streams) = (disks(0.9)?, Streams::new(1, 0));
-                let from: Checkpoint<Disks> = postcard::from_bytes(&killed)?;
-                let mut engine =
-                    Engine::<Disks>::resume(&scene, setup.parameters, start.domain, from, streams)?;
+                let from: DsmcCheckpoint<EqualDisks> = postcard::from_bytes(&killed)?;
+                let mut engine = DsmcEngine::<EqualDisks>::resume(
+                    &scene,
+                    setup.parameters,
+                    start.domain,
+                    from,
+                    streams,
+                )?;
                 engine.advance(f64::INFINITY, leg, &mut ());
                 killed = bytes(&engine)?;
                 let same = killed == bytes(&steady)?;

@@ -2,12 +2,15 @@
 
 use nalgebra::Vector2;
 use rand::RngExt;
-use stosszahl_ed::{Checkpoint, Dissipation, Engine, EngineError, plain, time_to_contact};
+use stosszahl_ed::{
+    DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, EventDrivenError, plain,
+    time_to_contact,
+};
 use stosszahl_model::{
     Collision, Free, Observer, ParticleModel, Plane, Sizes, Smooth, State, initial,
 };
 
-use crate::gas::{Disks, disks, disordered as fluid, domain, random, state};
+use crate::gas::{EqualDisks, disks, disordered as fluid, domain, random, state};
 use crate::{Done, TrialError, TrialLog};
 
 /// Physics of all cases: smooth disks in free flight.
@@ -35,7 +38,7 @@ const RESTING: f64 = 1e-8;
 
 /// Sums over the collisions of a run.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Ledger {
+pub(super) struct CollisionSums {
     /// Energy lost \[energy\].
     pub lost: f64,
     /// Sum of momentum times distance \[energy\].
@@ -52,7 +55,7 @@ pub(super) struct Ledger {
     pub receding: f64,
 }
 
-impl Observer for Ledger {
+impl Observer for CollisionSums {
     fn collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.lost += collision.energy_lost();
@@ -70,24 +73,24 @@ impl Observer for Ledger {
 
 /// Start of exact disks.
 #[derive(Clone, Debug)]
-pub(super) struct Gas<P: Planar> {
+pub(super) struct StressGas<P: Planar> {
     pub scene: P,
-    pub dissipation: Dissipation,
+    pub dissipation: DissipationRule,
     pub start: State<P>,
 }
 
 /// Run from a start.
-pub(super) struct Course<P: Planar> {
-    pub end: Checkpoint<P>,
-    pub ledger: Ledger,
+pub(super) struct StressRun<P: Planar> {
+    pub end: EventDrivenCheckpoint<P>,
+    pub ledger: CollisionSums,
     /// Deepest overlap at the end of any segment \[length\].
     pub overlap: f64,
     /// True if the end time was reached.
     pub reached: bool,
-    pub stopped: Option<EngineError>,
+    pub stopped: Option<EventDrivenError>,
 }
 
-impl<P: Planar> Course<P> {
+impl<P: Planar> StressRun<P> {
     /// Number of collisions of the run.
     pub fn collisions(&self) -> u64 {
         self.ledger.collisions
@@ -95,7 +98,10 @@ impl<P: Planar> Course<P> {
 
     /// Returns true if the run ended in inelastic collapse.
     pub fn collapsed(&self) -> bool {
-        matches!(self.stopped, Some(EngineError::InelasticCollapse { .. }))
+        matches!(
+            self.stopped,
+            Some(EventDrivenError::InelasticCollapse { .. })
+        )
     }
 
     /// Describes the end of the run.
@@ -109,11 +115,11 @@ pub(super) fn few(
     restitution: f64,
     [width, height]: [f64; 2],
     bodies: impl IntoIterator<Item = ([f64; 2], [f64; 2])>,
-) -> Result<Gas<Disks>, TrialError> {
+) -> Result<StressGas<EqualDisks>, TrialError> {
     let bodies = bodies
         .into_iter()
         .map(|(at, velocity)| (at.into(), velocity.into()));
-    Ok(Gas::new(
+    Ok(StressGas::new(
         disks(restitution)?,
         state(domain(width, height)?, bodies),
     ))
@@ -125,28 +131,34 @@ pub(super) fn disordered(
     packing: f64,
     restitution: f64,
     seed: u64,
-) -> Result<Gas<Disks>, TrialError> {
-    Ok(Gas::new(disks(restitution)?, fluid(count, packing, seed)?))
+) -> Result<StressGas<EqualDisks>, TrialError> {
+    Ok(StressGas::new(
+        disks(restitution)?,
+        fluid(count, packing, seed)?,
+    ))
 }
 
-impl<P: Planar> Gas<P> {
+impl<P: Planar> StressGas<P> {
     /// Creates a gas whose collisions follow the scene.
     pub fn new(scene: P, start: State<P>) -> Self {
         Self {
             scene,
-            dissipation: Dissipation::Scene,
+            dissipation: DissipationRule::Scene,
             start,
         }
     }
 
     /// Returns this gas with a contact time.
     pub fn with_contact_time(mut self, contact_time: f64) -> Self {
-        self.dissipation = Dissipation::ContactTime(contact_time);
+        self.dissipation = DissipationRule::ContactTime(contact_time);
         self
     }
 
-    pub fn engine(&self, from: Checkpoint<P>) -> Result<Engine<P>, EngineError> {
-        Engine::new(self.scene.clone(), self.dissipation, from)
+    pub fn engine(
+        &self,
+        from: EventDrivenCheckpoint<P>,
+    ) -> Result<EventDrivenEngine<P>, EventDrivenError> {
+        EventDrivenEngine::new(self.scene.clone(), self.dissipation, from)
     }
 
     pub fn diameter(&self) -> f64 {
@@ -154,7 +166,7 @@ impl<P: Planar> Gas<P> {
     }
 
     /// Runs until a time or a number of collisions.
-    pub fn run(&self, until: f64, collisions: u64) -> Result<Course<P>, EngineError> {
+    pub fn run(&self, until: f64, collisions: u64) -> Result<StressRun<P>, EventDrivenError> {
         self.run_in_legs(until, collisions, collisions, |_, _| ())
     }
 
@@ -164,11 +176,11 @@ impl<P: Planar> Gas<P> {
         until: f64,
         collisions: u64,
         leg: u64,
-        mut after_leg: impl FnMut(&Checkpoint<P>, &Ledger),
-    ) -> Result<Course<P>, EngineError> {
-        let mut course = Course {
+        mut after_leg: impl FnMut(&EventDrivenCheckpoint<P>, &CollisionSums),
+    ) -> Result<StressRun<P>, EventDrivenError> {
+        let mut course = StressRun {
             end: self.start.clone().into(),
-            ledger: Ledger::default(),
+            ledger: CollisionSums::default(),
             overlap: 0.0,
             reached: false,
             stopped: None,
@@ -191,7 +203,7 @@ impl<P: Planar> Gas<P> {
     }
 
     /// Checks a run: finite numbers, collisions in order of time, exclusion, energy and momentum.
-    pub fn audit(&self, log: &mut TrialLog, course: &Course<P>) {
+    pub fn audit(&self, log: &mut TrialLog, course: &StressRun<P>) {
         let end = &course.end.state;
         let bodies = end.bodies.iter();
         let mut numbers = bodies.flat_map(|b| b.position.iter().chain(b.velocity.iter()));
@@ -234,7 +246,7 @@ impl<P: Planar> Gas<P> {
     }
 
     /// Relative error of the energy: |K + energy lost in collisions - K(0)|/K(0).
-    pub fn energy_error(&self, course: &Course<P>) -> f64 {
+    pub fn energy_error(&self, course: &StressRun<P>) -> f64 {
         let energy = self.start.kinetic_energy(&self.scene);
         let now = course.end.state.kinetic_energy(&self.scene) + course.ledger.lost;
         if energy > 0.0 {
@@ -255,7 +267,7 @@ impl<P: Planar> Gas<P> {
     }
 
     /// Runs and checks the gas and records the result; then again under kills.
-    pub fn holds(&self, log: &mut TrialLog, collisions: u64) -> Result<Course<P>, TrialError> {
+    pub fn holds(&self, log: &mut TrialLog, collisions: u64) -> Result<StressRun<P>, TrialError> {
         let leg = collisions.div_ceil(4).max(1);
         let course = self.run_in_legs(f64::INFINITY, collisions, leg, |_, _| ())?;
         if let Some(error) = &course.stopped {
@@ -276,7 +288,7 @@ impl<P: Planar> Gas<P> {
     pub fn survives_kills(&self, log: &mut TrialLog, collisions: u64, seed: u64) -> Done {
         const LEGS: u64 = 4;
         let mut stream = random(seed);
-        let mut in_memory = Checkpoint::from(self.start.clone());
+        let mut in_memory = EventDrivenCheckpoint::from(self.start.clone());
         let mut bytes = postcard::to_stdvec(&in_memory)?;
         // Segments end by time, too: a thousand diameters of flight of the fastest disk, for a box
         // in which nothing collides.
@@ -359,7 +371,7 @@ impl<P: Planar> Gas<P> {
     }
 
     /// Returns time and pair of the next collisions: the disks whose velocities changed.
-    pub fn pairs(&self, collisions: usize) -> Result<Vec<(f64, [usize; 2])>, EngineError> {
+    pub fn pairs(&self, collisions: usize) -> Result<Vec<(f64, [usize; 2])>, EventDrivenError> {
         let mut engine = self.engine(self.start.clone().into())?;
         let mut list = Vec::with_capacity(collisions);
         while list.len() < collisions {
@@ -380,10 +392,10 @@ fn fastest<P: Planar>(state: &State<P>) -> f64 {
 
 /// Returns the time of the next collision and the pair whose velocities it changes.
 fn next_pair<P: Planar>(
-    engine: &mut Engine<P>,
+    engine: &mut EventDrivenEngine<P>,
     before: &State<P>,
-) -> Result<Option<(f64, [usize; 2])>, EngineError> {
-    let mut ledger = Ledger::default();
+) -> Result<Option<(f64, [usize; 2])>, EventDrivenError> {
+    let mut ledger = CollisionSums::default();
     engine.advance(f64::INFINITY, 1, &mut ledger)?;
     let after = engine.state();
     let mut who =

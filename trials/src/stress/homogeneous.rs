@@ -1,13 +1,14 @@
 //! Gases without positions.
 
 use stosszahl_dsmc::homogeneous::{
-    AliasTableSelection, Bird, Contact, Engine, Gas, Limit, LowRank, Order, Part, Rule, Selection,
-    Sticking, Stop, Threshold, moments, size_distribution,
+    AggregationRule, AliasTableSelection, Bird, EnergyLimit, EnergyLoss, HomogeneousEngine,
+    HomogeneousGas, LowRank, PairCorrelationFactor, SelectionMethod, Sticking, StopReason,
+    TestOrder, Threshold, moments, size_distribution,
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{Clusters, Plane, Vector};
 
-use crate::gas::{Particles, Spheres, law, particles, spheres, without_positions};
+use crate::gas::{SmoothParticles, Spheres, law, particles, spheres, without_positions};
 use crate::{Done, TrialError, TrialLog};
 
 trials! {
@@ -32,16 +33,16 @@ trials! {
 }
 
 /// Creates an engine for a dilute gas of species (diameter, mass, count).
-fn engine<S: Selection<Spheres>>(
+fn engine<S: SelectionMethod<Spheres>>(
     kinds: &[(f64, f64, usize)],
     restitution: f64,
     volume: f64,
     temperature: impl Fn(u32) -> f64,
-) -> Result<Engine<Spheres, S>, TrialError> {
+) -> Result<HomogeneousEngine<Spheres, S>, TrialError> {
     let extent = (volume, kinds.iter().map(|kind| kind.2).sum());
     without_positions(
         spheres(kinds, restitution)?,
-        Contact::Dilute,
+        PairCorrelationFactor::Dilute,
         extent,
         temperature,
         17,
@@ -50,10 +51,10 @@ fn engine<S: Selection<Spheres>>(
 
 /// Runs for a number of collisions and checks the ledger. Returns the candidate pairs per
 /// collision.
-fn booked<S: Selection<Spheres>>(
+fn booked<S: SelectionMethod<Spheres>>(
     log: &mut TrialLog,
     name: &str,
-    engine: &mut Engine<Spheres, S>,
+    engine: &mut HomogeneousEngine<Spheres, S>,
     collisions: u64,
 ) -> Result<f64, TrialError> {
     let start = engine.gas().kinetic_energy();
@@ -153,7 +154,7 @@ fn cold(log: &mut TrialLog) -> Done {
     let stop = gas.advance(f64::INFINITY, 100_000_000, &mut ())?;
     let tally = gas.tally();
     found!(log; "{} collisions to energy {:.1e} at time {:.1e}", tally.collisions, gas.gas().kinetic_energy(), gas.time());
-    must!(log, stop == Stop::Still; "stopped by {stop:?}");
+    must!(log, stop == StopReason::Still; "stopped by {stop:?}");
     must!(log, tally.collisions > 100_000; "too few collisions");
     Ok(())
 }
@@ -161,26 +162,33 @@ fn cold(log: &mut TrialLog) -> Done {
 fn one_cluster(log: &mut TrialLog) -> Done {
     let count = if log.effort.long { 1_000_000 } else { 20_000 };
     let always = |part| Threshold {
-        limit: Limit::Energy(f64::INFINITY),
+        limit: EnergyLimit::Energy(f64::INFINITY),
         part,
     };
-    let rule = Rule {
-        stick: always(Part::Full),
-        shatter: always(Part::Normal),
-        order: Order::StickFirst,
+    let rule = AggregationRule {
+        stick: always(EnergyLoss::Full),
+        shatter: always(EnergyLoss::Normal),
+        order: TestOrder::StickFirst,
         retained: 0.0,
         most: count,
     };
     let sizes = Clusters::new(0.5, 1.0, 2, Vec::new())?;
-    let scene: Particles<Plane, Clusters> = particles(law(0.5)?, sizes);
+    let scene: SmoothParticles<Plane, Clusters> = particles(law(0.5)?, sizes);
     let streams = Streams::new(19, 0);
     let mut start = streams.at(Purpose::Velocities, [0, 0]);
     let volume = 100.0 * count as f64;
-    let gas = Gas::maxwellian(scene, Contact::Dilute, volume, count, |_| 1.0, &mut start)?;
+    let gas = HomogeneousGas::maxwellian(
+        scene,
+        PairCorrelationFactor::Dilute,
+        volume,
+        count,
+        |_| 1.0,
+        &mut start,
+    )?;
     let contacts = Sticking::new(rule)?;
     let before = gas.kinetic_energy();
-    let mut engine: Engine<_, AliasTableSelection, (), _> =
-        Engine::new(gas, (), contacts, streams)?;
+    let mut engine: HomogeneousEngine<_, AliasTableSelection, (), _> =
+        HomogeneousEngine::new(gas, (), contacts, streams)?;
     let stop = engine.advance(f64::INFINITY, u64::MAX, &mut ())?;
     let sizes = size_distribution(engine.gas());
     found!(log; "{stop:?} at time {:.3e}: {sizes:?}", engine.time());

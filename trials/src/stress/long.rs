@@ -1,9 +1,9 @@
 //! Long runs, and kills in gases of every kind and at many moments.
 
-use stosszahl_ed::Checkpoint;
+use stosszahl_ed::EventDrivenCheckpoint;
 
 use super::collapse::hexagonal;
-use super::gas::{ENERGY, Gas, Ledger, MOMENTUM, OVERLAP, disordered};
+use super::gas::{CollisionSums, ENERGY, MOMENTUM, OVERLAP, StressGas, disordered};
 use crate::{Done, TrialLog};
 
 trials! {
@@ -49,10 +49,10 @@ fn elastic(log: &mut TrialLog) -> Done {
         MOMENTUM * 10.0,
     );
     let time = course.end.state.time;
-    let late = Gas::new(gas.scene.clone(), course.end.state.clone());
+    let late = StressGas::new(gas.scene.clone(), course.end.state.clone());
     let mut early = late.clone();
     early.start.time = 0.0;
-    let end = |gas: Gas<_>| {
+    let end = |gas: StressGas<_>| {
         gas.run(f64::INFINITY, LEG)
             .map(|course| course.end.state.bodies)
     };
@@ -68,10 +68,10 @@ fn cooling(log: &mut TrialLog) -> Done {
     let start = gas.start.temperature(&gas.scene);
     let (mut last, mut grew) = (start, 0.0_f64);
     let (mut lost, mut collisions) = (0.0, 0);
-    let mut from = Checkpoint::from(gas.start.clone());
+    let mut from = EventDrivenCheckpoint::from(gas.start.clone());
     while last > DECADES * start && collisions < MOST {
         let mut engine = gas.engine(from)?;
-        let mut ledger = Ledger::default();
+        let mut ledger = CollisionSums::default();
         engine.advance(f64::INFINITY, 2000, &mut ledger)?;
         log.at_most("overlap over d", engine.worst_overlap(), OVERLAP);
         from = engine.checkpoint();

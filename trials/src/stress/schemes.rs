@@ -1,11 +1,13 @@
 //! Monte Carlo schemes, starts, and the checks of every run.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{CollisionCounters, Displacement, Engine, Neighbourhood, Parameters, Scheme};
+use stosszahl_dsmc::{
+    CollisionCounters, DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme,
+};
 use stosszahl_model::State;
 use stosszahl_model::random::Streams;
 
-use crate::gas::{Disks, PLAIN, disks, random, scattered, square, warm as warm_at};
+use crate::gas::{EqualDisks, PLAIN, disks, random, scattered, square, warm as warm_at};
 use crate::{Done, TrialError, TrialLog};
 
 /// Relative rounding error of a sum per collision: some ten operations of 1.1e-16, each with a
@@ -33,7 +35,7 @@ pub(super) fn setups() -> Vec<Setup> {
             ..PLAIN
         },
     };
-    let (none, around) = (Displacement::None, Neighbourhood::Cells(1));
+    let (none, around) = (PartnerDisplacement::None, Neighbourhood::Cells(1));
     let (enskog, mean) = (Scheme::Enskog(around), Scheme::Enskog(Neighbourhood::Mean));
     let soft = Scheme::StochasticDisks { stiffness: 1.0 };
     let contact = Scheme::ContactPoint { radius: None };
@@ -42,8 +44,13 @@ pub(super) fn setups() -> Vec<Setup> {
         setup("free-volume", Scheme::FreeVolume, none, 1),
         setup("enskog of the mean", mean, none, 1),
         setup("enskog", enskog, none, 1),
-        setup("enskog displaced", enskog, Displacement::Diameter, 1),
-        setup("enskog inelastic", enskog, Displacement::Inelastic, 1),
+        setup("enskog displaced", enskog, PartnerDisplacement::Diameter, 1),
+        setup(
+            "enskog inelastic",
+            enskog,
+            PartnerDisplacement::Inelastic,
+            1,
+        ),
         setup("esmc", Scheme::Esmc(around), none, 1),
         setup("stochastic-disks", soft, none, 1),
         setup("contact-point", contact, none, 1),
@@ -70,12 +77,16 @@ pub(super) fn warm(
     domain: stosszahl_model::Domain<stosszahl_model::Plane>,
     places: Vec<Vector2<f64>>,
     seed: u64,
-) -> Result<State<Disks>, TrialError> {
+) -> Result<State<EqualDisks>, TrialError> {
     Ok(warm_at(&disks(1.0)?, domain, places, seed))
 }
 
 /// Creates a gas without order in a square box.
-pub(super) fn uniform(count: usize, packing: f64, seed: u64) -> Result<State<Disks>, TrialError> {
+pub(super) fn uniform(
+    count: usize,
+    packing: f64,
+    seed: u64,
+) -> Result<State<EqualDisks>, TrialError> {
     let domain = square(count, packing)?;
     let places = scattered(count, [0.0; 2], domain.lengths().into(), &mut random(seed));
     warm(domain, places, seed)
@@ -85,10 +96,10 @@ pub(super) fn uniform(count: usize, packing: f64, seed: u64) -> Result<State<Dis
 pub(super) fn engine(
     setup: Setup,
     restitution: f64,
-    start: &State<Disks>,
-) -> Result<Engine<Disks>, TrialError> {
+    start: &State<EqualDisks>,
+) -> Result<DsmcEngine<EqualDisks>, TrialError> {
     let scene = disks(restitution)?;
-    Ok(Engine::new(
+    Ok(DsmcEngine::new(
         &scene,
         setup.parameters,
         start,
@@ -97,23 +108,23 @@ pub(super) fn engine(
 }
 
 /// Run of a scheme: the engine and the sums at its start.
-pub(super) struct Run {
+pub(super) struct SchemeRun {
     pub setup: Setup,
     pub restitution: f64,
-    pub engine: Engine<Disks>,
-    pub before: Sums,
+    pub engine: DsmcEngine<EqualDisks>,
+    pub before: ConservedSums,
     /// Largest error of momentum, and of energy if collisions are elastic, at the last audit.
     pub off: [f64; 2],
 }
 
-impl Run {
+impl SchemeRun {
     pub(super) fn new(
         setup: Setup,
         restitution: f64,
-        start: &State<Disks>,
+        start: &State<EqualDisks>,
     ) -> Result<Self, TrialError> {
         let engine = engine(setup, restitution, start)?;
-        let before = Sums::of(&engine.state());
+        let before = ConservedSums::of(&engine.state());
         Ok(Self {
             setup,
             restitution,
@@ -157,7 +168,7 @@ impl Run {
             && tally.limited_cells <= tally.active_cells
             && tally.limited_collisions <= tally.collisions;
         must!(log, sound; "counts that cannot be, {tally:?}");
-        let (before, after) = (self.before, Sums::of(&state));
+        let (before, after) = (self.before, ConservedSums::of(&state));
         let tolerance = rounding(self.engine.simulators(), tally.collisions, share);
         let energy = (after.energy - before.energy) / before.energy.max(f64::MIN_POSITIVE);
         let momentum =
@@ -177,8 +188,8 @@ impl Run {
 pub(super) fn each(
     log: &mut TrialLog,
     restitutions: &[f64],
-    start: &State<Disks>,
-    mut job: impl FnMut(&mut TrialLog, &mut Run) -> Done,
+    start: &State<EqualDisks>,
+    mut job: impl FnMut(&mut TrialLog, &mut SchemeRun) -> Done,
 ) -> Result<[f64; 2], TrialError> {
     let mut worst = [0.0_f64; 2];
     for setup in setups() {
@@ -187,7 +198,7 @@ pub(super) fn each(
                 1 => setup.name.to_owned(),
                 _ => format!("{}, r = {restitution}", setup.name),
             });
-            let mut run = Run::new(setup, restitution, start)?;
+            let mut run = SchemeRun::new(setup, restitution, start)?;
             job(log, &mut run)?;
             run.audit(log);
             worst = [0, 1].map(|index: usize| worst[index].max(run.off[index]));
@@ -199,15 +210,15 @@ pub(super) fn each(
 
 /// Sums over simulators that collisions conserve.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sums {
+pub(super) struct ConservedSums {
     pub energy: f64,
     pub momentum: Vector2<f64>,
     /// Sum of |v| \[length/time\].
     speed: f64,
 }
 
-impl Sums {
-    pub(super) fn of(state: &State<Disks>) -> Self {
+impl ConservedSums {
+    pub(super) fn of(state: &State<EqualDisks>) -> Self {
         let mut sums = Self {
             energy: 0.0,
             momentum: vector![0.0, 0.0],

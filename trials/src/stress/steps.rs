@@ -2,11 +2,11 @@
 //! restitution zero, and cooling through many decades.
 
 use nalgebra::vector;
-use stosszahl_dsmc::{Displacement, EngineError};
+use stosszahl_dsmc::{DsmcError, PartnerDisplacement};
 use stosszahl_model::kinetic;
 use stosszahl_model::transport::critical_length;
 
-use super::schemes::{Run, Sums, each, engine, setups, uniform, warm};
+use super::schemes::{ConservedSums, SchemeRun, each, engine, setups, uniform, warm};
 use crate::gas::{domain, random, scattered};
 use crate::table::mean;
 use crate::{Done, TrialError, TrialLog};
@@ -65,7 +65,7 @@ fn long_step(log: &mut TrialLog) -> Done {
         let mut busiest = [0.0; 3];
         for (times, busiest) in [1.0, 10.0, 100.0].into_iter().zip(&mut busiest) {
             about!(log; "{} x {times}", setup.name);
-            let mut run = Run::new(setup, 1.0, &start)?;
+            let mut run = SchemeRun::new(setup, 1.0, &start)?;
             run.engine.hold_step(times * own.time());
             run.steps(4);
             run.audit(log);
@@ -89,7 +89,7 @@ fn hot_one(log: &mut TrialLog) -> Done {
     start.bodies[0].velocity = vector![0.6 * HOT, 0.8 * HOT];
     for setup in setups() {
         log.about(setup.name);
-        let mut run = Run::new(setup, 1.0, &start)?;
+        let mut run = SchemeRun::new(setup, 1.0, &start)?;
         // Once shared, the energy gives a speed of 7e4 and mean free times of 2e-5.
         let reached = run.engine.advance(1e-4, 1_000_000, &mut ());
         let steps = run.tally().steps;
@@ -111,11 +111,11 @@ fn plastic(log: &mut TrialLog) -> Done {
     for restitution in [0.0, 1e-300, 5e-324] {
         for setup in setups() {
             about!(log; "{}, r = {restitution:e}", setup.name);
-            if setup.parameters.displacement == Displacement::Inelastic {
+            if setup.parameters.displacement == PartnerDisplacement::Inelastic {
                 let error = engine(setup, restitution, &start).err();
                 let typed = match error.as_ref().and_then(TrialError::downcast_ref) {
-                    Some(EngineError::NoDisplacement) => restitution == 0.0,
-                    Some(EngineError::FarDisplacement { .. }) => restitution > 0.0,
+                    Some(DsmcError::NoDisplacement) => restitution == 0.0,
+                    Some(DsmcError::FarDisplacement { .. }) => restitution > 0.0,
                     _ => false,
                 };
                 must!(log, typed; "{error:?}");
@@ -127,11 +127,11 @@ fn plastic(log: &mut TrialLog) -> Done {
                 continue;
             }
             log.guard(|log| {
-                let mut run = Run::new(setup, restitution, &start)?;
+                let mut run = SchemeRun::new(setup, restitution, &start)?;
                 let mut last = run.before.energy;
                 for _ in 0..10 {
                     run.steps(30);
-                    let now = Sums::of(&run.engine.state()).energy;
+                    let now = ConservedSums::of(&run.engine.state()).energy;
                     // Rounding of sums of equally many numbers in another order.
                     log.at_most("energy grown", now / last - 1.0, 3e-14);
                     last = now;
@@ -161,7 +161,7 @@ fn deep(log: &mut TrialLog) -> Done {
         let mut energy = first;
         while passed.len() < 24 && run.tally().steps < 200_000 {
             run.steps(1);
-            energy = Sums::of(&run.engine.state()).energy;
+            energy = ConservedSums::of(&run.engine.state()).energy;
             while energy < first * 0.1_f64.powi(passed.len() as i32 + 1) {
                 passed.push(2.0 * run.tally().collisions as f64 / count);
             }

@@ -2,8 +2,8 @@
 
 use stosszahl_model::Viscoelastic;
 
-use super::gas::{Gas, disordered};
-use crate::gas::{Disks, UNIT, particles, state};
+use super::gas::{StressGas, disordered};
+use crate::gas::{EqualDisks, UNIT, particles, state};
 use crate::{Done, TrialError, TrialLog};
 
 trials! {
@@ -27,7 +27,7 @@ trials! {
 /// Runs until a time, and returns the number of collisions; a collapse may be a result, too.
 fn ends(
     log: &mut TrialLog,
-    gas: &Gas<Disks>,
+    gas: &StressGas<EqualDisks>,
     until: f64,
     may_collapse: bool,
 ) -> Result<u64, TrialError> {
@@ -58,7 +58,7 @@ fn viscoelastic(log: &mut TrialLog) -> Done {
         let equal = disordered(400, 0.5, 1.0, 10)?.start;
         let bodies = equal.bodies.iter().map(|b| (b.position, b.velocity));
         about!(log; "strength {strength}");
-        Gas::new(particles(law, UNIT), state(equal.domain, bodies)).holds(log, 200_000)?;
+        StressGas::new(particles(law, UNIT), state(equal.domain, bodies)).holds(log, 200_000)?;
     }
     Ok(())
 }
@@ -66,7 +66,7 @@ fn viscoelastic(log: &mut TrialLog) -> Done {
 fn contact_times(log: &mut TrialLog) -> Done {
     const COLLISIONS: u64 = 5000;
     let gas = disordered(300, 0.4, 0.5, 11)?;
-    let run = |gas: &Gas<_>| gas.run_in_legs(f64::INFINITY, COLLISIONS, 1000, |_, _| ());
+    let run = |gas: &StressGas<_>| gas.run_in_legs(f64::INFINITY, COLLISIONS, 1000, |_, _| ());
     let plain = run(&gas)?.end.state.bodies;
     for contact_time in [0.0, 5e-324] {
         let timed = run(&gas.clone().with_contact_time(contact_time))?;

@@ -4,8 +4,8 @@ use nalgebra::Vector2;
 use rand::RngExt;
 use stosszahl_model::State;
 
-use super::gas::{Gas, few};
-use crate::gas::{Disks, random};
+use super::gas::{StressGas, few};
+use crate::gas::{EqualDisks, random};
 use crate::{Done, TrialError, TrialLog};
 
 trials! {
@@ -34,9 +34,9 @@ impl Sum {
     fn add(
         &mut self,
         log: &mut TrialLog,
-        gas: &Gas<Disks>,
+        gas: &StressGas<EqualDisks>,
         until: f64,
-    ) -> Result<State<Disks>, TrialError> {
+    ) -> Result<State<EqualDisks>, TrialError> {
         const MOST: u64 = 10_000;
         let course = gas.run(until, MOST)?;
         if let Some(error) = &course.stopped {

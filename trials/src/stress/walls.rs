@@ -1,15 +1,15 @@
 //! Walls, obstacles, gravity and openings, for both engines.
 
 use nalgebra::{Vector2, vector};
-use stosszahl_dsmc::{Boundaries, Gas, Inflow, Parameters, Scheme, WallClearance};
-use stosszahl_ed::{Dissipation, EngineError};
+use stosszahl_dsmc::{BoundaryConditions, CellGas, Inflow, Parameters, Scheme, WallClearance};
+use stosszahl_ed::{DissipationRule, EventDrivenError};
 use stosszahl_model::random::Streams;
-use stosszahl_model::walls::{FACES, Obstacle, Outline, Vibration};
+use stosszahl_model::walls::{FACES, Obstacle, ObstacleShape, Vibration};
 use stosszahl_model::{
     Budget::{Collisions, Unlimited},
-    Face, Failure, Grains, Particle, Particles, Rebound, Simulation, SizeDistribution, Species,
-    Volume, Wall, Walls,
-    species::Kind,
+    Face, Failure, Particle, ParticleSpec, Particles, Rebound, Simulation, SizeDistribution,
+    Species, Volume, Wall, Walls,
+    species::SpeciesProperties,
 };
 
 use crate::gas::{PLAIN, law};
@@ -54,9 +54,9 @@ const POINTS: Parameters = Parameters {
 
 /// Disks of diameter 1 and mass 1 between walls and obstacles, for both engines.
 struct Setting {
-    grains: Grains,
+    grains: ParticleSpec,
     start: Particles,
-    boundaries: Boundaries<Volume>,
+    boundaries: BoundaryConditions<Volume>,
 }
 
 impl Setting {
@@ -67,7 +67,7 @@ impl Setting {
         [restitution, weight]: [f64; 2],
         bodies: &[(Vector2<f64>, Vector2<f64>)],
     ) -> Result<Self, TrialError> {
-        let sizes = Species::new(vec![Kind {
+        let sizes = Species::new(vec![SpeciesProperties {
             radius: 0.5,
             mass: 1.0,
             count: bodies.len().max(1),
@@ -78,7 +78,7 @@ impl Setting {
             ..Particle::of(0.5, 1.0)
         };
         Ok(Self {
-            grains: Grains {
+            grains: ParticleSpec {
                 sizes: SizeDistribution::Species(sizes?),
                 restitution: law(restitution)?,
                 rough: None,
@@ -93,10 +93,10 @@ impl Setting {
                 periodic: [false, false, true],
                 all: bodies.iter().map(body).collect(),
             },
-            boundaries: Boundaries {
+            boundaries: BoundaryConditions {
                 walls,
                 clearance: WallClearance::Radius,
-                ..Boundaries::default()
+                ..BoundaryConditions::default()
             },
         })
     }
@@ -106,8 +106,8 @@ impl Setting {
         self
     }
 
-    fn exact(&self, dissipation: Dissipation) -> Result<Box<dyn Simulation>, EngineError> {
-        let boundaries = stosszahl_ed::Boundaries {
+    fn exact(&self, dissipation: DissipationRule) -> Result<Box<dyn Simulation>, EventDrivenError> {
+        let boundaries = stosszahl_ed::DiskBoundaries {
             walls: self.boundaries.walls.in_plane(),
             obstacles: self.boundaries.obstacles.clone(),
             streams: Streams::new(STREAMS, 0),
@@ -118,8 +118,8 @@ impl Setting {
     fn points(
         &self,
         parameters: Parameters,
-    ) -> Result<Box<dyn Simulation>, stosszahl_dsmc::EngineError> {
-        let gas = Gas {
+    ) -> Result<Box<dyn Simulation>, stosszahl_dsmc::DsmcError> {
+        let gas = CellGas {
             grains: &self.grains,
             parameters,
             boundaries: &self.boundaries,
@@ -131,17 +131,17 @@ impl Setting {
 
     /// Returns exact dynamics, and point particles in cells.
     fn both(&self) -> Result<[Box<dyn Simulation>; 2], TrialError> {
-        Ok([self.exact(Dissipation::Scene)?, self.points(POINTS)?])
+        Ok([self.exact(DissipationRule::Scene)?, self.points(POINTS)?])
     }
 
     /// Runs exact dynamics without a contact time; returns true if the time was reached.
     fn ends(&self, until: f64, budget: stosszahl_model::Budget) -> Result<bool, Failure> {
-        let mut gas = self.exact(Dissipation::Scene).map_err(Failure::new)?;
+        let mut gas = self.exact(DissipationRule::Scene).map_err(Failure::new)?;
         gas.advance(until, budget, &mut ())
     }
 }
 
-fn error(ended: &Result<bool, Failure>) -> Option<&EngineError> {
+fn error(ended: &Result<bool, Failure>) -> Option<&EventDrivenError> {
     ended.as_ref().err().and_then(Failure::downcast_ref)
 }
 
@@ -180,7 +180,7 @@ const fn bounce(restitution: f64) -> Rebound {
 fn plates(points: [Vector2<f64>; 3], restitution: f64) -> Result<Obstacle, TrialError> {
     let points = points.to_vec();
     Ok(Obstacle::new(
-        Outline::Polyline { points },
+        ObstacleShape::Polyline { points },
         bounce(restitution),
     )?)
 }
@@ -243,7 +243,7 @@ fn wedge(log: &mut TrialLog) -> Done {
     let setting = setting.around(&plates);
     // The plates open by 60 degrees, so its centre comes to rest a diameter above the tip.
     let rest = tip + vector![0.0, 0.5 / (0.5 * (180.0_f64 - 120.0)).to_radians().sin()];
-    let mut gas = setting.exact(Dissipation::ContactTime(1e-3))?;
+    let mut gas = setting.exact(DissipationRule::ContactTime(1e-3))?;
     let reached = gas.advance(200.0, Collisions(10_000_000), &mut ())?;
     must!(log, reached; "exact dynamics did not reach the end");
     // Rocking at the bottom: the disk meets one plate while it slides along the other in repeated
@@ -255,7 +255,7 @@ fn wedge(log: &mut TrialLog) -> Done {
     let refused = setting.ends(200.0, Collisions(10_000_000));
     let collapse = matches!(
         error(&refused),
-        Some(EngineError::WallCollapse { .. } | EngineError::InelasticCollapse { .. })
+        Some(EventDrivenError::WallCollapse { .. } | EventDrivenError::InelasticCollapse { .. })
     );
     must!(log, collapse; "without a contact time: {refused:?}");
     let mut points = setting.points(POINTS)?;
@@ -273,9 +273,9 @@ fn floor(log: &mut TrialLog) -> Done {
         let bodies = [(vector![5.0, height], Vector2::zeros())];
         let setting = Setting::new(walls.clone(), [10.0; 2], [0.5, 1.0], &bodies)?;
         let ended = setting.ends(1000.0, Unlimited);
-        let collapse = matches!(error(&ended), Some(EngineError::WallCollapse { .. }));
+        let collapse = matches!(error(&ended), Some(EventDrivenError::WallCollapse { .. }));
         must!(log, collapse; "without a contact time: {ended:?}");
-        let mut gas = setting.exact(Dissipation::ContactTime(1e-4))?;
+        let mut gas = setting.exact(DissipationRule::ContactTime(1e-4))?;
         let reached = gas.advance(100.0, Collisions(10_000_000), &mut ())?;
         must!(log, reached; "the end was not reached");
         log.at_most("exact: height", (only(&*gas).0[1] - 0.5).abs(), 1e-6);
@@ -344,7 +344,7 @@ fn fast_wall(log: &mut TrialLog) -> Done {
 
 fn inside(log: &mut TrialLog) -> Done {
     let (centre, radius) = (vector![10.0, 10.0], 2.0);
-    let disk = Obstacle::new(Outline::Circle { centre, radius }, bounce(1.0))?;
+    let disk = Obstacle::new(ObstacleShape::Circle { centre, radius }, bounce(1.0))?;
     for (third, named) in [
         (vector![12.3, 10.0], "obstacle"),
         (vector![5.0, 0.3], "wall"),
@@ -354,7 +354,7 @@ fn inside(log: &mut TrialLog) -> Done {
         let bodies = places.map(|at| (at, Vector2::zeros()));
         let setting = Setting::new(walled(Wall::specular())?, [20.0; 2], [1.0, 0.0], &bodies)?;
         let setting = setting.around(&disk);
-        let exact = setting.exact(Dissipation::Scene).err();
+        let exact = setting.exact(DissipationRule::Scene).err();
         let points = setting.points(POINTS).err();
         for said in [exact.map(|e| e.to_string()), points.map(|e| e.to_string())] {
             let said = said.unwrap_or_else(|| "accepted".into());

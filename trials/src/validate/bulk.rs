@@ -6,7 +6,7 @@ use stosszahl_model::{Budget, Collision, Observer, kinetic};
 
 use super::gas::{exact, start};
 use super::over_seeds;
-use crate::table::{Place, mean};
+use crate::table::{RowPlace, mean};
 use crate::three_disks::bulk_viscosity;
 use crate::{Done, TrialLog};
 
@@ -72,7 +72,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
             let one = &moments[lag - 1];
             one.bulk / (one.lag * fluid.bulk_viscosity())
         });
-        let here = Place::new("exact", "event-driven", "256 disks", PACKING, seconds);
+        let here = RowPlace::new("exact", "event-driven", "256 disks", PACKING, seconds);
         let what = format!("bulk viscosity over Enskog's, lag {time} d √(m/T), with three disks");
         log.add(here.row(what, expected, mean(values)?, Some(tolerance)));
     }

@@ -14,7 +14,7 @@ use stosszahl_model::{Budget, Simulation, kinetic};
 use super::gas::{exact, monte_carlo, start};
 use super::over_seeds;
 use super::schemes::METHODS;
-use crate::table::Place;
+use crate::table::RowPlace;
 use crate::{Done, TrialError, TrialLog};
 
 /// Packing fractions.
@@ -26,7 +26,7 @@ const SIMULATORS: u32 = 16;
 
 /// Gas of unit disks to observe.
 #[derive(Clone, Copy, Debug)]
-pub struct Subject {
+pub struct UnitDiskGas {
     /// Number of disks.
     pub disks: usize,
     /// Packing fraction.
@@ -50,7 +50,7 @@ pub struct ContactValue {
     pub seconds: f64,
 }
 
-impl Subject {
+impl UnitDiskGas {
     /// Returns the sums of the rate and of the flux of a gas, and their value where the contact
     /// value is one.
     fn follow(&self, mut gas: Box<dyn Simulation>) -> Result<[f64; 3], TrialError> {
@@ -133,14 +133,14 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
     let what = "g(d+) by flux over (1 + r)/(2 r) χ of the collision rate";
     for packing in PACKINGS {
         let chi = kinetic::contact_value(packing);
-        let elastic = Subject {
+        let elastic = UnitDiskGas {
             disks: 1000,
             packing,
             restitution: 1.0,
             collisions: 50,
         };
         let found = elastic.exact(40 * more)?;
-        let here = Place::new(
+        let here = RowPlace::new(
             "exact",
             "event-driven",
             "1000 disks",
@@ -154,13 +154,13 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
             found.rate,
             Some(0.003 * chi),
         ));
-        let cooling = Subject {
+        let cooling = UnitDiskGas {
             restitution: 0.8,
             collisions: 5,
             ..elastic
         };
         let found = cooling.exact(200 * more)?;
-        let here = Place::new(
+        let here = RowPlace::new(
             "exact",
             "event-driven",
             "1000 disks, r = 0.8, 5 to 10 collisions of each",
@@ -171,13 +171,13 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
         log.add(here.row("g(d+) by flux", factor * chi, found.flux, None));
         log.add(here.row("χ of the collision rate", chi, found.rate, None));
         log.add(here.row(what, 1.0, found.flux_over_rate, None));
-        let chaos = Subject {
+        let chaos = UnitDiskGas {
             disks: 100,
             collisions: 100,
             ..cooling
         };
         let found = chaos.chaos(16 * more)?;
-        let here = Place::new(
+        let here = RowPlace::new(
             "exact",
             "enskog",
             "r = 0.8, one cell",

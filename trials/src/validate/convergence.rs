@@ -8,16 +8,16 @@
 //! The rate of N simulators of momentum zero is divided by `sqrt(1 - 1/N)`: N (N - 1) pairs, each
 //! sqrt(N/(N - 1)) faster than that of free ones.
 
-use stosszahl_analysis::fit::{self, Point};
+use stosszahl_analysis::fit::{self, FitPoint};
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_dsmc::Parameters;
 use stosszahl_model::{kinetic, transport};
 
 use super::gas::{advance, energy, monte_carlo, start};
 use super::over_seeds;
-use super::schemes::{Method, Quantity, Setting};
+use super::schemes::{Method, SchemeQuantity, SchemeSetting};
 use super::small_gas::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
-use crate::table::{Place, estimate, mean};
+use crate::table::{RowPlace, estimate, mean};
 use crate::{Done, Effort, TrialError, TrialLog};
 
 /// Simulators for each disk while cells and steps are swept.
@@ -30,7 +30,7 @@ const ELASTIC: [f64; 2] = [10.0, 50.0];
 type Sweep = (&'static str, f64, Vec<(f64, Parameters)>);
 
 fn sweeps(method: &Method) -> [Sweep; 3] {
-    let base = method.at(Setting::Single);
+    let base = method.at(SchemeSetting::Single);
     let side = (DISKS as f64 * std::f64::consts::FRAC_PI_4 / PACKING).sqrt();
     let simulators = |simulators_per_particle| Parameters {
         simulators_per_particle,
@@ -104,8 +104,8 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
 fn swept(log: &mut TrialLog, method: &Method, (name, tends_to, values): Sweep) -> Done {
     // Limits of the quantities by theory.
     let limits = [1.0, 1.0, cumulant()?];
-    let mut points: [Vec<Point>; 3] = Default::default();
-    let mut here = Place::new("convergence", method.name, "", PACKING, 0.0).of(method.default);
+    let mut points: [Vec<FitPoint>; 3] = Default::default();
+    let mut here = RowPlace::new("convergence", method.name, "", PACKING, 0.0).of(method.default);
     let mut total = 0.0;
     for (h, parameters) in values {
         let count = replicas(&log.effort, &parameters);
@@ -115,7 +115,7 @@ fn swept(log: &mut TrialLog, method: &Method, (name, tends_to, values): Sweep) -
         total += seconds;
         for (index, points) in points.iter_mut().enumerate() {
             let found = mean(found.iter().map(|gas| gas[index]))?;
-            points.push(Point {
+            points.push(FitPoint {
                 x: h,
                 y: found.value,
                 error: found.standard_error.unwrap_or(f64::NAN),
@@ -129,7 +129,7 @@ fn swept(log: &mut TrialLog, method: &Method, (name, tends_to, values): Sweep) -
         let what = QUANTITIES[index];
         let line = fit::richardson(points, tends_to)?;
         let order = fit::order(points)?;
-        let claimed = method.claims(Setting::Refined, Quantity::Limit);
+        let claimed = method.claims(SchemeSetting::Refined, SchemeQuantity::Limit);
         let (chi, freedom) = (line.chi_squared, line.degrees_of_freedom);
         log.add(here.row(
             format!("{what}, order {tends_to} (chi² {chi:.1} of {freedom})"),

@@ -11,10 +11,10 @@ use stosszahl_analysis::statistics::Estimate;
 use stosszahl_model::{kinetic, transport};
 
 use super::over_seeds;
-use super::schemes::{Quantity, Setting};
+use super::schemes::{SchemeQuantity, SchemeSetting};
 use super::small_gas::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
-use super::subject::{Course, Exact, Gas, Simulated, Subject};
-use crate::table::{Place, against, mean, over};
+use super::subject::{CollisionMethod, ExactDynamics, GasCourse, ObservedGas, Simulated};
+use crate::table::{RowPlace, against, mean, over};
 use crate::{Done, TrialError, TrialLog};
 
 /// Sample times over `t_0`.
@@ -23,8 +23,11 @@ const TIMES: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 const MANY: u32 = 64;
 
 /// Returns the courses of replicas of a subject, and their seconds.
-fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), TrialError> {
-    let gas = Gas {
+fn courses(
+    subject: &dyn CollisionMethod,
+    replicas: u64,
+) -> Result<(Vec<GasCourse>, f64), TrialError> {
+    let gas = ObservedGas {
         disks: DISKS,
         packing: PACKING,
         restitution: RESTITUTION,
@@ -35,12 +38,12 @@ fn courses(subject: &dyn Subject, replicas: u64) -> Result<(Vec<Course>, f64), T
 }
 
 /// Mean temperature at one of the times.
-fn temperature(courses: &[Course], time: usize) -> Result<Estimate, TrialError> {
+fn temperature(courses: &[GasCourse], time: usize) -> Result<Estimate, TrialError> {
     mean(courses.iter().map(|course| course.temperatures[time]))
 }
 
 /// Returns the mean a2 of courses. At `t_0` a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
-fn mean_cumulant(courses: &[Course]) -> Result<Estimate, TrialError> {
+fn mean_cumulant(courses: &[GasCourse]) -> Result<Estimate, TrialError> {
     let cumulants = courses.iter().map(|course| &course.cumulants);
     mean(cumulants.map(|all| all.iter().sum::<f64>() / all.len() as f64))
 }
@@ -53,26 +56,26 @@ fn law(time: f64) -> f64 {
 pub(super) fn run(log: &mut TrialLog) -> Done {
     let few = if log.effort.quick { 400 } else { 10_000 };
     let many = if log.effort.quick { 16 } else { 400 };
-    let (exact, seconds) = courses(&Exact, few)?;
+    let (exact, seconds) = courses(&ExactDynamics, few)?;
     let simplest = kinetic::fourth_cumulant(2, RESTITUTION);
     let cumulant = cumulant()?;
-    let here = Place::new("cooling", "event-driven", "48 disks", PACKING, seconds).of(false);
+    let here = RowPlace::new("cooling", "event-driven", "48 disks", PACKING, seconds).of(false);
     for (index, time) in TIMES.into_iter().enumerate() {
         let found = over(temperature(&exact, index)?, law(time));
         log.add(here.row(format!("K/Haff at t/t0 = {time}"), 1.0, found, None));
     }
     log.add(here.row("a2", cumulant, mean_cumulant(&exact)?, None));
     for method in log.effort.methods.clone() {
-        for setting in Setting::ALL {
+        for setting in SchemeSetting::ALL {
             let mut parameters = method.at(setting);
-            if setting == Setting::Refined {
+            if setting == SchemeSetting::Refined {
                 parameters.simulators_per_particle = parameters.simulators_per_particle.max(MANY);
             }
             let copies = parameters.simulators_per_particle;
             let replicas = (few / u64::from(copies)).max(many);
             let (found, seconds) = courses(&Simulated(parameters), replicas)?;
             let name = format!("{} {copies}", setting.name());
-            let here = Place::new("cooling", method.name, name, PACKING, seconds);
+            let here = RowPlace::new("cooling", method.name, name, PACKING, seconds);
             let here = here.of(method.default);
             let claim = |quantity, tolerance| method.claims(setting, quantity).then_some(tolerance);
             for (index, time) in TIMES.into_iter().enumerate() {
@@ -86,10 +89,15 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
                     ("K/Haff", over(own, law(time)))
                 };
                 let what = format!("{what} at t/t0 = {time}");
-                log.add(here.row(what, 1.0, ratio, claim(Quantity::Cooling, 0.01)));
+                log.add(here.row(what, 1.0, ratio, claim(SchemeQuantity::Cooling, 0.01)));
             }
             let found = mean_cumulant(&found)?;
-            log.add(here.row("a2", cumulant, found, claim(Quantity::Cumulant, 0.002)));
+            log.add(here.row(
+                "a2",
+                cumulant,
+                found,
+                claim(SchemeQuantity::Cumulant, 0.002),
+            ));
             log.add(here.row("a2, first Sonine order", simplest, found, None));
         }
     }

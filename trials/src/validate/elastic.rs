@@ -8,21 +8,21 @@
 //! for three of these times.
 
 use nalgebra::Vector2;
-use stosszahl_analysis::fit::{self, Point};
+use stosszahl_analysis::fit::{self, FitPoint};
 use stosszahl_analysis::modes::{Modes, shear_waves};
 use stosszahl_analysis::relaxation::{decay_rate, diffusion};
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_dsmc::{Engine, Tracked};
+use stosszahl_dsmc::{DsmcEngine, Tracked};
 use stosszahl_model::{Particles, kinetic, transport};
 
 use super::gas::{amplitudes, cells, columns, energy, modes, start, waves};
 use super::over_seeds;
-use super::schemes::Quantity::{
+use super::schemes::SchemeQuantity::{
     CollisionRate, Compressibility, Diffusion, Longitudinal, Pressure, Transverse, Viscosity,
 };
-use super::schemes::{Method, Setting};
-use crate::gas::{Disks, particles_of, square};
-use crate::table::{Place, Row, mean as over_gases, over};
+use super::schemes::{Method, SchemeSetting};
+use crate::gas::{EqualDisks, particles_of, square};
+use crate::table::{RowPlace, TrialTableRow, mean as over_gases, over};
 use crate::{Done, Effort, TrialError, TrialLog};
 
 /// Packing fractions. In dilute gases only cells that a scheme chooses itself are meaningful.
@@ -126,7 +126,7 @@ impl Plan {
         })
     }
 
-    fn measure(&self, gas: &mut Engine<Disks, Tracked>) -> Result<Found, TrialError> {
+    fn measure(&self, gas: &mut DsmcEngine<EqualDisks, Tracked>) -> Result<Found, TrialError> {
         gas.advance(self.relaxation, u64::MAX, &mut ());
         let (origin, before) = (gas.time(), gas.tally());
         gas.track_displacements();
@@ -158,7 +158,7 @@ impl Plan {
             .density
             .wave_numbers()
             .zip(&densities)
-            .map(|(k, &y)| Point {
+            .map(|(k, &y)| FitPoint {
                 x: k * k,
                 y,
                 error: 1.0,
@@ -180,7 +180,7 @@ impl Plan {
 
     fn sample(
         &self,
-        engine: &Engine<Disks, Tracked>,
+        engine: &DsmcEngine<EqualDisks, Tracked>,
         bands: &mut [Vec<[f64; 2]>],
         densities: &mut [f64],
     ) -> Done {
@@ -200,7 +200,10 @@ impl Plan {
     }
 
     /// Starts two shear waves and follows them.
-    fn shear(&self, gas: &mut Engine<Disks, Tracked>) -> Result<(Vec<Vec<f64>>, f64), TrialError> {
+    fn shear(
+        &self,
+        gas: &mut DsmcEngine<EqualDisks, Tracked>,
+    ) -> Result<(Vec<Vec<f64>>, f64), TrialError> {
         let start = particles_of(&gas.state());
         let modes = modes(&start, vec![[self.wave_index, 0], [0, self.wave_index]])?;
         gas.kick(&shear_waves(&modes, &columns(&start).0, WAVE)?);
@@ -227,22 +230,26 @@ fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
 
 /// Returns the number of disks at a setting, and the number of gases at first and at most: more
 /// simulators have less noise, and cost more.
-fn extent(effort: &Effort, setting: Setting) -> (usize, [u64; 2]) {
+fn extent(effort: &Effort, setting: SchemeSetting) -> (usize, [u64; 2]) {
     match (effort.quick, setting) {
-        (true, Setting::Single) => (2_000, [4, 4]),
-        (true, Setting::Own) => (1_000, [4, 4]),
+        (true, SchemeSetting::Single) => (2_000, [4, 4]),
+        (true, SchemeSetting::Own) => (1_000, [4, 4]),
         (true, _) => (500, [4, 4]),
-        (false, Setting::Single) => (20_000, [4, 64]),
-        (false, Setting::Eight) => (2_000, [8, 128]),
-        (false, Setting::Refined) => (500, [8, 64]),
-        (false, Setting::Own) => (5_000, [8, 64]),
+        (false, SchemeSetting::Single) => (20_000, [4, 64]),
+        (false, SchemeSetting::Eight) => (2_000, [8, 128]),
+        (false, SchemeSetting::Refined) => (500, [8, 64]),
+        (false, SchemeSetting::Own) => (5_000, [8, 64]),
     }
 }
 
 /// Returns the settings at which a gas of this packing is measured.
-fn settings(packing: f64) -> Vec<Setting> {
-    let fixed: &[Setting] = if packing < THIN { &[] } else { &Setting::ALL };
-    [fixed, &[Setting::Own]].concat()
+fn settings(packing: f64) -> Vec<SchemeSetting> {
+    let fixed: &[SchemeSetting] = if packing < THIN {
+        &[]
+    } else {
+        &SchemeSetting::ALL
+    };
+    [fixed, &[SchemeSetting::Own]].concat()
 }
 
 /// Runs all settings of the schemes at all packings. Gases are added until every claim is decided,
@@ -252,7 +259,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
         for setting in settings(packing) {
             let methods = log.effort.methods.iter();
             let methods: Vec<Method> = methods
-                .filter(|method| setting != Setting::Own || method.default)
+                .filter(|method| setting != SchemeSetting::Own || method.default)
                 .copied()
                 .collect();
             if methods.is_empty() {
@@ -278,7 +285,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
                     found.extend(more.0);
                     seconds += more.1;
                     let table = table(&plan, &method, setting, &found, seconds)?;
-                    if count >= gases[1] || table.iter().all(Row::is_decided) {
+                    if count >= gases[1] || table.iter().all(TrialTableRow::is_decided) {
                         break table;
                     }
                     count = (2 * count).min(gases[1]);
@@ -295,11 +302,11 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
 fn table(
     plan: &Plan,
     method: &Method,
-    setting: Setting,
+    setting: SchemeSetting,
     found: &[Found],
     seconds: f64,
-) -> Result<Vec<Row>, TrialError> {
-    let place = Place::new(
+) -> Result<Vec<TrialTableRow>, TrialError> {
+    let place = RowPlace::new(
         "elastic",
         method.name,
         setting.name(),
@@ -316,9 +323,9 @@ fn table(
     let decay = decay_rate(&series, plan.spacing)?;
     let theory = transport::kinematic_viscosity(packing, chi) * plan.wave * plan.wave;
     let rate = match setting {
-        Setting::Single => 0.01,
-        Setting::Own => 0.0075,
-        Setting::Eight | Setting::Refined => 0.005,
+        SchemeSetting::Single => 0.01,
+        SchemeSetting::Own => 0.0075,
+        SchemeSetting::Eight | SchemeSetting::Refined => 0.005,
     };
     let z = kinetic::compressibility_factor(packing, 1.0);
     let mut rows = Vec::new();
@@ -350,7 +357,7 @@ fn table(
             // Modes are as independent of each other as gases are.
             let modes = found.iter().flat_map(|gas| &gas.bands[index]);
             let energy = over_gases(modes.map(|mode| mode[side]))?;
-            let lacks = setting == Setting::Own && packing >= DENSE && index < LONG;
+            let lacks = setting == SchemeSetting::Own && packing >= DENSE && index < LONG;
             let tolerance = if !is_many {
                 0.0
             } else if lacks && quantity == Longitudinal {

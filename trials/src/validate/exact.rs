@@ -6,13 +6,13 @@ use std::time::Instant;
 use stosszahl_analysis::energy::Virial;
 use stosszahl_analysis::equilibrium::long_waves_fluctuate;
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_ed::{Dissipation, Engine};
+use stosszahl_ed::{DissipationRule, EventDrivenEngine};
 use stosszahl_model::Budget;
 
 use super::gas::{columns, exact, start};
 use super::{bulk, contact, over_seeds};
-use crate::gas::{Disks, disks as unit_disks, disordered, particles_of, relaxed};
-use crate::table::{Place, mean};
+use crate::gas::{EqualDisks, disks as unit_disks, disordered, particles_of, relaxed};
+use crate::table::{RowPlace, mean};
 use crate::{Done, TrialError, TrialLog};
 
 /// Compressibility factor Z of hard disks by packing fraction, from the ten-term virial series of
@@ -45,7 +45,7 @@ pub fn equation_of_state(
         let (mut gas, mut virial) = (exact(&now, 1.0)?, Virial::default());
         gas.advance(f64::INFINITY, Budget::Collisions(collisions), &mut virial)?;
         now = gas.particles();
-        let factor = virial.compressibility_factor::<Disks>(disks, 1.0, now.time);
+        let factor = virial.compressibility_factor::<EqualDisks>(disks, 1.0, now.time);
         let rate = 2.0 * collisions as f64 / disks as f64 / now.time;
         factors.push(factor);
         quotients.push(rate / (4.0 * (factor - 1.0) / PI.sqrt()));
@@ -57,9 +57,9 @@ pub fn equation_of_state(
     })
 }
 
-fn place(setting: &str, packing: f64, began: Instant) -> Place {
+fn place(setting: &str, packing: f64, began: Instant) -> RowPlace {
     let seconds = began.elapsed().as_secs_f64();
-    Place::new("exact", "event-driven", setting, packing, seconds)
+    RowPlace::new("exact", "event-driven", setting, packing, seconds)
 }
 
 /// Largest distance of disks from their start, after a number of collisions forward and the same
@@ -103,7 +103,8 @@ fn mechanics(log: &mut TrialLog) -> Done {
         unit_disks(1.0)?,
     );
     let (first, momentum) = (state.temperature(&scene), state.momentum(&scene));
-    let mut engine = Engine::<Disks>::new(scene.clone(), Dissipation::Scene, state)?;
+    let mut engine =
+        EventDrivenEngine::<EqualDisks>::new(scene.clone(), DissipationRule::Scene, state)?;
     engine.advance(f64::INFINITY, collisions, &mut ())?;
     let state = engine.state();
     let drift = (state.temperature(&scene) / first - 1.0).abs();

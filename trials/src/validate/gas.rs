@@ -3,12 +3,12 @@
 use nalgebra::{Vector2, Vector3};
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::modes::{Amplitude, Modes, shear_waves};
-use stosszahl_dsmc::{Boundaries, Engine, Gas, Parameters, Tracked};
-use stosszahl_ed::Dissipation;
+use stosszahl_dsmc::{BoundaryConditions, CellGas, DsmcEngine, Parameters, Tracked};
+use stosszahl_ed::DissipationRule;
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{Budget, Grains, Observer, Particles, Simulation, State, initial};
+use stosszahl_model::{Budget, Observer, ParticleSpec, Particles, Simulation, State, initial};
 
-use crate::gas::{Disks, UNIT, disks, disordered, domain, law, particles_of, relaxed, state};
+use crate::gas::{EqualDisks, UNIT, disks, disordered, domain, law, particles_of, relaxed, state};
 use crate::{Done, TrialError};
 
 /// Creates a disordered start of unit disks at T = 1, after some elastic collisions of each disk
@@ -23,8 +23,12 @@ pub(super) fn start(
     Ok(particles_of(&start))
 }
 
-fn grains(restitution: f64) -> Result<Grains, TrialError> {
-    Ok(Grains::equal(UNIT.radius, UNIT.mass, law(restitution)?))
+fn grains(restitution: f64) -> Result<ParticleSpec, TrialError> {
+    Ok(ParticleSpec::equal(
+        UNIT.radius,
+        UNIT.mass,
+        law(restitution)?,
+    ))
 }
 
 /// Creates exact dynamics from a start.
@@ -32,10 +36,13 @@ pub(super) fn exact(
     start: &Particles,
     restitution: f64,
 ) -> Result<Box<dyn Simulation>, TrialError> {
-    let (boundaries, grains) = (stosszahl_ed::Boundaries::periodic(), grains(restitution)?);
+    let (boundaries, grains) = (
+        stosszahl_ed::DiskBoundaries::periodic(),
+        grains(restitution)?,
+    );
     Ok(stosszahl_ed::simulate(
         &grains,
-        Dissipation::Scene,
+        DissipationRule::Scene,
         &boundaries,
         start,
     )?)
@@ -51,10 +58,10 @@ pub(super) fn monte_carlo(
     seed: u64,
 ) -> Result<Box<dyn Simulation>, TrialError> {
     let streams = Streams::new(seed, 1);
-    let gas = Gas {
+    let gas = CellGas {
         grains: &grains(restitution)?,
         parameters,
-        boundaries: &Boundaries::default(),
+        boundaries: &BoundaryConditions::default(),
         streams,
         displacements: false,
     };
@@ -71,14 +78,14 @@ pub(super) fn cells(
     start: &Particles,
     parameters: Parameters,
     seed: u64,
-) -> Result<Engine<Disks, Tracked>, TrialError> {
+) -> Result<DsmcEngine<EqualDisks, Tracked>, TrialError> {
     let (streams, domain) = (
         Streams::new(seed, 1),
         domain(start.lengths[0], start.lengths[1])?,
     );
     let (places, velocities) = columns(start);
     let start = state(domain, places.into_iter().zip(velocities));
-    let mut engine = Engine::start(&disks(1.0)?, parameters, &start, streams)?;
+    let mut engine = DsmcEngine::start(&disks(1.0)?, parameters, &start, streams)?;
     engine.kick(&to_maxwellian(&particles_of(&engine.state()), streams)?);
     Ok(engine)
 }
@@ -87,7 +94,7 @@ pub(super) fn cells(
 fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>, TrialError> {
     let (places, velocities) = columns(gas);
     let places = places.into_iter().map(|at| (at, Vector2::zeros()));
-    let mut other: State<Disks> = state(domain(gas.lengths[0], gas.lengths[1])?, places);
+    let mut other: State<EqualDisks> = state(domain(gas.lengths[0], gas.lengths[1])?, places);
     let mut stream = streams.at(Purpose::Velocities, [1, 0]);
     initial::maxwellian(&disks(1.0)?, &mut other, 1.0, &mut stream);
     let bodies = other.bodies.iter().zip(velocities);

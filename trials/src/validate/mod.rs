@@ -38,7 +38,7 @@ use rayon::prelude::*;
 use stosszahl_model::snapshot::write_whole;
 
 use crate::docs;
-use crate::table::{Row, Verdict, markdown, table};
+use crate::table::{RowVerdict, TrialTableRow, markdown, table};
 use crate::terminal::{parse_duration, say, trial_names};
 use crate::trial::{ENDLESS, chosen};
 use crate::{Done, Effort, TrialError, TrialRow};
@@ -123,7 +123,7 @@ fn over_seeds<T: Send>(
 /// Outcome of the requested parts.
 #[derive(Default)]
 struct Outcome {
-    rows: Vec<Row>,
+    rows: Vec<TrialTableRow>,
     /// Parts that were not run, or not to the end, with the reason.
     missing: Vec<String>,
 }
@@ -164,14 +164,14 @@ impl Outcome {
 
     /// Counts the claims of the default scheme that hold, that do not, and that are left open where
     /// that is allowed.
-    fn standing(&self, may_stay_open: impl Fn(&Row) -> bool) -> [usize; 3] {
+    fn standing(&self, may_stay_open: impl Fn(&TrialTableRow) -> bool) -> [usize; 3] {
         let mut counts = [0; 3];
         for row in self.rows.iter().filter(|row| row.place.default) {
             match row.verdict {
-                Verdict::Pass => counts[0] += 1,
-                Verdict::Unresolved if may_stay_open(row) => counts[2] += 1,
-                Verdict::Fail | Verdict::Unresolved => counts[1] += 1,
-                Verdict::Measured => {}
+                RowVerdict::Pass => counts[0] += 1,
+                RowVerdict::Unresolved if may_stay_open(row) => counts[2] += 1,
+                RowVerdict::Fail | RowVerdict::Unresolved => counts[1] += 1,
+                RowVerdict::Measured => {}
             }
         }
         counts
@@ -271,10 +271,10 @@ pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
     say(&format!(
         "{} rows: {} pass, {} fail, {} unresolved, {} measured; {:.0} s of work",
         all.rows.len(),
-        count(Verdict::Pass),
-        count(Verdict::Fail),
-        count(Verdict::Unresolved),
-        count(Verdict::Measured),
+        count(RowVerdict::Pass),
+        count(RowVerdict::Fail),
+        count(RowVerdict::Unresolved),
+        count(RowVerdict::Measured),
         all.work(),
     ));
     // A quick run is not meant to resolve anything.
@@ -293,13 +293,13 @@ pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::{Place, estimate};
+    use crate::table::{RowPlace, estimate};
 
     #[test]
     fn all_is_well_only_if_every_claim_of_every_part_holds() {
         let word = |part, found: &[(f64, f64)], missing: bool| {
             let row = |&(value, error): &(f64, f64)| {
-                let place = Place::new(part, "a", "b", 0.25, 1.0);
+                let place = RowPlace::new(part, "a", "b", 0.25, 1.0);
                 place.row("rate", 1.0, estimate(value, error), Some(0.01))
             };
             let whole = Outcome {

@@ -3,13 +3,13 @@
 //! To add one, add an entry to [`METHODS`]. Quantities that a scheme does not claim are measured
 //! and stated, too.
 
-use stosszahl_dsmc::{Displacement, Neighbourhood, Parameters, Scheme};
+use stosszahl_dsmc::{Neighbourhood, Parameters, PartnerDisplacement, Scheme};
 
 use crate::gas::PLAIN;
 
 /// Quantity measured of a scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub enum SchemeQuantity {
     /// Collision rate of a disk in an elastic gas, over Enskog's.
     CollisionRate,
     /// Pressure p/(nT) of an elastic gas from the flux of momentum, over that of hard disks.
@@ -36,7 +36,7 @@ pub enum Quantity {
 
 /// Resolution of a scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Setting {
+pub enum SchemeSetting {
     /// Cells of two diameters, one simulator for each disk: those of Luding, Müller & McNamara
     /// (1998).
     Single,
@@ -48,7 +48,7 @@ pub enum Setting {
     Own,
 }
 
-impl Setting {
+impl SchemeSetting {
     /// Settings of all schemes, from coarse to fine.
     pub const ALL: [Self; 3] = [Self::Single, Self::Eight, Self::Refined];
 
@@ -74,19 +74,19 @@ pub struct Method {
     pub parameters: Parameters,
     /// Side of a cell over the diameter, and simulators for each disk, at the refined setting.
     pub refined: (f64, u32),
-    /// Claims at each setting, in the order of [`Setting::ALL`]; in its own cells the scheme claims
-    /// those of eight simulators.
-    pub claims: [&'static [Quantity]; 3],
+    /// Claims at each setting, in the order of [`SchemeSetting::ALL`]; in its own cells the scheme
+    /// claims those of eight simulators.
+    pub claims: [&'static [SchemeQuantity]; 3],
 }
 
 impl Method {
     /// Returns the numerical parameters at a setting.
-    pub fn at(&self, setting: Setting) -> Parameters {
+    pub fn at(&self, setting: SchemeSetting) -> Parameters {
         let (cell, simulators) = match setting {
-            Setting::Single => (2.0, 1),
-            Setting::Eight => (2.0, 8),
-            Setting::Refined => self.refined,
-            Setting::Own => {
+            SchemeSetting::Single => (2.0, 1),
+            SchemeSetting::Eight => (2.0, 8),
+            SchemeSetting::Refined => self.refined,
+            SchemeSetting::Own => {
                 return Parameters {
                     simulators_per_particle: 4,
                     ..Parameters::for_scheme(self.parameters.scheme)
@@ -101,11 +101,11 @@ impl Method {
     }
 
     /// Returns true if the scheme claims a quantity at a setting.
-    pub fn claims(&self, setting: Setting, quantity: Quantity) -> bool {
+    pub fn claims(&self, setting: SchemeSetting, quantity: SchemeQuantity) -> bool {
         let place = match setting {
-            Setting::Single => 0,
-            Setting::Eight | Setting::Own => 1,
-            Setting::Refined => 2,
+            SchemeSetting::Single => 0,
+            SchemeSetting::Eight | SchemeSetting::Own => 1,
+            SchemeSetting::Refined => 2,
         };
         self.claims[place].contains(&quantity)
     }
@@ -127,7 +127,7 @@ impl Method {
 
     /// Returns this scheme with partners a diameter apart, which gives it a pressure.
     const fn displaced(mut self) -> Self {
-        self.parameters.displacement = Displacement::Diameter;
+        self.parameters.displacement = PartnerDisplacement::Diameter;
         self
     }
 
@@ -139,23 +139,23 @@ impl Method {
     }
 
     /// Returns this scheme with claims.
-    const fn claiming(mut self, claims: [&'static [Quantity]; 3]) -> Self {
+    const fn claiming(mut self, claims: [&'static [SchemeQuantity]; 3]) -> Self {
         self.claims = claims;
         self
     }
 }
 
-use Quantity::{
+use SchemeQuantity::{
     CollisionRate, Cooling, Cumulant, Diffusion, Limit, Longitudinal, Pressure, Transverse,
     Viscosity,
 };
 
 /// Scheme with Enskog's rate at the mean density.
 const MEAN: Scheme = Scheme::Enskog(Neighbourhood::Mean);
-const CELLS: &[Quantity] = &[CollisionRate, Transverse, Longitudinal];
-const NOISE: &[Quantity] = &[Transverse, Longitudinal];
-const DENSE: &[Quantity] = &[CollisionRate, Pressure, Transverse, Longitudinal];
-const ALL: &[Quantity] = &[
+const CELLS: &[SchemeQuantity] = &[CollisionRate, Transverse, Longitudinal];
+const NOISE: &[SchemeQuantity] = &[Transverse, Longitudinal];
+const DENSE: &[SchemeQuantity] = &[CollisionRate, Pressure, Transverse, Longitudinal];
+const ALL: &[SchemeQuantity] = &[
     CollisionRate,
     Pressure,
     Diffusion,

@@ -1,6 +1,6 @@
 //! Gas of 48 disks that cools homogeneously, and theory of it: shear modes cannot grow in its box.
 
-use stosszahl_analysis::theory::{Component, Contact, Mixture, TheoryError};
+use stosszahl_analysis::theory::{Component, ContactValues, MaxwellianMixture, TheoryError};
 use stosszahl_model::{Constant, kinetic};
 
 /// Packing fraction of the gas.
@@ -22,7 +22,7 @@ pub(super) fn cumulant() -> Result<f64, TheoryError> {
         density: 1.0,
     };
     let law = Constant::new(RESTITUTION)?;
-    let gas = Mixture::new(2, vec![disk], law, Contact::Dilute)?;
+    let gas = MaxwellianMixture::new(2, vec![disk], law, ContactValues::Dilute)?;
     // Time of some thirty collisions per particle.
     let found = gas.expand(6, &[1.0], &[100.0])?;
     Ok(found[0].fourth_cumulants[0])

@@ -2,14 +2,18 @@
 
 use std::time::Instant;
 
-use stosszahl_analysis::theory::{Component, Contact as TheoryContact, CoolingState, Mixture};
-use stosszahl_dsmc::homogeneous::{AliasTableSelection, Contact, Engine, moments};
+use stosszahl_analysis::theory::{
+    Component, ContactValues as TheoryContact, CoolingState, MaxwellianMixture,
+};
+use stosszahl_dsmc::homogeneous::{
+    AliasTableSelection, HomogeneousEngine, PairCorrelationFactor, moments,
+};
 use stosszahl_model::{Plane, Space, Volume};
 
 use super::over_seeds;
-use crate::bench::{BenchMixture, Counts, Pick, Work as _};
-use crate::gas::{Particles, UNIT, law, particles, without_positions};
-use crate::table::{Place, mean};
+use crate::bench::{BenchMixture, BenchWork as _, CountRounding, SelectionArgument};
+use crate::gas::{SmoothParticles, UNIT, law, particles, without_positions};
+use crate::table::{RowPlace, mean};
 use crate::{Done, TrialError, TrialLog};
 
 /// Coefficient of restitution of the cooling gas.
@@ -27,16 +31,16 @@ const ORDERS: usize = 6;
 /// one gas.
 fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, TrialError> {
     let law = law(RESTITUTION)?;
-    let scene: Particles<S> = particles(law.clone(), UNIT);
+    let scene: SmoothParticles<S> = particles(law.clone(), UNIT);
     let extent = (PARTICLES as f64 / DENSITY, PARTICLES);
-    let mut engine: Engine<_, AliasTableSelection> =
-        without_positions(scene, Contact::Enskog, extent, |_| 1.0, seed)?;
+    let mut engine: HomogeneousEngine<_, AliasTableSelection> =
+        without_positions(scene, PairCorrelationFactor::Enskog, extent, |_| 1.0, seed)?;
     let one = Component {
         mass: 1.0,
         diameter: 1.0,
         density: DENSITY,
     };
-    let mixture = Mixture::new(S::DIMENSION, vec![one], law, TheoryContact::Enskog)?;
+    let mixture = MaxwellianMixture::new(S::DIMENSION, vec![one], law, TheoryContact::Enskog)?;
     let haff = CoolingState::of(&mixture, 1.0)?.time;
     let times = TIMES.map(|time| time * haff);
     let mut found = Vec::new();
@@ -61,7 +65,7 @@ fn cooling<S: Space>(log: &mut TrialLog) -> Done {
     let (courses, _) = over_seeds(0..seeds, course::<S>)?;
     let setting = format!("{PARTICLES} in {} dimensions", S::DIMENSION);
     let seconds = began.elapsed().as_secs_f64();
-    let here = Place::new(
+    let here = RowPlace::new(
         "homogeneous",
         "homogeneous",
         setting,
@@ -89,9 +93,9 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
     let began = Instant::now();
     let (runs, _) = over_seeds(0..3, |seed| {
         BenchMixture {
-            selection: Pick::AliasTables,
+            selection: SelectionArgument::AliasTables,
             monomers: 1_000_000,
-            counts: Counts::Nearest,
+            counts: CountRounding::Nearest,
             restitution: 0.5,
             collisions: None,
             until: 100.0,
@@ -101,7 +105,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
         .measure()
     })?;
     let seconds = began.elapsed().as_secs_f64();
-    let here = Place::new("homogeneous", "mixture", "Table I", 0.0, seconds);
+    let here = RowPlace::new("homogeneous", "mixture", "Table I", 0.0, seconds);
     for (what, name, unit, expected, tolerance) in [
         ("10⁶ collisions", "collisions", 1e6, 12.070, 0.025),
         ("K/10⁴", "final_energy", 1e4, 1.234, 0.012),

@@ -13,7 +13,7 @@ use stosszahl_model::{Particles, Simulation, kinetic};
 use super::gas::{advance, amplitudes, exact, monte_carlo, start};
 use super::over_seeds;
 use super::schemes::Method;
-use crate::table::{Place, mean};
+use crate::table::{RowPlace, mean};
 use crate::{Done, TrialError, TrialLog};
 
 const DISKS: usize = 2000;
@@ -81,7 +81,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
     let starts: Vec<Particles> = over_seeds(0..exact_gases, make)?.0;
     let at = |seed: u64| &starts[seed as usize];
     let (found, seconds) = over_seeds(0..exact_gases, |seed| follow(exact(at(seed), 1.0)?))?;
-    let here = Place::new("structure", "event-driven", "exact", PACKING, seconds);
+    let here = RowPlace::new("structure", "event-driven", "exact", PACKING, seconds);
     let mut references = Vec::new();
     for (wave, (k, _)) in WAVES.into_iter().enumerate() {
         let reference = mean(found.iter().map(|gas| gas[wave]))?;
@@ -113,7 +113,8 @@ fn of_scheme<'a>(
         follow(monte_carlo(at(seed), 1.0, parameters, seed)?)
     })?;
     let setting = format!("simulators {simulators}");
-    let here = Place::new("structure", method.name, setting, PACKING, seconds).of(method.default);
+    let here =
+        RowPlace::new("structure", method.name, setting, PACKING, seconds).of(method.default);
     let is_claimed = simulators >= MANY
         && matches!(parameters.scheme, Scheme::ContactPoint { .. })
         && parameters.cell_size.is_none();

@@ -1,6 +1,6 @@
 //! Interface of a method under validation, and the claims about its results.
 //!
-//! A [`Subject`] follows a gas of equal disks and returns its temperature, its a2 and its
+//! A [`CollisionMethod`] follows a gas of equal disks and returns its temperature, its a2 and its
 //! collisions. The claims know nothing else of it, so that a method with a planted fault can be put
 //! in its place: the tests of the validator do that.
 
@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_analysis::windows::{Window, Windows};
+use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_dsmc::Parameters;
 use stosszahl_model::{Particles, Plane, Simulation, kinetic, transport};
 
@@ -16,7 +16,7 @@ use super::gas::{advance, energy, exact, monte_carlo, start};
 use super::over_seeds;
 use super::schemes::CONTACT_POINT;
 use super::small_gas;
-use crate::table::{Place, mean};
+use crate::table::{RowPlace, mean};
 use crate::{Done, TrialError, TrialLog};
 
 /// Elastic collisions of each disk before a gas is followed.
@@ -26,7 +26,7 @@ const BINS: usize = 20;
 
 /// Gas to follow.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Gas {
+pub struct ObservedGas {
     /// Number of disks.
     pub disks: usize,
     /// Packing fraction of the gas.
@@ -41,17 +41,17 @@ pub struct Gas {
 
 /// Results of following a gas.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct GasCourse {
     /// Temperatures at the times, over that of the start.
     pub temperatures: Vec<f64>,
     /// a2 at the times, without the bias of a finite number.
     pub cumulants: Vec<f64>,
     /// Collisions from the start to the last time.
-    pub window: Window,
+    pub window: CollisionWindow,
 }
 
 /// A method that makes disks collide.
-pub trait Subject: Sync {
+pub trait CollisionMethod: Sync {
     /// Returns the name in tables.
     fn name(&self) -> String;
 
@@ -59,13 +59,13 @@ pub trait Subject: Sync {
     ///
     /// # Errors
     /// [`TrialError`] if it cannot be made or followed.
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError>;
+    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError>;
 }
 
 /// Follows a gas and observes it.
-fn observed(gas: &Gas, mut engine: Box<dyn Simulation>) -> Result<Course, TrialError> {
+fn observed(gas: &ObservedGas, mut engine: Box<dyn Simulation>) -> Result<GasCourse, TrialError> {
     let end = gas.times.last().copied().unwrap_or(0.0);
-    let mut windows = Windows::new(&[[0.0, end]], BINS, gas.disks, 0.0, 1.0);
+    let mut windows = CollisionWindows::new(&[[0.0, end]], BINS, gas.disks, 0.0, 1.0);
     let (mut temperatures, mut cumulants) = (Vec::new(), Vec::new());
     for &time in &gas.times {
         advance(&mut *engine, time, &mut windows)?;
@@ -75,14 +75,14 @@ fn observed(gas: &Gas, mut engine: Box<dyn Simulation>) -> Result<Course, TrialE
         cumulants.push(unbiased_cumulant(sample.fourth_cumulant, engine.count()));
     }
     let window = windows.windows.swap_remove(0);
-    Ok(Course {
+    Ok(GasCourse {
         temperatures,
         cumulants,
         window,
     })
 }
 
-impl Gas {
+impl ObservedGas {
     fn start(&self, seed: u64) -> Result<Particles, TrialError> {
         start(self.disks, self.packing, seed, self.equilibrate)
     }
@@ -90,14 +90,14 @@ impl Gas {
 
 /// Exact event-driven dynamics.
 #[derive(Clone, Copy, Debug)]
-pub struct Exact;
+pub struct ExactDynamics;
 
-impl Subject for Exact {
+impl CollisionMethod for ExactDynamics {
     fn name(&self) -> String {
         "event-driven".into()
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
+    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         observed(gas, exact(&gas.start(seed)?, gas.restitution)?)
     }
 }
@@ -106,12 +106,12 @@ impl Subject for Exact {
 #[derive(Clone, Copy, Debug)]
 pub struct Simulated(pub Parameters);
 
-impl Subject for Simulated {
+impl CollisionMethod for Simulated {
     fn name(&self) -> String {
         self.0.scheme.name().into()
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
+    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         let start = gas.start(seed)?;
         observed(gas, monte_carlo(&start, gas.restitution, self.0, seed)?)
     }
@@ -121,12 +121,12 @@ impl Subject for Simulated {
 #[derive(Clone, Copy, Debug)]
 pub struct ContactPoint;
 
-impl Subject for ContactPoint {
+impl CollisionMethod for ContactPoint {
     fn name(&self) -> String {
         CONTACT_POINT.name.into()
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
+    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         let Parameters { scheme, .. } = CONTACT_POINT.parameters;
         let parameters = Parameters {
             simulators_per_particle: Parameters::enough_for_chaos::<Plane>(
@@ -143,7 +143,7 @@ impl Subject for ContactPoint {
 
 /// Amount of work of the claims of a subject.
 #[derive(Clone, Copy, Debug)]
-pub struct Work {
+pub struct ClaimEffort {
     /// Number of disks and of seeds of the elastic gas.
     pub elastic: (usize, u64),
     /// Number of disks and of seeds of the cooling gas.
@@ -162,20 +162,23 @@ const ELASTIC_TIME: f64 = 20.0;
 const COOLING_TIMES: [f64; 2] = [1.0, 3.0];
 
 /// Mean over courses; courses without a value are left out.
-fn over(courses: &[Course], of: impl Fn(&Course) -> Option<f64>) -> Result<Estimate, TrialError> {
+fn over(
+    courses: &[GasCourse],
+    of: impl Fn(&GasCourse) -> Option<f64>,
+) -> Result<Estimate, TrialError> {
     mean(courses.iter().filter_map(of))
 }
 
 /// Follows gases with a subject; returns their courses, and the place of its rows.
 fn courses(
-    subject: &dyn Subject,
+    subject: &dyn CollisionMethod,
     setting: &str,
     (disks, seeds): (usize, u64),
     (packing, restitution): (f64, f64),
     times: Vec<f64>,
-) -> Result<(Vec<Course>, Place), TrialError> {
+) -> Result<(Vec<GasCourse>, RowPlace), TrialError> {
     let began = Instant::now();
-    let gas = Gas {
+    let gas = ObservedGas {
         disks,
         packing,
         restitution,
@@ -186,19 +189,19 @@ fn courses(
     let seconds = began.elapsed().as_secs_f64();
     Ok((
         courses,
-        Place::new("engines", subject.name(), setting, packing, seconds),
+        RowPlace::new("engines", subject.name(), setting, packing, seconds),
     ))
 }
 
 /// Tests elastic disks at packing 0.25: the rate of Enskog's theory within 1 %, colliding pairs
 /// with `<g²>` = 6 T/m and uniform impact parameters as in molecular chaos, constant energy, a
 /// Maxwellian.
-fn elastic(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
+fn elastic(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog) -> Done {
     let enskog = kinetic::collision_rate(DENSE, kinetic::contact_value(DENSE), 0.0);
     let times = vec![ELASTIC_TIME / enskog];
     let (courses, here) = courses(subject, "elastic", work.elastic, (DENSE, 1.0), times)?;
     let disks = work.elastic.0;
-    let chaos = |course: &Course| course.window.dissipation(enskog, disks);
+    let chaos = |course: &GasCourse| course.window.dissipation(enskog, disks);
     // Pairs of N disks of momentum zero are fewer than N²/2 by 1/N and faster by half of that.
     let few = 1.0 / disks as f64;
     let rate = over(&courses, |course| {
@@ -223,7 +226,7 @@ fn elastic(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
 
 /// Tests homogeneous cooling of dilute disks with r = 0.8: K by Haff's law with the relaxation of
 /// a2 within 1 %, a2 of the Boltzmann equation.
-fn cooling(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
+fn cooling(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog) -> Done {
     let haff = kinetic::haff_time(DILUTE, RESTITUTION, kinetic::contact_value(DILUTE));
     let times = COOLING_TIMES.map(|time| time * haff).to_vec();
     let gas = (DILUTE, RESTITUTION);
@@ -245,7 +248,7 @@ fn cooling(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
 ///
 /// # Errors
 /// [`TrialError`] if a gas cannot be made or followed.
-pub fn claims(subject: &dyn Subject, work: Work, log: &mut TrialLog) -> Done {
+pub fn claims(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog) -> Done {
     elastic(subject, work, log)?;
     cooling(subject, work, log)
 }

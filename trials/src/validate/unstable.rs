@@ -14,9 +14,9 @@ use stosszahl_model::{Simulation, kinetic, transport};
 
 use super::gas::{advance, amplitudes, exact, kick, modes, monte_carlo, start, waves};
 use super::over_seeds;
-use super::schemes::{Quantity, Setting};
+use super::schemes::{SchemeQuantity, SchemeSetting};
 use super::small_gas::{PACKING, RESTITUTION, haff_time};
-use crate::table::{Place, against, mean};
+use crate::table::{RowPlace, against, mean};
 use crate::{Done, TrialError, TrialLog};
 
 /// Numbers of waves in the box of the modes that are started.
@@ -98,7 +98,7 @@ impl Growth {
     fn rows(
         &self,
         log: &mut TrialLog,
-        place: &Place,
+        place: &RowPlace,
         first: f64,
         exact: Option<&Self>,
         claim: Option<f64>,
@@ -146,19 +146,25 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
     };
     let reference = of(replicas, &|seed| exact(&starts[seed as usize], RESTITUTION))?;
     let place = |name, setting, growth: &Growth| {
-        Place::new("unstable", name, setting, PACKING, growth.seconds)
+        RowPlace::new("unstable", name, setting, PACKING, growth.seconds)
     };
     let here = place("event-driven", "exact", &reference).of(false);
     reference.rows(log, &here, first, None, None);
     for method in log.effort.methods.clone() {
-        for setting in [Setting::Single, Setting::Eight] {
-            let fewer = if setting == Setting::Single { 1 } else { 4 };
+        for setting in [SchemeSetting::Single, SchemeSetting::Eight] {
+            let fewer = if setting == SchemeSetting::Single {
+                1
+            } else {
+                4
+            };
             let growth = of((replicas / fewer).max(4), &|seed| {
                 let start = &starts[seed as usize];
                 monte_carlo(start, RESTITUTION, method.at(setting), seed)
             })?;
             let here = place(method.name, setting.name(), &growth).of(method.default);
-            let claim = method.claims(setting, Quantity::Growth).then_some(0.1);
+            let claim = method
+                .claims(setting, SchemeQuantity::Growth)
+                .then_some(0.1);
             growth.rows(log, &here, first, Some(&reference), claim);
         }
     }

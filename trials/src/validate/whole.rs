@@ -5,9 +5,9 @@ use std::time::Instant;
 use stosszahl_model::{kinetic, transport};
 
 use super::schemes::METHODS;
-use super::subject::{ContactPoint, Exact, Work, claims};
+use super::subject::{ClaimEffort, ContactPoint, ExactDynamics, claims};
 use super::{cooling, elastic, exact, spheres, unstable};
-use crate::table::Place;
+use crate::table::RowPlace;
 use crate::trial::ENDLESS;
 use crate::{Done, Effort, TrialLog, stress};
 
@@ -63,7 +63,7 @@ fn literature(log: &mut TrialLog) -> Done {
         ),
     ] {
         let seconds = began.elapsed().as_secs_f64();
-        let here = Place::new("literature", "theory", "closed form", packing, seconds);
+        let here = RowPlace::new("literature", "theory", "closed form", packing, seconds);
         log.add(here.exact(what, value, found, rounding));
     }
     Ok(())
@@ -72,15 +72,15 @@ fn literature(log: &mut TrialLog) -> Done {
 fn engines(log: &mut TrialLog) -> Done {
     let more = if log.effort.quick { 1 } else { 4 };
     // Enough seeds for errors below half of the tolerances.
-    let exact = Work {
+    let exact = ClaimEffort {
         elastic: (1000, 40 * more),
         cooling: (400, 1000 * more),
     };
-    let simulated = Work {
+    let simulated = ClaimEffort {
         elastic: (1000, 8 * more),
         cooling: (400, 32 * more),
     };
-    claims(&Exact, exact, log)?;
+    claims(&ExactDynamics, exact, log)?;
     claims(&ContactPoint, simulated, log)
 }
 
@@ -104,7 +104,7 @@ fn suites(log: &mut TrialLog) -> Done {
     ] {
         for trial in trials {
             let report = trial.run(&Effort::default());
-            let here = Place::new("stress", name, trial.name, 0.0, report.seconds);
+            let here = RowPlace::new("stress", name, trial.name, 0.0, report.seconds);
             log.add(here.exact("faults", 0.0, report.faults.len() as f64, 0.5));
         }
     }

@@ -1,9 +1,9 @@
 //! Elastic disks against known results: conservation over millions of collisions, equation of
 //! state, collision rate, impact parameters. Values from the literature with their source.
 
-use crate::support::{Disks, disks, disordered};
+use crate::support::{EqualDisks, disks, disordered};
 use stosszahl_analysis::equilibrium::impact_uniform;
-use stosszahl_ed::{Dissipation, Engine};
+use stosszahl_ed::{DissipationRule, EventDrivenEngine};
 use stosszahl_model::{Collision, Observer, State};
 use stosszahl_trials::validate::exact::{COMPRESSIBILITY, equation_of_state};
 
@@ -12,9 +12,10 @@ fn equilibrated(
     packing: f64,
     seed: u64,
     collisions_per_particle: u64,
-) -> Engine<Disks> {
+) -> EventDrivenEngine<EqualDisks> {
     let start = disordered(count, packing, seed);
-    let mut engine = Engine::new(disks(1.0), Dissipation::Scene, start).expect("an engine");
+    let mut engine =
+        EventDrivenEngine::new(disks(1.0), DissipationRule::Scene, start).expect("an engine");
     engine
         .advance(
             f64::INFINITY,
@@ -25,10 +26,10 @@ fn equilibrated(
     engine
 }
 
-fn restarted(engine: &Engine<Disks>) -> Engine<Disks> {
-    let mut state: State<Disks> = engine.state();
+fn restarted(engine: &EventDrivenEngine<EqualDisks>) -> EventDrivenEngine<EqualDisks> {
+    let mut state: State<EqualDisks> = engine.state();
     state.time = 0.0;
-    Engine::new(disks(1.0), Dissipation::Scene, state).expect("an engine")
+    EventDrivenEngine::new(disks(1.0), DissipationRule::Scene, state).expect("an engine")
 }
 
 /// Runs five million collisions of ten thousand disks: energy to 1e-11, no overlap beyond 1e-11 d.

@@ -5,13 +5,13 @@ use std::process::Command;
 
 use crate::support::{disks, disordered};
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_dsmc::{Engine, Parameters};
+use stosszahl_dsmc::{DsmcEngine, Parameters};
 use stosszahl_model::kinetic;
 use stosszahl_model::random::Streams;
 use stosszahl_trials::Effort;
-use stosszahl_trials::table::Verdict;
+use stosszahl_trials::table::RowVerdict;
 use stosszahl_trials::table::mean;
-use stosszahl_trials::validate::schemes::{METHODS, Method, Setting};
+use stosszahl_trials::validate::schemes::{METHODS, Method, SchemeSetting};
 use stosszahl_trials::validate::{contact, parts};
 
 const PACKING: f64 = 0.25;
@@ -32,7 +32,8 @@ fn elastic(disks_each: usize, parameters: Parameters, seeds: u64) -> [(f64, f64)
     for seed in 0..seeds {
         let start = disordered(disks_each, PACKING, seed);
         let streams = Streams::new(seed, 0);
-        let mut elastic = Engine::new(&disks(1.0), parameters, &start, streams).expect("an engine");
+        let mut elastic =
+            DsmcEngine::new(&disks(1.0), parameters, &start, streams).expect("an engine");
         elastic.advance(5.0, u64::MAX, &mut ());
         let (before, origin) = (elastic.tally(), elastic.time());
         elastic.advance(15.0, u64::MAX, &mut ());
@@ -59,7 +60,7 @@ fn displaced_rates_are_those_of_an_independent_program() {
     for (simulators_per_particle, known, allowance) in [(1, 0.749, 0.02), (4, 0.931, 0.006)] {
         let parameters = Parameters {
             simulators_per_particle,
-            ..method("enskog-displaced").at(Setting::Single)
+            ..method("enskog-displaced").at(SchemeSetting::Single)
         };
         let [(rate, error), _] = elastic(10_000, parameters, 3);
         assert!(
@@ -83,7 +84,7 @@ fn virial_is_the_collisional_pressure() {
             cell_size: Some(3.0),
             simulators_per_particle: 32,
             steps_per_cell_crossing: 40.0,
-            ..method(name).at(Setting::Single)
+            ..method(name).at(SchemeSetting::Single)
         };
         let [(rate, _), (pressure, error)] = elastic(500, parameters, 4);
         let excess = kinetic::compressibility_factor(PACKING, 1.0) - 1.0;
@@ -111,7 +112,7 @@ fn default_scheme_holds_its_claims_on_cooling() {
     let claimed: Vec<_> = rows.iter().filter(|row| row.tolerance.is_some()).collect();
     assert!(!claimed.is_empty());
     for row in claimed {
-        assert_ne!(row.verdict, Verdict::Fail, "{row:?}");
+        assert_ne!(row.verdict, RowVerdict::Fail, "{row:?}");
     }
 }
 
@@ -140,7 +141,7 @@ fn contact_value_by_flux_has_the_factor_of_separating_pairs() {
         assert!(error < 0.006 * of.value, "{of:?}");
         4.0 * error
     };
-    let elastic = contact::Subject {
+    let elastic = contact::UnitDiskGas {
         disks: 500,
         packing: 0.25,
         restitution: 1.0,
@@ -153,14 +154,14 @@ fn contact_value_by_flux_has_the_factor_of_separating_pairs() {
         (found.value - chi).abs() < narrow(&found) + chi / 500.0,
         "{found:?}"
     );
-    let cooling = contact::Subject {
+    let cooling = contact::UnitDiskGas {
         disks: 100,
         restitution: 0.8,
         ..elastic
     };
     let chaos = cooling.chaos(24).expect("gases").flux_over_rate;
     assert!((chaos.value - 1.0).abs() < narrow(&chaos), "{chaos:?}");
-    let dense = contact::Subject {
+    let dense = contact::UnitDiskGas {
         disks: 1000,
         packing: 0.5,
         collisions: 5,

@@ -6,17 +6,17 @@ use std::f64::consts::PI;
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
 use stosszahl_analysis::relaxation::unbiased_cumulant;
-use stosszahl_analysis::windows::Windows;
+use stosszahl_analysis::windows::CollisionWindows;
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{Collision, Observer, Vector as _, kinetic};
-use stosszahl_trials::table::{Row, Verdict};
+use stosszahl_trials::table::{RowVerdict, TrialTableRow};
 use stosszahl_trials::validate::subject::{
-    ContactPoint, Course, Exact, Gas, Subject, Work, claims,
+    ClaimEffort, CollisionMethod, ContactPoint, ExactDynamics, GasCourse, ObservedGas, claims,
 };
 use stosszahl_trials::{Effort, TrialError, TrialLog};
 
 /// Work with enough seeds for errors below half of every tolerance, as in the quick validation.
-const QUICK: Work = Work {
+const QUICK: ClaimEffort = ClaimEffort {
     elastic: (1000, 40),
     cooling: (400, 1000),
 };
@@ -24,14 +24,14 @@ const QUICK: Work = Work {
 /// Wrapped method with a collision rate 2 % too high, by a clock that is slow.
 struct Hasty<S>(S);
 
-impl<S: Subject> Subject for Hasty<S> {
+impl<S: CollisionMethod> CollisionMethod for Hasty<S> {
     fn name(&self) -> String {
         format!("hasty {}", self.0.name())
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
+    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         let times = gas.times.iter().map(|time| 1.02 * time).collect();
-        let gas = Gas {
+        let gas = ObservedGas {
             times,
             ..gas.clone()
         };
@@ -90,12 +90,12 @@ fn cumulant(all: &[Vector2<f64>]) -> f64 {
     unbiased_cumulant(fourth / (8.0 * temperature(all).powi(2)) - 1.0, all.len())
 }
 
-impl Subject for Pairs {
+impl CollisionMethod for Pairs {
     fn name(&self) -> String {
         self.name.into()
     }
 
-    fn follow(&self, gas: &Gas, seed: u64) -> Result<Course, TrialError> {
+    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         let streams = Streams::new(seed, 7);
         let stream = &mut streams.at(Purpose::Pairs, [0, 0]);
         let count = gas.disks;
@@ -103,7 +103,7 @@ impl Subject for Pairs {
         let volume = count as f64 * 0.25 * PI / gas.packing;
         let chi = kinetic::contact_value(gas.packing);
         let end = gas.times[gas.times.len() - 1];
-        let mut windows = Windows::new(&[[0.0, end]], 20, count, 0.0, 1.0);
+        let mut windows = CollisionWindows::new(&[[0.0, end]], 20, count, 0.0, 1.0);
         let (mut temperatures, mut cumulants, mut time) = (Vec::new(), Vec::new(), 0.0);
         for &until in &gas.times {
             while time < until {
@@ -155,7 +155,7 @@ impl Subject for Pairs {
             temperatures.push(temperature(&all));
             cumulants.push(cumulant(&all));
         }
-        Ok(Course {
+        Ok(GasCourse {
             temperatures,
             cumulants,
             window: windows.windows.swap_remove(0),
@@ -164,27 +164,27 @@ impl Subject for Pairs {
 }
 
 /// Runs all claims on a subject.
-fn rows(subject: &dyn Subject, work: Work) -> Vec<Row> {
+fn rows(subject: &dyn CollisionMethod, work: ClaimEffort) -> Vec<TrialTableRow> {
     let mut findings = TrialLog::new("claims", Effort::default());
     claims(subject, work, &mut findings).expect("rows");
     findings.rows().to_vec()
 }
 
 /// Formats the rows that do not pass.
-fn faults(rows: &[Row]) -> Vec<String> {
-    let bad = rows.iter().filter(|row| row.verdict != Verdict::Pass);
+fn faults(rows: &[TrialTableRow]) -> Vec<String> {
+    let bad = rows.iter().filter(|row| row.verdict != RowVerdict::Pass);
     bad.map(|row| format!("{row:?}")).collect()
 }
 
 /// Returns the verdict on a quantity.
-fn verdict(rows: &[Row], quantity: &str) -> Verdict {
+fn verdict(rows: &[TrialTableRow], quantity: &str) -> RowVerdict {
     let mut found = rows.iter().filter(|row| row.quantity.starts_with(quantity));
     found.next().expect("a row of this quantity").verdict
 }
 
 #[test]
 fn right_methods_pass_every_claim() {
-    for subject in [&Exact as &dyn Subject, &RIGHT] {
+    for subject in [&ExactDynamics as &dyn CollisionMethod, &RIGHT] {
         let rows = rows(subject, QUICK);
         assert_eq!(faults(&rows), [""; 0], "{}", subject.name());
     }
@@ -192,7 +192,7 @@ fn right_methods_pass_every_claim() {
 
 #[test]
 fn contact_points_pass_every_claim() {
-    let few = Work {
+    let few = ClaimEffort {
         elastic: (1000, 8),
         cooling: (400, 32),
     };
@@ -204,14 +204,21 @@ fn contact_points_pass_every_claim() {
 /// `<g²>`.
 #[test]
 fn a_biased_rate_is_caught() {
-    for rows in [rows(&Hasty(Exact), QUICK), rows(&Hasty(RIGHT), QUICK)] {
-        assert_eq!(verdict(&rows, "collision rate"), Verdict::Fail, "{rows:?}");
+    for rows in [
+        rows(&Hasty(ExactDynamics), QUICK),
+        rows(&Hasty(RIGHT), QUICK),
+    ] {
         assert_eq!(
-            verdict(&rows, "K/Haff at t/t0 = 3"),
-            Verdict::Fail,
+            verdict(&rows, "collision rate"),
+            RowVerdict::Fail,
             "{rows:?}"
         );
-        assert_eq!(verdict(&rows, "<g²>"), Verdict::Pass, "{rows:?}");
+        assert_eq!(
+            verdict(&rows, "K/Haff at t/t0 = 3"),
+            RowVerdict::Fail,
+            "{rows:?}"
+        );
+        assert_eq!(verdict(&rows, "<g²>"), RowVerdict::Pass, "{rows:?}");
     }
 }
 
@@ -222,9 +229,13 @@ fn a_reversed_acceptance_is_caught() {
     for quantity in ["collision rate", "<g²>", "K/Haff at t/t0 = 1", "a2 at"] {
         assert_eq!(
             verdict(&rows, quantity),
-            Verdict::Fail,
+            RowVerdict::Fail,
             "{quantity}: {rows:?}"
         );
     }
-    assert_eq!(verdict(&rows, "slope of P(b/d)"), Verdict::Pass, "{rows:?}");
+    assert_eq!(
+        verdict(&rows, "slope of P(b/d)"),
+        RowVerdict::Pass,
+        "{rows:?}"
+    );
 }

@@ -1,7 +1,7 @@
 //! Changes of Sonine polynomials by a collision, as the coefficients of a power series; formulas
 //! are those of [`super`].
 
-use super::series::{Series, Shape, scaled, times};
+use super::series::{PowerSeries, Shape, scaled, times};
 
 /// Term in u, s and t.
 type Term = super::series::Term<3>;
@@ -31,7 +31,7 @@ struct Parts {
     /// Factors of the powers of beta in `(Y - beta V)(1 - u + beta u Z m_1/T_1)`.
     turns: [Vec<Term>; 3],
     /// Series of `W^(1/2)` and `W^(-1/2)`.
-    roots: [Series; 2],
+    roots: [PowerSeries; 2],
 }
 
 impl Parts {
@@ -72,7 +72,7 @@ impl Parts {
 
     /// Returns `W/A` over `W^(1/2)`, and `[Z W/A + 2 (Y - beta V)(1 - u + beta u Z m_1/T_1)
     /// (W/A)^2/W]/W^(3/2)`, at one beta.
-    fn at(&self, beta: f64) -> [Series; 2] {
+    fn at(&self, beta: f64) -> [PowerSeries; 2] {
         let shape = self.shape;
         let square = beta * beta;
         let a = [
@@ -92,7 +92,7 @@ impl Parts {
     }
 
     /// Returns the two series of [`Self::at`], averaged over speeds.
-    fn over(&self, nodes: &[[f64; 3]]) -> [Series; 2] {
+    fn over(&self, nodes: &[[f64; 3]]) -> [PowerSeries; 2] {
         let shape = self.shape;
         let inverse = shape.power(&self.w, -1.0);
         // A/W by powers of beta.
@@ -102,7 +102,7 @@ impl Parts {
             shape.times(&inverse, &times(&self.v, &[([1, 0, 0], 1.0 / self.own)])),
         ];
         // Means of 1, y, y beta, y beta^2 with exp(-g^2 A/(2 W)).
-        let mut means: [Series; 4] = std::array::from_fn(|_| vec![0.0; shape.len()]);
+        let mut means: [PowerSeries; 4] = std::array::from_fn(|_| vec![0.0; shape.len()]);
         let mut exponent = vec![0.0; shape.len()];
         for &[y, weight, beta] in nodes {
             for (n, exponent) in exponent.iter_mut().enumerate() {
@@ -131,16 +131,16 @@ impl Parts {
 }
 
 /// Changes by collisions with one species, over `n_2 d^(D-1) chi Omega_D sqrt(V/(2 pi))`.
-pub(super) struct Kernel {
+pub(super) struct MomentKernel {
     /// Change of `<S_p>`, by `a_j` of the hit and `a_k` of the partner.
-    pub scalar: Series,
+    pub scalar: PowerSeries,
     /// Change of `<R . v L_p>` by `b_j` and `a_k`, over `T_1/m_1`.
-    pub vector: Series,
+    pub vector: PowerSeries,
     /// Collision rate, by `a_j` and `a_k` (no powers of u).
-    pub hits: Series,
+    pub hits: PowerSeries,
 }
 
-impl Kernel {
+impl MomentKernel {
     /// Computes the kernel; `own` is the share of `T_1/m_1` in V.
     pub fn new(shape: Shape<3>, dimension: usize, own: f64, loss: &Loss) -> Self {
         let d = dimension as f64;
@@ -208,7 +208,7 @@ mod tests {
                 (laws[0], Loss::Constant(0.7)),
                 (laws[1], Loss::Spread(nodes(laws[1]))),
             ] {
-                let kernel = Kernel::new(shape, dimension, first / variance, &loss);
+                let kernel = MomentKernel::new(shape, dimension, first / variance, &loss);
                 let sum = |series: &[f64]| -> f64 {
                     let value = |(powers, value): ([usize; 3], &f64)| {
                         let [a, b, c] = powers.map(|power| power as i32);

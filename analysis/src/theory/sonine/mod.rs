@@ -28,9 +28,9 @@
 //! Mathematical Theory of Non-Uniform Gases, 1970, chapter 9); the closed form for dissipative
 //! pairs of any masses in two and three dimensions is derived here.
 //!
-//! The first order is that of [`Mixture::evolve`], and the second has the fourth cumulant of van
-//! Noije & Ernst (1998), but for its terms of second degree. From the third on, x refers to a
-//! temperature somewhat above that of the species: tails of dissipative gases are heavier than
+//! The first order is that of [`MaxwellianMixture::evolve`], and the second has the fourth cumulant
+//! of van Noije & Ernst (1998), but for its terms of second degree. From the third on, x refers to
+//! a temperature somewhat above that of the species: tails of dissipative gases are heavier than
 //! Gaussian ones. Coefficients about the temperature itself alternate and soon grow, by `0.053,
 //! 0.045, 0.049, 0.047, 0.048` for the fourth cumulant of spheres at restitution 0.5; about 1.23
 //! times it they settle at 0.0476. `<x>` is fixed by `a_1` then, `T_k = (1 - a_1) T`.
@@ -39,8 +39,8 @@ use stosszahl_model::{Invalid, Restitution};
 
 use super::error::TheoryError;
 use super::integrate::Integrator;
-use super::mixture::{Mixture, Moment};
-use kernel::{Kernel, Loss};
+use super::mixture::{MaxwellianMixture, Moment};
+use kernel::{Loss, MomentKernel};
 use orders::{TOLERANCE, check_orders, norms};
 use series::Shape;
 
@@ -145,7 +145,7 @@ const AFFORDABLE: [[(usize, usize); 5]; 2] = [
     [(1, 5), (2, 4), (3, 4), (4, 3), (6, 2)],
 ];
 
-impl<R: Restitution> Mixture<R> {
+impl<R: Restitution> MaxwellianMixture<R> {
     /// Returns the largest number of Sonine orders that takes some seconds at most: 6 for three
     /// species, 1 for many.
     pub fn affordable_orders(&self) -> usize {
@@ -342,7 +342,7 @@ impl<R: Restitution> Mixture<R> {
 
 /// Equations of a mixture.
 struct System<'a, R> {
-    mixture: &'a Mixture<R>,
+    mixture: &'a MaxwellianMixture<R>,
     layout: Layout,
     shape: Shape<3>,
     /// Norms of the polynomials of velocities.
@@ -463,7 +463,7 @@ impl<R: Restitution> System<'_, R> {
             let variance = speed + values[i][LOGARITHM].exp() / partner.mass;
             let spread = variance.sqrt();
             let loss = self.mixture.loss([k, i], spread, &self.nodes);
-            let kernel = Kernel::new(
+            let kernel = MomentKernel::new(
                 self.shape,
                 self.mixture.dimension(),
                 speed / variance,

@@ -24,7 +24,7 @@ use super::super::error::TheoryError;
 use super::super::integrate::Integrator;
 use super::super::rough::{RoughGas, Temperatures};
 use super::orders::{TOLERANCE, check_orders, norms};
-use super::series::{Series, Shape, Term, scaled, times};
+use super::series::{PowerSeries, Shape, Term, scaled, times};
 
 /// Largest order of the expansion.
 pub const MOST_ROUGH_ORDERS: usize = 3;
@@ -62,7 +62,7 @@ fn sum(parts: &[&[Term<6>]]) -> Polynomial {
 }
 
 /// Computes the changes of `<S_p S_q>` by collisions, by the coefficients of both particles.
-fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> Series {
+fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> PowerSeries {
     let [eta, q] = gas.surface;
     let (kappa, z) = (eta / q, ratio / q);
     let b = 0.5 * (1.0 + gas.restitution);
@@ -103,7 +103,7 @@ fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> Series {
         &shape.power(&same_spin, share),
         &shape.product(&roots, &shape.power(&same, share - 1.0)),
     );
-    let change: Series = found.iter().zip(before).map(|(a, b)| a - b).collect();
+    let change: PowerSeries = found.iter().zip(before).map(|(a, b)| a - b).collect();
     let rest = 0.5 * (gas.dimension as f64 - 1.0 - gas.rotations as f64);
     shape.product(&change, &shape.power(&same_spin, rest))
 }
@@ -226,7 +226,7 @@ impl RoughGas {
 mod tests {
     use super::*;
     use crate::theory::rough::tests::gas;
-    use crate::theory::{Component, Contact, Mixture};
+    use crate::theory::{Component, ContactValues, MaxwellianMixture};
     use stosszahl_model::{Constant, Plane, Space, Volume};
 
     const START: Temperatures = Temperatures {
@@ -272,7 +272,8 @@ mod tests {
         };
         let law = Constant::new(0.6).expect("a coefficient");
         for (dimension, rough) in [(2, gas::<Plane>(0.6, -1.0)), (3, gas::<Volume>(0.6, -1.0))] {
-            let smooth = Mixture::new(dimension, vec![one], law, Contact::Dilute).expect("a gas");
+            let smooth = MaxwellianMixture::new(dimension, vec![one], law, ContactValues::Dilute)
+                .expect("a gas");
             let times = [3.0, 30.0, 300.0];
             let found = rough.expand(2, START, &times).expect("smooth");
             let expected = smooth.expand(2, &[1.0], &times).expect("smooth");

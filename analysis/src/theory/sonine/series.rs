@@ -8,7 +8,7 @@ pub(crate) struct Shape<const V: usize>(pub [usize; V]);
 pub(crate) type Term<const V: usize> = ([usize; V], f64);
 
 /// Coefficients of a power series, the last variable running fastest.
-pub(crate) type Series = Vec<f64>;
+pub(crate) type PowerSeries = Vec<f64>;
 
 impl<const V: usize> Shape<V> {
     /// Number of coefficients.
@@ -68,14 +68,14 @@ impl<const V: usize> Shape<V> {
     }
 
     /// Multiplies a series by a polynomial.
-    pub fn times(self, series: &[f64], terms: &[Term<V>]) -> Series {
+    pub fn times(self, series: &[f64], terms: &[Term<V>]) -> PowerSeries {
         let mut product = vec![0.0; self.len()];
         self.add_times(&mut product, series, terms, 1.0);
         product
     }
 
     /// Multiplies two series.
-    pub fn product(self, a: &[f64], b: &[f64]) -> Series {
+    pub fn product(self, a: &[f64], b: &[f64]) -> PowerSeries {
         let run = self.0[V - 1];
         let mut product = vec![0.0; self.len()];
         for (powers, row) in self.powers().step_by(run).zip(b.chunks_exact(run)) {
@@ -98,7 +98,7 @@ impl<const V: usize> Shape<V> {
     /// With the Euler operator E, the sum of x d/dx over the variables, and Q = P^a,
     /// `P E Q = a Q E P`; power by power that is
     /// `|n| P_0 Q_n = sum_(i != 0) (a |i| - |n - i|) P_i Q_(n - i)`.
-    pub fn power(self, terms: &[Term<V>], exponent: f64) -> Series {
+    pub fn power(self, terms: &[Term<V>], exponent: f64) -> PowerSeries {
         let constant = terms[0].1;
         let degree = |powers: &[usize; V]| powers.iter().sum::<usize>() as f64;
         let terms: Vec<_> = terms[1..]
@@ -123,8 +123,8 @@ impl<const V: usize> Shape<V> {
 
     /// Computes the exponential of a series, whose constant term is ignored: `|n| Q_n = sum_i |i|
     /// P_i Q_(n - i)`.
-    pub fn exponential(self, series: &[f64]) -> Series {
-        let weighted: Series = self
+    pub fn exponential(self, series: &[f64]) -> PowerSeries {
+        let weighted: PowerSeries = self
             .powers()
             .zip(series)
             .map(|(powers, value)| powers.iter().sum::<usize>() as f64 * value)
@@ -199,7 +199,7 @@ mod tests {
         same(&SHAPE.times(&inverse, &TERMS), &series(&[([0; 3], 1.0)]));
         let mut exponent = series(&TERMS);
         exponent[0] = 0.0;
-        let half: Series = exponent.iter().map(|value| 0.5 * value).collect();
+        let half: PowerSeries = exponent.iter().map(|value| 0.5 * value).collect();
         let half = SHAPE.exponential(&half);
         same(&SHAPE.product(&half, &half), &SHAPE.exponential(&exponent));
     }

@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 
-use super::rows::{Columns, FileError, Rows, Source, StartFile};
+use super::rows::{Columns, FileError, Rows, SourceFile, StartFile};
 
 /// Names of the columns of CSV.
 const NAMES: [&str; 12] = [
@@ -12,7 +12,7 @@ const NAMES: [&str; 12] = [
 ];
 
 /// Reads a start in CSV.
-pub(super) fn read_csv(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
+pub(super) fn read_csv(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let first = text.lines().next().unwrap_or("");
     let boxed = first.strip_prefix("# box:");
     let lengths = boxed.map(|rest| csv_box(source, first, rest)).transpose()?;
@@ -81,7 +81,7 @@ pub(super) fn read_csv(source: &Source<'_>, text: &str) -> Result<StartFile, Fil
 }
 
 /// Reads the sides of the box from the first line of a CSV file.
-fn csv_box(source: &Source<'_>, line: &str, sides: &str) -> Result<[f64; 3], FileError> {
+fn csv_box(source: &SourceFile<'_>, line: &str, sides: &str) -> Result<[f64; 3], FileError> {
     let sides: Vec<&str> = sides.split_whitespace().collect();
     if !(2..=3).contains(&sides.len()) {
         let expected = "`# box: Lx Ly`, the sides of the box; of spheres `# box: Lx Ly Lz`";

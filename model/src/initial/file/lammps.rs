@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use super::rows::{Columns, Components, FileError, Rows, Source, StartFile};
+use super::rows::{Columns, Components, FileError, Rows, SourceFile, StartFile};
 
 /// Bounds of the box: where it begins, its sides, and its periodic axes.
 struct DumpBox {
@@ -16,7 +16,7 @@ struct DumpBox {
 }
 
 /// Reads a start in a text dump of LAMMPS.
-pub(super) fn read_dump(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
+pub(super) fn read_dump(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let mut lines = text
         .lines()
         .enumerate()
@@ -51,7 +51,7 @@ pub(super) fn read_dump(source: &Source<'_>, text: &str) -> Result<StartFile, Fi
 
 /// Reads the bounds of the box, after the words for its faces.
 fn bounds<'a>(
-    source: &Source<'_>,
+    source: &SourceFile<'_>,
     header: usize,
     faces: &str,
     lines: &mut impl Iterator<Item = (usize, &'a str)>,
@@ -89,7 +89,7 @@ fn bounds<'a>(
 
 /// Reads the atoms, after the names of their columns.
 fn atoms<'a>(
-    source: &Source<'_>,
+    source: &SourceFile<'_>,
     (header, names): (usize, &str),
     domain: &DumpBox,
     count: usize,

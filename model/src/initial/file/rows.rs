@@ -71,11 +71,11 @@ const LARGEST: f64 = 1e100;
 const LONGEST_NAME: usize = 40;
 
 /// Path of a file that is read, for its errors.
-pub(super) struct Source<'a> {
+pub(super) struct SourceFile<'a> {
     pub(super) path: &'a Path,
 }
 
-impl Source<'_> {
+impl SourceFile<'_> {
     /// Error of a line.
     pub(super) fn error(
         &self,
@@ -158,7 +158,7 @@ pub(super) struct Columns {
 
 /// Rows on their way into a [`StartFile`].
 pub(super) struct Rows<'a> {
-    source: &'a Source<'a>,
+    source: &'a SourceFile<'a>,
     columns: Columns,
     last_line: usize,
     pub(super) start: StartFile,
@@ -166,7 +166,11 @@ pub(super) struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     /// Begins a start without rows.
-    pub(super) fn new(source: &'a Source<'a>, lengths: Option<[f64; 3]>, columns: Columns) -> Self {
+    pub(super) fn new(
+        source: &'a SourceFile<'a>,
+        lengths: Option<[f64; 3]>,
+        columns: Columns,
+    ) -> Self {
         let start = StartFile {
             lengths,
             periodic: None,

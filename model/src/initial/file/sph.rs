@@ -1,10 +1,10 @@
 //! Starts in the `.sph` files of EDMD: the number of particles, the sides of the box, and a line
 //! `LABEL x y z radius` for each particle. Labels are names of species.
 
-use super::rows::{Columns, FileError, Rows, Source, StartFile};
+use super::rows::{Columns, FileError, Rows, SourceFile, StartFile};
 
 /// Reads a start in a `.sph` file.
-pub(super) fn read_sph(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
+pub(super) fn read_sph(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let mut lines = text
         .lines()
         .enumerate()

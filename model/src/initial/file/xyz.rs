@@ -4,13 +4,13 @@
 
 use std::collections::HashMap;
 
-use super::rows::{Columns, Components, FileError, Rows, Source, StartFile};
+use super::rows::{Columns, Components, FileError, Rows, SourceFile, StartFile};
 
 /// Most columns of one property of an extended XYZ file.
 const MOST_COLUMNS: usize = 1000;
 
 /// Reads which axes are periodic from the `pbc` of an extended XYZ file.
-fn xyz_periodic(source: &Source<'_>, text: &str) -> Result<[bool; 3], FileError> {
+fn xyz_periodic(source: &SourceFile<'_>, text: &str) -> Result<[bool; 3], FileError> {
     let word = |word: &str| match word {
         "T" | "True" | "true" | "1" => Some(true),
         "F" | "False" | "false" | "0" => Some(false),
@@ -23,7 +23,7 @@ fn xyz_periodic(source: &Source<'_>, text: &str) -> Result<[bool; 3], FileError>
 }
 
 /// Reads a start in extended XYZ.
-pub(super) fn read_xyz(source: &Source<'_>, text: &str) -> Result<StartFile, FileError> {
+pub(super) fn read_xyz(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let mut lines = text
         .lines()
         .enumerate()

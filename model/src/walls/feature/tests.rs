@@ -2,7 +2,7 @@ use super::*;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::walls::{Obstacle, Outline, Rebound};
+use crate::walls::{Obstacle, ObstacleShape, Rebound};
 use parry2d_f64::math::{Pose, Vector};
 use parry2d_f64::query::{Ray, RayCast, ShapeCastOptions, cast_shapes};
 use parry2d_f64::shape::{Ball, Capsule};
@@ -16,7 +16,7 @@ fn specular() -> Rebound {
     }
 }
 
-fn obstacle(outline: Outline) -> Obstacle {
+fn obstacle(outline: ObstacleShape) -> Obstacle {
     Obstacle::new(outline, specular()).expect("an obstacle")
 }
 
@@ -41,7 +41,7 @@ fn a_disc_is_hit_when_parry_says() {
         if (aside.abs() - 1.0).abs() < 1e-6 {
             continue;
         }
-        let ours = obstacle(Outline::Circle {
+        let ours = obstacle(ObstacleShape::Circle {
             centre: vector![0.0, 0.0],
             radius,
         })
@@ -79,7 +79,7 @@ fn a_segment_is_hit_as_a_capsule_by_a_ray() {
         let own = 10.0_f64.powf(stream.random_range(-3.0..0.0));
         let position = random(&mut stream, 3.0);
         let velocity = random(&mut stream, 1.0);
-        let segment = obstacle(Outline::Segment { ends });
+        let segment = obstacle(ObstacleShape::Segment { ends });
         if segment.clearance(position) < own + 1e-6 {
             continue;
         }
@@ -110,14 +110,14 @@ fn a_segment_is_hit_as_a_capsule_by_a_ray() {
 fn shapes(stream: &mut Stream) -> Vec<Obstacle> {
     let corner = 1.0_f64.to_radians();
     vec![
-        obstacle(Outline::Circle {
+        obstacle(ObstacleShape::Circle {
             centre: random(stream, 0.5),
             radius: stream.random_range(0.05..0.8),
         }),
-        obstacle(Outline::Segment {
+        obstacle(ObstacleShape::Segment {
             ends: [random(stream, 1.0), random(stream, 1.0)],
         }),
-        obstacle(Outline::Polyline {
+        obstacle(ObstacleShape::Polyline {
             points: vec![
                 vector![-1.0, 0.3],
                 vector![0.0, -0.4],
@@ -126,7 +126,7 @@ fn shapes(stream: &mut Stream) -> Vec<Obstacle> {
             ],
         }),
         // Not convex, clockwise.
-        obstacle(Outline::Polygon {
+        obstacle(ObstacleShape::Polygon {
             points: vec![
                 vector![-1.0, -1.0],
                 vector![-0.8, 1.0],
@@ -136,7 +136,7 @@ fn shapes(stream: &mut Stream) -> Vec<Obstacle> {
             ],
         }),
         // A blade of one degree.
-        obstacle(Outline::Polygon {
+        obstacle(ObstacleShape::Polygon {
             points: vec![
                 vector![-1.0, 0.0],
                 vector![1.0, 0.0],
@@ -156,7 +156,7 @@ fn parabolas_hit_first_then() {
     for round in 0..3000 {
         for shape in shapes(&mut stream) {
             let own = [0.0, 0.05, 0.3][round % 3];
-            let flight = Flight {
+            let flight = FlyingParticle {
                 position: random(&mut stream, 3.0),
                 velocity: random(&mut stream, 2.0),
                 acceleration: random(&mut stream, 2.0) * [1e-3, 1.0, 1.0][round % 3],
@@ -218,11 +218,11 @@ fn rebounds_do_not_leak_or_repeat() {
         vector![0.5, 3.0],
         vector![0.0, 0.0],
     ];
-    let inside = obstacle(Outline::Polygon {
+    let inside = obstacle(ObstacleShape::Polygon {
         points: points[1..].to_vec(),
     });
-    let ring = obstacle(Outline::Polyline { points });
-    let disk = obstacle(Outline::Circle {
+    let ring = obstacle(ObstacleShape::Polyline { points });
+    let disk = obstacle(ObstacleShape::Circle {
         centre: vector![2.5, 0.8],
         radius: 0.2,
     });
@@ -232,13 +232,14 @@ fn rebounds_do_not_leak_or_repeat() {
         (0.0, vector![0.0, -1.0]),
         (0.1, vector![0.2, -1.0]),
     ] {
-        let mut flight = Flight {
+        let mut flight = FlyingParticle {
             position: vector![1.0, 0.6],
             velocity: vector![0.7, 1.1],
             acceleration: pull,
         };
-        let energy =
-            |flight: &Flight| 0.5 * flight.velocity.norm_squared() - pull.dot(&flight.position);
+        let energy = |flight: &FlyingParticle| {
+            0.5 * flight.velocity.norm_squared() - pull.dot(&flight.position)
+        };
         let start = energy(&flight);
         let mut repeated = 0;
         for _ in 0..30_000 {
@@ -281,11 +282,11 @@ fn rebounds_do_not_leak_or_repeat() {
 fn grazing_is_told_on_both_sides() {
     let still = vector![0.0, 0.0];
     let shapes = [
-        obstacle(Outline::Circle {
+        obstacle(ObstacleShape::Circle {
             centre: still,
             radius: 0.5,
         }),
-        obstacle(Outline::Segment {
+        obstacle(ObstacleShape::Segment {
             ends: [vector![-0.5, -1.0], vector![0.0, 0.5]],
         }),
     ];
@@ -338,7 +339,7 @@ fn grazing_is_told_on_both_sides() {
 fn flights_stay_in_their_bounds() {
     let mut stream = Stream::seed_from_u64(4);
     for _ in 0..1000 {
-        let flight = Flight {
+        let flight = FlyingParticle {
             position: random(&mut stream, 1.0),
             velocity: random(&mut stream, 1.0),
             acceleration: random(&mut stream, 1.0),

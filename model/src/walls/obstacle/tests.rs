@@ -10,7 +10,7 @@ fn specular() -> Rebound {
     }
 }
 
-fn refused(outline: Outline) -> ObstacleError {
+fn refused(outline: ObstacleShape) -> ObstacleError {
     Obstacle::new(outline, specular()).expect_err("is no obstacle")
 }
 
@@ -19,7 +19,7 @@ fn what_is_no_obstacle_is_refused() {
     let origin = vector![0.0, 0.0];
     let centre = vector![1.0, 1.0];
     for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = refused(Outline::Circle { centre, radius });
+        let error = refused(ObstacleShape::Circle { centre, radius });
         assert!(matches!(
             error,
             ObstacleError::Invalid(Invalid {
@@ -28,25 +28,25 @@ fn what_is_no_obstacle_is_refused() {
             })
         ));
     }
-    let error = refused(Outline::Segment {
+    let error = refused(ObstacleShape::Segment {
         ends: [origin, vector![f64::NAN, 0.0]],
     });
     assert!(matches!(error, ObstacleError::Invalid(_)), "{error}");
-    let error = refused(Outline::Segment {
+    let error = refused(ObstacleShape::Segment {
         ends: [centre, centre],
     });
     assert!(
         matches!(error, ObstacleError::Degenerate { edge: 0, .. }),
         "{error}"
     );
-    let error = refused(Outline::Polyline {
+    let error = refused(ObstacleShape::Polyline {
         points: vec![origin],
     });
     assert!(matches!(
         error,
         ObstacleError::TooFewPoints { least: 2, .. }
     ));
-    let error = refused(Outline::Polygon {
+    let error = refused(ObstacleShape::Polygon {
         points: vec![origin, centre],
     });
     assert!(matches!(
@@ -67,7 +67,7 @@ fn what_is_no_obstacle_is_refused() {
         vector![1.0, 1.0],
     ];
     for points in [bow_tie, spike] {
-        let error = refused(Outline::Polygon { points });
+        let error = refused(ObstacleShape::Polygon { points });
         assert!(
             matches!(error, ObstacleError::SelfTouching { .. }),
             "{error}"
@@ -79,7 +79,7 @@ fn what_is_no_obstacle_is_refused() {
         vector![1.0, 1.0],
         vector![1.0, 0.0],
     ];
-    let error = refused(Outline::Polyline { points: returns });
+    let error = refused(ObstacleShape::Polyline { points: returns });
     assert!(
         matches!(error, ObstacleError::SelfTouching { edges: [0, 2], .. }),
         "{error}"
@@ -89,7 +89,7 @@ fn what_is_no_obstacle_is_refused() {
         slip: 1.0,
     };
     let error = Obstacle::new(
-        Outline::Circle {
+        ObstacleShape::Circle {
             centre,
             radius: 1.0,
         },
@@ -108,7 +108,7 @@ fn closed_lines_and_sharp_corners_are_obstacles() {
         vector![corner.cos(), corner.sin()],
     ];
     let solid = Obstacle::new(
-        Outline::Polygon {
+        ObstacleShape::Polygon {
             points: wedge.clone(),
         },
         specular(),
@@ -118,14 +118,14 @@ fn closed_lines_and_sharp_corners_are_obstacles() {
     assert_eq!(solid.features().len(), 6);
     let mut ring = wedge;
     ring.push(ring[0]);
-    let ring = Obstacle::new(Outline::Polyline { points: ring }, specular());
+    let ring = Obstacle::new(ObstacleShape::Polyline { points: ring }, specular());
     assert_eq!(ring.expect("closed").features().len(), 6);
 }
 
 #[test]
 fn clearance_is_the_distance_from_the_surface() {
     let hollow = Obstacle::new(
-        Outline::Polygon {
+        ObstacleShape::Polygon {
             points: vec![
                 vector![0.0, 0.0],
                 vector![4.0, 0.0],
@@ -167,13 +167,13 @@ fn many_obstacles_are_hit_as_each_of_them() {
         .map(|which| {
             let centre = vector![number(0.0, 10.0), number(0.0, 10.0)];
             let outline = if which % 2 == 0 {
-                Outline::Circle {
+                ObstacleShape::Circle {
                     centre,
                     radius: number(0.05, 0.4),
                 }
             } else {
                 let to = centre + vector![number(-0.5, 0.5), number(-0.5, 0.5)];
-                Outline::Segment { ends: [centre, to] }
+                ObstacleShape::Segment { ends: [centre, to] }
             };
             Obstacle::new(outline, specular()).expect("an obstacle")
         })

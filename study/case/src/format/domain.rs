@@ -7,7 +7,7 @@ use serde_json::json;
 /// Box of the gas, with its sides or its packing fraction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Box {
+pub struct BoxSpec {
     /// Sides of the box: two for disks, three for spheres. This or `packing_fraction`; neither
     /// where a start file has a box.
     #[schemars(extend("minItems" = 2, "maxItems" = 3, "items" = json!({"type": "number", "exclusiveMinimum": 0.0})))]
@@ -34,27 +34,27 @@ pub struct Box {
 /// are periodic.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Faces {
+pub struct FacesSpec {
     /// Lower face of the first axis.
-    pub left: Face,
+    pub left: FaceSpec,
     /// Upper face of the first axis.
-    pub right: Face,
+    pub right: FaceSpec,
     /// Lower face of the second axis.
-    pub bottom: Face,
+    pub bottom: FaceSpec,
     /// Upper face of the second axis.
-    pub top: Face,
+    pub top: FaceSpec,
     /// Lower face of the third axis.
-    pub back: Face,
+    pub back: FaceSpec,
     /// Upper face of the third axis.
-    pub front: Face,
+    pub front: FaceSpec,
 }
 
 /// Names of the faces, lower and upper, by axis.
 pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back", "front"]];
 
-impl Faces {
+impl FacesSpec {
     /// Returns the face of an axis and side (0 lower, 1 upper).
-    pub fn at(&self, axis: usize, side: usize) -> &Face {
+    pub fn at(&self, axis: usize, side: usize) -> &FaceSpec {
         match (axis, side) {
             (0, 0) => &self.left,
             (0, _) => &self.right,
@@ -66,7 +66,7 @@ impl Faces {
     }
 
     /// Returns all faces; in the plane those of the third axis are periodic.
-    pub fn all(&self) -> impl Iterator<Item = &Face> {
+    pub fn all(&self) -> impl Iterator<Item = &FaceSpec> {
         (0..3).flat_map(|axis| [0, 1].map(|side| self.at(axis, side)))
     }
 
@@ -79,21 +79,21 @@ impl Faces {
 /// Face of the box: a word, or a wall.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Face {
+pub enum FaceSpec {
     /// A word.
     Word(FaceWord),
     /// A wall.
-    Wall(Wall),
+    Wall(WallSpec),
 }
 
-impl Face {
+impl FaceSpec {
     /// Returns true if particles bounce off the face.
     pub fn is_wall(&self) -> bool {
         !matches!(self, Self::Word(FaceWord::Periodic | FaceWord::Open))
     }
 }
 
-impl Default for Face {
+impl Default for FaceSpec {
     fn default() -> Self {
         Self::Word(FaceWord::Periodic)
     }
@@ -114,7 +114,7 @@ pub enum FaceWord {
 /// A wall: `restitution` and `slip`, or `temperature`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Wall {
+pub struct WallSpec {
     /// Normal restitution.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
@@ -129,13 +129,13 @@ pub struct Wall {
     #[schemars(extend("minItems" = 2, "maxItems" = 3))]
     pub sliding: Option<Vec<f64>>,
     /// Vibration of the wall to and fro.
-    pub vibration: Option<Vibration>,
+    pub vibration: Option<VibrationSpec>,
 }
 
 /// A wall that goes into the gas and back at constant speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Vibration {
+pub struct VibrationSpec {
     /// Farthest displacement of the wall into the gas.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub amplitude: f64,
@@ -147,9 +147,9 @@ pub struct Vibration {
 /// A body inside the box: one of three shapes, and its surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Obstacle {
+pub struct ObstacleSpec {
     /// A disk.
-    pub circle: Option<Circle>,
+    pub circle: Option<CircleSpec>,
     /// A thin wall of straight pieces: two points or more.
     #[schemars(length(min = 2))]
     pub polyline: Option<Vec<[f64; 2]>>,
@@ -170,7 +170,7 @@ pub struct Obstacle {
 /// Circle inside the box.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Circle {
+pub struct CircleSpec {
     /// Centre of the disk.
     pub centre: [f64; 2],
     /// Radius of the disk.
@@ -181,7 +181,7 @@ pub struct Circle {
 /// A stream through an open face: the flux of a drifting Maxwellian.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Inflow {
+pub struct InflowSpec {
     /// The face: "left", "right", "bottom", "top", "back" or "front".
     #[schemars(extend("enum" = ["left", "right", "bottom", "top", "back", "front"]))]
     pub face: String,
@@ -202,7 +202,7 @@ pub struct Inflow {
 /// A uniform acceleration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Gravity {
+pub struct GravitySpec {
     /// Components of the acceleration.
     #[schemars(extend("minItems" = 2, "maxItems" = 3))]
     pub acceleration: Vec<f64>,

@@ -7,37 +7,37 @@ use serde_json::json;
 /// The engines to run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Engines {
+pub struct EnginesSpec {
     /// Exact event-driven hard disks.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ed: Option<EventDriven>,
+    pub ed: Option<EventDrivenSpec>,
     /// Monte Carlo collisions at the dilute rate.
     #[serde(rename = "dsmc-boltzmann", skip_serializing_if = "Option::is_none")]
-    pub boltzmann: Option<MonteCarlo>,
+    pub boltzmann: Option<MonteCarloSpec>,
     /// Monte Carlo collisions at the rate of the free volume in each cell.
     #[serde(rename = "dsmc-free-volume", skip_serializing_if = "Option::is_none")]
-    pub free_volume: Option<MonteCarlo>,
+    pub free_volume: Option<MonteCarloSpec>,
     /// Monte Carlo collisions at the rate of Enskog's theory, with the packing around each cell.
     #[serde(rename = "dsmc-enskog", skip_serializing_if = "Option::is_none")]
-    pub enskog: Option<MonteCarlo>,
+    pub enskog: Option<MonteCarloSpec>,
     /// Monte Carlo collisions with partners from the cell of the point of contact (Montanero and
     /// Santos).
     #[serde(rename = "dsmc-esmc", skip_serializing_if = "Option::is_none")]
-    pub esmc: Option<MonteCarlo>,
+    pub esmc: Option<MonteCarloSpec>,
     /// Monte Carlo collisions of overlapping disks along their line of centres (Donev, Alder and
     /// Garcia).
     #[serde(
         rename = "dsmc-stochastic-disks",
         skip_serializing_if = "Option::is_none"
     )]
-    pub stochastic_disks: Option<MonteCarlo>,
+    pub stochastic_disks: Option<MonteCarloSpec>,
     /// Monte Carlo collisions at the rate of Enskog's theory with partners around the point of
     /// contact.
     #[serde(rename = "dsmc-contact-point", skip_serializing_if = "Option::is_none")]
-    pub contact_point: Option<MonteCarlo>,
+    pub contact_point: Option<MonteCarloSpec>,
     /// Monte Carlo collisions without positions: the engine of a case without a box.
     #[serde(rename = "dsmc-homogeneous", skip_serializing_if = "Option::is_none")]
-    pub homogeneous: Option<Homogeneous>,
+    pub homogeneous: Option<HomogeneousSpec>,
 }
 
 /// Monte Carlo scheme of the format: the engine's name, the keys of its table, and which gases it
@@ -52,9 +52,9 @@ pub struct SchemeFormat {
     /// True if the scheme is of disks alone.
     pub is_planar: bool,
     /// Returns the table of a case.
-    pub table: fn(&Engines) -> &Option<MonteCarlo>,
+    pub table: fn(&EnginesSpec) -> &Option<MonteCarloSpec>,
     /// Returns the table of a case, to be changed.
-    pub table_mut: fn(&mut Engines) -> &mut Option<MonteCarlo>,
+    pub table_mut: fn(&mut EnginesSpec) -> &mut Option<MonteCarloSpec>,
 }
 
 impl SchemeFormat {
@@ -80,9 +80,9 @@ impl SchemeFormat {
     }
 }
 
-impl Engines {
+impl EnginesSpec {
     /// Returns the table of an engine in cells, to be changed; `None` if the case does not have it.
-    pub fn monte_carlo_mut(&mut self, engine: &str) -> Option<&mut MonteCarlo> {
+    pub fn monte_carlo_mut(&mut self, engine: &str) -> Option<&mut MonteCarloSpec> {
         let format = SCHEMES.iter().find(|scheme| scheme.engine == engine)?;
         (format.table_mut)(self).as_mut()
     }
@@ -148,7 +148,7 @@ pub static SCHEMES: [SchemeFormat; 6] = [
 /// Exact event-driven hard disks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct EventDriven {
+pub struct EventDrivenSpec {
     /// Contact time of the TC model: a disk that touches a disk or a wall again sooner does so
     /// elastically. 0 is off.
     #[schemars(range(min = 0.0))]
@@ -170,7 +170,7 @@ pub struct EventDriven {
 /// have is refused.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct MonteCarlo {
+pub struct MonteCarloSpec {
     /// Side of a cell \[length\].
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub cell_size: Option<f64>,
@@ -185,10 +185,10 @@ pub struct MonteCarlo {
     pub steps_per_mean_free_time: Option<f64>,
     /// Displace the partners of a collision as the consistent Boltzmann algorithm does: false, true
     /// for one diameter, or "inelastic" for d (1 + r)/(2 r).
-    pub displacement: Option<Displacement>,
+    pub displacement: Option<DisplacementSpec>,
     /// Cells on each side over which the packing fraction of the contact value is taken, or "mean"
     /// for the whole box.
-    pub density_window: Option<Neighbourhood>,
+    pub density_window: Option<DensityWindowSpec>,
     /// Limit on the factor by which the density raises the collision rate.
     #[schemars(range(min = 1.0, max = 1e9))]
     pub max_contact_value: Option<f64>,
@@ -196,7 +196,7 @@ pub struct MonteCarlo {
     #[schemars(range(min = 0.0))]
     pub partner_radius: Option<f64>,
     /// Initial states of several simulators of a particle.
-    pub simulator_start: Option<Copies>,
+    pub simulator_start: Option<SimulatorStartSpec>,
     /// Rate at which overlapping disks collide, in units of the rate at which the dilute gas has
     /// Enskog's collision rate.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
@@ -205,13 +205,13 @@ pub struct MonteCarlo {
     /// for `dsmc-boltzmann`, otherwise the radius.
     pub wall_contact: Option<WallsActOn>,
     /// Weights of simulators by region: more simulators where particles are few.
-    pub weights: Option<Weights>,
+    pub weights: Option<WeightsSpec>,
 }
 
 /// Displacement of the partners of a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Displacement {
+pub enum DisplacementSpec {
     /// Displacement by one diameter, or none.
     Switch(bool),
     /// Displacement by the inelastic length.
@@ -229,7 +229,7 @@ pub enum Inelastic {
 /// Neighbourhood in which the packing fraction of a contact value is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Neighbourhood {
+pub enum DensityWindowSpec {
     /// Cells on each side.
     Cells(#[schemars(range(min = 0, max = 50))] u64),
     /// The whole box.
@@ -247,7 +247,7 @@ pub enum Mean {
 /// Initial states of several simulators of a particle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Copies {
+pub enum SimulatorStartSpec {
     /// Each set moved and turned at random.
     Independent,
     /// Each set with the long waves of the start.
@@ -267,9 +267,9 @@ pub enum WallsActOn {
 /// Weights of simulators by region: stripes of equal width.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Weights {
+pub struct WeightsSpec {
     /// The axis across the stripes: "x" or "y".
-    pub along: Along,
+    pub along: StripeAxis,
     /// Weight in each stripe, over that of the start. This or `adaptive_stripes`.
     #[schemars(extend("minItems" = 1, "maxItems" = 1000, "items" = json!({"type": "number", "minimum": 1e-3, "maximum": 1e3})))]
     pub factors: Option<Vec<f64>>,
@@ -283,7 +283,7 @@ pub struct Weights {
 /// An axis of the plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Along {
+pub enum StripeAxis {
     /// First axis of the plane.
     X,
     /// Second axis of the plane.
@@ -293,15 +293,15 @@ pub enum Along {
 /// Monte Carlo collisions without positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Homogeneous {
+pub struct HomogeneousSpec {
     /// The selection of pairs; all are exact.
-    pub selection: Selection,
+    pub selection: SelectionSpec,
 }
 
 /// A selection of pairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Selection {
+pub enum SelectionSpec {
     /// Groups of like speed and size in alias tables: the fastest.
     #[default]
     AliasTables,

@@ -4,12 +4,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::restitution::Restitution;
+use super::restitution::RestitutionSpec;
 
 /// Gas: its dimension, its particles, and their contacts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Gas {
+pub struct GasSpec {
     /// Disks in the plane (2) or spheres in space (3).
     #[serde(default = "two")]
     #[schemars(range(min = 2, max = 3))]
@@ -33,7 +33,7 @@ pub struct Gas {
     /// contacts below a threshold of speed, a viscoelastic law, or the Delta model, whose contacts
     /// also heat.
     #[serde(default)]
-    pub restitution: Restitution,
+    pub restitution: RestitutionSpec,
     /// Tangential restitution, from -1 (smooth) to 1 (perfectly rough). Without it particles are
     /// smooth and do not spin.
     #[schemars(range(min = -1.0, max = 1.0))]
@@ -51,7 +51,7 @@ pub struct Gas {
     pub particles_per_simulator: Option<f64>,
     /// Effect of density on collision rates in a gas without positions.
     #[serde(default)]
-    pub pair_correlation: PairCorrelation,
+    pub pair_correlation: PairCorrelationSpec,
     /// Mean free path in the uniform box: all diameters are scaled so that it is this. For `dsmc-boltzmann` alone.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub mean_free_path: Option<f64>,
@@ -61,7 +61,7 @@ fn two() -> u64 {
     2
 }
 
-impl Gas {
+impl GasSpec {
     /// Returns the volume of the simulated gas: the volume over the particles per simulator.
     pub fn simulated_volume(&self) -> Option<f64> {
         Some(self.volume? / self.particles_per_simulator.unwrap_or(1.0))
@@ -71,7 +71,7 @@ impl Gas {
 /// Effect of density on collision rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum PairCorrelation {
+pub enum PairCorrelationSpec {
     /// No effect of density: the Boltzmann equation.
     #[default]
     Boltzmann,
@@ -82,7 +82,7 @@ pub enum PairCorrelation {
 /// One species of particles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Species {
+pub struct SpeciesSpec {
     /// A name for tables and plots, of one species alone. Default: its number.
     #[schemars(length(min = 1))]
     pub name: Option<String>,
@@ -144,12 +144,12 @@ pub enum Rounding {
 /// Every particle with its own size.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Continuous {
+pub struct PolydisperseSpec {
     /// Number of particles.
     #[schemars(range(min = 2, max = 100_000_000))]
     pub number: u64,
     /// Distribution of the diameters.
-    pub distribution: Distribution,
+    pub distribution: DiameterDistribution,
     /// Mean diameter.
     #[serde(default = "super::unit")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -175,7 +175,7 @@ fn twelve() -> u64 {
 /// A distribution of diameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Distribution {
+pub enum DiameterDistribution {
     /// Equal chances from the mean less to the mean plus `sqrt(3)` standard deviations.
     Uniform,
     /// The logarithm of the diameter is normally distributed.
@@ -185,18 +185,18 @@ pub enum Distribution {
 /// Restitution of a pair of species.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Pair {
+pub struct PairSpec {
     /// The two species, counted from 1.
     #[schemars(extend("items" = json!({"type": "integer", "minimum": 1})))]
     pub species: [u64; 2],
     /// Normal restitution of the pair.
-    pub restitution: Restitution,
+    pub restitution: RestitutionSpec,
 }
 
 /// When particles stick together or break. Without thresholds every pair that meets sticks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Aggregation {
+pub struct AggregationSpec {
     /// Energy below which pairs stick. Default: they always stick unless they break.
     #[schemars(range(min = 0.0))]
     pub aggregate_below: Option<f64>,
@@ -225,7 +225,7 @@ pub struct Aggregation {
     pub fragment_speed_factor: f64,
 }
 
-impl Aggregation {
+impl AggregationSpec {
     /// Returns true if some pairs do not stick.
     pub fn may_bounce(&self) -> bool {
         self.aggregate_below.is_some() || self.aggregate_below_speed.is_some() || self.breaks()

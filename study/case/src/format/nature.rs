@@ -1,6 +1,6 @@
 //! Questions about a case that its defaults, checks and measurements follow from.
 
-use super::{Case, Face, FaceWord};
+use super::{Case, FaceSpec, FaceWord};
 
 impl Case {
     /// Returns true if the gas has positions in a box; without one it is homogeneous by
@@ -16,7 +16,7 @@ impl Case {
 
     /// Returns true if particles leave through a face of the box, so that their number changes.
     pub fn is_open(&self) -> bool {
-        let open = Face::Word(FaceWord::Open);
+        let open = FaceSpec::Word(FaceWord::Open);
         self.walls.all().any(|face| *face == open)
     }
 

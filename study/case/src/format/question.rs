@@ -9,7 +9,7 @@ use super::Case;
 /// a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Question {
+pub struct QuestionSpec {
     /// The question in words. Default: the comment that the file begins with, up to its question
     /// mark.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -30,7 +30,7 @@ pub struct Question {
     pub column: Option<String>,
 }
 
-impl Question {
+impl QuestionSpec {
     /// Returns true if nothing is asked.
     pub fn is_default(&self) -> bool {
         *self == Self::default()

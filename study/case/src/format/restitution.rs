@@ -8,25 +8,25 @@ use serde_json::json;
 /// Normal restitution.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Restitution {
+pub enum RestitutionSpec {
     /// The same restitution at every approach speed.
     Constant(#[schemars(range(min = 0.0, max = 1.0))] f64),
     /// The Delta model: a pair that approaches at the normal speed g separates at
     /// `coefficient * g + 2 * delta`.
-    Delta(DeltaModel),
+    Delta(DeltaModelSpec),
     /// A constant for normal approach speeds from a threshold on; slower contacts are elastic.
-    Threshold(ThresholdModel),
+    Threshold(ThresholdModelSpec),
     /// Restitution that falls with the approach speed.
-    Viscoelastic(Viscoelastic),
+    Viscoelastic(ViscoelasticSpec),
 }
 
-impl Default for Restitution {
+impl Default for RestitutionSpec {
     fn default() -> Self {
         Self::Constant(1.0)
     }
 }
 
-impl Restitution {
+impl RestitutionSpec {
     /// Returns the law in the words of a title.
     pub fn title(&self) -> String {
         match self {
@@ -90,7 +90,7 @@ impl Restitution {
 /// above.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct DeltaModel {
+pub struct DeltaModelSpec {
     /// Share of the normal approach speed that is kept.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub coefficient: f64,
@@ -104,7 +104,7 @@ pub struct DeltaModel {
 /// Redner 1999): the simplest law without inelastic collapse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ThresholdModel {
+pub struct ThresholdModelSpec {
     /// Share of the normal approach speed that is kept.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub coefficient: f64,
@@ -116,7 +116,7 @@ pub struct ThresholdModel {
 /// Viscoelastic particles: their dissipation strength, or the constants of their material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Viscoelastic {
+pub struct ViscoelasticSpec {
     /// Dissipation strength `(A kappa^(2/5))^(1/2)`; speeds are in units of the case, which are thermal speeds of the start where
     /// temperature and mass are 1.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -133,7 +133,7 @@ pub struct Viscoelastic {
     pub viscosities: Option<[f64; 2]>,
 }
 
-impl Viscoelastic {
+impl ViscoelasticSpec {
     /// Returns Young's modulus, Poisson's ratio and the viscosities, if they are given.
     pub fn material(&self) -> Option<(f64, f64, [f64; 2])> {
         Some((self.young_modulus?, self.poisson_ratio?, self.viscosities?))

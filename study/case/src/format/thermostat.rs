@@ -8,7 +8,7 @@ use super::Case;
 /// Thermostat of the gas: scaling of velocities, or a bath of random kicks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Thermostat {
+pub struct ThermostatSpec {
     /// Kind of the thermostat.
     pub kind: ThermostatKind,
     /// Time between two scalings or kicks. Default of "langevin": a fifth of the time in which
@@ -42,7 +42,7 @@ pub enum ThermostatKind {
 
 impl Case {
     /// Returns the thermostat if it is a bath: white noise or Langevin.
-    pub fn bath(&self) -> Option<&Thermostat> {
+    pub fn bath(&self) -> Option<&ThermostatSpec> {
         self.thermostat
             .as_ref()
             .filter(|one| one.kind != ThermostatKind::Rescaling)

@@ -2,7 +2,8 @@
 
 use super::{Checked, Relations};
 use crate::format::{
-    Copies, FACES, Face, FaceWord, MonteCarlo, Neighbourhood, SCHEMES, SchemeFormat, Weights,
+    DensityWindowSpec, FACES, FaceSpec, FaceWord, MonteCarloSpec, SCHEMES, SchemeFormat,
+    SimulatorStartSpec, WeightsSpec,
 };
 
 impl Relations<'_> {
@@ -47,7 +48,7 @@ impl Relations<'_> {
             self.ensure(self.dimension() == 2, "engine.ed", disks)?;
             for (axis, side) in (0..6).map(|face| (face / 2, face % 2)) {
                 self.ensure(
-                    *case.walls.at(axis, side) != Face::Word(FaceWord::Open),
+                    *case.walls.at(axis, side) != FaceSpec::Word(FaceWord::Open),
                     format!("walls.{}", FACES[axis][side]),
                     "exact dynamics keeps its disks: no open face beside [engine.ed]",
                 )?;
@@ -73,7 +74,7 @@ impl Relations<'_> {
         Ok(())
     }
 
-    fn scheme(&self, format: &SchemeFormat, scheme: &MonteCarlo) -> Checked {
+    fn scheme(&self, format: &SchemeFormat, scheme: &MonteCarloSpec) -> Checked {
         let case = self.case;
         let (name, keys) = (format.engine, format.keys());
         let table = self.table["engine"][name].as_table();
@@ -94,7 +95,7 @@ impl Relations<'_> {
             format!("engine.{name}"),
             format!("obstacles go with {} and ed", within_cell().join(", ")),
         )?;
-        let is_mean = matches!(scheme.density_window, Some(Neighbourhood::Whole(_)));
+        let is_mean = matches!(scheme.density_window, Some(DensityWindowSpec::Whole(_)));
         self.ensure(
             free || !is_mean,
             format!("engine.{name}.density_window"),
@@ -103,7 +104,7 @@ impl Relations<'_> {
         let disks = !format.is_planar || self.dimension() == 2;
         let allowed = "stochastic disks are disks: gas.dimension = 2";
         self.ensure(disks, format!("engine.{name}"), allowed)?;
-        let coherent = scheme.simulator_start == Some(Copies::Coherent);
+        let coherent = scheme.simulator_start == Some(SimulatorStartSpec::Coherent);
         let movable = case.is_uniform() && !case.is_rough() && case.start.region.is_none();
         self.ensure(
             movable || !coherent,
@@ -117,7 +118,7 @@ impl Relations<'_> {
             format!("engine.{name}.weights"),
             "simulators of equal weight beside random kicks of [thermostat], which conserve the momentum of all particles together",
         )?;
-        let one = |all: &Weights| all.factors.is_some() != all.adaptive_stripes.is_some();
+        let one = |all: &WeightsSpec| all.factors.is_some() != all.adaptive_stripes.is_some();
         self.ensure(
             scheme.weights.as_ref().is_none_or(one),
             format!("engine.{name}.weights"),

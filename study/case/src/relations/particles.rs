@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 
 use super::{Checked, MOST, MOST_MASSES, Relations};
 use crate::error::brief_number;
-use crate::format::{Distribution, Placement, Rounding, Units, Velocities};
+use crate::format::{DiameterDistribution, PlacementSpec, Rounding, UnitsSpec, VelocitiesSpec};
 
 impl Relations<'_> {
     /// Checks that the number of particles is given in one way.
     pub(super) fn particles(&self) -> Checked {
         let case = self.case;
         let shares = case.species.iter().any(|one| one.share.is_some());
-        let file = case.start.placement == Placement::File;
-        let dealt = !file && case.start.velocities == Velocities::FILE;
+        let file = case.start.placement == PlacementSpec::File;
+        let dealt = !file && case.start.velocities == VelocitiesSpec::FILE;
         let ways = [
             ("gas.number", case.gas.number.is_some() && !shares),
             ("species", !case.species.is_empty()),
@@ -79,7 +79,7 @@ impl Relations<'_> {
         }
         if let Some(continuous) = &case.polydisperse {
             // The smallest diameter of a uniform distribution is the mean less sqrt(3) deviations.
-            let uniform = continuous.distribution == Distribution::Uniform;
+            let uniform = continuous.distribution == DiameterDistribution::Uniform;
             self.ensure(
                 !uniform || continuous.relative_width <= 0.57,
                 "polydisperse.relative_width",
@@ -227,12 +227,12 @@ impl Relations<'_> {
             "gas.rms_speed",
             "gas.temperature is given too, and only one of the two may be",
         )?;
-        let from_file = case.start.velocities == Velocities::FILE;
+        let from_file = case.start.velocities == VelocitiesSpec::FILE;
         if from_file {
             let allowed = "with start.velocities = \"file\" the file says it";
             self.without(&["gas.temperature", "gas.rms_speed"], allowed)?;
         }
-        if case.units == Units::Si {
+        if case.units == UnitsSpec::Si {
             let allowed = "with units = \"si\" this is given: a number above 0";
             let alike = case.species.is_empty() && case.start.file.is_none();
             if alike && case.power_law.is_none() && case.polydisperse.is_none() {

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::engines::within_cell;
 use super::{Checked, Relations};
 use crate::error::brief_number;
 use crate::format::{
-    Displacement, FACES, Face, FaceWord, PairCorrelation, Placement, Restitution, SCHEMES, Wall,
+    DisplacementSpec, FACES, FaceSpec, FaceWord, PairCorrelationSpec, PlacementSpec,
+    RestitutionSpec, SCHEMES, WallSpec,
 };
 
 impl Relations<'_> {
@@ -25,10 +25,10 @@ impl Relations<'_> {
                 "particles fill less than all of the volume where contact values are dense; here {}",
                 brief_number(share)
             );
-            let dense = self.case.gas.pair_correlation == PairCorrelation::Enskog;
+            let dense = self.case.gas.pair_correlation == PairCorrelationSpec::Enskog;
             return self.ensure(!dense || share < 1.0, "gas.volume", allowed);
         };
-        let file = self.case.start.placement == Placement::File;
+        let file = self.case.start.placement == PlacementSpec::File;
         let one = "a box has either a size or a packing_fraction";
         let both = domain.size.is_some() && domain.packing_fraction.is_some();
         self.ensure(!both, "box.packing_fraction", one)?;
@@ -39,7 +39,7 @@ impl Relations<'_> {
         }
         if domain.width_over_critical_length.is_some() {
             let constant =
-                matches!(self.case.gas.restitution, Restitution::Constant(one) if one < 1.0);
+                matches!(self.case.gas.restitution, RestitutionSpec::Constant(one) if one < 1.0);
             let fits = domain.packing_fraction.is_some() && dimension == 2 && constant;
             let smooth = self.case.is_uniform_box() && !self.case.is_rough();
             let allowed = "this key is for smooth disks that cool in a periodic box: with box.packing_fraction and a constant gas.restitution below 1";
@@ -50,7 +50,7 @@ impl Relations<'_> {
             )?;
         }
         self.shear()?;
-        let square = self.case.start.placement == Placement::Square;
+        let square = self.case.start.placement == PlacementSpec::Square;
         let closest = if square { PI / 4.0 } else { closest };
         let most = if square { " on a square lattice" } else { "" };
         if let Some(share) = domain.packing_fraction {
@@ -95,7 +95,7 @@ impl Relations<'_> {
             let is_displaced = written
                 .as_ref()
                 .and_then(|one| one.displacement.as_ref())
-                .is_some_and(|displacement| *displacement != Displacement::Switch(false));
+                .is_some_and(|displacement| *displacement != DisplacementSpec::Switch(false));
             let key = format!("engine.{name}.displacement");
             let allowed =
                 "false in a shear flow, whose partners are a contact distance apart or points";
@@ -115,7 +115,7 @@ impl Relations<'_> {
 
     pub(super) fn walls(&self) -> Checked {
         let periodic =
-            |axis: usize, side: usize| *self.case.walls.at(axis, side) == Face::default();
+            |axis: usize, side: usize| *self.case.walls.at(axis, side) == FaceSpec::default();
         for (axis, names) in FACES.iter().enumerate() {
             let both = [periodic(axis, 0), periodic(axis, 1)];
             let wall = format!("walls.{}", names[usize::from(both[0])]);
@@ -129,7 +129,7 @@ impl Relations<'_> {
                 format!("opposite faces are both periodic or neither; walls.{other} is periodic");
             self.ensure(both[0] == both[1], &wall, allowed)?;
             for (side, name) in names.iter().enumerate() {
-                if let Face::Wall(wall) = self.case.walls.at(axis, side) {
+                if let FaceSpec::Wall(wall) = self.case.walls.at(axis, side) {
                     let size = self
                         .case
                         .domain
@@ -143,7 +143,7 @@ impl Relations<'_> {
         Ok(())
     }
 
-    pub(super) fn wall(&self, wall: &Wall, key: &str, length: Option<f64>) -> Checked {
+    pub(super) fn wall(&self, wall: &WallSpec, key: &str, length: Option<f64>) -> Checked {
         self.surface(
             key,
             wall.restitution.is_some() || wall.slip.is_some(),
@@ -221,7 +221,7 @@ impl Relations<'_> {
                 .map(|face| (face / 2, face % 2))
                 .find(|&(axis, side)| FACES[axis][side] == inflow.face);
             let open = place.is_some_and(|(axis, side)| {
-                *self.case.walls.at(axis, side) == Face::Word(FaceWord::Open)
+                *self.case.walls.at(axis, side) == FaceSpec::Word(FaceWord::Open)
             });
             let allowed = format!(
                 "the face of an inflow is open; write walls.{} = \"open\"",
@@ -259,7 +259,7 @@ impl Relations<'_> {
             )?;
         }
         for (axis, side) in (0..6).map(|face| (face / 2, face % 2)) {
-            if let Face::Wall(wall) = case.walls.at(axis, side) {
+            if let FaceSpec::Wall(wall) = case.walls.at(axis, side) {
                 let key = format!("walls.{}.sliding", FACES[axis][side]);
                 check(key.clone(), wall.sliding.as_ref())?;
                 let across = wall.sliding.as_ref().and_then(|sliding| sliding.get(axis));

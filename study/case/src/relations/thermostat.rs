@@ -3,7 +3,7 @@
 use toml::Table;
 
 use super::{Checked, Relations, refusal};
-use crate::format::{Aggregation, Case, Thermostat, ThermostatKind};
+use crate::format::{AggregationSpec, Case, ThermostatKind, ThermostatSpec};
 
 /// Most scalings and kicks in a run.
 const MOST_SCALINGS: f64 = 1e7;
@@ -53,7 +53,7 @@ impl Relations<'_> {
     }
 
     /// Checks that the keys are those of the kind.
-    fn keys_of_kind(&self, thermostat: &Thermostat) -> Checked {
+    fn keys_of_kind(&self, thermostat: &ThermostatSpec) -> Checked {
         let key = |name: &str| format!("thermostat.{name}");
         let (required, idle): (&[&str], &[(&str, &str)]) = match thermostat.kind {
             ThermostatKind::Rescaling => (
@@ -88,7 +88,10 @@ impl Relations<'_> {
     fn rescaling(&self) -> Checked {
         let case = self.case;
         if !case.has_box() {
-            let breaks = case.aggregation.as_ref().is_some_and(Aggregation::breaks);
+            let breaks = case
+                .aggregation
+                .as_ref()
+                .is_some_and(AggregationSpec::breaks);
             let allowed =
                 "a gas that goes on losing energy: with aggregation.fragment_above, or with [box]";
             return self.ensure(breaks, "thermostat", allowed);
@@ -100,7 +103,7 @@ impl Relations<'_> {
     }
 
     /// Checks a gas in a bath of random kicks.
-    fn bath(&self, thermostat: &Thermostat) -> Checked {
+    fn bath(&self, thermostat: &ThermostatSpec) -> Checked {
         let case = self.case;
         let allowed =
             "\"rescaling\" in a gas without positions; random kicks are for gases in a [box]";

@@ -5,8 +5,8 @@
 //! budget give the same runs on any machine. A machine slower than the nominal one by more than
 //! [`PATIENCE`] leaves out runs that are then too costly, and says so.
 
-use super::setting::Setting;
-use crate::plan::Plan;
+use super::setting::RunSetting;
+use crate::plan::CasePlan;
 
 /// Share of the budget that goes to the reference.
 const REFERENCE: f64 = 0.2;
@@ -38,12 +38,12 @@ fn repetitions(share: f64, seconds: f64) -> u64 {
 ///
 /// Each setting gets the same time, and at least four repetitions; the costliest are left out until
 /// that is possible.
-pub(crate) fn shared(plan: &Plan, settings: &[Setting], budget: f64) -> Shares {
+pub(crate) fn shared(plan: &CasePlan, settings: &[RunSetting], budget: f64) -> Shares {
     let costs: Vec<f64> = settings
         .iter()
         .map(|one| one.nominal_seconds(plan))
         .collect();
-    let exact = Setting::exact(plan.count());
+    let exact = RunSetting::exact(plan.count());
     let reference = REFERENCE * budget / exact.nominal_seconds(plan);
     let reference = (reference as usize).clamp(REFERENCE_RUNS[0], REFERENCE_RUNS[1]);
     let mut repetitions = shares(&costs, SETTINGS * budget);

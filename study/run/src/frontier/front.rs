@@ -1,28 +1,28 @@
 //! Error against cost: every measured setting with its replicas, and the settings that no cheaper
 //! one surpasses.
 
-use stosszahl_analysis::accuracy::Accuracy;
-use stosszahl_results::{Estimate, Table, table};
+use stosszahl_analysis::accuracy::SettingAccuracy;
+use stosszahl_results::{Table, TableEstimate, table};
 
 use super::measure::median;
-use super::quantity::{Kind, Quantity};
+use super::quantity::{FrontierQuantity, QuantityKind};
 use super::reference::Reference;
-use super::run_record::Sample;
-use super::setting::Setting;
-use crate::plan::Plan;
+use super::run_record::RunResult;
+use super::setting::RunSetting;
+use crate::plan::CasePlan;
 
 /// Numbers of replicas for which rows are derived from the repetitions of one run.
 pub(crate) const REPLICAS: [u64; 4] = [1, 4, 16, 64];
 
 /// Setting with the results of its repetitions.
 #[derive(Clone, Debug)]
-pub(crate) struct Measured {
+pub(crate) struct MeasuredSetting {
     /// Measured setting.
-    pub setting: Setting,
+    pub setting: RunSetting,
     /// Choices of the setting in words.
     pub label: String,
     /// Bias and noise of each quantity; `None` if a run does not have it.
-    pub accuracies: Vec<Option<Accuracy>>,
+    pub accuracies: Vec<Option<SettingAccuracy>>,
     /// CPU time of one run, its start included, median over the repetitions \[s\].
     pub core_seconds: f64,
     /// Wall time of one run on one thread, median \[s\].
@@ -35,22 +35,22 @@ pub(crate) struct Measured {
     pub steps: f64,
 }
 
-impl Measured {
+impl MeasuredSetting {
     /// Evaluates the runs of a setting.
     pub(crate) fn new(
-        setting: Setting,
-        plan: &Plan,
-        samples: &[Sample],
-        quantities: &[Quantity],
+        setting: RunSetting,
+        plan: &CasePlan,
+        samples: &[RunResult],
+        quantities: &[FrontierQuantity],
         references: &[Reference],
     ) -> Self {
         let accuracies = quantities.iter().zip(references).enumerate();
         let accuracies = accuracies.map(|(index, (quantity, reference))| {
             let values: Vec<f64> = samples.iter().map(|sample| sample.values[index]).collect();
             let unit = quantity.kind.unit(reference.known.value);
-            Accuracy::new(&values, reference.known, unit)
+            SettingAccuracy::new(&values, reference.known, unit)
         });
-        let mean = |of: fn(&Sample) -> f64| {
+        let mean = |of: fn(&RunResult) -> f64| {
             samples.iter().map(of).sum::<f64>() / samples.len().max(1) as f64
         };
         Self {
@@ -69,12 +69,12 @@ impl Measured {
     /// accuracy; `None` if one of the kind has none.
     pub(crate) fn worst(
         &self,
-        kind: Kind,
-        quantities: &[Quantity],
+        kind: QuantityKind,
+        quantities: &[FrontierQuantity],
         replicas: u64,
-    ) -> Option<(usize, Accuracy)> {
+    ) -> Option<(usize, SettingAccuracy)> {
         let of_kind = (0..quantities.len()).filter(|&index| quantities[index].kind == kind);
-        let all: Option<Vec<(usize, Accuracy)>> = of_kind
+        let all: Option<Vec<(usize, SettingAccuracy)>> = of_kind
             .map(|index| self.accuracies[index].map(|accuracy| (index, accuracy)))
             .collect();
         all?.into_iter()
@@ -84,24 +84,24 @@ impl Measured {
 
 /// Row of `frontier.csv`.
 #[derive(Clone, Debug)]
-pub(crate) struct Row<'a> {
+pub(crate) struct FrontierRow<'a> {
     /// Measured setting of the row.
-    pub one: &'a Measured,
+    pub one: &'a MeasuredSetting,
     /// Name of the quantity; `largest-` for that of the kind whose error is largest.
     pub name: String,
     /// Quantity of the error.
-    pub quantity: Quantity,
+    pub quantity: FrontierQuantity,
     /// Reference of the quantity.
     pub reference: Reference,
     /// Number of replicas of which the mean is taken.
     pub replicas: u64,
     /// Bias and noise.
-    pub found: Accuracy,
+    pub found: SettingAccuracy,
     /// True if no cheaper setting has a smaller error.
     pub on_front: bool,
 }
 
-impl Row<'_> {
+impl FrontierRow<'_> {
     /// CPU time of all replicas \[s\].
     pub(crate) fn core_seconds(&self) -> f64 {
         self.replicas as f64 * self.one.core_seconds
@@ -137,18 +137,18 @@ pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
 /// Returns all rows of one quantity, or of the worst of a kind: every setting with every number of
 /// replicas.
 fn rows_of<'a>(
-    measured: &'a [Measured],
+    measured: &'a [MeasuredSetting],
     references: &[Reference],
     name: &str,
-    quantities: &[Quantity],
-    pick: impl Fn(&Measured, u64) -> Option<(usize, Accuracy)>,
-) -> Vec<Row<'a>> {
+    quantities: &[FrontierQuantity],
+    pick: impl Fn(&MeasuredSetting, u64) -> Option<(usize, SettingAccuracy)>,
+) -> Vec<FrontierRow<'a>> {
     let all = measured
         .iter()
         .flat_map(|one| REPLICAS.map(|replicas| (one, replicas)));
     let row = |(one, replicas)| {
         let (index, found) = pick(one, replicas)?;
-        Some(Row {
+        Some(FrontierRow {
             one,
             name: name.to_owned(),
             quantity: quantities[index],
@@ -158,7 +158,7 @@ fn rows_of<'a>(
             on_front: false,
         })
     };
-    let mut rows: Vec<Row<'a>> = all.filter_map(row).collect();
+    let mut rows: Vec<FrontierRow<'a>> = all.filter_map(row).collect();
     let points: Vec<_> = rows
         .iter()
         .map(|row| (row.core_seconds(), row.error()))
@@ -170,7 +170,7 @@ fn rows_of<'a>(
 }
 
 /// Returns the table of all rows.
-pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>) -> Table {
+pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a FrontierRow<'a>>) -> Table {
     let mut table = table! {
         "frontier", "Error against cost of every measured setting.";
         key "engine", "", "Engine";
@@ -214,10 +214,10 @@ pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>) -> Table {
                 found.repetitions,
                 source,
             ),
-            Estimate::of(known.value, Some(known.standard_error)),
+            TableEstimate::of(known.value, Some(known.standard_error)),
             (
                 found.mean,
-                Estimate::of(found.systematic, Some(found.systematic_error)),
+                TableEstimate::of(found.systematic, Some(found.systematic_error)),
             ),
             (found.statistical, found.statistical_range()),
             (row.error(), found.total_range(row.replicas)),
@@ -233,25 +233,25 @@ pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a Row<'a>>) -> Table {
 }
 
 /// Returns the name of the rows of the worst quantity of a kind.
-pub(crate) fn largest(kind: Kind) -> String {
+pub(crate) fn largest(kind: QuantityKind) -> String {
     format!("largest-{}", kind.name())
 }
 
 /// Returns all rows: each quantity, and for kinds of several quantities the worst of them.
 pub(crate) fn rows<'a>(
-    measured: &'a [Measured],
-    quantities: &[Quantity],
+    measured: &'a [MeasuredSetting],
+    quantities: &[FrontierQuantity],
     references: &[Reference],
-) -> Vec<Row<'a>> {
+) -> Vec<FrontierRow<'a>> {
     let mut rows = Vec::new();
-    for kind in Kind::ALL {
+    for kind in QuantityKind::ALL {
         for (index, quantity) in quantities.iter().enumerate() {
             if quantity.kind == kind {
-                let pick = |one: &Measured, _| Some((index, one.accuracies[index]?));
+                let pick = |one: &MeasuredSetting, _| Some((index, one.accuracies[index]?));
                 rows.extend(rows_of(measured, references, kind.name(), quantities, pick));
             }
         }
-        let pick = |one: &Measured, replicas| one.worst(kind, quantities, replicas);
+        let pick = |one: &MeasuredSetting, replicas| one.worst(kind, quantities, replicas);
         rows.extend(rows_of(
             measured,
             references,

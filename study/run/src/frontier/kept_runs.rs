@@ -11,9 +11,9 @@ use stosszahl_results::{
 };
 
 use super::run_record::RunRecord;
-use super::{FrontierError, Options};
+use super::{FrontierError, FrontierOptions};
 use crate::journal::{Journal, JournalOwner};
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 use crate::point::as_json;
 use crate::run::start_file;
 
@@ -59,7 +59,10 @@ impl KeptRuns {
     /// # Errors
     /// [`FrontierError::Results`] if the folder is of something else or another process writes
     /// there; [`FrontierError::Kept`] if its journal is damaged.
-    pub(crate) fn open(plan: &Plan, options: &Options<'_>) -> Result<Self, FrontierError> {
+    pub(crate) fn open(
+        plan: &CasePlan,
+        options: &FrontierOptions<'_>,
+    ) -> Result<Self, FrontierError> {
         let path = &options.folder;
         let existing = match (options.force, path.join("run.json").exists()) {
             (true, _) => Existing::Replace,

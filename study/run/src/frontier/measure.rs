@@ -19,10 +19,10 @@ use stosszahl_results::FolderWorker;
 use super::FrontierError;
 use super::kept_runs::{KeptRuns, RunKey, task_of};
 use super::quantity::{MEASURES, observe};
-use super::run_record::{Found, RunRecord, Sample};
-use super::setting::{Setting, engine};
+use super::run_record::{Found, RunRecord, RunResult};
+use super::setting::{RunSetting, engine};
 use crate::measure::Measure;
-use crate::plan::{EngineKind, Plan, PlanError};
+use crate::plan::{CasePlan, EngineKind, PlanError};
 use crate::unsaved::{InMemoryRun, measures, resized};
 
 /// Shortest and longest time between two checks for a run that is free, where several processes
@@ -40,18 +40,18 @@ pub(super) const FRESH: u64 = 1 << 33;
 #[derive(Clone, Debug)]
 pub(crate) struct Task {
     /// Setting to run.
-    pub setting: Setting,
+    pub setting: RunSetting,
     /// Numbers of the replicas.
     pub replicas: Range<u64>,
 }
 
 /// Outcome of a task: its runs in the order of the replicas, or the reason why it was left out.
-pub(crate) type Outcome = Result<Vec<Sample>, String>;
+pub(crate) type TaskOutcome = Result<Vec<RunResult>, String>;
 
 /// Environment of the runs, and limits of their cost.
 pub(crate) struct Workshop<'a> {
     /// Plan of the measured case.
-    pub plan: &'a Plan,
+    pub plan: &'a CasePlan,
     /// Runs that are kept in the results folder.
     pub kept: &'a KeptRuns,
     /// Executor of runs in this process.
@@ -81,12 +81,12 @@ impl Workshop<'_> {
     /// # Errors
     /// [`FrontierError`] if a system size cannot be planned or threads cannot be started. Failures
     /// of a run are in its outcome.
-    pub(crate) fn run(&self, tasks: &[Task]) -> Result<Vec<Outcome>, FrontierError> {
+    pub(crate) fn run(&self, tasks: &[Task]) -> Result<Vec<TaskOutcome>, FrontierError> {
         let mut sizes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (index, task) in tasks.iter().enumerate() {
             sizes.entry(task.setting.disks).or_default().push(index);
         }
-        let mut outcomes: Vec<Outcome> = vec![Ok(Vec::new()); tasks.len()];
+        let mut outcomes: Vec<TaskOutcome> = vec![Ok(Vec::new()); tasks.len()];
         for (disks, members) in sizes {
             let plan = self.runner.plan_of(disks)?;
             let group: Vec<&Task> = members.iter().map(|&index| &tasks[index]).collect();
@@ -101,13 +101,13 @@ impl Workshop<'_> {
     ///
     /// # Errors
     /// As [`Self::run`].
-    pub(crate) fn one(&self, task: Task) -> Result<Outcome, FrontierError> {
+    pub(crate) fn one(&self, task: Task) -> Result<TaskOutcome, FrontierError> {
         let outcome = self.run(&[task])?.pop();
         Ok(outcome.unwrap_or_else(|| Ok(Vec::new())))
     }
 
     /// Executes the tasks of one system size.
-    fn group(&self, plan: &Plan, tasks: &[&Task]) -> Result<Vec<Outcome>, FrontierError> {
+    fn group(&self, plan: &CasePlan, tasks: &[&Task]) -> Result<Vec<TaskOutcome>, FrontierError> {
         let first = tasks.iter().map(|task| task.replicas.start).min();
         let end = tasks.iter().map(|task| task.replicas.end).max();
         let (first, end) = (first.unwrap_or(0), end.unwrap_or(0));
@@ -150,7 +150,7 @@ impl Workshop<'_> {
             }),
         };
         let done = bench.work()?;
-        let mut outcomes: Vec<Outcome> = vec![Ok(Vec::new()); tasks.len()];
+        let mut outcomes: Vec<TaskOutcome> = vec![Ok(Vec::new()); tasks.len()];
         for ((task, replica), found) in jobs.iter().zip(done) {
             let found = found.unwrap_or_else(|| Err("the budget was spent before its turn".into()));
             match (&mut outcomes[*task], found) {
@@ -370,7 +370,7 @@ struct Order {
 }
 
 /// Returns the key under which a run is kept: all that its values depend on besides the case.
-fn key(setting: &Setting, replica: u64) -> RunKey {
+fn key(setting: &RunSetting, replica: u64) -> RunKey {
     // Fails only for types without a length.
     postcard::to_stdvec(&(&setting.engine.kind, setting.disks, replica)).unwrap_or_default()
 }
@@ -380,7 +380,7 @@ type Shared = OnceLock<Result<(Particles, [f64; 2]), String>>;
 
 /// Executor of runs, on threads of its own.
 pub(crate) struct Runner<'a> {
-    plan: &'a Plan,
+    plan: &'a CasePlan,
     measures: Vec<&'static dyn Measure>,
     interrupt: &'a Interrupt,
     threads: usize,
@@ -395,14 +395,14 @@ pub(crate) struct Runner<'a> {
 struct Group {
     number: u64,
     /// Plan of the case at the size of the group.
-    plan: Option<Arc<Plan>>,
+    plan: Option<Arc<CasePlan>>,
     /// Starts by replica.
     starts: BTreeMap<u64, Arc<Shared>>,
 }
 
 impl<'a> Runner<'a> {
     pub(crate) fn new(
-        plan: &'a Plan,
+        plan: &'a CasePlan,
         threads: usize,
         interrupt: &'a Interrupt,
     ) -> Result<Self, FrontierError> {
@@ -421,16 +421,16 @@ impl<'a> Runner<'a> {
     }
 
     /// Plans the case with `disks` disks.
-    pub(crate) fn plan_of(&self, disks: usize) -> Result<Plan, PlanError> {
+    pub(crate) fn plan_of(&self, disks: usize) -> Result<CasePlan, PlanError> {
         if disks == self.plan.count() {
             return Ok(self.plan.clone());
         }
         let case = resized(&self.plan.case, disks, self.plan.packing_fraction);
-        Plan::new(&case, &self.plan.folder)
+        CasePlan::new(&case, &self.plan.folder)
     }
 
     /// Returns the plan of an order, and the place of its start if others share it.
-    fn of_group(&self, order: &Order) -> Result<(Arc<Plan>, Option<Arc<Shared>>), PlanError> {
+    fn of_group(&self, order: &Order) -> Result<(Arc<CasePlan>, Option<Arc<Shared>>), PlanError> {
         let mut group = self.group.lock().unwrap_or_else(PoisonError::into_inner);
         if group.number != order.group {
             *group = Group {
@@ -481,7 +481,7 @@ impl<'a> Runner<'a> {
         let finished = finished.map_err(|error| error.to_string())?;
         let whole = plan.count() == self.plan.count();
         let steps = finished.work.numbers.get("steps").copied().unwrap_or(0.0);
-        Ok(Sample {
+        Ok(RunResult {
             values: observe(&plan, &engine, &finished, whole),
             collisions: finished.work.collisions,
             steps: steps as u64,

@@ -41,12 +41,12 @@ use stosszahl_results::{Folder, ResultsError, Table};
 
 use crate::plan::PlanError;
 
-pub use quantity::Kind;
+pub use quantity::QuantityKind;
 
 /// Options of the measurement of a frontier.
-pub struct Options<'a> {
+pub struct FrontierOptions<'a> {
     /// Kinds of quantities that must be within the target; all kinds are measured.
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<QuantityKind>,
     /// Largest error that a recommended setting may have, as a share.
     pub target: f64,
     /// Core time for the whole sweep, planned at nominal speeds \[s\].
@@ -87,7 +87,7 @@ pub struct Frontier {
     /// front with replicas.
     pub figure: Table,
     /// Lists of the page.
-    pub lists: Vec<List>,
+    pub lists: Vec<WordTable>,
     /// Results folder, which no other process writes into until this is dropped: the page must be
     /// written before.
     pub held: Arc<Folder>,
@@ -97,7 +97,7 @@ pub struct Frontier {
 
 /// Table of words.
 #[derive(Clone, Debug)]
-pub struct List {
+pub struct WordTable {
     /// Title of the list.
     pub title: String,
     /// Columns: the name, and whether the column holds words.
@@ -175,7 +175,7 @@ impl FrontierError {
 /// # Errors
 /// [`FrontierError`] if the case is refused, the reference cannot be had, or a file cannot be
 /// written.
-pub fn frontier(file: &CaseFile, options: &Options<'_>) -> Result<Frontier, FrontierError> {
+pub fn frontier(file: &CaseFile, options: &FrontierOptions<'_>) -> Result<Frontier, FrontierError> {
     let (found, tables) = sweep::sweep(file, options)?;
     if !found.is_reporter {
         return Ok(found);

@@ -5,11 +5,11 @@
 //! the limit, and the errors of the fitted differences are at worst too large. Where the order of
 //! theory describes only the finer settings, the fit is to those.
 
-use stosszahl_analysis::fit::{self, Line, Point};
-use stosszahl_results::{Estimate, Table, table};
+use stosszahl_analysis::fit::{self, FitPoint, FittedLine};
+use stosszahl_results::{Table, TableEstimate, table};
 
-use super::front::Measured;
-use super::quantity::Quantity;
+use super::front::MeasuredSetting;
+use super::quantity::FrontierQuantity;
 use super::reference::Reference;
 
 /// Number of standard errors from which a slope counts as seen.
@@ -20,7 +20,7 @@ const BAD: f64 = 3.0;
 
 /// Verdict on a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Verdict {
+pub(crate) enum OrderVerdict {
     /// The order of theory describes the values, and there is an error to describe.
     Holds,
     /// The order of theory does not describe the values.
@@ -29,7 +29,7 @@ pub(crate) enum Verdict {
     NotSeen,
 }
 
-impl Verdict {
+impl OrderVerdict {
     /// Returns the verdict in words.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -46,7 +46,7 @@ pub(crate) struct OrderRow {
     /// Name of the refined parameter and the scheme.
     pub sequence: &'static str,
     /// Quantity whose order of convergence is fitted.
-    pub quantity: Quantity,
+    pub quantity: FrontierQuantity,
     /// Number of settings of the fit, the finest ones.
     pub settings: usize,
     /// Largest h among them.
@@ -57,9 +57,9 @@ pub(crate) struct OrderRow {
     /// there are fewer than three settings.
     pub found: Option<(f64, [f64; 2])>,
     /// Fit of the error over its unit: its limit is that at h = 0 less the reference.
-    pub line: Line,
+    pub line: FittedLine,
     /// Verdict on the order.
-    pub verdict: Verdict,
+    pub verdict: OrderVerdict,
 }
 
 /// Returns the table of all sequences.
@@ -88,8 +88,8 @@ pub(crate) fn table(rows: &[OrderRow]) -> Table {
             (row.settings, row.coarsest, row.order),
             row.found.map(|found| found.0),
             [0, 1].map(|side| row.found.map(|found| found.1[side])),
-            Estimate::of(line.intercept, Some(line.intercept_error)),
-            Estimate::of(line.slope, Some(line.slope_error)),
+            TableEstimate::of(line.intercept, Some(line.intercept_error)),
+            TableEstimate::of(line.slope, Some(line.slope_error)),
             (
                 line.chi_squared,
                 line.degrees_of_freedom,
@@ -102,8 +102,8 @@ pub(crate) fn table(rows: &[OrderRow]) -> Table {
 
 /// Fits all sequences of the measured settings that can be fitted, with all quantities.
 pub(crate) fn orders(
-    measured: &[Measured],
-    quantities: &[Quantity],
+    measured: &[MeasuredSetting],
+    quantities: &[FrontierQuantity],
     references: &[Reference],
 ) -> Vec<OrderRow> {
     let mut sequences: Vec<(&'static str, f64)> = Vec::new();
@@ -117,11 +117,11 @@ pub(crate) fn orders(
         for (index, quantity) in quantities.iter().enumerate() {
             let known = references[index].known;
             let unit = quantity.kind.unit(known.value).abs();
-            let point = |one: &Measured| {
+            let point = |one: &MeasuredSetting| {
                 let mut members = one.setting.refinements.iter();
                 let here = members.find(|member| member.sequence == sequence)?;
                 let found = one.accuracies[index]?;
-                Some(Point {
+                Some(FitPoint {
                     x: here.h,
                     y: (found.mean - known.value) / unit,
                     error: found.statistical / (found.repetitions as f64).sqrt(),
@@ -139,9 +139,9 @@ pub(crate) fn orders(
 /// coarsest setting is left out as long as three are left.
 fn row(
     sequence: &'static str,
-    quantity: Quantity,
+    quantity: FrontierQuantity,
     order: f64,
-    mut points: Vec<Point>,
+    mut points: Vec<FitPoint>,
     reference_error: f64,
 ) -> Option<OrderRow> {
     /// Fewest settings of a fit.
@@ -162,9 +162,9 @@ fn row(
     let bad = is_bad(&line);
     let seen = line.slope.abs() > SEEN * line.slope_error;
     let verdict = match (bad, seen) {
-        (true, _) => Verdict::DoesNotHold,
-        (false, true) => Verdict::Holds,
-        (false, false) => Verdict::NotSeen,
+        (true, _) => OrderVerdict::DoesNotHold,
+        (false, true) => OrderVerdict::Holds,
+        (false, false) => OrderVerdict::NotSeen,
     };
     let free = (seen || bad).then(|| fit::order(&points).ok()).flatten();
     line.intercept_error = line.intercept_error.hypot(reference_error);
@@ -181,24 +181,24 @@ fn row(
 }
 
 /// Returns true if a fit does not describe its values.
-fn is_bad(line: &Line) -> bool {
+fn is_bad(line: &FittedLine) -> bool {
     let freedom = line.degrees_of_freedom as f64;
     line.chi_squared > freedom + BAD * (2.0 * freedom).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::quantity::Kind;
+    use super::super::quantity::QuantityKind;
     use super::*;
 
-    fn verdict(order: f64, values: impl Fn(f64) -> f64) -> Verdict {
-        let points = [0.25, 0.5, 1.0, 2.0].map(|x| Point {
+    fn verdict(order: f64, values: impl Fn(f64) -> f64) -> OrderVerdict {
+        let points = [0.25, 0.5, 1.0, 2.0].map(|x| FitPoint {
             x,
             y: values(x),
             error: 0.01,
         });
-        let quantity = Quantity {
-            kind: Kind::Energy,
+        let quantity = FrontierQuantity {
+            kind: QuantityKind::Energy,
             time: 1.0,
         };
         row("cells", quantity, order, points.to_vec(), 0.0)
@@ -208,12 +208,15 @@ mod tests {
 
     #[test]
     fn orders_hold_only_where_they_describe_the_values() {
-        assert_eq!(verdict(2.0, |h| 0.1 + 0.3 * h * h), Verdict::Holds);
-        assert_eq!(verdict(1.0, |h| 0.1 + 3.0 * h * h), Verdict::DoesNotHold);
-        assert_eq!(verdict(2.0, |h| 0.1 + 3.0 * h), Verdict::DoesNotHold);
-        assert_eq!(verdict(2.0, |h| 0.1 + 1e-4 * h), Verdict::NotSeen);
+        assert_eq!(verdict(2.0, |h| 0.1 + 0.3 * h * h), OrderVerdict::Holds);
+        assert_eq!(
+            verdict(1.0, |h| 0.1 + 3.0 * h * h),
+            OrderVerdict::DoesNotHold
+        );
+        assert_eq!(verdict(2.0, |h| 0.1 + 3.0 * h), OrderVerdict::DoesNotHold);
+        assert_eq!(verdict(2.0, |h| 0.1 + 1e-4 * h), OrderVerdict::NotSeen);
         // The coarsest setting is beyond the range of the leading order.
         let bent = |h: f64| 0.1 + 0.3 * h * h + if h > 1.5 { 0.5 } else { 0.0 };
-        assert_eq!(verdict(2.0, bent), Verdict::Holds);
+        assert_eq!(verdict(2.0, bent), OrderVerdict::Holds);
     }
 }

@@ -5,14 +5,14 @@ use std::str::FromStr;
 use stosszahl_analysis::accuracy::Known;
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::relaxation::unbiased_cumulant;
-use stosszahl_analysis::windows::Window;
+use stosszahl_analysis::windows::CollisionWindow;
 use stosszahl_case::Case;
 use stosszahl_model::transport;
 use toml::{Table, Value};
 
 use crate::measure::CompletedRun;
 use crate::measures::last_structure_factor;
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 use crate::unsaved::{collision_rate, energies, window};
 
 /// Decades of time before the end of the run in which the energy is taken.
@@ -27,7 +27,7 @@ pub(crate) const MEASURES: [&str; 3] = ["energy", "impact_parameters", "structur
 
 /// Kind of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum QuantityKind {
     /// Energy K(t)/K(0) at seven times, the last the end of the run; relative errors.
     Energy,
     /// Collision rate over the whole run, over Enskog's at the temperature measured; relative
@@ -42,7 +42,7 @@ pub enum Kind {
     Structure,
 }
 
-impl Kind {
+impl QuantityKind {
     /// All kinds of quantities.
     pub const ALL: [Self; 5] = [
         Self::Energy,
@@ -83,7 +83,7 @@ impl Kind {
     }
 }
 
-impl FromStr for Kind {
+impl FromStr for QuantityKind {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -95,9 +95,9 @@ impl FromStr for Kind {
 
 /// Quantity of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Quantity {
+pub(crate) struct FrontierQuantity {
     /// Kind of the quantity.
-    pub kind: Kind,
+    pub kind: QuantityKind,
     /// Time of the quantity, or end of its window, in the unit of time of the case.
     pub time: f64,
 }
@@ -130,14 +130,14 @@ pub(crate) fn measured(case: &Case) -> Case {
 }
 
 /// Returns all quantities of a measured case.
-pub(crate) fn quantities(plan: &Plan) -> Vec<Quantity> {
-    let kind = Kind::Energy;
+pub(crate) fn quantities(plan: &CasePlan) -> Vec<FrontierQuantity> {
+    let kind = QuantityKind::Energy;
     let times = plan.sample_times().into_iter().skip(1);
-    let energies = times.map(|time| Quantity { kind, time });
+    let energies = times.map(|time| FrontierQuantity { kind, time });
     let time = plan.case.run.until;
-    let others = Kind::ALL[1..].iter();
+    let others = QuantityKind::ALL[1..].iter();
     energies
-        .chain(others.map(|&kind| Quantity { kind, time }))
+        .chain(others.map(|&kind| FrontierQuantity { kind, time }))
         .collect()
 }
 
@@ -147,7 +147,7 @@ pub(crate) fn quantities(plan: &Plan) -> Vec<Quantity> {
 /// The wave numbers of S(k) are multiples of that of the box, so S(k) is that of the case only in a
 /// box of its size, `whole`.
 pub(crate) fn observe(
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     run: &CompletedRun,
     whole: bool,
@@ -171,7 +171,9 @@ pub(crate) fn observe(
     values.extend([
         collision_rate(plan, run),
         cumulant.unwrap_or(f64::NAN),
-        window(run).and_then(Window::slope).unwrap_or(f64::NAN),
+        window(run)
+            .and_then(CollisionWindow::slope)
+            .unwrap_or(f64::NAN),
         structure.unwrap_or(f64::NAN),
     ]);
     values
@@ -184,15 +186,15 @@ pub(crate) fn observe(
 /// impact parameters. The contact value is right to 0.1 % up to packing 0.5, and N disks of
 /// momentum zero have `sqrt(1 - 1/N)` of the rate. A gas that cools in a box too small for growing
 /// waves of shear follows Haff's law with the relaxation of a2.
-pub(crate) fn theory(plan: &Plan, quantity: Quantity) -> Option<Known> {
+pub(crate) fn theory(plan: &CasePlan, quantity: FrontierQuantity) -> Option<Known> {
     if !plan.has_theory() || plan.case.thermostat.is_some() {
         return None;
     }
     let value = match (plan.law.is_elastic(), quantity.kind) {
-        (true, Kind::Energy) => 1.0,
-        (true, Kind::CollisionRate) => (1.0 - 1.0 / plan.count() as f64).sqrt(),
-        (true, Kind::Cumulant | Kind::ImpactSlope) => 0.0,
-        (false, Kind::Energy) if !plan.has_unstable_modes() => {
+        (true, QuantityKind::Energy) => 1.0,
+        (true, QuantityKind::CollisionRate) => (1.0 - 1.0 / plan.count() as f64).sqrt(),
+        (true, QuantityKind::Cumulant | QuantityKind::ImpactSlope) => 0.0,
+        (false, QuantityKind::Energy) if !plan.has_unstable_modes() => {
             transport::relaxing_haff_law(plan.restitution, plan.time_over_haff(quantity.time)?)
         }
         _ => return None,

@@ -1,43 +1,43 @@
 //! Recommendation: the cheapest setting of each engine that keeps a target, and its test on fresh
 //! seeds.
 
-use stosszahl_analysis::accuracy::Accuracy;
+use stosszahl_analysis::accuracy::SettingAccuracy;
 
 use super::FrontierError;
-use super::front::Measured;
+use super::front::MeasuredSetting;
 use super::measure::{FRESH, Task, Workshop};
-use super::quantity::{Kind, Quantity};
+use super::quantity::{FrontierQuantity, QuantityKind};
 use super::reference::Reference;
 
 /// Most replicas of a recommendation.
 const MOST: u64 = 4096;
 
 /// Measured settings, and the target of the search among them.
-pub(crate) struct Search<'a> {
+pub(crate) struct SettingSearch<'a> {
     /// Measured settings to choose among.
-    pub measured: &'a [Measured],
+    pub measured: &'a [MeasuredSetting],
     /// Quantities that were measured.
-    pub quantities: &'a [Quantity],
+    pub quantities: &'a [FrontierQuantity],
     /// References of the quantities.
     pub references: &'a [Reference],
     /// Largest error allowed.
     pub error: f64,
     /// Kinds of quantities that must keep it.
-    pub kinds: &'a [Kind],
+    pub kinds: &'a [QuantityKind],
     /// Number of disks of the case.
     pub disks: usize,
 }
 
 /// Group of engines: exact or Monte Carlo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Engines {
+pub(crate) enum EngineGroup {
     /// Exact dynamics.
     EventDriven,
     /// Any Monte Carlo scheme.
     MonteCarlo,
 }
 
-impl Engines {
+impl EngineGroup {
     pub(crate) const ALL: [Self; 2] = [Self::EventDriven, Self::MonteCarlo];
 
     /// Returns the name in words.
@@ -48,7 +48,7 @@ impl Engines {
         }
     }
 
-    fn holds(self, measured: &Measured) -> bool {
+    fn holds(self, measured: &MeasuredSetting) -> bool {
         measured.setting.is_event_driven() == (self == Self::EventDriven)
     }
 }
@@ -79,11 +79,11 @@ pub(crate) struct Tested {
     pub core_seconds: f64,
 }
 
-impl<'a> Search<'a> {
+impl<'a> SettingSearch<'a> {
     /// Returns the bias and noise of a quantity of a choice. An ensemble consists of exact dynamics
     /// of the whole case, which has no systematic error against it: the difference of the two means
     /// is noise of both.
-    fn judged(&self, one: &Measured, index: usize) -> Option<Accuracy> {
+    fn judged(&self, one: &MeasuredSetting, index: usize) -> Option<SettingAccuracy> {
         let found = one.accuracies[index]?;
         let same = one.setting.is_reference(self.disks) && self.references[index].is_ensemble;
         Some(if same {
@@ -100,15 +100,15 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the settings of a group of engines.
-    fn of(&self, engines: Engines) -> impl Iterator<Item = (usize, &'a Measured)> {
+    fn of(&self, engines: EngineGroup) -> impl Iterator<Item = (usize, &'a MeasuredSetting)> {
         let all = self.measured.iter().enumerate();
         all.filter(move |(_, one)| engines.holds(one))
     }
 
     /// Returns the cheapest setting whose assured error of every wanted quantity is within the
     /// target.
-    pub(crate) fn choose(&self, engines: Engines) -> Option<Choice> {
-        let choice = |(index, one): (usize, &Measured)| {
+    pub(crate) fn choose(&self, engines: EngineGroup) -> Option<Choice> {
+        let choice = |(index, one): (usize, &MeasuredSetting)| {
             let runs = self
                 .wanted()
                 .map(|place| self.judged(one, place)?.runs_for(self.error, MOST));
@@ -127,8 +127,8 @@ impl<'a> Search<'a> {
 
     /// Returns the setting whose systematic error of the worst wanted quantity is smallest, with
     /// that error and its standard error.
-    pub(crate) fn nearest(&self, engines: Engines) -> Option<(&'a Measured, [f64; 2])> {
-        let worst = |(_, one): (usize, &'a Measured)| {
+    pub(crate) fn nearest(&self, engines: EngineGroup) -> Option<(&'a MeasuredSetting, [f64; 2])> {
+        let worst = |(_, one): (usize, &'a MeasuredSetting)| {
             let errors = self.wanted().map(|place| {
                 let found = one.accuracies[place]?;
                 Some([found.systematic.abs(), found.systematic_error])
@@ -144,9 +144,9 @@ impl<'a> Search<'a> {
     /// Returns a finer setting of a sequence of the chosen one, whose systematic error is surely
     /// beyond the target: then the chosen one is right because errors cancel, and not because it is
     /// fine enough.
-    pub(crate) fn finer_that_fails(&self, choice: &Choice) -> Option<(&'a Measured, f64)> {
+    pub(crate) fn finer_that_fails(&self, choice: &Choice) -> Option<(&'a MeasuredSetting, f64)> {
         let chosen = &self.measured[choice.index].setting;
-        let finer = |other: &&Measured| {
+        let finer = |other: &&MeasuredSetting| {
             chosen.refinements.iter().any(|own| {
                 let mut members = other.setting.refinements.iter();
                 members.any(|member| member.sequence == own.sequence && member.h < own.h)

@@ -10,15 +10,15 @@ use std::path::{Path, PathBuf};
 
 use stosszahl_analysis::accuracy::Known;
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_case::format::Engines;
+use stosszahl_case::format::EnginesSpec;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 
 use super::FrontierError;
 use super::measure::{REFERENCE, Task, Workshop};
-use super::quantity::{Quantity, theory};
-use super::run_record::Sample;
-use super::setting::Setting;
-use crate::plan::Plan;
+use super::quantity::{FrontierQuantity, theory};
+use super::run_record::RunResult;
+use super::setting::RunSetting;
+use crate::plan::CasePlan;
 
 /// Number of runs of the ensemble between two writes of the file.
 const BATCH: usize = 64;
@@ -41,9 +41,9 @@ pub(crate) struct Cache {
 
 impl Cache {
     /// Returns the file of the ensemble of a measured case in a folder.
-    pub(crate) fn of(plan: &Plan, folder: &Path) -> Self {
+    pub(crate) fn of(plan: &CasePlan, folder: &Path) -> Self {
         let mut case = plan.case.clone();
-        case.engine = Engines::default();
+        case.engine = EnginesSpec::default();
         case.replicas = 1;
         case.title.clear();
         let mut hasher = blake3::Hasher::new();
@@ -75,7 +75,7 @@ impl Cache {
         blake3::Hash::from_bytes(self.fingerprint).to_hex()[..16].to_owned()
     }
 
-    fn read(&self) -> Result<Vec<Sample>, FrontierError> {
+    fn read(&self) -> Result<Vec<RunResult>, FrontierError> {
         match snapshot::read(&self.path, &self.fingerprint) {
             Ok(runs) => Ok(runs),
             Err(SnapshotError::File { source, .. }) if source.kind() == ErrorKind::NotFound => {
@@ -103,7 +103,7 @@ pub(crate) struct References {
 /// [`FrontierError`] if the kept ensemble is not of this case or damaged, or a run fails.
 pub(crate) fn find(
     workshop: &Workshop<'_>,
-    quantities: &[Quantity],
+    quantities: &[FrontierQuantity],
     count: usize,
     cache: &Cache,
 ) -> Result<References, FrontierError> {
@@ -119,7 +119,7 @@ pub(crate) fn find(
         while runs.len() < count {
             let end = count.min(runs.len() + BATCH);
             let task = Task {
-                setting: Setting::exact(workshop.plan.count()),
+                setting: RunSetting::exact(workshop.plan.count()),
                 replicas: REFERENCE + runs.len() as u64..REFERENCE + end as u64,
             };
             let more = workshop.one(task)?;
@@ -130,7 +130,7 @@ pub(crate) fn find(
         // The requested number, even if more are kept, so that one sweep gives one table.
         runs.truncate(count);
     }
-    let one = |(index, (quantity, exact)): (usize, (&Quantity, Option<Known>))| {
+    let one = |(index, (quantity, exact)): (usize, (&FrontierQuantity, Option<Known>))| {
         let of_runs = || {
             let values: Vec<f64> = runs.iter().map(|run| run.values[index]).collect();
             let estimate = Estimate::over_replicas(&values)?;

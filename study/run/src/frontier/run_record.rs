@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Result of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Sample {
+pub(crate) struct RunResult {
     /// Values of the quantities, in their order.
     pub values: Vec<f64>,
     /// Number of pair collisions; of simulators where simulators collide.
@@ -20,7 +20,7 @@ pub(crate) struct Sample {
 }
 
 /// Result of a run, or the reason why it failed.
-pub(crate) type Found = Result<Sample, String>;
+pub(crate) type Found = Result<RunResult, String>;
 
 /// Result of one run, and its cost.
 #[derive(Clone, Debug, Serialize, Deserialize)]

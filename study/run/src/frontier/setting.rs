@@ -5,13 +5,13 @@
 
 use stosszahl_case::format::{SCHEMES, SchemeFormat};
 use stosszahl_dsmc::{
-    Copies, Displacement, Neighbourhood, Parameters, PartnerSelection, Scheme, WallClearance,
-    Weights,
+    Neighbourhood, Parameters, PartnerDisplacement, PartnerSelection, Scheme, SimulatorStart,
+    SimulatorWeights, WallClearance,
 };
 use stosszahl_model::kinetic;
 use stosszahl_results::engine_title;
 
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{CasePlan, EngineKind, EnginePlan};
 
 /// Step of a sequence of settings whose error falls by theory as a power of h.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub(crate) struct Refinement {
 
 /// Numerical choices of one run.
 #[derive(Clone, Debug)]
-pub(crate) struct Setting {
+pub(crate) struct RunSetting {
     /// Engine with its choices.
     pub engine: EnginePlan,
     /// Number of disks; the box follows from the packing fraction.
@@ -55,7 +55,7 @@ pub(super) fn engine(kind: EngineKind) -> EnginePlan {
         name,
         kind,
         clearance: WallClearance::Radius,
-        weights: Weights::uniform(),
+        weights: SimulatorWeights::uniform(),
     }
 }
 
@@ -67,7 +67,7 @@ fn event_driven(contact_time: f64) -> EngineKind {
     }
 }
 
-impl Setting {
+impl RunSetting {
     /// Creates the setting of exact dynamics as the case wants it: without the contact time of the
     /// TC model, which is an approximation.
     pub(crate) fn exact(disks: usize) -> Self {
@@ -89,7 +89,7 @@ impl Setting {
     }
 
     /// Describes the choices in words.
-    pub(crate) fn label(&self, plan: &Plan) -> String {
+    pub(crate) fn label(&self, plan: &CasePlan) -> String {
         let mut parts = Vec::new();
         match &self.engine.kind {
             EngineKind::EventDriven { contact_time, .. } => {
@@ -120,7 +120,7 @@ impl Setting {
 
     /// Rough time of one run with its start \[s\], from counts of work alone: shares of a budget
     /// must not depend on a clock.
-    pub(crate) fn nominal_seconds(&self, plan: &Plan) -> f64 {
+    pub(crate) fn nominal_seconds(&self, plan: &CasePlan) -> f64 {
         /// Time of a pair collision of exact dynamics \[s\].
         const EXACT: f64 = 6e-7;
         /// Time to place a disk \[s\].
@@ -158,11 +158,11 @@ impl Setting {
 }
 
 /// Describes the choices of a scheme that are not its default.
-fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<String> {
+fn scheme_choices(parameters: &Parameters, plan: &CasePlan, disks: usize) -> Vec<String> {
     let displaced = match parameters.displacement {
-        Displacement::None => "not displaced",
-        Displacement::Diameter => "displaced",
-        Displacement::Inelastic => "displaced inelastically",
+        PartnerDisplacement::None => "not displaced",
+        PartnerDisplacement::Diameter => "displaced",
+        PartnerDisplacement::Inelastic => "displaced inelastically",
     };
     let mean = |around| (around == Neighbourhood::Mean).then_some("mean density".to_owned());
     let displaced = Some(displaced.to_owned());
@@ -175,8 +175,8 @@ fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<Str
         Scheme::ContactPoint { radius } => {
             let copies = (parameters.copies != copies(plan, disks)).then(|| {
                 let word = match parameters.copies {
-                    Copies::Independent => "independent copies",
-                    Copies::Coherent => "coherent copies",
+                    SimulatorStart::Independent => "independent copies",
+                    SimulatorStart::Coherent => "coherent copies",
                 };
                 word.to_owned()
             });
@@ -187,21 +187,21 @@ fn scheme_choices(parameters: &Parameters, plan: &Plan, disks: usize) -> Vec<Str
 }
 
 /// Returns the default start of simulators: with the long waves of the start where those grow.
-fn copies(plan: &Plan, disks: usize) -> Copies {
+fn copies(plan: &CasePlan, disks: usize) -> SimulatorStart {
     let widest = plan.lengths[0].max(plan.lengths[1]);
     let width = widest * (disks as f64 / plan.count() as f64).sqrt();
     let cools = plan.restitution < 1.0 && plan.case.bath().is_none();
     if cools && width > plan.critical_length() {
-        Copies::Coherent
+        SimulatorStart::Coherent
     } else {
-        Copies::Independent
+        SimulatorStart::Independent
     }
 }
 
 /// Settings without repetition: one that comes again only gets one more refinement.
 struct List<'a> {
-    plan: &'a Plan,
-    all: Vec<Setting>,
+    plan: &'a CasePlan,
+    all: Vec<RunSetting>,
 }
 
 impl List<'_> {
@@ -210,7 +210,7 @@ impl List<'_> {
         let known = known.find(|known| known.engine.kind == kind && known.disks == disks);
         match known {
             Some(known) => known.refinements.extend(refinement),
-            None => self.all.push(Setting {
+            None => self.all.push(RunSetting {
                 engine: engine(kind),
                 disks,
                 refinements: refinement.into_iter().collect(),
@@ -244,7 +244,7 @@ fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> 
         cell_size,
         simulators_per_particle: simulators,
         steps_per_cell_crossing: steps,
-        displacement: Displacement::None,
+        displacement: PartnerDisplacement::None,
         max_contact_value: 10.0,
         ..Parameters::for_scheme(scheme)
     }
@@ -252,7 +252,7 @@ fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> 
 
 /// Returns all settings around a case: its own engines first, then exact dynamics, then each Monte
 /// Carlo scheme.
-pub(crate) fn around(plan: &Plan) -> Vec<Setting> {
+pub(crate) fn around(plan: &CasePlan) -> Vec<RunSetting> {
     let mut list = List {
         plan,
         all: Vec::new(),
@@ -273,7 +273,7 @@ pub(crate) fn around(plan: &Plan) -> Vec<Setting> {
 
 /// Returns smaller systems of the same density; none for a start that comes from a file, or of
 /// several species.
-fn smaller(plan: &Plan) -> impl Iterator<Item = usize> + use<> {
+fn smaller(plan: &CasePlan) -> impl Iterator<Item = usize> + use<> {
     let (disks, placed) = (plan.count(), plan.file.is_none() && plan.species.len() == 1);
     [4, 16]
         .into_iter()
@@ -322,7 +322,7 @@ fn contact_point(list: &mut List<'_>) {
     list.sequence("radius of contact-point", 2.0, radii);
     for simulators in [4, 16] {
         list.one(Parameters {
-            copies: Copies::Independent,
+            copies: SimulatorStart::Independent,
             ..point(None, simulators, 8.0, disks)
         });
     }
@@ -347,7 +347,7 @@ fn within_cells(list: &mut List<'_>) {
         )
     };
     let displaced = |scheme, simulators| Parameters {
-        displacement: Displacement::Diameter,
+        displacement: PartnerDisplacement::Diameter,
         ..dsmc(scheme, simulators, Some(cell), 4.0)
     };
     let over = |simulators: u32| f64::from(simulators).recip();
@@ -394,13 +394,13 @@ mod tests {
 
     use super::*;
 
-    fn plan(disks: usize) -> Plan {
+    fn plan(disks: usize) -> CasePlan {
         let text = format!(
             "format = 2\ntitle = \"t\"\n[gas]\nnumber = {disks}\nrestitution = 0.8\n[box]\npacking_fraction = 0.25\n\
              [run]\nuntil = 10\n[engine.ed]\n[engine.dsmc-free-volume]\ncell_size = 2.0\n"
         );
         let file = CaseFile::from_text(Path::new("t.toml"), &text, &[]).expect("a case");
-        Plan::new(&file.points[0].case, Path::new("")).expect("a plan")
+        CasePlan::new(&file.points[0].case, Path::new("")).expect("a plan")
     }
 
     #[test]

@@ -6,26 +6,26 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicU64;
 
 use stosszahl_case::CaseFile;
-use stosszahl_case::format::{Placement, Velocities};
-use stosszahl_results::{Axis, Cell, Figure, Mark, Table};
+use stosszahl_case::format::{PlacementSpec, VelocitiesSpec};
+use stosszahl_results::{Figure, FigureAxis, PointMark, Table, TableCell};
 
 use super::budget::{PATIENCE, TESTS, shared};
-use super::front::{self, Measured, Row, largest, rows};
+use super::front::{self, FrontierRow, MeasuredSetting, largest, rows};
 use super::kept_runs::KeptRuns;
 use super::measure::{Runner, Task, Workshop};
-use super::orders::{self, OrderRow, Verdict, orders};
-use super::quantity::{Kind, Quantity, measured as measured_case, quantities};
-use super::recommend::{Choice, Engines, Search};
+use super::orders::{self, OrderRow, OrderVerdict, orders};
+use super::quantity::{FrontierQuantity, QuantityKind, measured as measured_case, quantities};
+use super::recommend::{Choice, EngineGroup, SettingSearch};
 use super::reference::{self, Cache, References};
-use super::setting::{Setting, around};
-use super::{Frontier, FrontierError, List, Options};
+use super::setting::{RunSetting, around};
+use super::{Frontier, FrontierError, FrontierOptions, WordTable};
 use crate::check::Planned;
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 use crate::words::{percent, time};
 
 /// Plans a case as it is measured. Refuses sweeps, cases other than smooth disks in a periodic box,
 /// and starts that give all replicas one state.
-pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
+pub(super) fn check(file: &CaseFile) -> Result<CasePlan, FrontierError> {
     let refuse = |found: String, expected| Err(FrontierError::Case { found, expected });
     let [point] = &file.points[..] else {
         let found = format!("the case has a sweep of {} points", file.points.len());
@@ -36,17 +36,17 @@ pub(super) fn check(file: &CaseFile) -> Result<Plan, FrontierError> {
         let found = "the case has walls, spin, spheres or no positions";
         return refuse(found.into(), "smooth disks in a periodic box");
     }
-    let one = plan.case.start.placement == Placement::File;
-    if one && plan.case.start.velocities == Velocities::FILE {
+    let one = plan.case.start.placement == PlacementSpec::File;
+    if one && plan.case.start.velocities == VelocitiesSpec::FILE {
         let found = "positions and velocities of start.file give all replicas one start";
         let expected = "replicas with a spread: start.placement = \"disordered\" or start.velocities = \"maxwellian\"";
         return refuse(found.into(), expected);
     }
-    Ok(Plan::new(&measured_case(&plan.case), &plan.folder)?)
+    Ok(CasePlan::new(&measured_case(&plan.case), &plan.folder)?)
 }
 
 /// Opens the folders, before any work.
-fn open(plan: &Plan, options: &Options<'_>) -> Result<KeptRuns, FrontierError> {
+fn open(plan: &CasePlan, options: &FrontierOptions<'_>) -> Result<KeptRuns, FrontierError> {
     let kept = KeptRuns::open(plan, options)?;
     fs::create_dir_all(&options.cache).map_err(|source| FrontierError::Folder {
         path: options.cache.clone(),
@@ -57,11 +57,11 @@ fn open(plan: &Plan, options: &Options<'_>) -> Result<KeptRuns, FrontierError> {
 
 /// Sweep in progress.
 struct Sweep<'a> {
-    options: &'a Options<'a>,
+    options: &'a FrontierOptions<'a>,
     workshop: &'a Workshop<'a>,
-    quantities: Vec<Quantity>,
+    quantities: Vec<FrontierQuantity>,
     references: References,
-    measured: Vec<Measured>,
+    measured: Vec<MeasuredSetting>,
     /// Settings that were not measured, with the reason.
     left_out: Vec<(String, String)>,
 }
@@ -69,7 +69,7 @@ struct Sweep<'a> {
 impl<'a> Sweep<'a> {
     /// Finds the reference and measures all settings that the budget has time for.
     fn new(
-        options: &'a Options<'a>,
+        options: &'a FrontierOptions<'a>,
         workshop: &'a Workshop<'a>,
         cache: &Cache,
     ) -> Result<Self, FrontierError> {
@@ -91,14 +91,14 @@ impl<'a> Sweep<'a> {
         let (outcomes, mut measured) = (workshop.run(&tasks)?, Vec::new());
         for (Task { setting, .. }, outcome) in tasks.into_iter().zip(outcomes) {
             match outcome {
-                Ok(samples) => measured.push(Measured::new(
+                Ok(samples) => measured.push(MeasuredSetting::new(
                     setting,
                     plan,
                     &samples,
                     &quantities,
                     &references.values,
                 )),
-                Err(reason) => left_out.push((Setting::label(&setting, plan), reason)),
+                Err(reason) => left_out.push((RunSetting::label(&setting, plan), reason)),
             }
         }
         Ok(Self {
@@ -111,8 +111,8 @@ impl<'a> Sweep<'a> {
         })
     }
 
-    fn search(&self) -> Search<'_> {
-        Search {
+    fn search(&self) -> SettingSearch<'_> {
+        SettingSearch {
             measured: &self.measured,
             quantities: &self.quantities,
             references: &self.references.values,
@@ -182,7 +182,7 @@ impl<'a> Sweep<'a> {
         // Time is kept for tests of what there is to test.
         let count = choices.iter().flatten().count().max(1);
         let share = TESTS * self.options.budget / count as f64;
-        let said = Engines::ALL.into_iter().zip(choices);
+        let said = EngineGroup::ALL.into_iter().zip(choices);
         said.map(|(engines, choice)| match choice {
             Some(choice) => self.recommendation(engines, &choice, share),
             None => Ok(self.unmet(engines)),
@@ -193,7 +193,7 @@ impl<'a> Sweep<'a> {
     /// Tests a choice, and describes the prediction and the outcome.
     fn recommendation(
         &self,
-        engines: Engines,
+        engines: EngineGroup,
         choice: &Choice,
         share: f64,
     ) -> Result<String, FrontierError> {
@@ -229,7 +229,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Returns the sentence on an engine that cannot meet the target.
-    fn unmet(&self, engines: Engines) -> String {
+    fn unmet(&self, engines: EngineGroup) -> String {
         let search = self.search();
         let least = search.nearest(engines).map(|(one, errors)| {
             let error = errors.map(percent).join(" ± ");
@@ -248,7 +248,7 @@ impl<'a> Sweep<'a> {
     }
 }
 
-fn names(kinds: &[Kind]) -> String {
+fn names(kinds: &[QuantityKind]) -> String {
     let names: Vec<_> = kinds.iter().map(|kind| kind.title()).collect();
     names.join(", ")
 }
@@ -261,7 +261,7 @@ fn replicas(count: u64) -> String {
 /// Measures a case; returns the results, and the tables of all rows.
 pub(crate) fn sweep(
     file: &CaseFile,
-    options: &Options<'_>,
+    options: &FrontierOptions<'_>,
 ) -> Result<(Frontier, [Table; 2]), FrontierError> {
     let plan = check(file)?;
     let kept = open(&plan, options)?;
@@ -279,7 +279,7 @@ pub(crate) fn sweep(
     let references = &sweep.references.values;
     let rows = rows(&sweep.measured, &sweep.quantities, references);
     let orders = orders(&sweep.measured, &sweep.quantities, references);
-    let choices = Engines::ALL.map(|engines| sweep.search().choose(engines));
+    let choices = EngineGroup::ALL.map(|engines| sweep.search().choose(engines));
     let headline = sweep.headline(&choices);
     let mut conclusions = sweep.recommendations(choices)?;
     conclusions.push(format!(
@@ -288,7 +288,7 @@ pub(crate) fn sweep(
     ));
     let left_out = sweep.left_out.iter();
     let left_out = left_out.map(|(label, reason)| format!("{label}: {reason}."));
-    let mut lists: Vec<List> = Kind::ALL
+    let mut lists: Vec<WordTable> = QuantityKind::ALL
         .into_iter()
         .map(|kind| front_list(&rows, kind))
         .collect();
@@ -309,32 +309,32 @@ pub(crate) fn sweep(
 
 /// Returns the table of the largest errors against core time: single runs of each engine, and the
 /// front of all numbers of replicas.
-fn figure(rows: &[Row<'_>], target: f64) -> Table {
+fn figure(rows: &[FrontierRow<'_>], target: f64) -> Table {
     const FRONT: &str = "front, with replicas";
     const ERROR_OF: &str = "error_of";
-    let shown = |row: &&Row<'_>| row.name.starts_with("largest-");
+    let shown = |row: &&FrontierRow<'_>| row.name.starts_with("largest-");
     let single = rows.iter().filter(shown).filter(|row| row.replicas == 1);
     let front = rows.iter().filter(shown).filter(|row| row.on_front);
     let count = front.clone().count();
-    let rows: Vec<&Row<'_>> = single.chain(front).collect();
+    let rows: Vec<&FrontierRow<'_>> = single.chain(front).collect();
     let mut table = front::table(rows.iter().copied());
     let first = table.rows.len() - count;
     for row in &mut table.rows[first..] {
-        row[0] = Cell::Text(FRONT.to_owned());
+        row[0] = TableCell::Text(FRONT.to_owned());
     }
     // Panels are named by words.
     if let Some(column) = table.find("quantity") {
         table.columns[column].name = ERROR_OF.into();
         for (cells, row) in table.rows.iter_mut().zip(rows) {
-            cells[column] = Cell::Text(row.quantity.kind.title().to_owned());
+            cells[column] = TableCell::Text(row.quantity.kind.title().to_owned());
         }
     }
     let figure = Figure::curves(
         "Error against core time",
-        Axis::logarithmic("core_seconds", "core time [s]"),
-        Axis::logarithmic("error", "error"),
+        FigureAxis::logarithmic("core_seconds", "core time [s]"),
+        FigureAxis::logarithmic("error", "error"),
     );
-    let figure = figure.mark(Mark::Points).panels(&[ERROR_OF]).line("target", target).caption(
+    let figure = figure.mark(PointMark::Points).panels(&[ERROR_OF]).line("target", target).caption(
         "Marks are single runs of each setting, and the front of all settings with 1, 4, 16 and 64 replicas. Dashed: the \
          target. Of several times, the one with the largest error counts.",
     );
@@ -352,14 +352,14 @@ const FRONT: &[(&str, bool)] = &[
 ];
 
 /// Returns the front of a kind, by cost.
-fn front_list(rows: &[Row<'_>], kind: Kind) -> List {
+fn front_list(rows: &[FrontierRow<'_>], kind: QuantityKind) -> WordTable {
     let name = largest(kind);
-    let mut front: Vec<&Row<'_>> = rows
+    let mut front: Vec<&FrontierRow<'_>> = rows
         .iter()
         .filter(|row| row.on_front && row.name == name)
         .collect();
     front.sort_by(|a, b| a.core_seconds().total_cmp(&b.core_seconds()));
-    let cells = |(row, place): (&&Row<'_>, u32)| {
+    let cells = |(row, place): (&&FrontierRow<'_>, u32)| {
         let [low, high] = row.found.total_range(row.replicas).map(percent);
         let bias = [row.found.systematic, row.found.systematic_error].map(percent);
         vec![
@@ -372,7 +372,7 @@ fn front_list(rows: &[Row<'_>], kind: Kind) -> List {
             percent(row.found.statistical),
         ]
     };
-    List {
+    WordTable {
         title: format!("Front: {}", kind.title()),
         columns: FRONT,
         rows: front.iter().zip(1..).map(cells).collect(),
@@ -390,7 +390,7 @@ const ORDERS: &[(&str, bool)] = &[
     ("verdict", true),
 ];
 
-fn order_list(orders: &[OrderRow]) -> List {
+fn order_list(orders: &[OrderRow]) -> WordTable {
     let count = |verdict| orders.iter().filter(|row| row.verdict == verdict).count();
     let cells = |row: &OrderRow| {
         let found = row.found.map_or("-".to_owned(), |(order, [low, high])| {
@@ -408,14 +408,14 @@ fn order_list(orders: &[OrderRow]) -> List {
             row.verdict.name().to_owned(),
         ]
     };
-    List {
+    WordTable {
         title: format!(
             "Orders: of {} sequences and quantities, the order of theory holds in {}, does not hold in {}, and in {} no error \
              is seen",
             orders.len(),
-            count(Verdict::Holds),
-            count(Verdict::DoesNotHold),
-            count(Verdict::NotSeen),
+            count(OrderVerdict::Holds),
+            count(OrderVerdict::DoesNotHold),
+            count(OrderVerdict::NotSeen),
         ),
         columns: ORDERS,
         rows: orders.iter().map(cells).collect(),

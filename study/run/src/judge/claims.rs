@@ -1,12 +1,12 @@
 //! Verdicts on what a paper says of one number.
 
-use stosszahl_results::{Estimate, Verdict, VerdictKind};
+use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 
-use super::{Rule, interval_of, short, verdict, with_error, within};
+use super::{VerdictRule, interval_of, short, verdict, with_error, within};
 
 /// Number or bound that a paper states.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Said {
+pub enum ClaimedValue {
     /// Value of the number.
     Value {
         /// The value.
@@ -36,7 +36,7 @@ pub fn digits(value: f64) -> String {
     }
 }
 
-impl Said {
+impl ClaimedValue {
     /// In words.
     fn words(self) -> String {
         match self {
@@ -52,12 +52,12 @@ impl Said {
     /// A value agrees if the whole interval of the difference lies inside the margin, which is how well the paper can be read, and differs
     /// if it lies beyond the margin; the error of the paper counts. A bound holds if the whole interval lies beyond it, and does not
     /// if the interval lies on its other side.
-    pub fn kind(self, found: &Estimate, level: f64) -> VerdictKind {
+    pub fn kind(self, found: &TableEstimate, level: f64) -> VerdictKind {
         let Some(ours) = found.value.filter(|value| value.is_finite()) else {
             return VerdictKind::Undecided;
         };
         let side = |excess: f64| {
-            let off = Estimate {
+            let off = TableEstimate {
                 value: Some(excess),
                 ..*found
             };
@@ -74,12 +74,12 @@ impl Said {
                 margin,
             } => {
                 let ours_se = found.standard_error;
-                let off = Estimate {
+                let off = TableEstimate {
                     value: Some(ours - value),
                     standard_error: ours_se.map(|se| se.hypot(error.unwrap_or(0.0))),
                     ..*found
                 };
-                let rule = Rule {
+                let rule = VerdictRule {
                     level,
                     margin,
                     differ_beyond: margin,
@@ -93,7 +93,12 @@ impl Said {
 }
 
 /// The verdict on one claim.
-pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64) -> Verdict {
+pub fn claim(
+    topic: impl Into<String>,
+    found: &TableEstimate,
+    said: ClaimedValue,
+    level: f64,
+) -> VerdictText {
     let kind = said.kind(found, level);
     let value = found.value.unwrap_or(f64::NAN);
     let freedom = match found.replicas {
@@ -107,10 +112,10 @@ pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64)
     };
     let words = said.words();
     let sentence = match (kind, said) {
-        (VerdictKind::Agree, Said::Value { margin, .. }) => {
+        (VerdictKind::Agree, ClaimedValue::Value { margin, .. }) => {
             format!("Found {ours} agrees with {words} within {}.", short(margin))
         }
-        (VerdictKind::Differ, Said::Value { margin, .. }) => {
+        (VerdictKind::Differ, ClaimedValue::Value { margin, .. }) => {
             format!(
                 "Found {ours} differs from {words} by more than {}.",
                 short(margin)
@@ -118,7 +123,7 @@ pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64)
         }
         (VerdictKind::Agree, _) => format!("Found {ours} is {words}."),
         (VerdictKind::Differ, _) => format!("Found {ours} is not {words}."),
-        (_, Said::Value { margin, .. }) => {
+        (_, ClaimedValue::Value { margin, .. }) => {
             let margin = short(margin);
             format!("Whether {ours} is {words} within {margin} is undecided.")
         }
@@ -131,16 +136,16 @@ pub fn claim(topic: impl Into<String>, found: &Estimate, said: Said, level: f64)
 mod tests {
     use super::*;
 
-    fn estimate(value: f64, error: f64, replicas: Option<usize>) -> Estimate {
-        Estimate {
+    fn estimate(value: f64, error: f64, replicas: Option<usize>) -> TableEstimate {
+        TableEstimate {
             replicas,
-            ..Estimate::of(value, Some(error))
+            ..TableEstimate::of(value, Some(error))
         }
     }
 
     #[test]
     fn a_value_within_its_margin_agrees_and_one_beyond_it_differs() {
-        let said = |value: f64| Said::Value {
+        let said = |value: f64| ClaimedValue::Value {
             value,
             error: None,
             margin: 0.02,
@@ -179,7 +184,7 @@ mod tests {
 
     #[test]
     fn the_error_of_the_paper_counts() {
-        let said = |error| Said::Value {
+        let said = |error| ClaimedValue::Value {
             value: 1.1,
             error,
             margin: 0.02,
@@ -191,23 +196,29 @@ mod tests {
 
     #[test]
     fn a_bound_holds_if_the_interval_lies_beyond_it() {
-        let kind = |bound: Said, error: f64| bound.kind(&estimate(1.0, error, None), 0.001);
-        assert_eq!(kind(Said::Above(0.9), 0.01), VerdictKind::Agree);
-        assert_eq!(kind(Said::Above(0.9), 0.1), VerdictKind::Undecided);
-        assert_eq!(kind(Said::Above(1.2), 0.01), VerdictKind::Differ);
-        assert_eq!(kind(Said::Below(1.2), 0.01), VerdictKind::Agree);
-        assert_eq!(kind(Said::Below(0.9), 0.01), VerdictKind::Differ);
-        assert_eq!(kind(Said::Below(0.9), 0.05), VerdictKind::Undecided);
+        let kind = |bound: ClaimedValue, error: f64| bound.kind(&estimate(1.0, error, None), 0.001);
+        assert_eq!(kind(ClaimedValue::Above(0.9), 0.01), VerdictKind::Agree);
+        assert_eq!(kind(ClaimedValue::Above(0.9), 0.1), VerdictKind::Undecided);
+        assert_eq!(kind(ClaimedValue::Above(1.2), 0.01), VerdictKind::Differ);
+        assert_eq!(kind(ClaimedValue::Below(1.2), 0.01), VerdictKind::Agree);
+        assert_eq!(kind(ClaimedValue::Below(0.9), 0.01), VerdictKind::Differ);
+        assert_eq!(kind(ClaimedValue::Below(0.9), 0.05), VerdictKind::Undecided);
         // Two replicas know their error badly.
         let two = estimate(1.0, 0.01, Some(2));
-        assert_eq!(Said::Below(0.9).kind(&two, 0.001), VerdictKind::Undecided);
+        assert_eq!(
+            ClaimedValue::Below(0.9).kind(&two, 0.001),
+            VerdictKind::Undecided
+        );
     }
 
     #[test]
     fn nothing_is_agreement_whose_error_is_unknown() {
-        let found = Estimate::of(1.0, None);
-        assert_eq!(Said::Above(0.0).kind(&found, 0.05), VerdictKind::Undecided);
-        let said = claim("it", &found, Said::Below(2.0), 0.05);
+        let found = TableEstimate::of(1.0, None);
+        assert_eq!(
+            ClaimedValue::Above(0.0).kind(&found, 0.05),
+            VerdictKind::Undecided
+        );
+        let said = claim("it", &found, ClaimedValue::Below(2.0), 0.05);
         assert_eq!(said.kind, VerdictKind::Undecided);
         assert!(said.sentence.contains("error unknown"), "{}", said.sentence);
     }

@@ -1,12 +1,12 @@
 //! Impact parameters against molecular chaos: slope and shape of their density, replica by replica.
 
-use stosszahl_analysis::compare::{Interval, Rule, Verdict as Test, differences};
+use stosszahl_analysis::compare::{ComparisonVerdict as Test, Interval, VerdictRule, differences};
 use stosszahl_analysis::replicas::{HotellingTest, hotelling_test, shape};
 use stosszahl_analysis::statistics::{Estimate as Mean, TTest, holm, student_t_test};
-use stosszahl_analysis::windows::{Window, pooled};
-use stosszahl_results::{Estimate, Verdict, VerdictKind};
+use stosszahl_analysis::windows::{CollisionWindow, pooled};
+use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 
-use super::{Comparison, Finding, Unit, in_units, short, verdict};
+use super::{Comparison, DifferenceUnit, Finding, in_units, short, verdict};
 
 /// Tests of one histogram of impact parameters against chaos. Replicas are independent, collisions within one are not.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct ImpactTest {
     /// Collisions of the replica with the fewest.
     pub fewest: u64,
     /// Slope of the density, zero under chaos, of all collisions; its error is of the jackknife over replicas.
-    pub slope: Estimate,
+    pub slope: TableEstimate,
     /// Pseudo-values of the slope, one of each replica.
     pub slopes: Vec<f64>,
     /// Student's test of the slope; `None` with one replica.
@@ -42,8 +42,8 @@ pub const FEWEST_COLLISIONS: u64 = 30;
 
 impl ImpactTest {
     /// Tests one window of all replicas.
-    pub fn of(span: [f64; 2], all: &[&Window]) -> Self {
-        let slopes = pooled(all, Window::slope);
+    pub fn of(span: [f64; 2], all: &[&CollisionWindow]) -> Self {
+        let slopes = pooled(all, CollisionWindow::slope);
         let slope = Mean::over_replicas(&slopes);
         // Half as many as replicas leaves each a spread that is known; one at least, which is Student's test of the curvature.
         let orders = (slopes.len().saturating_sub(1) / 2).clamp(1, SHAPES);
@@ -61,9 +61,9 @@ impl ImpactTest {
             window: span,
             collisions: all.iter().map(|window| window.collisions).sum(),
             fewest: (all.iter().map(|window| window.collisions).min()).unwrap_or(0),
-            slope: slope.map_or(Estimate::default(), |slope| Estimate {
+            slope: slope.map_or(TableEstimate::default(), |slope| TableEstimate {
                 replicas: Some(slope.replicas),
-                ..Estimate::of(slope.value, slope.standard_error)
+                ..TableEstimate::of(slope.value, slope.standard_error)
             }),
             trend: student_t_test(&slopes, 0.0),
             slopes,
@@ -89,7 +89,7 @@ pub struct ImpactWindows {
 }
 
 /// Judges the windows of one engine. Half of the level belongs to the slopes, half to further shapes, by Holm.
-pub fn impact_windows(tests: &[ImpactTest], rule: &Rule) -> ImpactWindows {
+pub fn impact_windows(tests: &[ImpactTest], rule: &VerdictRule) -> ImpactWindows {
     let half = rule.at_level(0.5 * rule.level);
     let rows = tests.iter().filter(|one| one.is_testable());
     let rows: Vec<Vec<f64>> = rows.map(|one| one.slopes.clone()).collect();
@@ -125,7 +125,12 @@ pub fn impact_windows(tests: &[ImpactTest], rule: &Rule) -> ImpactWindows {
 }
 
 /// Verdict on the impact parameters of one engine.
-pub fn impact_parameters(topic: &str, engine: &str, tests: &[ImpactTest], rule: &Rule) -> Verdict {
+pub fn impact_parameters(
+    topic: &str,
+    engine: &str,
+    tests: &[ImpactTest],
+    rule: &VerdictRule,
+) -> VerdictText {
     let ImpactWindows { slopes, words } = impact_windows(tests, rule);
     let span = |one: &ImpactTest| {
         let [start, end] = one.window.map(short);
@@ -138,7 +143,7 @@ pub fn impact_parameters(topic: &str, engine: &str, tests: &[ImpactTest], rule: 
         a: engine,
         b: "molecular chaos",
         quantity: "slope of P(b/d)",
-        unit: Unit::Own(STEEPEST),
+        unit: DifferenceUnit::Own(STEEPEST),
         rule: rule.at_level(0.5 * rule.level),
     };
     let findings = tests.iter().zip(&slopes).filter_map(|(one, slope)| {

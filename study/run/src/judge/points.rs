@@ -1,14 +1,14 @@
 //! Measured values beside theory at several times or places, each with an error of its own.
 
-use stosszahl_analysis::compare::{Interval, Rule};
-use stosszahl_results::{Estimate, Verdict, VerdictKind};
+use stosszahl_analysis::compare::{Interval, VerdictRule};
+use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 
-use super::{Comparison, Finding, Unit, kind_of, rank};
+use super::{Comparison, DifferenceUnit, Finding, kind_of, rank};
 use crate::words::short;
 
 /// Measured value at one time, and its theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct MeasuredPoint {
     /// Time of the sample.
     pub time: f64,
     /// Measured value.
@@ -23,9 +23,9 @@ pub struct Point {
     pub theory_error: Option<f64>,
 }
 
-impl Point {
+impl MeasuredPoint {
     /// Makes a point of an estimate with its theory; `None` unless both are known.
-    pub fn of(time: f64, found: &Estimate) -> Option<Self> {
+    pub fn of(time: f64, found: &TableEstimate) -> Option<Self> {
         Some(Self {
             time,
             measured: found.value?,
@@ -61,15 +61,18 @@ impl Point {
     }
 
     /// Verdict on this point alone.
-    pub fn outcome(&self, rule: &Rule) -> VerdictKind {
+    pub fn outcome(&self, rule: &VerdictRule) -> VerdictKind {
         kind_of(self.interval(rule.level).decide(rule))
     }
 }
 
 /// Points that can be judged, and the rule for each of them, all together by Bonferroni.
-fn usable<'a>(points: &'a [Point], rule: &Rule) -> (Vec<&'a Point>, Rule) {
+fn usable<'a>(
+    points: &'a [MeasuredPoint],
+    rule: &VerdictRule,
+) -> (Vec<&'a MeasuredPoint>, VerdictRule) {
     let some = points.iter();
-    let some: Vec<&Point> = some
+    let some: Vec<&MeasuredPoint> = some
         .filter(|point| point.theory != 0.0 && point.deviation().is_finite())
         .collect();
     let each = rule.at_level(rule.level / some.len().max(1) as f64);
@@ -78,7 +81,10 @@ fn usable<'a>(points: &'a [Point], rule: &Rule) -> (Vec<&'a Point>, Rule) {
 
 /// Point that decides what all say, with its interval and outcome: differences before doubts before agreement, the largest bound of
 /// those.
-pub fn worst<'a>(points: &'a [Point], rule: &Rule) -> Option<(&'a Point, Interval, VerdictKind)> {
+pub fn worst<'a>(
+    points: &'a [MeasuredPoint],
+    rule: &VerdictRule,
+) -> Option<(&'a MeasuredPoint, Interval, VerdictKind)> {
     let (some, each) = usable(points, rule);
     let judged = some.into_iter().map(|point| {
         let interval = point.interval(each.level);
@@ -86,7 +92,7 @@ pub fn worst<'a>(points: &'a [Point], rule: &Rule) -> Option<(&'a Point, Interva
         (point, interval, kind)
     });
     judged.max_by(|a, b| {
-        let size = |one: &(&Point, Interval, VerdictKind)| bound(&one.1, one.2);
+        let size = |one: &(&MeasuredPoint, Interval, VerdictKind)| bound(&one.1, one.2);
         rank(a.2).cmp(&rank(b.2)).then(size(a).total_cmp(&size(b)))
     })
 }
@@ -103,11 +109,11 @@ pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
 pub fn against_theory(
     topic: &str,
     [subject, theory, quantity]: [&str; 3],
-    points: &[Point],
-    rule: &Rule,
-) -> Option<Verdict> {
+    points: &[MeasuredPoint],
+    rule: &VerdictRule,
+) -> Option<VerdictText> {
     let (some, each) = usable(points, rule);
-    let finding = |point: &&Point| Finding {
+    let finding = |point: &&MeasuredPoint| Finding {
         interval: point.interval(each.level),
         place: format!("at t = {}", short(point.time)),
         level: each.level,
@@ -122,26 +128,26 @@ pub fn against_theory(
         a: subject,
         b: theory,
         quantity,
-        unit: Unit::Relative,
+        unit: DifferenceUnit::Relative,
         rule: *rule,
     };
     comparison.judge(&findings, &all)
 }
 
 /// Verdict on a relative deviation with its error.
-pub fn within(off: &Estimate, rule: &Rule) -> VerdictKind {
+pub fn within(off: &TableEstimate, rule: &VerdictRule) -> VerdictKind {
     kind_of(interval_of(off, rule.level).decide(rule))
 }
 
 /// Interval of an estimate that should be zero.
-pub fn interval_of(off: &Estimate, level: f64) -> Interval {
+pub fn interval_of(off: &TableEstimate, level: f64) -> Interval {
     let freedom = off.replicas.map(|replicas| replicas.saturating_sub(1));
     let value = off.value.unwrap_or(f64::NAN);
     Interval::student(value, off.standard_error, freedom, level)
 }
 
 /// Whether the interval of a number holds zero: no equivalence, for remarks alone. `None` without an error.
-pub fn holds_zero(found: &Estimate, level: f64) -> Option<bool> {
+pub fn holds_zero(found: &TableEstimate, level: f64) -> Option<bool> {
     let [low, high] = interval_of(found, level).ends?;
     Some(low <= 0.0 && high >= 0.0)
 }
@@ -151,10 +157,10 @@ pub fn holds_zero(found: &Estimate, level: f64) -> Option<bool> {
 pub fn profiles(
     topic: &str,
     [a, b, quantity]: [&str; 3],
-    places: &[([Estimate; 2], String)],
+    places: &[([TableEstimate; 2], String)],
     parts: usize,
-    rule: &Rule,
-) -> Option<Verdict> {
+    rule: &VerdictRule,
+) -> Option<VerdictText> {
     let differences = places.iter().filter_map(|([a, b], at)| {
         let [x, y] = [a.value?, b.value?];
         let off = x / y - 1.0;
@@ -175,7 +181,7 @@ pub fn profiles(
         a,
         b,
         quantity,
-        unit: Unit::Relative,
+        unit: DifferenceUnit::Relative,
         rule: *rule,
     };
     let everywhere = format!("in all of {} places", findings.len());

@@ -2,7 +2,7 @@ use super::*;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use stosszahl_analysis::statistics::student_t_test;
-use stosszahl_results::Estimate;
+use stosszahl_results::TableEstimate;
 
 /// Normal values by the sum of twelve uniform ones.
 fn normal(stream: &mut Xoshiro256PlusPlus) -> f64 {
@@ -23,15 +23,15 @@ fn planted(
     logs.iter().map(one).collect()
 }
 
-fn pair(times: &[f64]) -> Pair<'_> {
-    Pair {
+fn pair(times: &[f64]) -> ComparedPair<'_> {
+    ComparedPair {
         comparison: Comparison {
             topic: "energy",
             a: "DSMC stochastic disks",
             b: "Haff's law with its Sonine factor",
             quantity: "energy",
-            unit: Unit::Relative,
-            rule: Rule::new(0.01, 0.05),
+            unit: DifferenceUnit::Relative,
+            rule: VerdictRule::new(0.01, 0.05),
         },
         places: Places::Times(times),
     }
@@ -119,7 +119,7 @@ fn verdicts_are_calibrated() {
     let (times, logs) = ([1.0, 2.0, 3.0, 4.0, 5.0], [0.0; 5]);
     let (mut alarms, mut agreed, mut found_equal) = (0, 0, 0);
     for _ in 0..1000 {
-        let kind = |found: Option<Verdict>| found.expect("a verdict").kind;
+        let kind = |found: Option<VerdictText>| found.expect("a verdict").kind;
         let equal = kind(pair(&times).judge(&planted(stream, &logs, 0.02, 6)));
         alarms += i32::from(equal == VerdictKind::Differ);
         let near = kind(pair(&times[..1]).judge(&planted(stream, &[0.0], 0.02, 6)));
@@ -133,7 +133,7 @@ fn verdicts_are_calibrated() {
 
 #[test]
 fn points_need_errors_to_agree() {
-    let point = |measured: f64, error: Option<f64>| Point {
+    let point = |measured: f64, error: Option<f64>| MeasuredPoint {
         time: 2.0,
         measured,
         error,
@@ -141,7 +141,7 @@ fn points_need_errors_to_agree() {
         theory: 2.0,
         theory_error: None,
     };
-    let rule = Rule::new(0.01, 0.02);
+    let rule = VerdictRule::new(0.01, 0.02);
     let kind = |measured, error| point(measured, error).outcome(&rule);
     assert_eq!(kind(2.01, Some(0.01)), VerdictKind::Agree);
     assert_eq!(kind(2.03, Some(0.01)), VerdictKind::Differ);
@@ -155,13 +155,14 @@ fn points_need_errors_to_agree() {
         point(2.1, Some(0.01)),
     ];
     let words = ["ED (exact)", "theory", "temperature of species heavy"];
-    let found = |points: &[Point]| against_theory("t", words, points, &rule).expect("a verdict");
+    let found =
+        |points: &[MeasuredPoint]| against_theory("t", words, points, &rule).expect("a verdict");
     let differ = found(&points);
     assert_eq!(differ.kind, VerdictKind::Differ);
     let expected = "ED (exact) and theory differ in temperature of species heavy from t = 2 on: +5.0 ± 0.5 % at t = 2, at least 3.5 %.";
     assert_eq!(differ.sentence, expected);
     // 5 % and ten standard errors of two replicas are nothing: Student's quantile at 1 % is 64.
-    let few = Point {
+    let few = MeasuredPoint {
         replicas: Some(2),
         ..point(2.1, Some(0.01))
     };
@@ -188,9 +189,9 @@ fn window(slopes: &[f64], curvatures: &[f64], fewest: u64) -> ImpactTest {
         fewest,
         slopes: slopes.to_vec(),
         bend: 12_f64.sqrt() * curvatures.iter().sum::<f64>().abs() / curvatures.len() as f64,
-        slope: mean.map_or(Estimate::default(), |mean| Estimate {
+        slope: mean.map_or(TableEstimate::default(), |mean| TableEstimate {
             replicas: Some(mean.replicas),
-            ..Estimate::of(mean.value, mean.standard_error)
+            ..TableEstimate::of(mean.value, mean.standard_error)
         }),
         trend: student_t_test(slopes, 0.0),
         shape: stosszahl_analysis::replicas::hotelling_test(&rows),
@@ -212,7 +213,7 @@ fn impact_parameters_are_judged_over_replicas() {
     let one = window(&[0.3], &[0.1], 10_000);
     let few = window(&[0.3, 0.3, 0.31, 0.29], &none, 12);
     let judge = |tests: &[ImpactTest]| {
-        let rule = Rule::new(0.01, 0.02);
+        let rule = VerdictRule::new(0.01, 0.02);
         let words = impact_windows(tests, &rule).words;
         let found = impact_parameters("impact", "ED (exact)", tests, &rule);
         (words, found.kind, found.sentence)
@@ -278,18 +279,21 @@ fn numbers_are_written_in_the_digits_of_their_error() {
 
 #[test]
 fn what_has_no_error_is_never_said_to_agree() {
-    let zero = |value, error| holds_zero(&Estimate::of(value, error), 0.01);
+    let zero = |value, error| holds_zero(&TableEstimate::of(value, error), 0.01);
     assert_eq!(zero(0.0, None), None);
     assert_eq!(zero(0.1, Some(0.05)), Some(true));
     assert_eq!(zero(0.3, Some(0.05)), Some(false));
-    let rule = Rule::new(0.01, 0.05);
-    let within = |value, error| super::within(&Estimate::of(value, error), &rule);
+    let rule = VerdictRule::new(0.01, 0.05);
+    let within = |value, error| super::within(&TableEstimate::of(value, error), &rule);
     assert_eq!(within(0.0, None), VerdictKind::Undecided);
     assert_eq!(within(f64::NAN, Some(0.1)), VerdictKind::Undecided);
     assert_eq!(kept("t", "x", 1e-12, 1e-10).kind, VerdictKind::Agree);
     assert_eq!(kept("t", "x", f64::NAN, 1e-10).kind, VerdictKind::Differ);
     let differ = |errors: [Option<f64>; 2], parts| {
-        let values = [Estimate::of(1.0, errors[0]), Estimate::of(1.2, errors[1])];
+        let values = [
+            TableEstimate::of(1.0, errors[0]),
+            TableEstimate::of(1.2, errors[1]),
+        ];
         let words = ["A", "B", "density"];
         profiles("t", words, &[(values, "x = 0.5".into())], parts, &rule)
     };

@@ -1,7 +1,7 @@
 //! Numbers of verdicts in words: values with the digits of their errors, shares, margins.
 
 use stosszahl_analysis::compare::Interval;
-use stosszahl_results::{Estimate, with_decimals};
+use stosszahl_results::{TableEstimate, with_decimals};
 
 use crate::words::short;
 
@@ -33,20 +33,20 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
 }
 
 /// Formats an estimate with its error, over a unit.
-pub fn in_units(found: &Estimate, unit: f64) -> String {
+pub fn in_units(found: &TableEstimate, unit: f64) -> String {
     let error = found.standard_error.map(|error| (error / unit).abs());
     with_error(found.value.unwrap_or(f64::NAN) / unit, error)
 }
 
 /// Formats a number over a unit with half its interval of 95 %, Student's where its error comes from few parts of the runs.
-pub fn with_interval(found: &Estimate, unit: f64) -> String {
+pub fn with_interval(found: &TableEstimate, unit: f64) -> String {
     let half = super::interval_of(found, 0.05).ends;
     let half = half.map(|[low, high]| (0.5 * (high - low) / unit).abs());
     with_error(found.value.unwrap_or(f64::NAN) / unit, half)
 }
 
 /// Formats a quotient with its error.
-pub fn quotient(a: &Estimate, b: &Estimate) -> String {
+pub fn quotient(a: &TableEstimate, b: &TableEstimate) -> String {
     let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
     let errors = a.standard_error.zip(b.standard_error);
     let error = errors.map(|(a, b)| (x / y).abs() * (a / x).hypot(b / y));
@@ -91,14 +91,14 @@ pub fn margin(share: f64) -> String {
 
 /// Unit of a difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Unit {
+pub enum DifferenceUnit {
     /// Share of the quantity, shown in per cent.
     Relative,
     /// Unit of the quantity, whose size is at most this.
     Own(f64),
 }
 
-impl Unit {
+impl DifferenceUnit {
     /// Formats a difference with its error and the degrees of freedom of that.
     pub fn interval(self, one: &Interval) -> String {
         let value = match self {

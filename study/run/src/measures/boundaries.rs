@@ -5,26 +5,26 @@ use std::ops::Range;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::time_average::TimeErrors;
-use stosszahl_case::format::{Inflow, Obstacle};
+use stosszahl_case::format::{InflowSpec, ObstacleSpec};
 use stosszahl_dsmc::BALANCE;
 use stosszahl_model::simulation::BoundaryFlux;
-use stosszahl_results::{Estimate, Table, Verdict, table};
+use stosszahl_results::{Table, TableEstimate, VerdictText, table};
 
-use super::course::{self, Course, Looking, Sample, Window};
+use super::course::{self, BlockRange, CourseSample, Looking, ReplicaCourse};
 use super::{PARTS, fewest_parts, over};
-use crate::judge::{self, Rule, Unit, interval_of, kind_of, title, with_interval};
+use crate::judge::{self, DifferenceUnit, VerdictRule, interval_of, kind_of, title, with_interval};
 use crate::measure::{
-    self, BadOption, Measure, Probe, Recorder, ReplicaRecords, SampleContext, described,
+    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, SampleProbe, described,
 };
-use crate::plan::{EnginePlan, Plan, SpeciesPlan};
+use crate::plan::{CasePlan, EnginePlan, SpeciesPlan};
 
 /// Measure of particles, momentum and energy that walls, obstacles and streams give.
-pub struct Boundaries;
+pub struct BoundaryMeasure;
 
 /// Options of `[measure.boundaries]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-struct Options {
+struct BoundaryOptions {
     /// Blocks of time at whose ends it is summed up. Default: those of `[measure.fields]`.
     blocks: Option<u64>,
 }
@@ -32,7 +32,7 @@ struct Options {
 /// Record of one replica.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
-    course: Course,
+    course: ReplicaCourse,
     /// Ledgers of the boundaries at the end of each block.
     given: Vec<Vec<BoundaryFlux>>,
 }
@@ -46,46 +46,46 @@ impl Record {
     }
 }
 
-fn blocks(plan: &Plan) -> usize {
-    let options: Options = measure::chosen(plan, Boundaries.name());
+fn blocks(plan: &CasePlan) -> usize {
+    let options: BoundaryOptions = measure::chosen(plan, BoundaryMeasure.name());
     course::blocks(plan, options.blocks)
 }
 
-impl Measure for Boundaries {
+impl Measure for BoundaryMeasure {
     described!(
         "boundaries",
         "Particles, force and power that walls, openings, inflows and obstacles give to the gas.",
-        Options
+        BoundaryOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         let case = &plan.case;
         let inside = !case.obstacle.is_empty() || !case.walls.is_periodic();
         case.domain.is_some() && inside
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         self.read(plan)?;
         course::check(plan, blocks(plan))
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         course::times(plan).split_off(1)
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let (looking, per_block) = (Looking::of(plan), course::per_block(plan, blocks(plan)));
         let look = move |record: &mut Record, moment: &mut SampleContext<'_>| {
             let number = record.course.len();
-            record.course.push(Sample::take(&looking, moment));
+            record.course.push(CourseSample::take(&looking, moment));
             if number > 0 && number.is_multiple_of(per_block) {
                 record.given.push(moment.simulation.boundaries());
             }
         };
-        Box::new(Recorder::from_start(Record::default(), look))
+        Box::new(SampleProbe::from_start(Record::default(), look))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "boundaries", "What a boundary gives to the gas, per time, in the last window";
             key "engine", "", "Engine";
@@ -111,11 +111,16 @@ impl Measure for Boundaries {
         vec![table]
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         plan.engines.len()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
         let all = One::all(plan, runs).into_iter();
         all.flat_map(|one| one.drag().into_iter().chain(one.balance(&runs.rule(plan))))
             .collect()
@@ -124,17 +129,17 @@ impl Measure for Boundaries {
 
 /// One engine, and what its boundaries give per time, in the units of the case.
 struct One<'a> {
-    plan: &'a Plan,
+    plan: &'a CasePlan,
     engine: &'a EnginePlan,
     records: Vec<&'a Record>,
-    window: Window,
+    window: BlockRange,
 }
 
 impl<'a> One<'a> {
     /// All engines, in one window.
-    fn all(plan: &'a Plan, runs: &ReplicaRecords<'a>) -> Vec<Self> {
+    fn all(plan: &'a CasePlan, runs: &ReplicaRecords<'a>) -> Vec<Self> {
         let steady = course::steady::<Record>(plan, runs, |record| &record.course);
-        let window = Window::last(plan, blocks(plan), &steady);
+        let window = BlockRange::last(plan, blocks(plan), &steady);
         let one = |(engine, records)| Self {
             plan,
             engine,
@@ -145,8 +150,8 @@ impl<'a> One<'a> {
     }
 
     /// A quantity per time of the case.
-    fn rate(&self, name: &str, quantity: impl Fn(&BoundaryFlux) -> f64) -> Estimate {
-        let Window { blocks, times, .. } = &self.window;
+    fn rate(&self, name: &str, quantity: impl Fn(&BoundaryFlux) -> f64) -> TableEstimate {
+        let BlockRange { blocks, times, .. } = &self.window;
         let block = (times[1] - times[0]) / blocks.len() as f64;
         let part = |replica: usize, part: Range<usize>| {
             let [first, end] = [part.start, part.end].map(|block| blocks.start + block);
@@ -162,14 +167,14 @@ impl<'a> One<'a> {
             Some([part(replica, blocks)])
         });
         let error = errors.standard_errors[0][0];
-        Estimate {
+        TableEstimate {
             replicas: Some(errors.parts[0]),
-            ..Estimate::of(mean, Some(error).filter(|error| error.is_finite()))
+            ..TableEstimate::of(mean, Some(error).filter(|error| error.is_finite()))
         }
     }
 
     /// A component of the force.
-    fn force(&self, name: &str, axis: usize) -> Estimate {
+    fn force(&self, name: &str, axis: usize) -> TableEstimate {
         let scale = self.plan.scale;
         let unit = scale.energy / scale.length / self.plan.time;
         self.rate(name, |given| given.momentum[axis]).times(unit)
@@ -193,10 +198,10 @@ impl<'a> One<'a> {
 
     /// The drag of each obstacle in a stream from the left, and its coefficient F/(rho u^2 h/2) with the height h that it has
     /// across the stream.
-    fn drag(&self) -> Vec<Verdict> {
+    fn drag(&self) -> Vec<VerdictText> {
         let (case, known) = (&self.plan.case, self.names());
         let inflow = case.inflow.iter().find(|one| one.face == "left");
-        let one = |(index, obstacle): (usize, &Obstacle)| {
+        let one = |(index, obstacle): (usize, &ObstacleSpec)| {
             let (inflow, name) = (inflow?, format!("obstacle {}", index + 1));
             let speed = inflow.velocity.first().copied().unwrap_or(0.0);
             let density = mass_density(self.plan, inflow);
@@ -217,7 +222,7 @@ impl<'a> One<'a> {
     }
 
     /// Returns a verdict on the energy and particles that splitting and merging of simulators added over the whole run.
-    fn balance(&self, rule: &Rule) -> Option<Verdict> {
+    fn balance(&self, rule: &VerdictRule) -> Option<VerdictText> {
         let last = self.records.iter().filter_map(|record| record.given.last());
         let given: Vec<_> = last
             .filter_map(|all| all.iter().find(|one| one.name == BALANCE))
@@ -230,10 +235,10 @@ impl<'a> One<'a> {
         let thermal = 0.5 * self.plan.dimension as f64 * self.plan.temperature;
         let whole = count * thermal * self.plan.scale.energy;
         let half = rule.at_level(0.5 * rule.level);
-        let share = |found: &Estimate, whole: f64| {
+        let share = |found: &TableEstimate, whole: f64| {
             let interval = interval_of(&found.times(1.0 / whole), half.level);
             (
-                Unit::Relative.interval(&interval),
+                DifferenceUnit::Relative.interval(&interval),
                 kind_of(interval.decide(&half)),
             )
         };
@@ -251,7 +256,7 @@ impl<'a> One<'a> {
 }
 
 /// The height that an obstacle has across a stream from the left.
-fn height(obstacle: &Obstacle) -> f64 {
+fn height(obstacle: &ObstacleSpec) -> f64 {
     if let Some(disk) = obstacle.circle {
         return 2.0 * disk.radius;
     }
@@ -262,7 +267,7 @@ fn height(obstacle: &Obstacle) -> f64 {
 }
 
 /// Mass per volume of an inflow, in the units of the case.
-fn mass_density(plan: &Plan, inflow: &Inflow) -> f64 {
+fn mass_density(plan: &CasePlan, inflow: &InflowSpec) -> f64 {
     let (scale, given) = (plan.scale, inflow.number_density.as_ref());
     let volume = plan.volume * scale.length.powi(plan.dimension as i32);
     let one = |(species, kind): (usize, &SpeciesPlan)| {

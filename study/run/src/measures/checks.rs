@@ -3,48 +3,54 @@
 //! The rule is that of [`crate::judge`], all times and species of a quantity together.
 
 use stosszahl_analysis::compare::Interval;
-use stosszahl_results::{Cell, Estimate, Table, Verdict, VerdictKind, table};
+use stosszahl_results::{Table, TableCell, TableEstimate, VerdictKind, VerdictText, table};
 
-use super::gas::{self, Record};
+use super::gas::{self, GasRecord};
 use super::time_averaged_displacement as averaged;
 use super::{over, species};
 use crate::judge::{
-    Point, Rule, Unit, bound, interval_of, kind_of, short, verdict, warning, with_error, worst,
+    DifferenceUnit, MeasuredPoint, VerdictRule, bound, interval_of, kind_of, short, verdict,
+    warning, with_error, worst,
 };
 use crate::measure::{BadOption, Measure, NoOptions, ReplicaRecords, described};
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 use crate::theory::homogeneous;
 
 /// Comparisons of a gas without positions with theory.
-pub struct Checks;
+pub struct TheoryComparison;
 
 const NAME: &str = "checks";
 
-impl Measure for Checks {
+impl Measure for TheoryComparison {
     described!(
         NAME,
         "Comparisons of a gas without positions with theory, each at the time of its worst deviation.",
         NoOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         !plan.has_box()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         gas::homogeneous_only(plan)?;
         self.read(plan)
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         vec![table(plan, &Found::of(plan, runs).rows())]
     }
 
-    fn tests(&self, _plan: &Plan) -> usize {
+    fn tests(&self, _plan: &CasePlan) -> usize {
         QUANTITIES.len()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
         if let Err(error) = homogeneous::curves(plan) {
             let sentence = format!("There is no theory to compare with: {error}.");
             return vec![warning("theory", sentence)];
@@ -124,7 +130,7 @@ struct Row {
     quantity: Quantity,
     /// Number of the species, from 0; none for the gas as a whole.
     species: Option<usize>,
-    point: Point,
+    point: MeasuredPoint,
     interval: Interval,
     kind: VerdictKind,
 }
@@ -137,18 +143,18 @@ impl Row {
 
 /// Everything that is compared.
 struct Found<'a> {
-    plan: &'a Plan,
-    records: Vec<&'a Record>,
-    gas: Vec<gas::Row>,
-    species: Vec<species::Row>,
-    averaged: Vec<averaged::Row>,
-    rule: Rule,
-    absolute_rule: Rule,
+    plan: &'a CasePlan,
+    records: Vec<&'a GasRecord>,
+    gas: Vec<gas::GasRow>,
+    species: Vec<species::SpeciesRow>,
+    averaged: Vec<averaged::PathRow>,
+    rule: VerdictRule,
+    absolute_rule: VerdictRule,
 }
 
 impl<'a> Found<'a> {
-    fn of(plan: &'a Plan, runs: &ReplicaRecords<'a>) -> Self {
-        let records: Vec<&Record> = runs.find(0);
+    fn of(plan: &'a CasePlan, runs: &ReplicaRecords<'a>) -> Self {
+        let records: Vec<&GasRecord> = runs.find(0);
         let lasts = plan.case.aggregation.is_none();
         let species = lasts.then(|| species::rows(plan, &records));
         Self {
@@ -168,7 +174,7 @@ impl<'a> Found<'a> {
         // A quantity is judged for each species, and some for the gas as a whole.
         let parts = (self.plan.species.len() + 1) as f64;
         let rule = self.rule.at_level(self.rule.level / parts);
-        let mut add = |quantity, species, points: Vec<Point>| {
+        let mut add = |quantity, species, points: Vec<MeasuredPoint>| {
             rows.extend(worst(&points, &rule).map(|(&point, interval, kind)| Row {
                 quantity,
                 species,
@@ -177,10 +183,10 @@ impl<'a> Found<'a> {
                 kind,
             }));
         };
-        let whole = |of: fn(&gas::Row) -> &Estimate| {
+        let whole = |of: fn(&gas::GasRow) -> &TableEstimate| {
             let later = self.gas.iter().filter(|row| row.time > 0.0);
             later
-                .filter_map(|row| Point::of(row.time, of(row)))
+                .filter_map(|row| MeasuredPoint::of(row.time, of(row)))
                 .collect()
         };
         add(Quantity::Energy, None, whole(|row| &row.energy));
@@ -190,18 +196,18 @@ impl<'a> Found<'a> {
             if species.count * self.records.len() < FEWEST {
                 continue;
             }
-            let own = |of: fn(&species::Row) -> &Estimate| -> Vec<Point> {
+            let own = |of: fn(&species::SpeciesRow) -> &TableEstimate| -> Vec<MeasuredPoint> {
                 let rows = self
                     .species
                     .iter()
                     .filter(|row| row.species == number && row.time > 0.0);
-                rows.filter_map(|row| Point::of(row.time, of(row)))
+                rows.filter_map(|row| MeasuredPoint::of(row.time, of(row)))
                     .collect()
             };
             let mut correlation = own(|row| &row.correlation);
             correlation.retain(|point| point.theory > LEAST_CORRELATION);
             let averaged = self.averaged.iter().filter(|row| row.species == number);
-            let averaged = averaged.filter_map(|row| Point::of(row.lag, &row.displacement));
+            let averaged = averaged.filter_map(|row| MeasuredPoint::of(row.lag, &row.displacement));
             let (species, displacement) = (Some(number), own(|row| &row.displacement));
             add(Quantity::Temperature, species, own(|row| &row.temperature));
             add(Quantity::Displacement, species, displacement);
@@ -210,9 +216,9 @@ impl<'a> Found<'a> {
         }
         // The cumulant is near zero, so that its margin is absolute.
         let cumulant = self.cumulant().map(|point| {
-            let off = Estimate {
+            let off = TableEstimate {
                 replicas: point.replicas,
-                ..Estimate::of(point.measured - point.theory, point.total_error())
+                ..TableEstimate::of(point.measured - point.theory, point.total_error())
             };
             let rule = &self.absolute_rule;
             let interval = interval_of(&off, rule.level);
@@ -238,7 +244,7 @@ impl<'a> Found<'a> {
 
     /// Fourth cumulant in the cooling state: replicas averaged over the samples after the start is forgotten, against the
     /// Sonine expansion at the end.
-    fn cumulant(&self) -> Option<Point> {
+    fn cumulant(&self) -> Option<MeasuredPoint> {
         homogeneous::fourth_cumulants(self.plan)?;
         let last = self.species.last()?.fourth_cumulant;
         let particles = self.plan.count() as f64;
@@ -253,12 +259,12 @@ impl<'a> Found<'a> {
             let count = values.len() as f64;
             (count > 0.0).then(|| values.iter().sum::<f64>() / count)
         });
-        let found = Estimate {
+        let found = TableEstimate {
             theory: last.theory,
             theory_error: last.theory_error,
             ..over(means)
         };
-        let point = Point::of(begin, &found)?;
+        let point = MeasuredPoint::of(begin, &found)?;
         (point.theory != 0.0 && point.deviation().is_finite()).then_some(point)
     }
 
@@ -267,13 +273,13 @@ impl<'a> Found<'a> {
     ///
     /// The rate of collisions is `n R^(D-1) v`; with the sizes `R^D ~ 1/n` and `v^2 ~ E` (mass is conserved) it is the rate
     /// `1/t` at which n decays if `xi/D + theta/2 = 1`.
-    fn decay(&self) -> Option<Point> {
+    fn decay(&self) -> Option<MeasuredPoint> {
         let sticking = self.plan.case.aggregation.as_ref()?;
         if sticking.may_bounce() {
             return None;
         }
         let until = self.plan.case.run.until;
-        let sum = |record: &&Record| {
+        let sum = |record: &&GasRecord| {
             let samples = &record.samples;
             let last = samples.last()?;
             let first = samples.iter().rev().find(|s| s.time <= 0.1001 * until)?;
@@ -283,14 +289,14 @@ impl<'a> Found<'a> {
             let energy = exponent(first.energy, last.energy);
             (first.time > 0.0).then_some(2.0 * number / self.plan.dimension as f64 + energy)
         };
-        Point::of(
+        MeasuredPoint::of(
             until,
             &over(self.records.iter().map(sum)).against(Some(2.0)),
         )
     }
 
     /// Returns the comparisons as sentences.
-    fn verdicts(&self) -> Vec<Verdict> {
+    fn verdicts(&self) -> Vec<VerdictText> {
         let rows = self.rows();
         let orders = homogeneous::curves(self.plan).map_or(1, |curves| curves.orders);
         let of = |(quantity, name)| {
@@ -415,7 +421,7 @@ impl<'a> Found<'a> {
     /// A deviation with its place.
     fn place(&self, row: &Row) -> String {
         // How far the velocities are from those that theory assumes.
-        let before = |known: &&species::Row| {
+        let before = |known: &&species::SpeciesRow| {
             Some(known.species) == row.species && known.time <= row.point.time
         };
         let cumulant = self.species.iter().rfind(before);
@@ -432,13 +438,13 @@ impl<'a> Found<'a> {
         };
         format!(
             "{} for {species} at t = {}{cumulant}",
-            Unit::Relative.interval(&row.interval),
+            DifferenceUnit::Relative.interval(&row.interval),
             short(row.point.time)
         )
     }
 }
 
-fn table(plan: &Plan, rows: &[Row]) -> Table {
+fn table(plan: &CasePlan, rows: &[Row]) -> Table {
     let mut table = table! {
         NAME, "Each comparison with theory at its worst time";
         key "quantity", "", "What is compared";
@@ -455,9 +461,9 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
     };
     for row in rows {
         let point = &row.point;
-        let species = row
-            .species
-            .map_or(Cell::Empty, |number| Cell::Count(number as u64 + 1));
+        let species = row.species.map_or(TableCell::Empty, |number| {
+            TableCell::Count(number as u64 + 1)
+        });
         let name = row.species.map_or("", |number| &*plan.species[number].name);
         let measured = (point.time, point.measured, point.error);
         let theory = (point.theory, point.theory_error);

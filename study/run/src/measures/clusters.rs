@@ -6,25 +6,25 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stosszahl_case::format::Aggregation;
+use stosszahl_case::format::AggregationSpec;
 use stosszahl_model::{Census, Grouping};
-use stosszahl_results::{Axis, Figure, Table, Verdict, table};
+use stosszahl_results::{Figure, FigureAxis, Table, VerdictText, table};
 
 use super::gas::{self, measured};
 use crate::judge::warning;
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Clusters: number, sizes, energy, and where that energy went.
-pub struct Clusters;
+pub struct ClusterMeasure;
 
 const NAME: &str = "clusters";
 
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-struct Options {
+struct ClusterOptions {
     /// Times at which the distribution of cluster sizes is measured, rising. Default: the end of the run.
     times: Option<Vec<f64>>,
     /// Time from which on averages over the steady state of sticking and breaking are taken. Default: half of the run.
@@ -53,14 +53,14 @@ struct Steady {
 }
 
 impl Schedule {
-    fn of(plan: &Plan) -> Self {
-        let options: Options = measure::chosen(plan, NAME);
+    fn of(plan: &CasePlan) -> Self {
+        let options: ClusterOptions = measure::chosen(plan, NAME);
         let until = plan.case.run.until;
         let breaks = plan
             .case
             .aggregation
             .as_ref()
-            .is_some_and(Aggregation::breaks);
+            .is_some_and(AggregationSpec::breaks);
         let steady = breaks.then(|| Steady {
             from: options.steady_from.unwrap_or(0.5 * until),
             fit_monomers: options.fit_monomers.unwrap_or([2, 20]),
@@ -85,23 +85,23 @@ impl Schedule {
     }
 }
 
-impl Measure for Clusters {
+impl Measure for ClusterMeasure {
     described!(
         NAME,
         "Number, energy and sizes of clusters, where particles stick and break.",
-        Options
+        ClusterOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.case.aggregation.is_some()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         gas::homogeneous_only(plan)?;
         let Some(sticking) = &plan.case.aggregation else {
             return measure::require(false, "", "only with [aggregation]");
         };
-        let options: Options = measure::options(plan, NAME)?;
+        let options: ClusterOptions = measure::options(plan, NAME)?;
         let times = options.times.unwrap_or_default();
         let rising = times.is_sorted_by(|a, b| a < b);
         measure::require(rising, "times", "a rising list of times")?;
@@ -122,33 +122,38 @@ impl Measure for Clusters {
         measure::require(good, "fit_monomers", allowed)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         let schedule = Schedule::of(plan);
         let steady = schedule.steady_times();
         [schedule.samples, schedule.sizes, steady].concat()
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let schedule = Schedule::of(plan);
         Box::new(ClusterProbe {
             grouping: plan.grouping(),
             steady_times: schedule.steady_times(),
             schedule,
-            record: Record::default(),
+            record: ClusterRecord::default(),
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        let records: Vec<&Record> = runs.records(0);
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+        let records: Vec<&ClusterRecord> = runs.records(0);
         vec![table(plan, &records), size_table(plan, &records)]
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         usize::from(Schedule::of(plan).steady.is_some())
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
-        let records: Vec<&Record> = runs.records(0);
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
+        let records: Vec<&ClusterRecord> = runs.records(0);
         let mut list = steady::steady_state(plan, &records, &runs.rule(plan));
         let last = records.iter().filter_map(|record| record.samples.last());
         let refused: f64 = last.map(|sample| sample.of("refused")).sum();
@@ -197,7 +202,7 @@ struct Half {
 
 /// Probe of the clusters of one replica.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct ClusterRecord {
     samples: Vec<Sample>,
     /// Size distributions, in the order of their times.
     sizes: Vec<Sizes>,
@@ -208,7 +213,7 @@ struct ClusterProbe {
     grouping: Grouping,
     schedule: Schedule,
     steady_times: Vec<f64>,
-    record: Record,
+    record: ClusterRecord,
 }
 
 /// Whether a time is one of a rising list.
@@ -265,7 +270,7 @@ fn sample(census: &Census, particles: usize, energy: f64, heated: f64) -> Sample
     }
 }
 
-fn table(plan: &Plan, records: &[&Record]) -> Table {
+fn table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
     let about = "Clusters at the sample times; energies are over that of the start";
     let mut table = table! {
         NAME, about;
@@ -283,7 +288,7 @@ fn table(plan: &Plan, records: &[&Record]) -> Table {
         note "refused", "1", "Pairs that should have stuck or broken, but bounced because of limits on numbers, in all replicas";
     };
     for (index, time) in plan.sample_times().into_iter().enumerate() {
-        let of = |record: &&'_ Record| {
+        let of = |record: &&'_ ClusterRecord| {
             Some((
                 record.samples.get(index)?.clone(),
                 record.samples.first()?.clone(),
@@ -324,7 +329,7 @@ fn table(plan: &Plan, records: &[&Record]) -> Table {
     ] {
         table = table.figure(gas::against_time(
             title,
-            Axis::logarithmic(column, label),
+            FigureAxis::logarithmic(column, label),
             caption,
         ));
     }
@@ -351,7 +356,7 @@ fn bin(monomers: u64) -> (u64, u64) {
     (edge(number) + 1, edge(number + 1))
 }
 
-fn size_table(plan: &Plan, records: &[&Record]) -> Table {
+fn size_table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
     let about = "Numbers of clusters by their monomers, for each monomer of the gas";
     let mut table = table! {
         "size_distribution", about;
@@ -380,10 +385,10 @@ fn size_table(plan: &Plan, records: &[&Record]) -> Table {
     }
     let figure = gas::against_time(
         "Sizes of the clusters",
-        Axis::logarithmic("clusters_per_monomer", "clusters of k monomers per monomer"),
+        FigureAxis::logarithmic("clusters_per_monomer", "clusters of k monomers per monomer"),
         "Numbers of clusters by their monomers, for each monomer of the gas; beyond 16 monomers in bins of ten to a decade.",
     );
-    let x = Axis::logarithmic("monomers_low", "monomers k");
+    let x = FigureAxis::logarithmic("monomers_low", "monomers k");
     let curves = figure.by(&["average", "time"]);
     table.figure(Figure { x, ..curves })
 }

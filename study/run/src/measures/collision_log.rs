@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Observer};
-use stosszahl_results::{Cell, Table, table};
+use stosszahl_results::{Table, TableCell, table};
 
 use super::selection::{Replicas, check_engines, is_named};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Measure that writes collisions one by one.
 pub struct CollisionLog;
@@ -21,7 +21,7 @@ const ROW: f64 = 600.0;
 /// Options: range of collisions that are kept.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct CollisionLogOptions {
     /// Time from which collisions are kept.
     pub from: f64,
     /// Collisions of each engine and replica that are kept: the first after `from`.
@@ -33,7 +33,7 @@ pub struct Options {
     pub replicas: Replicas,
 }
 
-impl Default for Options {
+impl Default for CollisionLogOptions {
     fn default() -> Self {
         Self {
             from: 0.0,
@@ -110,7 +110,7 @@ impl Probe for LogProbe {
 }
 
 impl CollisionLog {
-    fn options(&self, plan: &Plan) -> Options {
+    fn options(&self, plan: &CasePlan) -> CollisionLogOptions {
         measure::chosen(plan, self.name())
     }
 }
@@ -119,15 +119,15 @@ impl Measure for CollisionLog {
     described!(
         "collision_log",
         "Collisions one by one, the first ones from a time on.",
-        Options
+        CollisionLogOptions
     );
 
     fn knows_shear(&self) -> bool {
         true
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let options: Options = measure::options(plan, self.name())?;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        let options: CollisionLogOptions = measure::options(plan, self.name())?;
         let allowed = format!("a number of collisions from 1 to {MOST}");
         measure::require((1..=MOST).contains(&options.most), "most", allowed)?;
         check_engines(plan, options.engines.as_deref())?;
@@ -135,17 +135,17 @@ impl Measure for CollisionLog {
     }
 
     /// No step of an engine lies across the begin.
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = self.options(plan).from;
         (from > 0.0).then_some(from).into_iter().collect()
     }
 
-    fn kept(&self, plan: &Plan) -> f64 {
+    fn kept(&self, plan: &CasePlan) -> f64 {
         self.options(plan).most as f64 * size_of::<Row>() as f64
     }
 
-    fn figures(&self, plan: &Plan) -> f64 {
-        let Options {
+    fn figures(&self, plan: &CasePlan) -> f64 {
+        let CollisionLogOptions {
             most,
             engines,
             replicas,
@@ -156,11 +156,11 @@ impl Measure for CollisionLog {
         most as f64 * (engines.count() * replicas.count()) as f64 * ROW
     }
 
-    fn looks_at(&self, plan: &Plan, replica: u64) -> bool {
+    fn looks_at(&self, plan: &CasePlan, replica: u64) -> bool {
         self.options(plan).replicas.has(replica)
     }
 
-    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let options = self.options(plan);
         let is_asked = is_named(options.engines.as_deref(), engine.name);
         Box::new(LogProbe {
@@ -170,7 +170,7 @@ impl Measure for CollisionLog {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "collision_log", "Collisions one by one, in the order in which the engine made them.";
             key "engine", "", "Engine";
@@ -193,18 +193,18 @@ impl Measure for CollisionLog {
                 for row in &record.rows {
                     let [first, second] = row.pair.map(index);
                     table.rows.push(vec![
-                        Cell::Text(engine.name.to_owned()),
-                        Cell::Count(replica),
-                        Cell::Number(row.time / plan.time),
+                        TableCell::Text(engine.name.to_owned()),
+                        TableCell::Count(replica),
+                        TableCell::Number(row.time / plan.time),
                         first,
                         second,
-                        Cell::Count(row.species[0].into()),
-                        Cell::Count(row.species[1].into()),
-                        Cell::Number(row.impact),
-                        Cell::Number(row.relative * speed),
-                        Cell::Number(row.normal * speed),
-                        Cell::Number(row.restitution),
-                        Cell::Number(row.weight),
+                        TableCell::Count(row.species[0].into()),
+                        TableCell::Count(row.species[1].into()),
+                        TableCell::Number(row.impact),
+                        TableCell::Number(row.relative * speed),
+                        TableCell::Number(row.normal * speed),
+                        TableCell::Number(row.restitution),
+                        TableCell::Number(row.weight),
                     ]);
                 }
             }
@@ -214,9 +214,9 @@ impl Measure for CollisionLog {
 }
 
 /// The index of a particle, if it has one.
-fn index(index: u32) -> Cell {
+fn index(index: u32) -> TableCell {
     match index {
-        Collision::ANONYMOUS => Cell::Empty,
-        known => Cell::Count(known.into()),
+        Collision::ANONYMOUS => TableCell::Empty,
+        known => TableCell::Count(known.into()),
     }
 }

@@ -2,10 +2,10 @@
 
 use stosszahl_analysis::contacts::MEMORY;
 use stosszahl_model::{Budget, Collision, Observer};
-use stosszahl_results::{Cell, Table};
+use stosszahl_results::{Table, TableCell};
 
 use super::tests::{case, measure, number, run, start};
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 const COOLING: &str = r#"
     format = 2
@@ -22,7 +22,7 @@ const COOLING: &str = r#"
 fn chaos(table: &Table, engine: &str, window: [f64; 2], quantity: &str, column: &str) -> f64 {
     let is = |row: usize, column: &str, wanted: &str| {
         let at = table.find(column).expect("a column");
-        table.rows[row][at] == Cell::Text(wanted.to_owned())
+        table.rows[row][at] == TableCell::Text(wanted.to_owned())
     };
     let row = (0..table.rows.len()).find(|&row| {
         is(row, "engine", engine)
@@ -65,12 +65,12 @@ impl Observer for Partners {
 
 /// Share of collisions of partners that return, of an elastic run from the same start with
 /// `collisions` per particle.
-fn expected_returns(plan: &Plan, collisions: f64) -> f64 {
+fn expected_returns(plan: &CasePlan, collisions: f64) -> f64 {
     let count = plan.count();
     let streams = stosszahl_model::random::Streams::new(plan.case.seed, 0);
     let mut gas = stosszahl_ed::simulate(
         &plan.grains,
-        stosszahl_ed::Dissipation::Elastic,
+        stosszahl_ed::DissipationRule::Elastic,
         &plan.exact_boundaries(streams).expect("no walls"),
         &start(plan, 0),
     )
@@ -137,7 +137,12 @@ fn twins_can_be_left_out() {
     for text in [elastic, without] {
         let (tables, _, _) = run(&case(&text), measure("contacts"));
         let column = tables[0].find("value_elastic").expect("a column");
-        assert!(tables[0].rows.iter().all(|row| row[column] == Cell::Empty));
+        assert!(
+            tables[0]
+                .rows
+                .iter()
+                .all(|row| row[column] == TableCell::Empty)
+        );
     }
 }
 
@@ -202,7 +207,7 @@ const MIXTURE: &str = r#"
 /// Rows of a table with a word in a column.
 fn rows_of(table: &Table, column: &str, word: &str) -> Vec<usize> {
     let at = table.find(column).expect("a column");
-    let says = |row: &usize| table.rows[*row][at] == Cell::Text(word.to_owned());
+    let says = |row: &usize| table.rows[*row][at] == TableCell::Text(word.to_owned());
     (0..table.rows.len()).filter(says).collect()
 }
 
@@ -271,7 +276,7 @@ fn species_of_one_name_are_refused() {
             text
         };
         let case: stosszahl_case::Case = toml::from_str(&text).expect("a case");
-        let error = Plan::new(&case, std::path::Path::new(".")).expect_err("one name");
+        let error = CasePlan::new(&case, std::path::Path::new(".")).expect_err("one name");
         let error = error.to_string();
         assert!(
             error.contains(key) && error.contains("no other species"),

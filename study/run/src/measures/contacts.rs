@@ -7,29 +7,29 @@ mod elastic_twin;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::contact_value::{ContactFlux, FluxWindow};
 use stosszahl_analysis::contacts::{
-    Acquaintance, BYTES_PER_SIMULATOR, Contacts, DISTANCES, EDGES, LONGEST_RING, MOST_BETWEEN,
-    NEAR, ORDERS, Sums,
+    Acquaintance, BYTES_PER_SIMULATOR, ContactObserver, ContactSums, DISTANCES, EDGES,
+    LONGEST_RING, MOST_BETWEEN, NEAR, ORDERS,
 };
 use stosszahl_analysis::replicas::of_sums;
-use stosszahl_model::{Collision, Grains, Interrupt, Observer, Particles};
-use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
+use stosszahl_model::{Collision, Interrupt, Observer, ParticleSpec, Particles};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, VerdictText, table};
 
 use self::elastic_twin::{ElasticTwin, SavedTwin, TwinWindow, has_twin};
 use super::impact_parameters::{Spans, spans};
 use super::over;
 use crate::judge::{self, title};
 use crate::measure::{
-    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, Stop, described,
+    self, BadOption, Measure, Probe, ReplicaRecords, RunStop, SampleContext, described,
 };
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Measure of collisions at contact.
-pub struct AtContact;
+pub struct ContactMeasure;
 
 /// Windows, and the elastic twin.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct ContactOptions {
     /// Time windows \[start, end\], or "whole-run" for one. Default: those of the impact parameters.
     pub windows: Option<Spans>,
     /// Whether exact disks that lose energy have an elastic twin: the same start with restitution 1, up to the same number of
@@ -37,7 +37,7 @@ pub struct Options {
     pub elastic_twin: bool,
 }
 
-impl Default for Options {
+impl Default for ContactOptions {
     fn default() -> Self {
         Self {
             windows: None,
@@ -49,13 +49,13 @@ impl Default for Options {
 /// Sums over collisions and pairs in windows.
 #[derive(Clone, Serialize, Deserialize)]
 struct WindowSums {
-    contacts: Contacts,
+    contacts: ContactObserver,
     flux: ContactFlux,
 }
 
 impl WindowSums {
     fn new(spans: &[[f64; 2]], particles: &Particles, temperature: f64) -> Self {
-        let contacts = Contacts::new(spans, particles);
+        let contacts = ContactObserver::new(spans, particles);
         let (dimension, number) = (particles.dimension, contacts.particles());
         let flux = ContactFlux::new(spans, dimension, number, particles.time, temperature);
         Self { contacts, flux }
@@ -133,7 +133,7 @@ struct ContactProbe {
     record: Record,
     /// Particles of the elastic twin, their number, and their collisions per time by theory at
     /// temperature 1; `None` if there is none.
-    grains: Option<(Grains, usize, f64)>,
+    grains: Option<(ParticleSpec, usize, f64)>,
     twin: Option<ElasticTwin>,
 }
 
@@ -159,7 +159,7 @@ impl Probe for ContactProbe {
         if let Some((grains, _, expected)) = &self.grains {
             match ElasticTwin::new(grains, particles, *expected) {
                 Ok(twin) => {
-                    let window = |&span| (Sums::default(), FluxWindow::new(span));
+                    let window = |&span| (ContactSums::default(), FluxWindow::new(span));
                     record.elastic = self.spans.iter().map(window).collect();
                     let twin = self.twin.insert(twin);
                     record.add_elastic([time; 2], &twin.take());
@@ -169,7 +169,7 @@ impl Probe for ContactProbe {
         }
     }
 
-    fn stop(&mut self, stop: &Stop) {
+    fn stop(&mut self, stop: &RunStop) {
         if let Some(record) = &mut self.record {
             record.own.synchronise(stop.time, stop.temperature);
         }
@@ -216,48 +216,48 @@ impl Probe for ContactProbe {
     }
 }
 
-impl AtContact {
-    fn spans(&self, plan: &Plan) -> Vec<[f64; 2]> {
-        let options: Options = measure::chosen(plan, self.name());
+impl ContactMeasure {
+    fn spans(&self, plan: &CasePlan) -> Vec<[f64; 2]> {
+        let options: ContactOptions = measure::chosen(plan, self.name());
         spans(plan, options.windows)
     }
 
-    fn with_twin(&self, plan: &Plan, engine: &EnginePlan) -> bool {
-        let options: Options = measure::chosen(plan, self.name());
+    fn with_twin(&self, plan: &CasePlan, engine: &EnginePlan) -> bool {
+        let options: ContactOptions = measure::chosen(plan, self.name());
         options.elastic_twin && has_twin(plan, engine)
     }
 }
 
-impl Measure for AtContact {
+impl Measure for ContactMeasure {
     described!(
         "contacts",
         "Speeds, impact parameters and repeated collisions at contact, against molecular chaos at the local temperature.",
-        Options
+        ContactOptions
     );
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         measure::require(
             plan.has_box(),
             "",
             "a gas in a box; this one has no positions",
         )?;
-        let Options { windows, .. } = measure::options(plan, self.name())?;
+        let ContactOptions { windows, .. } = measure::options(plan, self.name())?;
         super::impact_parameters::check_windows(windows.as_ref())
     }
 
     /// The edges of the windows, and some looks at the local temperature in each.
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         let mut times = plan.sample_times();
         times.extend(self.spans(plan).into_flattened());
         times.retain(|&time| time > 0.0);
         times
     }
 
-    fn gathers(&self, _plan: &Plan) -> bool {
+    fn gathers(&self, _plan: &CasePlan) -> bool {
         true
     }
 
-    fn kept_per_particle(&self, plan: &Plan) -> f64 {
+    fn kept_per_particle(&self, plan: &CasePlan) -> f64 {
         let own = BYTES_PER_SIMULATOR as f64;
         let mut engines = plan.engines.iter();
         if engines.any(|engine| self.with_twin(plan, engine)) {
@@ -268,7 +268,7 @@ impl Measure for AtContact {
     }
 
     /// The elastic twin has the collisions of the gas up to the end of the last window.
-    fn companion_share(&self, plan: &Plan, engine: &EnginePlan) -> f64 {
+    fn companion_share(&self, plan: &CasePlan, engine: &EnginePlan) -> f64 {
         if self.with_twin(plan, engine) {
             let ends = self.spans(plan).into_iter().map(|[_, end]| end);
             plan.share(ends.fold(0.0, f64::max))
@@ -277,7 +277,7 @@ impl Measure for AtContact {
         }
     }
 
-    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let spans = self.spans(plan).into_iter();
         let spans = spans.map(|span| span.map(|edge| plan.engine_time(edge)));
         let with_twin = self.with_twin(plan, engine);
@@ -293,7 +293,7 @@ impl Measure for AtContact {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut tables = [chaos_table(), meetings_table(), velocities_table()];
         let [chaos, meetings, velocities] = &mut tables;
         for (engine, records) in runs.each::<Record>(plan) {
@@ -316,18 +316,19 @@ impl Measure for AtContact {
                     });
                     let known = (2..=LONGEST_RING).contains(&length);
                     let ring = [&sums, &elastic].map(|sums| {
-                        let ring = |sums: &Sums| sums.rings[length.min(LONGEST_RING)];
+                        let ring = |sums: &ContactSums| sums.rings[length.min(LONGEST_RING)];
                         share(sums, ring).filter(|_| known).unwrap_or_default()
                     });
                     meetings.add((engine.name, span, length, between, ring, sums.len()));
                 }
                 for bin in 0..DISTANCES {
-                    let correlation = |sums: &[(Sums, f64)], (kind, axis): (usize, usize)| {
-                        ratio(sums, move |(sums, _)| {
-                            let one = &sums.velocities[bin][kind];
-                            [one.products[axis], one.squares[axis]]
-                        })
-                    };
+                    let correlation =
+                        |sums: &[(ContactSums, f64)], (kind, axis): (usize, usize)| {
+                            ratio(sums, move |(sums, _)| {
+                                let one = &sums.velocities[bin][kind];
+                                [one.products[axis], one.squares[axis]]
+                            })
+                        };
                     let found = [(0, 0), (0, 1), (1, 0), (1, 1)];
                     if let [Some(a), Some(b), Some(c), Some(d)] =
                         found.map(|one| correlation(&sums, one))
@@ -348,14 +349,19 @@ impl Measure for AtContact {
     }
 
     /// Whether partners near contact know each other in the last window, or only share a flow.
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
         let all = self.spans(plan);
         let Some(number) = all.len().checked_sub(1) else {
             return Vec::new();
         };
         let [start, end] = all[number].map(judge::short);
         let known = quantities(plan);
-        let told = |wanted: &str, sums: &[(Sums, f64)]| {
+        let told = |wanted: &str, sums: &[(ContactSums, f64)]| {
             let quantity = known.iter().find(|one| one.name == wanted)?;
             let found = over(quantity.values(sums));
             found.value.map(|_| judge::in_units(&found, 1.0))
@@ -404,7 +410,7 @@ impl Measure for AtContact {
 }
 
 /// Returns one window of all replicas, with the number of particles.
-fn sums(records: &[&Record], number: usize) -> Vec<(Sums, f64)> {
+fn sums(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     let one = |one: &Observed| {
         let contacts = &one.own.contacts;
@@ -414,7 +420,7 @@ fn sums(records: &[&Record], number: usize) -> Vec<(Sums, f64)> {
 }
 
 /// Returns one window of the elastic twins of all replicas, with the number of particles.
-fn elastic(records: &[&Record], number: usize) -> Vec<(Sums, f64)> {
+fn elastic(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     let one = |one: &Observed| {
         let window = one.elastic.get(number)?;
@@ -435,7 +441,7 @@ fn chaos_table() -> Table {
         note "replicas", "1", "Replicas";
     }
     .figure(
-        Figure::curves("Contacts over molecular chaos", Axis::logarithmic("window_end", "end of the window"), Axis::linear("value", "value"))
+        Figure::curves("Contacts over molecular chaos", FigureAxis::logarithmic("window_end", "end of the window"), FigureAxis::linear("value", "value"))
             .panels(&["quantity"])
             .caption("The dashed line is molecular chaos in the Boltzmann-Grad limit. An elastic gas at this packing is in the columns value_elastic."),
     )
@@ -455,7 +461,7 @@ fn meetings_table() -> Table {
         note "replicas", "1", "Replicas";
     }
     .figure(
-        Figure::curves("Collisions between two meetings of a pair", Axis::linear("collisions", "collisions of both between"), Axis::logarithmic("between", "share of all collisions"))
+        Figure::curves("Collisions between two meetings of a pair", FigureAxis::linear("collisions", "collisions of both between"), FigureAxis::logarithmic("between", "share of all collisions"))
             .panels(&["window_end"]),
     )
 }
@@ -478,7 +484,7 @@ fn velocities_table() -> Table {
         note "replicas", "1", "Replicas";
     }
     .figure(
-        Figure::curves("Velocity correlation of pairs across their line", Axis::linear("distance", "distance over the contact distance"), Axis::linear("perpendicular", "correlation"))
+        Figure::curves("Velocity correlation of pairs across their line", FigureAxis::linear("distance", "distance over the contact distance"), FigureAxis::linear("perpendicular", "correlation"))
             .panels(&["window_end"]),
     )
 }
@@ -489,25 +495,25 @@ type Pick<'a, T> = dyn Fn(&T) -> [f64; 2] + 'a;
 /// A ratio of two sums, after `of`.
 struct Quantity {
     name: String,
-    sums: Box<Pick<'static, (Sums, f64)>>,
+    sums: Box<Pick<'static, (ContactSums, f64)>>,
     of: fn(f64) -> f64,
     theory: Option<f64>,
 }
 
 impl Quantity {
-    fn values(&self, all: &[(Sums, f64)]) -> Vec<Option<f64>> {
+    fn values(&self, all: &[(ContactSums, f64)]) -> Vec<Option<f64>> {
         pseudo(all, &*self.sums, self.of)
     }
 }
 
 /// Returns a ratio of sums over the replicas; `None` where nothing is known.
-fn ratio<T>(all: &[T], sums: impl Fn(&T) -> [f64; 2]) -> Option<Estimate> {
+fn ratio<T>(all: &[T], sums: impl Fn(&T) -> [f64; 2]) -> Option<TableEstimate> {
     let found = over(pseudo(all, &sums, |ratio| ratio));
     found.value.map(|_| found)
 }
 
 /// A share of the collisions of known partners.
-fn share(all: &[(Sums, f64)], of: impl Fn(&Sums) -> f64) -> Option<Estimate> {
+fn share(all: &[(ContactSums, f64)], of: impl Fn(&ContactSums) -> f64) -> Option<TableEstimate> {
     ratio(all, |(sums, _)| [of(sums), sums.named])
 }
 
@@ -523,26 +529,26 @@ fn pseudo<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f6
 }
 
 /// All quantities, in the order of the table.
-fn quantities(plan: &Plan) -> Vec<Quantity> {
+fn quantities(plan: &CasePlan) -> Vec<Quantity> {
     fn as_is(ratio: f64) -> f64 {
         ratio
     }
-    fn near(all: &Sums, axis: usize) -> [f64; 2] {
+    fn near(all: &ContactSums, axis: usize) -> [f64; 2] {
         let [one, _] = &all.velocities[0];
         [one.products[axis], one.squares[axis]]
     }
-    fn met(all: &Sums, which: Acquaintance) -> [f64; 2] {
+    fn met(all: &ContactSums, which: Acquaintance) -> [f64; 2] {
         let one = &all.met[which as usize];
         [one.impacts, one.count]
     }
-    fn speeds(all: &Sums, which: Acquaintance) -> [f64; 2] {
+    fn speeds(all: &ContactSums, which: Acquaintance) -> [f64; 2] {
         let one = &all.met[which as usize];
         [one.squares, one.chaos]
     }
     fn slope(mean: f64) -> f64 {
         12.0 * (mean - 0.5)
     }
-    let one = |name: &str, theory, of, sums: fn(&(Sums, f64)) -> [f64; 2]| Quantity {
+    let one = |name: &str, theory, of, sums: fn(&(ContactSums, f64)) -> [f64; 2]| Quantity {
         name: name.to_owned(),
         sums: Box::new(sums),
         of,
@@ -553,7 +559,7 @@ fn quantities(plan: &Plan) -> Vec<Quantity> {
     })];
     for (index, order) in ORDERS.into_iter().enumerate() {
         let restitution = plan.law.constant();
-        let moment = |name: &str, theory, sums: fn(&Sums, usize) -> f64| Quantity {
+        let moment = |name: &str, theory, sums: fn(&ContactSums, usize) -> f64| Quantity {
             name: format!("{name}_{order}"),
             sums: Box::new(move |(all, _)| [sums(all, index), all.chaos[index]]),
             of: as_is,

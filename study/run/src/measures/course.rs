@@ -10,14 +10,14 @@ use stosszahl_model::sum::Totals;
 use stosszahl_model::{Grouping, Particle, ParticleReduction};
 
 use crate::measure::{self, BadOption, ReplicaRecords, SampleContext};
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 /// Samples, where the case says nothing.
 const SAMPLES: u64 = 400;
 
 /// The whole gas at one time. Energies are sums over all particles; all numbers but the time are in engine units.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sample {
+pub struct CourseSample {
     /// When, in the unit of time of the case.
     pub time: f64,
     /// Pair collisions so far, times what each stands for.
@@ -60,7 +60,7 @@ impl Share {
     }
 }
 
-impl Sample {
+impl CourseSample {
     /// Looks at the whole gas.
     pub fn take(looking: &Looking, moment: &SampleContext<'_>) -> Self {
         Self::take_with(looking, moment, None).0
@@ -70,8 +70,8 @@ impl Sample {
     pub fn take_with(
         looking: &Looking,
         moment: &SampleContext<'_>,
-        fields: Option<fields::Sample>,
-    ) -> (Self, Option<fields::Sample>) {
+        fields: Option<fields::FieldSample>,
+    ) -> (Self, Option<fields::FieldSample>) {
         let gas = &*moment.simulation;
         let mut look = Look {
             looking: *looking,
@@ -123,13 +123,13 @@ impl Sample {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Looking {
     grouping: Grouping,
-    /// As [`Plan::gravity`] has it.
+    /// As [`CasePlan::gravity`] has it.
     gravity: Vector3<f64>,
 }
 
 impl Looking {
     /// Creates the parameters from a plan.
-    pub fn of(plan: &Plan) -> Self {
+    pub fn of(plan: &CasePlan) -> Self {
         Self {
             grouping: plan.grouping(),
             gravity: plan.gravity(),
@@ -146,7 +146,7 @@ pub struct Look {
     looking: Looking,
     /// Sums of each species; the last sum is the energy in the field.
     totals: Totals,
-    fields: Option<fields::Sample>,
+    fields: Option<fields::FieldSample>,
 }
 
 impl ParticleReduction for Look {
@@ -197,7 +197,7 @@ impl ParticleReduction for Look {
 }
 
 /// Components of velocities and of spins.
-pub fn freedom(plan: &Plan) -> Freedom {
+pub fn freedom(plan: &CasePlan) -> Freedom {
     let rotations = match (plan.grains.rough, plan.dimension) {
         (None, _) => 0,
         (Some(_), 2) => 1,
@@ -210,7 +210,7 @@ pub fn freedom(plan: &Plan) -> Freedom {
 }
 
 /// Blocks of time of a measure: as its own table says, or that of `fields`, so that all have the same windows.
-pub fn blocks(plan: &Plan, own: Option<u64>) -> usize {
+pub fn blocks(plan: &CasePlan, own: Option<u64>) -> usize {
     let fields = plan.case.measure.get("fields");
     let shared = fields.and_then(|table| table.get("blocks")?.as_integer());
     let written = own.or_else(|| shared.and_then(|blocks| u64::try_from(blocks).ok()));
@@ -218,7 +218,7 @@ pub fn blocks(plan: &Plan, own: Option<u64>) -> usize {
 }
 
 /// Number of samples after the start.
-pub fn samples(plan: &Plan) -> u64 {
+pub fn samples(plan: &CasePlan) -> u64 {
     plan.equal_samples().unwrap_or(SAMPLES)
 }
 
@@ -226,7 +226,7 @@ pub fn samples(plan: &Plan) -> u64 {
 ///
 /// # Errors
 /// [`BadOption`] without a box, or if samples do not fall into equal blocks.
-pub fn check(plan: &Plan, blocks: usize) -> Result<(), BadOption> {
+pub fn check(plan: &CasePlan, blocks: usize) -> Result<(), BadOption> {
     measure::require(plan.case.domain.is_some(), "", "a case with a box")?;
     let samples = samples(plan);
     let good = (1..=10_000).contains(&blocks) && samples.is_multiple_of(blocks as u64);
@@ -237,30 +237,30 @@ pub fn check(plan: &Plan, blocks: usize) -> Result<(), BadOption> {
 }
 
 /// Time of a sample; the last is the end exactly.
-fn sample_time(plan: &Plan, sample: u64) -> f64 {
+fn sample_time(plan: &CasePlan, sample: u64) -> f64 {
     plan.case.run.until * (sample as f64 / samples(plan) as f64)
 }
 
 /// Times of all samples, from that of the start on.
-pub fn times(plan: &Plan) -> Vec<f64> {
+pub fn times(plan: &CasePlan) -> Vec<f64> {
     (0..=samples(plan))
         .map(|sample| sample_time(plan, sample))
         .collect()
 }
 
 /// Samples in each block.
-pub fn per_block(plan: &Plan, blocks: usize) -> usize {
+pub fn per_block(plan: &CasePlan, blocks: usize) -> usize {
     (samples(plan) as usize / blocks.max(1)).max(1)
 }
 
 /// The course of one replica.
-pub type Course = Vec<Sample>;
+pub type ReplicaCourse = Vec<CourseSample>;
 
 /// From when on all that the gas of one engine has is steady, in the unit of time of the case; `None` if it never is.
-fn steady_from(plan: &Plan, runs: &[&Course]) -> Option<f64> {
+fn steady_from(plan: &CasePlan, runs: &[&ReplicaCourse]) -> Option<f64> {
     let samples = runs.iter().map(|run| run.len()).min()?;
     // The start itself is no average over an interval.
-    let series = |of: &dyn Fn(&Sample) -> f64| -> Vec<f64> {
+    let series = |of: &dyn Fn(&CourseSample) -> f64| -> Vec<f64> {
         (1..samples)
             .map(|index| runs.iter().map(|run| of(&run[index])).sum())
             .collect()
@@ -290,12 +290,12 @@ fn steady_from(plan: &Plan, runs: &[&Course]) -> Option<f64> {
 
 /// Returns the beginning of the steady state of each engine; `course` picks the samples of a record.
 pub fn steady<R: 'static>(
-    plan: &Plan,
+    plan: &CasePlan,
     runs: &ReplicaRecords<'_>,
-    course: fn(&R) -> &Course,
+    course: fn(&R) -> &ReplicaCourse,
 ) -> Vec<Option<f64>> {
     let one = |records: Vec<&R>| {
-        let courses: Vec<&Course> = records.into_iter().map(course).collect();
+        let courses: Vec<&ReplicaCourse> = records.into_iter().map(course).collect();
         steady_from(plan, &courses)
     };
     runs.each(plan).map(|(_, records)| one(records)).collect()
@@ -303,7 +303,7 @@ pub fn steady<R: 'static>(
 
 /// Blocks of time that are averaged over.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Window {
+pub struct BlockRange {
     /// The blocks.
     pub blocks: Range<usize>,
     /// Start and end, in the unit of time of the case.
@@ -312,9 +312,9 @@ pub struct Window {
     pub steady: bool,
 }
 
-impl Window {
+impl BlockRange {
     /// Between two times, moved to the ends of blocks.
-    pub fn between(plan: &Plan, blocks: usize, [start, end]: [f64; 2], steady: bool) -> Self {
+    pub fn between(plan: &CasePlan, blocks: usize, [start, end]: [f64; 2], steady: bool) -> Self {
         let length = block_length(plan, blocks);
         let first = ((start / length).round() as usize).min(blocks - 1);
         let last = ((end / length).round() as usize).clamp(first + 1, blocks);
@@ -326,7 +326,7 @@ impl Window {
     }
 
     /// The steady state of all engines; without one, the last quarter of the run.
-    pub fn last(plan: &Plan, blocks: usize, steady: &[Option<f64>]) -> Self {
+    pub fn last(plan: &CasePlan, blocks: usize, steady: &[Option<f64>]) -> Self {
         let until = plan.case.run.until;
         let length = block_length(plan, blocks);
         let mut engines = steady.iter();
@@ -343,6 +343,6 @@ impl Window {
 }
 
 /// Length of a block, in the unit of time of the case.
-pub fn block_length(plan: &Plan, blocks: usize) -> f64 {
+pub fn block_length(plan: &CasePlan, blocks: usize) -> f64 {
     plan.case.run.until / blocks as f64
 }

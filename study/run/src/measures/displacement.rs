@@ -3,19 +3,21 @@
 use serde::Deserialize;
 use stosszahl_analysis::theory::Moment;
 use stosszahl_model::kinetic;
-use stosszahl_results::{Axis, Figure, Table, table};
+use stosszahl_results::{Figure, FigureAxis, Table, table};
 
 use super::{grid, over};
-use crate::measure::{self, BadOption, Measure, Needs, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{
+    self, BadOption, Measure, Needs, Probe, ReplicaRecords, SampleProbe, described,
+};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// The mean squared displacement.
-pub struct Displacement;
+pub struct DisplacementMeasure;
 
 /// Options: begin of the measurement.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct DisplacementOptions {
     /// Time from which displacements are measured.
     pub from: f64,
 }
@@ -26,7 +28,7 @@ type Record = Vec<(f64, Option<f64>)>;
 
 /// Times of measurement, with the time since its start: a logarithmic grid as that of the samples, and last the end of the
 /// run exactly.
-fn moments(plan: &Plan, from: f64) -> Vec<(f64, f64)> {
+fn moments(plan: &CasePlan, from: f64) -> Vec<(f64, f64)> {
     let until = plan.case.run.until;
     // Late starts may leave no room between two times of the grid.
     let mut times: Vec<(f64, f64)> = grid(plan, until - from)
@@ -39,7 +41,7 @@ fn moments(plan: &Plan, from: f64) -> Vec<(f64, f64)> {
 }
 
 /// Mean squared displacement by theory at given moments \[length^2 of the engine\]; none where no theory applies.
-fn theory(plan: &Plan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>> {
+fn theory(plan: &CasePlan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>> {
     if !plan.has_box() {
         let of_species = by_mixture(plan, moments).filter(|_| from == 0.0);
         return of_species.unwrap_or_else(|| vec![None; moments.len()]);
@@ -49,7 +51,7 @@ fn theory(plan: &Plan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>> {
 }
 
 /// The kinetic equations of the species of a gas without positions, from its start on.
-fn by_mixture(plan: &Plan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
+fn by_mixture(plan: &CasePlan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
     if plan.case.thermostat.is_some() || plan.case.aggregation.is_some() {
         return None;
     }
@@ -75,7 +77,7 @@ fn by_mixture(plan: &Plan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
 
 /// Enskog's theory of equal disks in first Sonine order, a time `elapsed` after the start of the measurement. A gas in a bath is
 /// taken to be in its steady state, whatever the start was.
-fn enskog(plan: &Plan, from: f64, elapsed: f64) -> Option<f64> {
+fn enskog(plan: &CasePlan, from: f64, elapsed: f64) -> Option<f64> {
     if !plan.has_theory() || plan.dimension != 2 {
         return None;
     }
@@ -101,21 +103,21 @@ fn enskog(plan: &Plan, from: f64, elapsed: f64) -> Option<f64> {
     Some(square * kinetic::cooling_displacement(plan.restitution, passed))
 }
 
-impl Displacement {
-    fn from(&self, plan: &Plan) -> f64 {
-        measure::chosen::<Options>(plan, self.name()).from
+impl DisplacementMeasure {
+    fn from(&self, plan: &CasePlan) -> f64 {
+        measure::chosen::<DisplacementOptions>(plan, self.name()).from
     }
 }
 
-impl Measure for Displacement {
+impl Measure for DisplacementMeasure {
     described!(
         "displacement",
         "Mean squared displacement of the particles since a chosen time.",
-        Options
+        DisplacementOptions
     );
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let Options { from } = measure::options(plan, self.name())?;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        let DisplacementOptions { from } = measure::options(plan, self.name())?;
         let first = grid(plan, plan.case.run.until).next().unwrap_or(0.0);
         let last = plan.case.run.until - first;
         let allowed = format!("a time from 0 to below {last}, so that one sample follows");
@@ -125,22 +127,22 @@ impl Measure for Displacement {
         measure::require(closed, "", allowed)
     }
 
-    fn needs(&self, _plan: &Plan) -> Needs {
+    fn needs(&self, _plan: &CasePlan) -> Needs {
         Needs {
             displacements: true,
             ..Needs::default()
         }
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = self.from(plan);
         let later = moments(plan, from).into_iter().map(|moment| moment.0);
         std::iter::once(from).chain(later).collect()
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let from = self.from(plan);
-        Box::new(Recorder::new(Record::new(), move |record, moment| {
+        Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             if moment.time == from {
                 moment.simulation.track_displacements();
                 return;
@@ -150,7 +152,7 @@ impl Measure for Displacement {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "mean_squared_displacement", "Mean squared displacement in time.";
             key "engine", "", "Engine";
@@ -161,8 +163,8 @@ impl Measure for Displacement {
         }
         .figure(Figure::curves(
             "Mean squared displacement",
-            Axis::logarithmic("lag", "time"),
-            Axis::logarithmic("mean_squared_displacement", "mean squared displacement"),
+            FigureAxis::logarithmic("lag", "time"),
+            FigureAxis::logarithmic("mean_squared_displacement", "mean squared displacement"),
         ));
         let from = self.from(plan);
         let moments = moments(plan, from);

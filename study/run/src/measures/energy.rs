@@ -2,27 +2,27 @@
 
 use stosszahl_analysis::compare::quotients;
 use stosszahl_analysis::energy::EnergySample;
-use stosszahl_results::{Axis, Figure, Table, Verdict, VerdictKind, table};
+use stosszahl_results::{Figure, FigureAxis, Table, VerdictKind, VerdictText, table};
 
 use super::over;
-use crate::judge::{self, Comparison, Pair, Places, Unit, title};
-use crate::measure::{Measure, NoOptions, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
-use crate::power::Spread;
+use crate::judge::{self, ComparedPair, Comparison, DifferenceUnit, Places, title};
+use crate::measure::{Measure, NoOptions, Probe, ReplicaRecords, SampleProbe, described};
+use crate::plan::{CasePlan, EnginePlan};
+use crate::power::ReplicaSpread;
 use crate::theory::flow;
 
 /// The energy in time.
-pub struct Energy;
+pub struct EnergyMeasure;
 
 /// Moments of the velocities by time.
-pub type Record = Vec<(f64, EnergySample)>;
+pub type EnergyRecord = Vec<(f64, EnergySample)>;
 
 /// Energy over that of the start, K/K(0), at a sample.
-pub fn energy_ratio(record: &Record, sample: usize) -> f64 {
+pub fn energy_ratio(record: &EnergyRecord, sample: usize) -> f64 {
     record[sample].1.temperature / record[0].1.temperature
 }
 
-impl Measure for Energy {
+impl Measure for EnergyMeasure {
     described!(
         "energy",
         "Kinetic energy, fourth cumulant and collisions in time; engines against each other and against Haff's law.",
@@ -33,22 +33,22 @@ impl Measure for Energy {
         true
     }
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.has_box() && !super::series::has_energies_apart(plan)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
 
-    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(Recorder::new(Record::new(), |record, moment| {
+    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(SampleProbe::new(EnergyRecord::new(), |record, moment| {
             let sample = EnergySample::of_gas(&*moment.simulation, moment.moments());
             record.push((moment.time, sample));
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let several = (plan.engines.len() > 1).then(|| comparison(plan, runs));
         let tables = [
             Some(energy(plan, runs)),
@@ -58,7 +58,7 @@ impl Measure for Energy {
         tables.into_iter().flatten().collect()
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         let engines = plan.engines.len();
         let laws = if plan.haff_ratio(0.0).is_some() {
             engines
@@ -72,7 +72,7 @@ impl Measure for Energy {
         }
     }
 
-    fn spreads(&self, plan: &Plan) -> Vec<Spread> {
+    fn spreads(&self, plan: &CasePlan) -> Vec<ReplicaSpread> {
         if self.tests(plan) == 0 {
             return Vec::new();
         }
@@ -95,7 +95,7 @@ impl Measure for Energy {
             .iter()
             .filter(|_| plan.haff_ratio(0.0).is_some());
         let all = pairs.chain(alone.map(against));
-        let spread = |(quantity, square): (String, f64)| Spread {
+        let spread = |(quantity, square): (String, f64)| ReplicaSpread {
             quantity,
             of_one: square.sqrt(),
             source: "that of as many independent particles; clusters make it several times wider"
@@ -108,7 +108,12 @@ impl Measure for Energy {
         all.map(spread).collect()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
         // Elastic engines in a closed box keep their energy, each by itself; a thermostat gives all the same.
         if flow::keeps_energy(plan) || plan.case.rescaling().is_some() {
             return Vec::new();
@@ -120,11 +125,11 @@ impl Measure for Energy {
                 a,
                 b,
                 quantity: "energy",
-                unit: Unit::Relative,
+                unit: DifferenceUnit::Relative,
                 rule: runs.rule(plan),
             };
             let places = Places::Times(&times);
-            Pair { comparison, places }.judge(pairs)
+            ComparedPair { comparison, places }.judge(pairs)
         };
         let mut list = Vec::new();
         for (a, b) in pairs_of(plan) {
@@ -136,14 +141,14 @@ impl Measure for Energy {
                 found.map(|found| with_rates(void_for(found, plan, &engines), plan, engines)),
             );
         }
-        for (engine, records) in runs.each::<Record>(plan) {
+        for (engine, records) in runs.each::<EnergyRecord>(plan) {
             let laws: Option<Vec<f64>> = (times.iter())
                 .map(|&time| plan.haff_ratio(time * plan.rate_ratio(engine)))
                 .collect();
             let Some(laws) = laws else { continue };
             let laws = laws.iter().enumerate();
             let at = |(sample, &law): (usize, &f64)| {
-                let ratio = |record: &&Record| (energy_ratio(record, sample), law);
+                let ratio = |record: &&EnergyRecord| (energy_ratio(record, sample), law);
                 records.iter().map(ratio).collect()
             };
             let pairs: Vec<Vec<(f64, f64)>> = laws.map(at).collect();
@@ -156,7 +161,11 @@ impl Measure for Energy {
 }
 
 /// A comparison of engines, void if the numerical error of one of them is larger than the margin.
-pub(super) fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> Verdict {
+pub(super) fn void_for(
+    found: VerdictText,
+    plan: &CasePlan,
+    engines: &[&EnginePlan],
+) -> VerdictText {
     let mut reasons = (engines.iter()).filter_map(|engine| plan.numerical_error(engine));
     match reasons.next() {
         Some(reason) => judge::void(found, &reason),
@@ -165,12 +174,12 @@ pub(super) fn void_for(found: Verdict, plan: &Plan, engines: &[&EnginePlan]) -> 
 }
 
 /// Names the part of a difference that follows from the collision rates of the theories of two engines.
-fn with_rates(found: Verdict, plan: &Plan, engines: [&EnginePlan; 2]) -> Verdict {
+fn with_rates(found: VerdictText, plan: &CasePlan, engines: [&EnginePlan; 2]) -> VerdictText {
     let last = plan.sample_times().last().copied();
     let rates = last.and_then(|time| plan.stated_rates(engines, time));
     match rates {
         Some(rates) if matches!(found.kind, VerdictKind::Differ | VerdictKind::Undecided) => {
-            Verdict {
+            VerdictText {
                 sentence: format!("{} {rates}", found.sentence),
                 ..found
             }
@@ -180,14 +189,14 @@ fn with_rates(found: Verdict, plan: &Plan, engines: [&EnginePlan; 2]) -> Verdict
 }
 
 /// Pairs of engines, each once.
-pub(super) fn pairs_of(plan: &Plan) -> impl Iterator<Item = (usize, usize)> + use<> {
+pub(super) fn pairs_of(plan: &CasePlan) -> impl Iterator<Item = (usize, usize)> + use<> {
     let count = plan.engines.len();
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
 }
 
 /// Energies of two engines at each sample, replica by replica.
 fn paired(runs: &ReplicaRecords<'_>, engines: [usize; 2], samples: usize) -> Vec<Vec<(f64, f64)>> {
-    let [first, second] = engines.map(|engine| runs.records::<Record>(engine));
+    let [first, second] = engines.map(|engine| runs.records::<EnergyRecord>(engine));
     let at = |sample| {
         let both = first.iter().zip(&second);
         both.map(|(a, b)| (energy_ratio(a, sample), energy_ratio(b, sample)))
@@ -196,8 +205,8 @@ fn paired(runs: &ReplicaRecords<'_>, engines: [usize; 2], samples: usize) -> Vec
     (0..samples).map(at).collect()
 }
 
-fn energy(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
-    let axis = || Axis::logarithmic("time", "time");
+fn energy(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
+    let axis = || FigureAxis::logarithmic("time", "time");
     let mut table = table! {
         "energy", "Energy and velocity distribution in time, means over the replicas.";
         key "engine", "", "Engine";
@@ -209,9 +218,9 @@ fn energy(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
         estimate "fourth_cumulant", "1", "Fourth cumulant a2 of the velocities; zero for a Maxwellian";
         note "replicas", "1", "Replicas";
     }
-    .figure(Figure::curves("Energy", axis(), Axis::logarithmic("energy_ratio", "K/K(0)")))
-    .figure(Figure::curves("Fourth cumulant", axis(), Axis::linear("fourth_cumulant", "a2")));
-    for (engine, records) in runs.each::<Record>(plan) {
+    .figure(Figure::curves("Energy", axis(), FigureAxis::logarithmic("energy_ratio", "K/K(0)")))
+    .figure(Figure::curves("Fourth cumulant", axis(), FigureAxis::linear("fourth_cumulant", "a2")));
+    for (engine, records) in runs.each::<EnergyRecord>(plan) {
         for (sample, time) in plan.sample_times().into_iter().enumerate() {
             let of = |value: fn(&EnergySample) -> f64| {
                 over(records.iter().map(|record| Some(value(&record[sample].1))))
@@ -240,10 +249,10 @@ fn energy(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
     table
 }
 
-fn comparison(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
+fn comparison(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
     let (x, y) = (
-        Axis::logarithmic("time", "time"),
-        Axis::linear("energy_ratio_a_over_b", "quotient of the energies"),
+        FigureAxis::logarithmic("time", "time"),
+        FigureAxis::linear("energy_ratio_a_over_b", "quotient of the energies"),
     );
     let mut table = table! {
         "comparison", "Energies of two engines at the same time.";
@@ -286,7 +295,7 @@ fn comparison(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
     table
 }
 
-fn replicas(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
+fn replicas(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
     let mut table = table! {
         "replicas", "Samples of single replicas.";
         key "replica", "1", "Number of the replica, from zero";
@@ -296,7 +305,7 @@ fn replicas(plan: &Plan, runs: &ReplicaRecords<'_>) -> Table {
         value "fourth_cumulant", "1", "Fourth cumulant a2 of the velocities";
         value "collisions_per_particle", "1", "Collisions of a particle since the start";
     };
-    for (engine, records) in runs.each::<Record>(plan) {
+    for (engine, records) in runs.each::<EnergyRecord>(plan) {
         for (replica, record) in records.into_iter().enumerate() {
             for (index, (time, sample)) in record.iter().enumerate() {
                 let found = (sample.fourth_cumulant, sample.collisions_per_particle);

@@ -19,14 +19,14 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_dsmc::{Displacement, Parameters, PartnerSelection};
+use stosszahl_dsmc::{Parameters, PartnerDisplacement, PartnerSelection};
 use stosszahl_results::{Table, table};
 
 use super::over;
 use crate::measure::{
-    CompletedRun, Measure, NoOptions, Probe, Recorder, ReplicaRecords, described,
+    CompletedRun, Measure, NoOptions, Probe, ReplicaRecords, SampleProbe, described,
 };
-use crate::plan::{EngineKind, EnginePlan, Plan, RATE_ERROR_IN_A_CELL, in_space};
+use crate::plan::{CasePlan, EngineKind, EnginePlan, RATE_ERROR_IN_A_CELL, in_space};
 
 /// Measure of the sources of error of each engine.
 pub struct ErrorBudget;
@@ -85,21 +85,21 @@ impl Measure for ErrorBudget {
         true
     }
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.is_uniform_box()
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         vec![plan.case.run.until]
     }
 
-    fn probe(&self, _plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        Box::new(Recorder::from_start(Record::new(), |record, moment| {
+    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        Box::new(SampleProbe::from_start(Record::new(), |record, moment| {
             record.push(moment.temperature());
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "error_budget", "Sources of error of each engine.";
             key "engine", "", "Engine";
@@ -164,7 +164,7 @@ impl Source {
 
 /// One engine of a run.
 struct Budget<'a> {
-    plan: &'a Plan,
+    plan: &'a CasePlan,
     runs: &'a [CompletedRun],
     records: Vec<&'a Record>,
 }
@@ -230,7 +230,7 @@ impl Budget<'_> {
         let step = self.work("collisions_per_simulator_and_step");
         // The most probable speed over the mean one.
         let speeds = 2.0 / PI.sqrt();
-        let (estimate, reason) = if parameters.displacement == Displacement::None {
+        let (estimate, reason) = if parameters.displacement == PartnerDisplacement::None {
             let share = [PI / 48.0, 16.0 / (75.0 * PI)][self.plan.dimension - 2];
             let reason = "flights are cut into steps: error of the viscosity";
             (share * (speeds * step).powi(2), reason)

@@ -8,20 +8,20 @@ mod view;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::fields::{Fields as Sums, Grid};
+use stosszahl_analysis::fields::{FieldGrid, FieldSums as Sums};
 use stosszahl_model::{Collision, Observer, images};
-use stosszahl_results::{Table, Verdict};
+use stosszahl_results::{Table, VerdictText};
 
 use view::View;
 
-use super::course::{self, Course, Looking, Sample, Window};
+use super::course::{self, BlockRange, CourseSample, Looking, ReplicaCourse};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{CasePlan, EngineKind, EnginePlan};
 
 /// Fields on a grid over the first two axes.
-pub struct Fields;
+pub struct FieldMeasure;
 
 /// Memory of a row of the table while the report draws it, as measured \[bytes\].
 const SHOWN: f64 = 3400.0;
@@ -31,7 +31,7 @@ const MOST_SUMS: usize = 20_000_000;
 /// Options of `[measure.fields]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
-pub struct Options {
+pub struct FieldOptions {
     /// Cells along the first two axes, each from 1 to 1000.
     pub cells: [u64; 2],
     /// Blocks of time that fields are kept for, and that their standard errors come from; a divisor of the number of samples.
@@ -41,7 +41,7 @@ pub struct Options {
     pub windows: Vec<[f64; 2]>,
 }
 
-impl Default for Options {
+impl Default for FieldOptions {
     fn default() -> Self {
         Self {
             cells: [20, 20],
@@ -51,18 +51,18 @@ impl Default for Options {
     }
 }
 
-impl Options {
-    fn of(plan: &Plan) -> Self {
-        measure::chosen(plan, Fields.name())
+impl FieldOptions {
+    fn of(plan: &CasePlan) -> Self {
+        measure::chosen(plan, FieldMeasure.name())
     }
 
-    fn grid(&self, plan: &Plan) -> Result<Grid, stosszahl_analysis::Error> {
+    fn grid(&self, plan: &CasePlan) -> Result<FieldGrid, stosszahl_analysis::Error> {
         let [x, y, z] = plan.lengths;
         let depth = if plan.dimension == 3 { z } else { 1.0 };
-        Grid::new([x, y], self.cells.map(|count| count as usize), depth)
+        FieldGrid::new([x, y], self.cells.map(|count| count as usize), depth)
     }
 
-    fn sums(&self, plan: &Plan) -> Result<Sums, stosszahl_analysis::Error> {
+    fn sums(&self, plan: &CasePlan) -> Result<Sums, stosszahl_analysis::Error> {
         let blocks = course::blocks(plan, self.blocks);
         let length = plan.engine_time(plan.case.run.until) / blocks as f64;
         Sums::new(self.grid(plan)?, plan.species.len().max(1), blocks, length)
@@ -72,23 +72,23 @@ impl Options {
 /// Record of one replica.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Record {
-    course: Course,
+    course: ReplicaCourse,
     sums: Sums,
 }
 
-impl Measure for Fields {
+impl Measure for FieldMeasure {
     described!(
         "fields",
         "Density, velocity, temperatures, pressure and collision rate in cells, and profiles along both axes.",
-        Options
+        FieldOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         !plan.is_uniform()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let options: Options = measure::options(plan, self.name())?;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        let options: FieldOptions = measure::options(plan, self.name())?;
         let good = options.cells.iter().all(|count| (1..=1000).contains(count));
         measure::require(good, "cells", "two whole numbers from 1 to 1000")?;
         let blocks = course::blocks(plan, options.blocks);
@@ -104,13 +104,13 @@ impl Measure for Fields {
         options.grid(plan).map(drop).map_err(failed)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         course::times(plan).split_off(1)
     }
 
     /// Seven sums for each cell, block and species, and two of collisions for each cell and block.
-    fn kept(&self, plan: &Plan) -> f64 {
-        let options = Options::of(plan);
+    fn kept(&self, plan: &CasePlan) -> f64 {
+        let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
         let blocks = course::blocks(plan, options.blocks);
         let sums = 7 * plan.species.len().max(1) + 2;
@@ -118,15 +118,15 @@ impl Measure for Fields {
     }
 
     /// A row of the table for each cell and window of each engine.
-    fn figures(&self, plan: &Plan) -> f64 {
-        let options = Options::of(plan);
+    fn figures(&self, plan: &CasePlan) -> f64 {
+        let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
         let windows = options.windows.len() + 1;
         cells as f64 * (windows * plan.engines.len()) as f64 * SHOWN
     }
 
-    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
-        let options = Options::of(plan);
+    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+        let options = FieldOptions::of(plan);
         Box::new(Watch {
             looking: Looking::of(plan),
             per_block: course::per_block(plan, course::blocks(plan, options.blocks)),
@@ -138,14 +138,14 @@ impl Measure for Fields {
                 EngineKind::Homogeneous(_) => false,
             },
             record: Record {
-                course: Course::new(),
+                course: ReplicaCourse::new(),
                 sums: options.sums(plan).expect("the options are checked"),
             },
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        let options = Options::of(plan);
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+        let options = FieldOptions::of(plan);
         let windows = windows(plan, &options, runs);
         let (mut cells, mut profiles) = (tables::cells(&options), tables::profiles(&options));
         let mut layers = layers::has_layers(plan, &options).then(layers::table);
@@ -170,15 +170,20 @@ impl Measure for Fields {
             .collect()
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         // Profiles of two engines; the barometric profile, walls and symmetry of each.
         4 * plan.engines.len() - 1
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, tables: &[Table]) -> Vec<Verdict> {
-        let options = Options::of(plan);
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        tables: &[Table],
+    ) -> Vec<VerdictText> {
+        let options = FieldOptions::of(plan);
         let steady = steady(plan, runs);
-        let window = Window::last(plan, course::blocks(plan, options.blocks), &steady);
+        let window = BlockRange::last(plan, course::blocks(plan, options.blocks), &steady);
         let counts = options.cells.map(|count| count as usize);
         let found = runs.each::<Record>(plan).map(|(engine, records)| {
             let sums: Vec<&Sums> = records.iter().map(|record| &record.sums).collect();
@@ -200,17 +205,17 @@ impl Measure for Fields {
 }
 
 /// Returns the time from which on each engine is steady.
-fn steady(plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Option<f64>> {
+fn steady(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Option<f64>> {
     course::steady::<Record>(plan, runs, |record| &record.course)
 }
 
 /// The windows of the case and, last, the one for verdicts.
-fn windows(plan: &Plan, options: &Options, runs: &ReplicaRecords<'_>) -> Vec<Window> {
+fn windows(plan: &CasePlan, options: &FieldOptions, runs: &ReplicaRecords<'_>) -> Vec<BlockRange> {
     let blocks = course::blocks(plan, options.blocks);
     let chosen = options.windows.iter();
     chosen
-        .map(|&times| Window::between(plan, blocks, times, false))
-        .chain([Window::last(plan, blocks, &steady(plan, runs))])
+        .map(|&times| BlockRange::between(plan, blocks, times, false))
+        .chain([BlockRange::last(plan, blocks, &steady(plan, runs))])
         .collect()
 }
 
@@ -252,14 +257,14 @@ impl Probe for Watch {
     }
 
     fn begin(&mut self, moment: &mut SampleContext<'_>) {
-        let sample = Sample::take(&self.looking, moment);
+        let sample = CourseSample::take(&self.looking, moment);
         self.record.course.push(sample);
     }
 
     fn sample(&mut self, moment: &mut SampleContext<'_>) {
         let Record { course, sums } = &mut self.record;
         let block = (course.len() - 1) / self.per_block;
-        let (sample, fields) = Sample::take_with(&self.looking, moment, Some(sums.sample()));
+        let (sample, fields) = CourseSample::take_with(&self.looking, moment, Some(sums.sample()));
         if let Some(fields) = fields {
             sums.take(block, fields);
         }

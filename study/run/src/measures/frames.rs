@@ -3,16 +3,16 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Collision, Observer, Particle, ParticleReduction, Simulation};
-use stosszahl_results::frames::{Crowd, Dot, FRAMES, Frame, Met, keeps};
+use stosszahl_results::frames::{Crowd, Dot, FRAMES, LastCollision, ParticleFrame, keeps};
 
 use crate::measure::{
     self, BadOption, FrameFile, Measure, Probe, ReplicaRecords, SampleContext, described,
     keeps_record,
 };
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Measure of coarse frames for the player of the report.
-pub struct Frames;
+pub struct FrameMeasure;
 
 /// Particles of the last frame, which is looked at closely.
 const LAST: usize = 150_000;
@@ -22,7 +22,7 @@ const BYTES: f64 = 8.0;
 /// How many, and of how many particles.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct FrameOptions {
     /// Frames, taken at times at which the run is sampled, the first and the last among them; 0 for none.
     #[schemars(range(max = 1000))]
     pub number: usize,
@@ -31,7 +31,7 @@ pub struct Options {
     pub particles: usize,
 }
 
-impl Default for Options {
+impl Default for FrameOptions {
     fn default() -> Self {
         Self {
             number: 40,
@@ -69,7 +69,7 @@ fn dot(particle: &Particle) -> Dot {
 /// Frames so far, and the last collision of each particle; empty where particles are not tracked.
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
-    frames: Vec<Frame>,
+    frames: Vec<ParticleFrame>,
     last: Vec<Last>,
 }
 
@@ -102,7 +102,7 @@ impl Record {
         let mean = (sum / crowd.particles).max(f64::MIN_POSITIVE);
         let met = |number: usize| {
             let last = self.last.get(number)?;
-            Some(Met {
+            Some(LastCollision {
                 partner: energies.get(last.partner as usize)? / mean,
                 impact: f64::from(last.impact),
             })
@@ -147,7 +147,7 @@ fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
         squares: sums[1],
         ..looks.crowd
     };
-    let mut sample = Chosen {
+    let mut sample = ChosenParticles {
         share: crowd.share(most),
         open: Vec::new(),
         seen: 0,
@@ -187,7 +187,7 @@ impl ParticleReduction for FrameReduction {
 
 /// The particles of a frame, with their numbers.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Chosen {
+pub(super) struct ChosenParticles {
     share: f64,
     kept: Vec<(u64, Dot)>,
     /// Of the open group: which particles may be kept, and how many there were.
@@ -197,7 +197,7 @@ pub(super) struct Chosen {
     seen: u64,
 }
 
-impl ParticleReduction for Chosen {
+impl ParticleReduction for ChosenParticles {
     const NAME: &'static str = "frame";
 
     fn add(&mut self, particle: &Particle) {
@@ -240,30 +240,30 @@ impl Probe for Camera {
             chosen(gas, most)
         };
         let (time, share) = (moment.time, crowd.share(most));
-        let frame = Frame::of(time, self.sides, self.periodic, &crowd, share, kept);
+        let frame = ParticleFrame::of(time, self.sides, self.periodic, &crowd, share, kept);
         self.record.frames.push(frame);
     }
 
     keeps_record!();
 }
 
-impl Measure for Frames {
+impl Measure for FrameMeasure {
     described!(
         "frames",
         "Positions and velocities of the first replica at many times, coarse, for the player of the report.",
-        Options
+        FrameOptions
     );
 
     fn knows_shear(&self) -> bool {
         true
     }
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.has_box() && plan.dimension == 2
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let options: Options = measure::options(plan, self.name())?;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        let options: FrameOptions = measure::options(plan, self.name())?;
         let planar = plan.has_box() && plan.dimension == 2;
         measure::require(planar, "", "a gas with positions, in a box in the plane")?;
         measure::require(
@@ -279,8 +279,8 @@ impl Measure for Frames {
         )
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
-        let number = measure::chosen::<Options>(plan, self.name()).number;
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+        let number = measure::chosen::<FrameOptions>(plan, self.name()).number;
         // Where others look: Monte Carlo that stops more often has other digits.
         let all = plan.sample_times();
         let place = |frame: usize| frame * (all.len() - 1) / (number - 1).max(1);
@@ -292,23 +292,23 @@ impl Measure for Frames {
         }
     }
 
-    fn kept_per_particle(&self, plan: &Plan) -> f64 {
+    fn kept_per_particle(&self, plan: &CasePlan) -> f64 {
         // A frame shows a sample of so many at the most, and the last one may show all.
-        let most = measure::chosen::<Options>(plan, self.name()).particles;
+        let most = measure::chosen::<FrameOptions>(plan, self.name()).particles;
         let share = (most as f64 / plan.count().max(1) as f64).min(1.0);
         let frames = self.times(plan).len() as f64;
         // Beside the frames, the last collision of each.
         BYTES * (share * frames).max(frames.min(1.0)) + size_of::<Last>() as f64 * frames.min(1.0)
     }
 
-    fn looks_at(&self, _plan: &Plan, replica: u64) -> bool {
+    fn looks_at(&self, _plan: &CasePlan, replica: u64) -> bool {
         replica == 0
     }
 
-    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(Camera {
             record: Record::default(),
-            most: measure::chosen::<Options>(plan, self.name()).particles,
+            most: measure::chosen::<FrameOptions>(plan, self.name()).particles,
             until: plan.case.run.until,
             follows: engine.is_exact() && !self.times(plan).is_empty(),
             sides: [plan.lengths[0], plan.lengths[1]],
@@ -316,7 +316,7 @@ impl Measure for Frames {
         })
     }
 
-    fn frames(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
+    fn frames(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
         let engines = runs.each::<Record>(plan);
         let files = engines.filter_map(|(engine, records)| {
             let record = records.first().filter(|one| !one.frames.is_empty())?;

@@ -2,42 +2,42 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stosszahl_dsmc::homogeneous::Moments;
+use stosszahl_dsmc::homogeneous::SpeciesMoments;
 use stosszahl_model::{Grouping, Simulation};
-use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::over;
 use crate::measure::{
     self, BadOption, Measure, Needs, NoOptions, Probe, ReplicaRecords, SampleContext, described,
     keeps_record,
 };
-use crate::plan::{EnginePlan, Plan};
-use crate::theory::homogeneous::{self, Curve, Predicted};
+use crate::plan::{CasePlan, EnginePlan};
+use crate::theory::homogeneous::{self, Predicted, TheoryPoint};
 
 /// Particles, collisions, energy and displacement of a gas without positions.
-pub struct Gas;
+pub struct HomogeneousGasMeasure;
 
-impl Measure for Gas {
+impl Measure for HomogeneousGasMeasure {
     described!(
         "gas",
         "Particles, collisions, energy and mean squared displacement of a gas without positions.",
         NoOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         !plan.has_box()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         homogeneous_only(plan)?;
         self.read(plan)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
 
-    fn kept_per_particle(&self, plan: &Plan) -> f64 {
+    fn kept_per_particle(&self, plan: &CasePlan) -> f64 {
         if has_correlation(plan) {
             size_of::<[f64; 3]>() as f64
         } else {
@@ -45,29 +45,29 @@ impl Measure for Gas {
         }
     }
 
-    fn kept_per_look(&self, plan: &Plan) -> f64 {
+    fn kept_per_look(&self, plan: &CasePlan) -> f64 {
         super::KEPT_PER_SPECIES * (1 + plan.species.len()) as f64
     }
 
-    fn needs(&self, plan: &Plan) -> Needs {
+    fn needs(&self, plan: &CasePlan) -> Needs {
         Needs {
             displacements: has_displacement(plan),
             ..Needs::default()
         }
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(GasProbe {
             grouping: plan.grouping(),
             displacement: has_displacement(plan),
             correlation: has_correlation(plan),
             until: plan.case.run.until,
-            record: Record::default(),
+            record: GasRecord::default(),
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        let records: Vec<&Record> = runs.records(0);
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+        let records: Vec<&GasRecord> = runs.records(0);
         vec![table(&rows(plan, &records)), replicas(&records)]
     }
 }
@@ -76,24 +76,24 @@ impl Measure for Gas {
 pub(super) const CORRELATION: &str = "velocity_correlation";
 
 /// Returns true if the correlation of the velocities with those of the start is measured.
-pub(super) fn has_correlation(plan: &Plan) -> bool {
+pub(super) fn has_correlation(plan: &CasePlan) -> bool {
     plan.case.measure.contains_key(CORRELATION) && plan.case.aggregation.is_none()
 }
 
 /// Refuses a measurement that only a gas without positions has.
-pub(super) fn homogeneous_only(plan: &Plan) -> Result<(), BadOption> {
+pub(super) fn homogeneous_only(plan: &CasePlan) -> Result<(), BadOption> {
     let allowed = "only in a gas without positions, which is a case without [box]";
     measure::require(!plan.has_box(), "", allowed)
 }
 
 /// Whether displacements are measured: `[measure.displacement]`. Clusters have none, as they do not last.
-pub fn has_displacement(plan: &Plan) -> bool {
+pub fn has_displacement(plan: &CasePlan) -> bool {
     plan.case.measure.contains_key("displacement") && plan.case.aggregation.is_none()
 }
 
 /// The gas at one sample time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sample {
+pub struct GasSample {
     /// When, in the unit of time of the case.
     pub time: f64,
     /// Particles.
@@ -103,14 +103,14 @@ pub struct Sample {
     /// Kinetic energy, tracers included.
     pub energy: f64,
     /// Moments of each group.
-    pub groups: Vec<Moments>,
+    pub groups: Vec<SpeciesMoments>,
 }
 
 /// The gas at all sample times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct GasRecord {
     /// Samples, in the order of time.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<GasSample>,
     /// Velocities at the start, where their correlation is measured, until the last sample.
     start: Vec<[f64; 3]>,
 }
@@ -120,7 +120,7 @@ struct GasProbe {
     displacement: bool,
     correlation: bool,
     until: f64,
-    record: Record,
+    record: GasRecord,
 }
 
 impl Probe for GasProbe {
@@ -140,7 +140,7 @@ impl Probe for GasProbe {
         let paths = self.displacement.then(|| simulation.displacements());
         let paths = paths.flatten().unwrap_or_default();
         let (energy, groups) = moments(simulation, self.grouping, &paths, &self.record.start);
-        self.record.samples.push(Sample {
+        self.record.samples.push(GasSample {
             time: moment.time,
             particles: simulation.count(),
             collisions: simulation.work().collisions,
@@ -162,14 +162,14 @@ pub(super) fn moments(
     grouping: Grouping,
     displacements: &[Vector3<f64>],
     start: &[[f64; 3]],
-) -> (f64, Vec<Moments>) {
+) -> (f64, Vec<SpeciesMoments>) {
     // Sums at first, in the fields of their means.
-    let mut groups: Vec<Moments> = Vec::new();
+    let mut groups: Vec<SpeciesMoments> = Vec::new();
     let (mut twice, mut index) = (0.0, 0);
     simulation.visit(&mut |particle| {
         let number = grouping.group(particle.species);
         if number >= groups.len() {
-            groups.resize(number + 1, Moments::default());
+            groups.resize(number + 1, SpeciesMoments::default());
         }
         let own = &mut groups[number];
         let square = particle.mass * particle.velocity.norm_squared();
@@ -210,11 +210,15 @@ pub(super) fn moments(
 
 /// Mean over replicas, and the larger of the two errors that are known: the spread over replicas and, by `single`, that
 /// over the particles of one.
-pub(super) fn measured<T>(runs: &[T], value: impl Fn(&T) -> f64, single: Option<f64>) -> Estimate {
+pub(super) fn measured<T>(
+    runs: &[T],
+    value: impl Fn(&T) -> f64,
+    single: Option<f64>,
+) -> TableEstimate {
     let found = over(runs.iter().map(|run| Some(value(run))));
     let within = single.map(|error| error / (runs.len() as f64).sqrt());
     let errors = [found.standard_error, within].into_iter().flatten();
-    Estimate {
+    TableEstimate {
         // The spread over many particles is known better than that of few replicas.
         replicas: found.replicas.filter(|_| within.is_none()),
         standard_error: errors.reduce(f64::max).filter(|error| error.is_finite()),
@@ -223,8 +227,8 @@ pub(super) fn measured<T>(runs: &[T], value: impl Fn(&T) -> f64, single: Option<
 }
 
 /// An estimate with its theory, where there is one.
-pub(super) fn against(found: Estimate, theory: Option<Predicted>) -> Estimate {
-    Estimate {
+pub(super) fn against(found: TableEstimate, theory: Option<Predicted>) -> TableEstimate {
+    TableEstimate {
         theory: theory.map(|theory| theory.value),
         theory_error: theory.and_then(|theory| theory.error),
         ..found
@@ -233,7 +237,7 @@ pub(super) fn against(found: Estimate, theory: Option<Predicted>) -> Estimate {
 
 /// Relative standard error of a temperature by the spread over particles: `sqrt(((D + 2)(1 + a2)/D - 1)/N)`, at least that
 /// of Maxwellian velocities, `sqrt(2/(D N))`, as few particles do not know their own spread.
-pub(super) fn temperature_error(plan: &Plan, moments: &Moments) -> f64 {
+pub(super) fn temperature_error(plan: &CasePlan, moments: &SpeciesMoments) -> f64 {
     let d = plan.dimension as f64;
     let spread = (d + 2.0) * (1.0 + moments.fourth_cumulant) / d - 1.0;
     (spread.max(2.0 / d) / moments.count.max(1) as f64).sqrt()
@@ -241,7 +245,7 @@ pub(super) fn temperature_error(plan: &Plan, moments: &Moments) -> f64 {
 
 /// Standard error of a mean squared displacement by the spread over particles, at least that of normally distributed
 /// displacements.
-pub(super) fn displacement_error(plan: &Plan, moments: &Moments) -> f64 {
+pub(super) fn displacement_error(plan: &CasePlan, moments: &SpeciesMoments) -> f64 {
     let (d, mean) = (plan.dimension as f64, moments.displacement);
     let spread = moments.displacement_fourth - mean * mean;
     (spread.max(2.0 / d * mean * mean) / moments.count.max(1) as f64).sqrt()
@@ -249,7 +253,11 @@ pub(super) fn displacement_error(plan: &Plan, moments: &Moments) -> f64 {
 
 /// Sums `value` with its error over all groups but tracers. Returns the sum and the root of the sum
 /// of squared errors.
-fn but_tracers(plan: &Plan, sample: &Sample, value: impl Fn(&Moments) -> [f64; 2]) -> [f64; 2] {
+fn but_tracers(
+    plan: &CasePlan,
+    sample: &GasSample,
+    value: impl Fn(&SpeciesMoments) -> [f64; 2],
+) -> [f64; 2] {
     let kept = |number: &usize| plan.species.get(*number).is_none_or(|one| !one.tracer);
     let groups = sample.groups.iter().enumerate();
     let values = groups
@@ -262,26 +270,26 @@ fn but_tracers(plan: &Plan, sample: &Sample, value: impl Fn(&Moments) -> [f64; 2
 }
 
 /// A gas at one time, over all replicas.
-pub(super) struct Row {
+pub(super) struct GasRow {
     pub time: f64,
-    pub particles: Estimate,
-    pub collisions: Estimate,
-    pub energy: Estimate,
-    pub displacement: Estimate,
+    pub particles: TableEstimate,
+    pub collisions: TableEstimate,
+    pub energy: TableEstimate,
+    pub displacement: TableEstimate,
     replicas: usize,
 }
 
 /// Each replica at one time, and at the start.
-pub(super) type Pairs<'a> = Vec<(&'a Sample, &'a Sample)>;
+pub(super) type ReplicaPairs<'a> = Vec<(&'a GasSample, &'a GasSample)>;
 
 /// The samples of all replicas at one time, with those of the start.
-pub(super) fn pairs<'a>(records: &[&'a Record], index: usize) -> Pairs<'a> {
-    let of = |record: &&'a Record| Some((record.samples.get(index)?, record.samples.first()?));
+pub(super) fn pairs<'a>(records: &[&'a GasRecord], index: usize) -> ReplicaPairs<'a> {
+    let of = |record: &&'a GasRecord| Some((record.samples.get(index)?, record.samples.first()?));
     records.iter().filter_map(of).collect()
 }
 
 /// The gas at all sample times.
-pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
+pub(super) fn rows(plan: &CasePlan, records: &[&GasRecord]) -> Vec<GasRow> {
     let curves = homogeneous::curves(plan).ok();
     let times = plan.sample_times().into_iter().enumerate();
     let row = |(index, time)| {
@@ -291,8 +299,14 @@ pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
     times.map(row).collect()
 }
 
-fn row(plan: &Plan, time: f64, pairs: &Pairs<'_>, curve: Option<&Curve>) -> Row {
-    let number = |(now, start): &(&Sample, &Sample)| now.particles as f64 / start.particles as f64;
+fn row(
+    plan: &CasePlan,
+    time: f64,
+    pairs: &ReplicaPairs<'_>,
+    curve: Option<&TheoryPoint>,
+) -> GasRow {
+    let number =
+        |(now, start): &(&GasSample, &GasSample)| now.particles as f64 / start.particles as f64;
     let all = plan.count() as f64;
     let traced = plan.species.iter().any(|one| one.tracer);
     let collisions = (!traced).then(|| {
@@ -300,24 +314,24 @@ fn row(plan: &Plan, time: f64, pairs: &Pairs<'_>, curve: Option<&Curve>) -> Row 
         against(found, curve.map(|curve| curve.collisions))
     });
     // Energies of species add up, and so do their variances.
-    let energies = |sample: &Sample| {
+    let energies = |sample: &GasSample| {
         but_tracers(plan, sample, |moments| {
             let energy = moments.count as f64 * moments.temperature;
             [energy, energy * temperature_error(plan, moments)]
         })
     };
-    let energy = |sample: &Sample| {
+    let energy = |sample: &GasSample| {
         let all = || 0.5 * plan.dimension as f64 * energies(sample)[0];
         if traced { all() } else { sample.energy }
     };
-    let ratio = |pair: &(&Sample, &Sample)| energy(pair.0) / energy(pair.1);
+    let ratio = |pair: &(&GasSample, &GasSample)| energy(pair.0) / energy(pair.1);
     let first = pairs.first().filter(|_| plan.case.aggregation.is_none());
     let single = first.and_then(|pair| {
         let [sum, error] = energies(pair.0);
         (sum > 0.0).then(|| error / sum * ratio(pair))
     });
     let displacement = has_displacement(plan).then(|| {
-        let mean = |sample: &Sample| {
+        let mean = |sample: &GasSample| {
             let [count, _] = but_tracers(plan, sample, |moments| [moments.count as f64, 0.0]);
             let sums = but_tracers(plan, sample, |moments| {
                 let n = moments.count as f64;
@@ -332,7 +346,7 @@ fn row(plan: &Plan, time: f64, pairs: &Pairs<'_>, curve: Option<&Curve>) -> Row 
         let found = measured(pairs, |pair| mean(pair.0)[0], single);
         against(found, curve.map(|curve| curve.displacement))
     });
-    Row {
+    GasRow {
         time,
         particles: measured(pairs, number, None),
         collisions: collisions.unwrap_or_default(),
@@ -345,7 +359,7 @@ fn row(plan: &Plan, time: f64, pairs: &Pairs<'_>, curve: Option<&Curve>) -> Row 
     }
 }
 
-fn table(rows: &[Row]) -> Table {
+fn table(rows: &[GasRow]) -> Table {
     let mut table = table! {
         "gas", "The gas as a whole at the sample times";
         key "time", "unit of time", "Time";
@@ -365,20 +379,20 @@ fn table(rows: &[Row]) -> Table {
         (
             true,
             "Energy",
-            Axis::logarithmic("energy_ratio", "E/E(0)"),
+            FigureAxis::logarithmic("energy_ratio", "E/E(0)"),
             "Kinetic energy over that of the start.",
         ),
         (
             true,
             "Collisions",
-            Axis::linear("collisions_per_particle", "collisions per particle"),
+            FigureAxis::linear("collisions_per_particle", "collisions per particle"),
             "Collisions that a particle of the start took part in, on average. In a gas that cools by Haff's law they grow \
              as the logarithm of time.",
         ),
         (
             displaced,
             "Mean squared displacement of all particles",
-            Axis::logarithmic("mean_squared_displacement", "<R²>"),
+            FigureAxis::logarithmic("mean_squared_displacement", "<R²>"),
             "Mean squared displacement since the start: ballistic at first, then ever slower as the gas cools.",
         ),
     ] {
@@ -390,13 +404,13 @@ fn table(rows: &[Row]) -> Table {
 }
 
 /// A figure of a single curve against the logarithm of time.
-pub(super) fn against_time(title: &'static str, y: Axis, caption: &'static str) -> Figure {
-    Figure::curves(title, Axis::logarithmic("time", "t"), y)
+pub(super) fn against_time(title: &'static str, y: FigureAxis, caption: &'static str) -> Figure {
+    Figure::curves(title, FigureAxis::logarithmic("time", "t"), y)
         .by(&[])
         .caption(caption)
 }
 
-fn replicas(records: &[&Record]) -> Table {
+fn replicas(records: &[&GasRecord]) -> Table {
     let mut table = table! {
         "replicas", "Samples of single replicas";
         key "replica", "1", "Number of the replica, from zero";

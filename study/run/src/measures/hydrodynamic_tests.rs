@@ -1,17 +1,17 @@
 //! Spectra, scattering, distributions of velocities and transport coefficients, on small gases and made-up records.
 
-use stosszahl_analysis::spectra::{Disk, Shells, Spectra, Spectrum};
-use stosszahl_analysis::statistics::Moments;
+use stosszahl_analysis::spectra::{Shells, Spectra, Spectrum, SpectrumDisk};
+use stosszahl_analysis::statistics::RunningMoments;
 use stosszahl_analysis::structure_factor::direct_sum;
 use stosszahl_model::transport;
 use stosszahl_results::{Table, VerdictKind};
 
 use super::tests::{case, measure, near, number, run};
-use crate::measure::{CompletedRun, Recorder, ReplicaRecords};
-use crate::plan::Plan;
+use crate::measure::{CompletedRun, ReplicaRecords, SampleProbe};
+use crate::plan::CasePlan;
 
 /// Disks in a square box, exact; options are those of the measure.
-fn disks(restitution: f64, count: usize, packing: f64, until: f64, measure: &str) -> Plan {
+fn disks(restitution: f64, count: usize, packing: f64, until: f64, measure: &str) -> CasePlan {
     case(&format!(
         "format = 2\ntitle = \"disks\"\nreplicas = 1\n[gas]\nnumber = {count}\nrestitution = {restitution}\n\
          [box]\npacking_fraction = {packing}\n[run]\nuntil = {until}\n[engine.ed]\n[measure.{measure}"
@@ -20,7 +20,7 @@ fn disks(restitution: f64, count: usize, packing: f64, until: f64, measure: &str
 
 /// Mean and standard error of a column over all rows of a table of one replica each.
 fn moments(values: &[f64]) -> [f64; 2] {
-    let all: Moments = values.iter().copied().collect();
+    let all: RunningMoments = values.iter().copied().collect();
     [
         all.mean().expect("values"),
         all.standard_error().expect("values"),
@@ -67,16 +67,16 @@ fn an_elastic_gas_has_spectra_of_one() {
 
 /// Tables of a measure of made-up records, one for each replica.
 fn tables_of<R: Clone + serde::Serialize + serde::de::DeserializeOwned + Send + 'static>(
-    plan: &Plan,
+    plan: &CasePlan,
     name: &str,
     records: &[R],
 ) -> Vec<Table> {
     let finished = records.iter().map(|record| CompletedRun {
-        probes: vec![Box::new(Recorder::new(
+        probes: vec![Box::new(SampleProbe::new(
             record.clone(),
             |_: &mut R, _: &mut _| {},
         ))],
-        work: stosszahl_model::Work::default(),
+        work: stosszahl_model::WorkCounters::default(),
         bytes: 0,
         seconds: 0.0,
     });
@@ -233,7 +233,7 @@ fn scattering_and_spectra_are_sums_over_states() {
     let (tables, _, log) = run(&plan, measure("spectra"));
     let shells = Shells::new(lengths, &[1, 2, 3], 48).expect("shells");
     for (look, first) in [(1, 0), (2, tables[0].rows.len() / 2)] {
-        let disks = log.states[look].1.iter().map(|one| Disk {
+        let disks = log.states[look].1.iter().map(|one| SpectrumDisk {
             position: one.position.xy(),
             velocity: one.velocity.xy(),
             mass: one.mass,

@@ -7,26 +7,29 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::replicas::pseudo_values;
 use stosszahl_analysis::statistics::{ChiSquaredTest, chi_squared_test};
-use stosszahl_analysis::windows::{self, Dissipation, PairBins, Window, Windows, merged};
+use stosszahl_analysis::windows::{
+    self, CollisionWindow, CollisionWindows, DissipationFactors, PairBins, merged,
+};
 use stosszahl_model::{Observer, kinetic};
-use stosszahl_results::{Axis, Estimate, Figure, Mark, Table, Verdict, table};
+use stosszahl_results::{Figure, FigureAxis, PointMark, Table, TableEstimate, VerdictText, table};
 
 use super::energy::pairs_of;
 use super::over;
 use crate::judge::{self, ImpactTest, title};
 use crate::measure::{
-    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, Stop, described, keeps_record,
+    self, BadOption, Measure, Probe, ReplicaRecords, RunStop, SampleContext, described,
+    keeps_record,
 };
-use crate::plan::{EnginePlan, Plan};
-use crate::power::Spread;
+use crate::plan::{CasePlan, EnginePlan};
+use crate::power::ReplicaSpread;
 
 /// Measure of the impact parameters of collisions.
-pub struct ImpactParameters;
+pub struct ImpactMeasure;
 
 /// Windows and bins.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct ImpactOptions {
     /// Time windows \[start, end\], or "whole-run" for one. Default: 0 to 1, 5, 20, 100, 400 and so on up to the end of the run;
     /// one window with walls, gravity or spins and in gases without positions.
     pub windows: Option<Spans>,
@@ -55,7 +58,7 @@ pub enum WholeRun {
     WholeRun,
 }
 
-impl Default for Options {
+impl Default for ImpactOptions {
     fn default() -> Self {
         Self {
             windows: None,
@@ -79,7 +82,7 @@ fn default_windows(until: f64) -> Vec<[f64; 2]> {
 }
 
 /// The windows of a case, as written or by default.
-pub(super) fn spans(plan: &Plan, written: Option<Spans>) -> Vec<[f64; 2]> {
+pub(super) fn spans(plan: &CasePlan, written: Option<Spans>) -> Vec<[f64; 2]> {
     let until = plan.case.run.until;
     match written {
         Some(Spans::List(windows)) => windows,
@@ -96,7 +99,7 @@ pub(super) fn check_windows(windows: Option<&Spans>) -> Result<(), BadOption> {
 }
 
 /// Windows of time and bins of one engine and replica.
-type Record = Windows;
+type Record = CollisionWindows;
 
 struct ImpactProbe {
     spans: Vec<[f64; 2]>,
@@ -113,7 +116,8 @@ impl Probe for ImpactProbe {
 
     fn begin(&mut self, moment: &mut SampleContext<'_>) {
         let (start, temperature) = (moment.simulation.time(), moment.temperature());
-        let windows = Windows::new(&self.spans, self.bins, self.particles, start, temperature);
+        let windows =
+            CollisionWindows::new(&self.spans, self.bins, self.particles, start, temperature);
         self.record = windows.in_dimension(moment.simulation.dimension());
         if self.species.len() > 1 {
             let pairs = PairBins::new(&self.species, self.spans.len(), self.bins);
@@ -121,48 +125,48 @@ impl Probe for ImpactProbe {
         }
     }
 
-    fn stop(&mut self, stop: &Stop) {
+    fn stop(&mut self, stop: &RunStop) {
         self.record.synchronise(stop.time, stop.temperature);
     }
 
     keeps_record!();
 }
 
-impl ImpactParameters {
-    fn options(&self, plan: &Plan) -> (Vec<[f64; 2]>, usize) {
-        let options: Options = measure::chosen(plan, self.name());
+impl ImpactMeasure {
+    fn options(&self, plan: &CasePlan) -> (Vec<[f64; 2]>, usize) {
+        let options: ImpactOptions = measure::chosen(plan, self.name());
         (spans(plan, options.windows), options.bins as usize)
     }
 }
 
-impl Measure for ImpactParameters {
+impl Measure for ImpactMeasure {
     described!(
         "impact_parameters",
         "Impact parameters of collisions against molecular chaos, and the factors of the cooling rate.",
-        Options
+        ImpactOptions
     );
 
     fn knows_shear(&self) -> bool {
         true
     }
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.is_uniform_box() && !plan.is_rough()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let Options { windows, bins } = measure::options(plan, self.name())?;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        let ImpactOptions { windows, bins } = measure::options(plan, self.name())?;
         let allowed = "a whole number from 2 to 1000";
         measure::require((2..=1000).contains(&bins), "bins", allowed)?;
         check_windows(windows.as_ref())
     }
 
     /// The edges of the windows, so that no step of an engine lies across them.
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         self.options(plan).0.into_flattened()
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let (windows, bins) = self.options(plan);
         let spans = windows
             .iter()
@@ -173,11 +177,11 @@ impl Measure for ImpactParameters {
             bins,
             particles: plan.count(),
             species: species.collect(),
-            record: Windows::new(&[], bins, plan.count(), 0.0, 1.0),
+            record: CollisionWindows::new(&[], bins, plan.count(), 0.0, 1.0),
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let (spans, _) = self.options(plan);
         let mut tables = histograms(plan, runs, &spans);
         if plan.has_theory() {
@@ -189,16 +193,16 @@ impl Measure for ImpactParameters {
         tables
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         plan.engines.len()
     }
 
-    fn spreads(&self, plan: &Plan) -> Vec<Spread> {
+    fn spreads(&self, plan: &CasePlan) -> Vec<ReplicaSpread> {
         let until = plan.case.run.until;
         let [start, end] = self.options(plan).0.last().copied().unwrap_or([0.0, until]);
         let each = plan.expected_collisions(end) - plan.expected_collisions(start);
         let spread = |engine: &EnginePlan| {
-            Spread {
+            ReplicaSpread {
             quantity: format!("slope of P(b/d), {}, last window", title(engine.name)),
             // Of a uniform number it is 12 times that of its mean, sqrt(1/12).
             of_one: (12.0 / (0.5 * each * (plan.count() * engine.copies()) as f64)).sqrt(),
@@ -212,7 +216,12 @@ impl Measure for ImpactParameters {
         plan.engines.iter().map(spread).collect()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
         let (spans, _) = self.options(plan);
         let mut list = Vec::new();
         for (engine, records) in runs.each::<Record>(plan) {
@@ -230,24 +239,27 @@ impl Measure for ImpactParameters {
 }
 
 /// One window of all replicas.
-fn window<'a>(records: &[&'a Record], window: usize) -> Vec<&'a Window> {
+fn window<'a>(records: &[&'a Record], window: usize) -> Vec<&'a CollisionWindow> {
     records.iter().map(|one| &one.windows[window]).collect()
 }
 
 /// Collisions in each bin, over all replicas.
-fn counts(windows: &[&Window]) -> Vec<u64> {
+fn counts(windows: &[&CollisionWindow]) -> Vec<u64> {
     let bins = windows.first().map_or(0, |window| window.bins.len());
     let count = |bin: usize| windows.iter().map(|window| window.bins[bin]).sum();
     (0..bins).map(count).collect()
 }
 
 /// A number that follows from one window of all replicas, with its jackknife error.
-fn pooled(windows: &[&Window], of: impl Fn(&Window) -> Option<f64>) -> Estimate {
+fn pooled(
+    windows: &[&CollisionWindow],
+    of: impl Fn(&CollisionWindow) -> Option<f64>,
+) -> TableEstimate {
     over(windows::pooled(windows, of).into_iter().map(Some))
 }
 
 /// Chi-squared of the collisions of all replicas against chaos, as if they were independent.
-fn against_chaos(windows: &[&Window]) -> Option<ChiSquaredTest> {
+fn against_chaos(windows: &[&CollisionWindow]) -> Option<ChiSquaredTest> {
     let all = merged(windows)?;
     let observed: Vec<f64> = all.bins.iter().map(|&count| count as f64).collect();
     let chances = all.chances().into_iter();
@@ -267,15 +279,15 @@ fn edges(bin: usize, bins: usize) -> [f64; 2] {
 }
 
 /// The table of the bins and that of their summary.
-fn histograms(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
+fn histograms(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
     let figure = Figure::curves(
         "Impact parameters",
-        Axis::linear("bin_low", "b/d"),
-        Axis::linear("density", "P(b/d)"),
+        FigureAxis::linear("bin_low", "b/d"),
+        FigureAxis::linear("density", "P(b/d)"),
     );
     let figure = figure
         .panels(&["window_start", "window_end"])
-        .mark(Mark::Bars);
+        .mark(PointMark::Bars);
     let mut bins = table! {
         "impact_parameter", "Distribution of the impact parameter in windows of time.";
         key "engine", "", "Engine";
@@ -306,8 +318,8 @@ fn histograms(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec
     .figure(
         Figure::curves(
             "Slope of P(b/d)",
-            Axis::logarithmic("window_end", "end of the window"),
-            Axis::linear("slope", "slope of P(b/d)"),
+            FigureAxis::logarithmic("window_end", "end of the window"),
+            FigureAxis::linear("slope", "slope of P(b/d)"),
         )
         .line("molecular chaos", 0.0),
     );
@@ -322,7 +334,7 @@ fn histograms(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec
             for (bin, &count) in counts.iter().enumerate() {
                 let some = windows.iter().filter(|window| window.collisions > 0);
                 let each = some.map(|window| Some(density(window.bins[bin], window.collisions)));
-                let estimate = Estimate {
+                let estimate = TableEstimate {
                     value: Some(if total > 0 {
                         density(count, total)
                     } else {
@@ -333,7 +345,7 @@ fn histograms(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec
                 };
                 bins.add((key, edges(bin, counts.len()), count, estimate));
             }
-            let mean = pooled(&windows, Window::mean_impact).value;
+            let mean = pooled(&windows, CollisionWindow::mean_impact).value;
             let pearson = against_chaos(&windows);
             let alone = merged(&windows).and_then(|window| window.slope_error());
             let dispersion = one
@@ -360,17 +372,17 @@ fn histograms(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec
 }
 
 /// The factors of the dissipation identity, in the order of their columns.
-const FACTORS: [fn(&Dissipation) -> f64; 6] = [
+const FACTORS: [fn(&DissipationFactors) -> f64; 6] = [
     |d| d.rate,
     |d| d.speed,
     |d| d.impact,
     |d| d.correlation,
     |d| d.dissipation,
-    Dissipation::at_pair_speed,
+    DissipationFactors::at_pair_speed,
 ];
 
 /// The factors of one window.
-fn known_factors(plan: &Plan, window: &Window) -> Option<Dissipation> {
+fn known_factors(plan: &CasePlan, window: &CollisionWindow) -> Option<DissipationFactors> {
     // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian velocities.
     let chaos = if plan.dimension == 2 {
         kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0)
@@ -381,12 +393,12 @@ fn known_factors(plan: &Plan, window: &Window) -> Option<Dissipation> {
 }
 
 /// The factors of one window of all replicas.
-fn factors(plan: &Plan, records: &[&Record], number: usize) -> [Estimate; 6] {
+fn factors(plan: &CasePlan, records: &[&Record], number: usize) -> [TableEstimate; 6] {
     let windows = window(records, number);
     FACTORS.map(|of| pooled(&windows, |window| Some(of(&known_factors(plan, window)?))))
 }
 
-fn dissipation(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
+fn dissipation(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
     let mut table = table! {
         "dissipation", "The cooling rate over that of Maxwellian velocities under molecular chaos at the total kinetic energy, flow included, as the product of four ratios.";
         key "engine", "", "Engine";
@@ -403,8 +415,8 @@ fn dissipation(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Ta
     }
     .figure(Figure::curves(
         "Cooling rate over Enskog's",
-        Axis::logarithmic("window_end", "end of the window"),
-        Axis::linear("dissipation_ratio", "cooling rate over Enskog's"),
+        FigureAxis::logarithmic("window_end", "end of the window"),
+        FigureAxis::linear("dissipation_ratio", "cooling rate over Enskog's"),
     ));
     for (engine, records) in runs.each::<Record>(plan) {
         for (number, &span) in spans.iter().enumerate() {
@@ -425,26 +437,26 @@ fn dissipation(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Ta
 /// Returns the factors of a difference in cooling, or in collisions, in the last window. Both engines start alike, so replicas are left out of
 /// both together.
 fn split(
-    plan: &Plan,
+    plan: &CasePlan,
     runs: &ReplicaRecords<'_>,
     spans: &[[f64; 2]],
     engines: [usize; 2],
-) -> Option<Verdict> {
+) -> Option<VerdictText> {
     let number = spans.len().checked_sub(1)?;
     let records = engines.map(|engine| runs.records::<Record>(engine));
     let windows = [window(&records[0], number), window(&records[1], number)];
     let replicas = windows[0].len().min(windows[1].len());
-    let both: Vec<[Window; 2]> = (0..replicas)
+    let both: Vec<[CollisionWindow; 2]> = (0..replicas)
         .map(|replica| [0, 1].map(|engine| windows[engine][replica].clone()))
         .collect();
-    let add = |sum: &mut [Window; 2], both: &[Window; 2]| {
+    let add = |sum: &mut [CollisionWindow; 2], both: &[CollisionWindow; 2]| {
         for (sum, one) in sum.iter_mut().zip(both) {
             sum.merge(one);
         }
     };
     let quotient = |index: usize| {
-        let of = |window: &Window| Some(FACTORS[index](&known_factors(plan, window)?));
-        let value = |[one, other]: &[Window; 2]| Some(of(one)? / of(other)?);
+        let of = |window: &CollisionWindow| Some(FACTORS[index](&known_factors(plan, window)?));
+        let value = |[one, other]: &[CollisionWindow; 2]| Some(of(one)? / of(other)?);
         let values = pseudo_values(&both, add, |both| value(both).unwrap_or(f64::NAN));
         let known = values.iter().all(|value| !value.is_nan());
         (known && !values.is_empty())
@@ -468,7 +480,7 @@ fn split(
     Some(judge::note(format!("cooling rate, {a} over {b}"), sentence))
 }
 
-fn pairs(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
+fn pairs(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
     let mut table = table! {
         "impact_parameter_pairs", "Distribution of the impact parameter by kinds of pairs.";
         key "engine", "", "Engine";
@@ -497,7 +509,7 @@ fn pairs(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
                 for (bin, &count) in counts.iter().enumerate() {
                     let error = (count > 0).then(|| (count as f64).sqrt() * scale);
                     let theory = records.first().map(|one| one.windows[window].chaos(bin));
-                    let found = Estimate::of(count as f64 * scale, error).against(theory);
+                    let found = TableEstimate::of(count as f64 * scale, error).against(theory);
                     let numbers = pair.species.map(|number| number as u64 + 1);
                     let species = (numbers, plan.pair_name(pair.species));
                     table.add((engine.name, species, span, edges(bin, bins), count, found));

@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 use stosszahl_analysis::modes::{Amplitudes, ModeWeights};
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::Shells;
-use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::spectra::{LARGEST, require_number, require_waves, shells};
 use super::{grid, over};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// The intermediate scattering function.
 pub struct IntermediateScattering;
@@ -19,7 +19,7 @@ pub struct IntermediateScattering;
 /// Options: begin of the measurement and wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct ScatteringOptions {
     /// The time to which the density is compared.
     pub from: f64,
     /// Shells of mode numbers L/wavelength, those that round to the same whole number.
@@ -28,7 +28,7 @@ pub struct Options {
     pub modes_per_shell: u64,
 }
 
-impl Default for Options {
+impl Default for ScatteringOptions {
     fn default() -> Self {
         Self {
             from: 0.0,
@@ -38,8 +38,8 @@ impl Default for Options {
     }
 }
 
-impl Options {
-    fn shells(&self, plan: &Plan) -> Result<Shells, String> {
+impl ScatteringOptions {
+    fn shells(&self, plan: &CasePlan) -> Result<Shells, String> {
         let numbers: Vec<usize> = self.wave_numbers.iter().map(|&k| k as usize).collect();
         shells(plan, &numbers, self.modes_per_shell)
     }
@@ -57,12 +57,12 @@ impl Measure for IntermediateScattering {
     described!(
         "intermediate_scattering",
         "Intermediate scattering function F(k, t): correlation of density waves with those of a chosen time.",
-        Options
+        ScatteringOptions
     );
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_waves(plan)?;
-        let options: Options = measure::options(plan, self.name())?;
+        let options: ScatteringOptions = measure::options(plan, self.name())?;
         let numbers = &options.wave_numbers;
         let allowed = format!("a rising list of whole numbers from 1 to {LARGEST}");
         let good = !numbers.is_empty()
@@ -77,53 +77,57 @@ impl Measure for IntermediateScattering {
         options.shells(plan).map(|_| ()).map_err(bad)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
-        let from = measure::chosen::<Options>(plan, self.name()).from;
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+        let from = measure::chosen::<ScatteringOptions>(plan, self.name()).from;
         let later = grid(plan, plan.case.run.until - from).map(|elapsed| from + elapsed);
         std::iter::once(from).chain(later).collect()
     }
 
-    fn kept(&self, plan: &Plan) -> f64 {
-        let shells = measure::chosen::<Options>(plan, self.name()).shells(plan);
+    fn kept(&self, plan: &CasePlan) -> f64 {
+        let shells = measure::chosen::<ScatteringOptions>(plan, self.name()).shells(plan);
         shells.map_or(0.0, |shells| {
             let looks = self.times(plan).len() * shells.ranges().count() * size_of::<f64>();
             (looks + shells.modes().indices().len() * size_of::<[f64; 2]>()) as f64
         })
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let options = measure::chosen::<Options>(plan, self.name());
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let options = measure::chosen::<ScatteringOptions>(plan, self.name());
         let (shells, from) = (options.shells(plan), options.from);
-        Box::new(Recorder::new(Record::default(), move |record, moment| {
-            let Ok(shells) = &shells else { return };
-            let mut amplitudes = Amplitudes::new(shells.modes().clone(), ModeWeights::Density);
-            moment.simulation.reduce_particles(&mut amplitudes);
-            let (points, sums) = amplitudes.sums().unwrap_or_default();
-            let now: Vec<[f64; 2]> = sums.iter().map(|sum| [sum.re, sum.im]).collect();
-            if moment.time == from {
-                record.first.clone_from(&now);
-            }
-            let unit = moment.simulation.weight() / points as f64;
-            let products: Vec<f64> = (now.iter().zip(&record.first))
-                .map(|(now, first)| now[0] * first[0] + now[1] * first[1])
-                .collect();
-            let means = shells.ranges().map(|range| {
-                let modes = products.get(range).unwrap_or_default();
-                unit * modes.iter().sum::<f64>() / modes.len() as f64
-            });
-            let means = means.collect();
-            record.scattering.push((moment.time - from, means));
-        }))
+        Box::new(SampleProbe::new(
+            Record::default(),
+            move |record, moment| {
+                let Ok(shells) = &shells else { return };
+                let mut amplitudes = Amplitudes::new(shells.modes().clone(), ModeWeights::Density);
+                moment.simulation.reduce_particles(&mut amplitudes);
+                let (points, sums) = amplitudes.sums().unwrap_or_default();
+                let now: Vec<[f64; 2]> = sums.iter().map(|sum| [sum.re, sum.im]).collect();
+                if moment.time == from {
+                    record.first.clone_from(&now);
+                }
+                let unit = moment.simulation.weight() / points as f64;
+                let products: Vec<f64> = (now.iter().zip(&record.first))
+                    .map(|(now, first)| now[0] * first[0] + now[1] * first[1])
+                    .collect();
+                let means = shells.ranges().map(|range| {
+                    let modes = products.get(range).unwrap_or_default();
+                    unit * modes.iter().sum::<f64>() / modes.len() as f64
+                });
+                let means = means.collect();
+                record.scattering.push((moment.time - from, means));
+            },
+        ))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        let Ok(shells) = measure::chosen::<Options>(plan, self.name()).shells(plan) else {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+        let Ok(shells) = measure::chosen::<ScatteringOptions>(plan, self.name()).shells(plan)
+        else {
             return Vec::new();
         };
         let figure = Figure::curves(
             "Intermediate scattering function",
-            Axis::logarithmic("lag", "time"),
-            Axis::linear("correlation", "F(k, t)/F(k, 0)"),
+            FigureAxis::logarithmic("lag", "time"),
+            FigureAxis::linear("correlation", "F(k, t)/F(k, 0)"),
         );
         let mut table = table! {
             "intermediate_scattering", "Correlation of density waves with those of a chosen time.";
@@ -150,8 +154,8 @@ impl Measure for IntermediateScattering {
                         .filter_map(|record| Some([at(record, index)?, at(record, 0)?]));
                     let pairs: Vec<[f64; 2]> = pairs.collect();
                     let ratio = jackknife(&pairs, |[now, first]| now / first);
-                    let ratio = ratio.map_or_else(Estimate::default, |found| {
-                        Estimate::of(found.value, found.standard_error)
+                    let ratio = ratio.map_or_else(TableEstimate::default, |found| {
+                        TableEstimate::of(found.value, found.standard_error)
                     });
                     table.add((
                         (engine.name, numbers[shell], elapsed),

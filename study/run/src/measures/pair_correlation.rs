@@ -1,15 +1,15 @@
 //! The pair correlation function g(r) in a periodic box, of disks and of spheres.
 
 use serde::Deserialize;
-use stosszahl_analysis::pair_correlation::{PairCorrelation, Pairs, of_species};
-use stosszahl_results::{Axis, Figure, Table, table};
+use stosszahl_analysis::pair_correlation::{PairCorrelation, PairCounts, of_species};
+use stosszahl_results::{Figure, FigureAxis, Table, table};
 
 use super::structure_factor::{
     ByTime, SpeciesOf, WithPairs, by_time, mean_diameter, require_periodic, species_pairs,
     structure_times,
 };
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Measure of the pair correlation g(r).
 pub struct PairCorrelations;
@@ -20,7 +20,7 @@ const MOST_BINS: f64 = 1e5;
 /// Options of the pair correlation.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct PairCorrelationOptions {
     /// Times. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
     /// Largest distance, in mean diameters.
@@ -30,7 +30,7 @@ pub struct Options {
     pub bin_width: f64,
 }
 
-impl Default for Options {
+impl Default for PairCorrelationOptions {
     fn default() -> Self {
         Self {
             times: None,
@@ -50,16 +50,16 @@ impl Measure for PairCorrelations {
     described!(
         "pair_correlation",
         "Pair correlation g(r): neighbours at a distance, over those of an ideal gas.",
-        Options
+        PairCorrelationOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.is_uniform_box() && !plan.is_rough()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_periodic(plan)?;
-        let options: Options = measure::options(plan, self.name())?;
+        let options: PairCorrelationOptions = measure::options(plan, self.name())?;
         let allowed = "a range above 1, in diameters";
         let good = options.range > 1.0 && options.range.is_finite();
         measure::require(good, "range", allowed)?;
@@ -69,47 +69,51 @@ impl Measure for PairCorrelations {
         measure::require(good, "bin_width", allowed)
     }
 
-    fn gathers(&self, plan: &Plan) -> bool {
+    fn gathers(&self, plan: &CasePlan) -> bool {
         plan.species.len() > 1
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
-        structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+        structure_times(
+            plan,
+            measure::chosen::<PairCorrelationOptions>(plan, self.name()).times,
+        )
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let d = mean_diameter(plan);
-        let Options {
+        let PairCorrelationOptions {
             range, bin_width, ..
         } = measure::chosen(plan, self.name());
         let (range, width) = (range * d, bin_width * d);
         let sides = plan.lengths[..plan.dimension].to_vec();
         let species = SpeciesOf::new(plan);
-        Box::new(Recorder::new(Record::new(), move |record, moment| {
+        Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             let range = sides
                 .iter()
                 .fold(range, |range, side| range.min(0.499_999 * side));
             let bins = ((range / width).round() as usize).max(1);
-            let found = Pairs::new(&sides, range, bins, &moment.interrupt).and_then(|mut pairs| {
-                moment.simulation.reduce_neighbourhoods(range, &mut pairs);
-                let all = pairs.correlation(d)?;
-                let places = species.places(moment);
-                let pairs = if places.is_empty() {
-                    Vec::new()
-                } else {
-                    of_species(&places, &sides, d, range, bins, &moment.interrupt)?
-                };
-                Ok(WithPairs { all, pairs })
-            });
+            let found =
+                PairCounts::new(&sides, range, bins, &moment.interrupt).and_then(|mut pairs| {
+                    moment.simulation.reduce_neighbourhoods(range, &mut pairs);
+                    let all = pairs.correlation(d)?;
+                    let places = species.places(moment);
+                    let pairs = if places.is_empty() {
+                        Vec::new()
+                    } else {
+                        of_species(&places, &sides, d, range, bins, &moment.interrupt)?
+                    };
+                    Ok(WithPairs { all, pairs })
+                });
             record.push((moment.time, found.ok()));
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Pair correlation",
-            Axis::linear("r_over_d", "r/d"),
-            Axis::linear("g", "g(r)"),
+            FigureAxis::linear("r_over_d", "r/d"),
+            FigureAxis::linear("g", "g(r)"),
         );
         let table = table! {
             "pair_correlation", "Pair correlation by distance.";
@@ -141,8 +145,8 @@ impl Measure for PairCorrelations {
             .figure(
                 Figure::curves(
                     "Partial pair correlations",
-                    Axis::linear("r_over_d", "r/d"),
-                    Axis::linear("g", "g_ab(r)"),
+                    FigureAxis::linear("r_over_d", "r/d"),
+                    FigureAxis::linear("g", "g_ab(r)"),
                 )
                 .by(&["engine", "pair"])
                 .panels(&["time"])

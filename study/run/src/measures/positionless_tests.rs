@@ -5,7 +5,7 @@ use std::path::Path;
 use stosszahl_case::Case;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt};
-use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
+use stosszahl_results::{Table, TableCell, VerdictKind, VerdictText};
 
 use super::ALL;
 use super::gas::moments;
@@ -13,16 +13,16 @@ use crate::control::Control;
 use crate::engines::{self, From};
 use crate::follow::EngineRun;
 use crate::measure::{CompletedRun, Measure, Needs, ReplicaRecords};
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 /// A plan from the text of a case below its first lines.
-fn plan(text: &str) -> Plan {
+fn plan(text: &str) -> CasePlan {
     let text = format!("format = 2\ntitle = \"a test\"\n{text}");
     let case: Case = toml::from_str(&text).expect("a case");
-    Plan::new(&case, Path::new(".")).expect("a plan")
+    CasePlan::new(&case, Path::new(".")).expect("a plan")
 }
 
-fn measures(plan: &Plan) -> Vec<&'static dyn Measure> {
+fn measures(plan: &CasePlan) -> Vec<&'static dyn Measure> {
     let asked =
         |one: &&&dyn Measure| one.by_default(plan) || plan.case.measure.contains_key(one.name());
     let all: Vec<_> = ALL.iter().filter(asked).copied().collect();
@@ -33,7 +33,7 @@ fn measures(plan: &Plan) -> Vec<&'static dyn Measure> {
 }
 
 /// One replica from its start to its end.
-fn follow(plan: &Plan, measures: &[&'static dyn Measure], replica: u64) -> CompletedRun {
+fn follow(plan: &CasePlan, measures: &[&'static dyn Measure], replica: u64) -> CompletedRun {
     let part = EngineRun {
         plan,
         engine: &plan.engines[0],
@@ -47,7 +47,7 @@ fn follow(plan: &Plan, measures: &[&'static dyn Measure], replica: u64) -> Compl
 }
 
 /// All tables and verdicts of a plan.
-pub(super) fn results(plan: &Plan) -> (Vec<Table>, Vec<Verdict>) {
+pub(super) fn results(plan: &CasePlan) -> (Vec<Table>, Vec<VerdictText>) {
     let measures = measures(plan);
     let run = |replica| follow(plan, &measures, replica);
     let finished = [(0..plan.case.replicas).map(run).collect::<Vec<_>>()];
@@ -69,8 +69,8 @@ pub(super) fn results(plan: &Plan) -> (Vec<Table>, Vec<Verdict>) {
 fn number(table: &Table, row: usize, column: &str) -> f64 {
     let column = table.find(column).expect("a column of this name");
     match &table.rows[row][column] {
-        Cell::Number(number) => *number,
-        Cell::Count(count) => *count as f64,
+        TableCell::Number(number) => *number,
+        TableCell::Count(count) => *count as f64,
         other => panic!("{column} is {other:?}"),
     }
 }
@@ -119,7 +119,7 @@ fn simulators_stand_for_particles() {
     for name in ["gas", "species"] {
         assert_eq!(table(&small, name).rows, table(&large, name).rows);
     }
-    let derived = |plan: &Plan, name: &str| {
+    let derived = |plan: &CasePlan, name: &str| {
         let all = plan.derived();
         all.iter().find(|one| one.name == name).expect("it").value
     };
@@ -242,7 +242,7 @@ fn the_gas_is_the_mean_of_its_replicas() {
     let known = checks
         .rows
         .iter()
-        .filter(|row| row[0] == Cell::Text("temperature".to_owned()));
+        .filter(|row| row[0] == TableCell::Text("temperature".to_owned()));
     assert_eq!(known.count(), 2);
 }
 
@@ -350,15 +350,15 @@ fit_monomers = [1, 8]",
     assert!(number(clusters, last, "heating_energy") > 0.0);
     assert!(number(clusters, last, "mean_monomers") > 1.0);
     let of_last = |row: &usize| {
-        sizes.rows[*row][0] == Cell::Text("instant".to_owned())
+        sizes.rows[*row][0] == TableCell::Text("instant".to_owned())
             && number(sizes, *row, "time") == 30.0
     };
     let counted = (0..sizes.rows.len()).filter(of_last);
     let counted: f64 = counted.map(|row| number(sizes, row, "counted")).sum();
     let expected = number(clusters, last, "clusters_ratio") * 2000.0 * 2.0;
     assert_eq!(counted.round(), expected.round());
-    let steady =
-        (0..sizes.rows.len()).filter(|&row| sizes.rows[row][0] == Cell::Text("steady".to_owned()));
+    let steady = (0..sizes.rows.len())
+        .filter(|&row| sizes.rows[row][0] == TableCell::Text("steady".to_owned()));
     let monomers: f64 = steady
         .filter(|&row| number(sizes, row, "monomers_high") <= 16.0)
         .map(|row| number(sizes, row, "clusters_per_monomer") * number(sizes, row, "monomers_low"))

@@ -4,20 +4,20 @@ use std::path::Path;
 
 use stosszahl_case::Case;
 use stosszahl_model::Interrupt;
-use stosszahl_results::{Cell, Snapshot, Table};
+use stosszahl_results::{Snapshot, Table, TableCell};
 
-use super::{collision_log::CollisionLog, snapshots::Snapshots};
+use super::{collision_log::CollisionLog, snapshots::SnapshotMeasure};
 use crate::control::Control;
 use crate::follow::EngineRun;
 use crate::measure::{CompletedRun, Measure, ReplicaRecords, share_of_others};
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 /// Both measures of one engine of a case without a prepared start, replica by replica.
-fn run(text: &str) -> (Plan, Vec<CompletedRun>) {
+fn run(text: &str) -> (CasePlan, Vec<CompletedRun>) {
     let text = format!("format = 2\ntitle = \"a test\"\n{text}");
     let case: Case = toml::from_str(&text).expect("a case");
-    let plan = Plan::new(&case, Path::new(".")).expect("a plan");
-    let measures: [&'static dyn Measure; 2] = [&Snapshots, &CollisionLog];
+    let plan = CasePlan::new(&case, Path::new(".")).expect("a plan");
+    let measures: [&'static dyn Measure; 2] = [&SnapshotMeasure, &CollisionLog];
     for one in measures {
         one.check(&plan).expect("good options");
     }
@@ -45,19 +45,19 @@ fn runs(measure: usize, finished: &[Vec<CompletedRun>]) -> ReplicaRecords<'_> {
     }
 }
 
-fn files(plan: &Plan, finished: &[Vec<CompletedRun>]) -> Vec<(Snapshot, String)> {
-    Snapshots.snapshots(plan, &runs(0, finished))
+fn files(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Vec<(Snapshot, String)> {
+    SnapshotMeasure.snapshots(plan, &runs(0, finished))
 }
 
-fn log(plan: &Plan, finished: &[Vec<CompletedRun>]) -> Table {
+fn log(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Table {
     CollisionLog.tables(plan, &runs(1, finished)).remove(0)
 }
 
 fn numbers(table: &Table, name: &str) -> Vec<f64> {
     let column = table.find(name).expect("a column of this name");
-    let number = |row: &Vec<Cell>| match &row[column] {
-        Cell::Number(number) => *number,
-        Cell::Count(count) => *count as f64,
+    let number = |row: &Vec<TableCell>| match &row[column] {
+        TableCell::Number(number) => *number,
+        TableCell::Count(count) => *count as f64,
         other => panic!("{name} is {other:?}"),
     };
     table.rows.iter().map(number).collect()
@@ -123,7 +123,7 @@ fn velocities_of_a_gas_without_positions_are_csv() {
     let times = numbers(&log, "time");
     assert!(times.is_sorted() && times[0] > 0.0);
     // One replica of the two others, whose records are then kept.
-    assert_eq!(share_of_others(&Snapshots, &plan), 0.5);
+    assert_eq!(share_of_others(&SnapshotMeasure, &plan), 0.5);
     assert_eq!(share_of_others(&CollisionLog, &plan), 0.5);
 }
 
@@ -186,7 +186,7 @@ fn options_that_cannot_be_are_named() {
     let bad = |text: &str, measure: &dyn Measure| {
         let text = format!("format = 2\ntitle = \"a test\"\n{SPHERES}{text}");
         let case: Case = toml::from_str(&text).expect("a case");
-        let plan = Plan::new(&case, Path::new(".")).expect("a plan");
+        let plan = CasePlan::new(&case, Path::new(".")).expect("a plan");
         measure.check(&plan).expect_err("it cannot be").to_string()
     };
     for (options, expected) in [
@@ -207,7 +207,7 @@ fn options_that_cannot_be_are_named() {
             "quantities: one or more of a gas without positions",
         ),
     ] {
-        let found = bad(&format!("[measure.snapshots]\n{options}"), &Snapshots);
+        let found = bad(&format!("[measure.snapshots]\n{options}"), &SnapshotMeasure);
         assert_eq!(found, expected);
     }
     for (options, expected) in [

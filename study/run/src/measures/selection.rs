@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::measure::{self, BadOption};
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 /// Replicas as written.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
@@ -39,7 +39,7 @@ impl Replicas {
     }
 
     /// Refuses replicas that the case does not have.
-    pub(super) fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    pub(super) fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let Self::List(list) = self else {
             return Ok(());
         };
@@ -59,7 +59,7 @@ pub(super) fn is_named(engines: Option<&[String]>, engine: &str) -> bool {
 }
 
 /// Refuses names of engines that the case does not have.
-pub(super) fn check_engines(plan: &Plan, engines: Option<&[String]>) -> Result<(), BadOption> {
+pub(super) fn check_engines(plan: &CasePlan, engines: Option<&[String]>) -> Result<(), BadOption> {
     let names: Vec<&str> = plan.engines.iter().map(|engine| engine.name).collect();
     for (index, name) in engines.into_iter().flatten().enumerate() {
         let allowed = format!("engines of the case, {}", names.join(", "));

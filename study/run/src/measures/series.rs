@@ -1,25 +1,30 @@
 //! `series`: the whole gas at equal intervals of time, and its species.
 
 use nalgebra::Vector3;
-use stosszahl_analysis::theory::{Column, TheoryError, rough::Temperatures};
-use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, VerdictKind, table};
+use stosszahl_analysis::theory::{BarometricColumn, TheoryError, rough::Temperatures};
+use stosszahl_results::{
+    Figure, FigureAxis, Table, TableEstimate, VerdictKind, VerdictText, table,
+};
 
-use super::course::{self, Course, Looking, Sample, Share, Window};
+use super::course::{self, BlockRange, CourseSample, Looking, ReplicaCourse, Share};
 use super::over;
 use crate::judge::{
-    self, Comparison, Pair, Places, Point, Rule, Unit, against_theory, holds_zero, in_units, title,
+    self, ComparedPair, Comparison, DifferenceUnit, MeasuredPoint, Places, VerdictRule,
+    against_theory, holds_zero, in_units, title,
 };
-use crate::measure::{BadOption, Measure, NoOptions, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{
+    BadOption, Measure, NoOptions, Probe, ReplicaRecords, SampleProbe, described,
+};
+use crate::plan::{CasePlan, EnginePlan};
 use crate::theory::flow;
 
 /// The course of the whole gas.
-pub struct Series;
+pub struct TimeSeriesMeasure;
 
 /// Largest relative change of an energy that is kept.
 const KEPT: f64 = 1e-10;
 
-impl Measure for Series {
+impl Measure for TimeSeriesMeasure {
     described!(
         "series",
         "The whole gas at equal intervals: particles, collisions, energies, temperatures and their theory.",
@@ -30,36 +35,36 @@ impl Measure for Series {
         true
     }
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         has_energies_apart(plan)
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         self.read(plan)?;
         course::check(plan, 1)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         course::times(plan).split_off(1)
     }
 
-    fn kept_per_look(&self, plan: &Plan) -> f64 {
+    fn kept_per_look(&self, plan: &CasePlan) -> f64 {
         super::KEPT_PER_SPECIES * (1 + plan.species.len()) as f64
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let looking = Looking::of(plan);
-        Box::new(Recorder::from_start(
-            Course::new(),
+        Box::new(SampleProbe::from_start(
+            ReplicaCourse::new(),
             move |course, moment| {
-                course.push(Sample::take(&looking, moment));
+                course.push(CourseSample::take(&looking, moment));
             },
         ))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let (mut series, mut species) = (series_table(plan), species_table());
-        for (engine, courses) in runs.each::<Course>(plan) {
+        for (engine, courses) in runs.each::<ReplicaCourse>(plan) {
             fill_series(&mut series, plan, engine, &courses);
             fill_species(&mut species, plan, engine, &courses);
         }
@@ -71,7 +76,7 @@ impl Measure for Series {
             .collect()
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         // Energy, or two temperatures, or the column of each engine; two temperatures of each with the first.
         if has_energies_apart(plan) {
             4 * plan.engines.len() - 2
@@ -80,10 +85,15 @@ impl Measure for Series {
         }
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
-        let steady = course::steady::<Course>(plan, runs, |course| course);
-        let window = Window::last(plan, course::blocks(plan, None), &steady);
-        let all: Vec<(&EnginePlan, Vec<&Course>)> = runs.each(plan).collect();
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
+        let steady = course::steady::<ReplicaCourse>(plan, runs, |course| course);
+        let window = BlockRange::last(plan, course::blocks(plan, None), &steady);
+        let all: Vec<(&EnginePlan, Vec<&ReplicaCourse>)> = runs.each(plan).collect();
         let (mut list, rule) = (Vec::new(), runs.rule(plan));
         // In a periodic gas the measurement of the energy compares the engines.
         for other in (1..all.len()).filter(|_| has_energies_apart(plan)) {
@@ -107,11 +117,11 @@ impl Measure for Series {
 
 /// Returns true if the kinetic energy of translation is not all there is: walls and gravity give a
 /// flow and a height, spins an energy of their own.
-pub(super) fn has_energies_apart(plan: &Plan) -> bool {
+pub(super) fn has_energies_apart(plan: &CasePlan) -> bool {
     plan.has_box() && (!plan.is_uniform() || plan.is_rough())
 }
 
-fn series_table(plan: &Plan) -> Table {
+fn series_table(plan: &CasePlan) -> Table {
     let mut table = table! {
         "series", "The whole gas at one time, averaged over the replicas";
         key "engine", "", "Engine";
@@ -137,7 +147,10 @@ fn series_table(plan: &Plan) -> Table {
         (true, "temperature", "Granular temperature"),
         (spins, "spin_temperature", "Temperature of rotation"),
     ] {
-        let (x, y) = (Axis::linear("time", "time"), Axis::linear(column, title));
+        let (x, y) = (
+            FigureAxis::linear("time", "time"),
+            FigureAxis::linear(column, title),
+        );
         table
             .figures
             .extend(used.then(|| Figure::curves(title, x, y)));
@@ -148,8 +161,8 @@ fn series_table(plan: &Plan) -> Table {
 fn species_table() -> Table {
     let figure = Figure::curves(
         "Temperatures of the species",
-        Axis::linear("time", "time"),
-        Axis::linear("temperature", "granular temperature"),
+        FigureAxis::linear("time", "time"),
+        FigureAxis::linear("temperature", "granular temperature"),
     );
     let figure = figure.caption("Each about its own mean velocity.");
     table! {
@@ -165,25 +178,35 @@ fn species_table() -> Table {
 }
 
 /// Mean over the replicas at one sample of a quantity that may be absent.
-fn mean(courses: &[&Course], index: usize, of: impl Fn(&Sample) -> Option<f64>) -> Estimate {
+fn mean(
+    courses: &[&ReplicaCourse],
+    index: usize,
+    of: impl Fn(&CourseSample) -> Option<f64>,
+) -> TableEstimate {
     over(courses.iter().map(|course| of(&course[index])))
 }
 
-fn shortest(courses: &[&Course]) -> usize {
+fn shortest(courses: &[&ReplicaCourse]) -> usize {
     courses.iter().map(|course| course.len()).min().unwrap_or(0)
 }
 
-fn fill_series(table: &mut Table, plan: &Plan, engine: &EnginePlan, courses: &[&Course]) {
+fn fill_series(
+    table: &mut Table,
+    plan: &CasePlan,
+    engine: &EnginePlan,
+    courses: &[&ReplicaCourse],
+) {
     let (freedom, unit) = (course::freedom(plan), plan.scale.energy);
     if courses.is_empty() {
         return;
     }
     let theory = cooling(plan, engine).ok().flatten();
     for index in 0..shortest(courses) {
-        let of = |of: &dyn Fn(&Sample) -> f64| mean(courses, index, |sample| Some(of(sample)));
-        let energy = |energy: &dyn Fn(&Sample) -> f64| of(energy).times(unit);
+        let of =
+            |of: &dyn Fn(&CourseSample) -> f64| mean(courses, index, |sample| Some(of(sample)));
+        let energy = |energy: &dyn Fn(&CourseSample) -> f64| of(energy).times(unit);
         let expected = theory.and_then(|all| all.get(index));
-        let each = |sample: &Sample| {
+        let each = |sample: &CourseSample| {
             2.0 * sample.collisions / sample.total().number.max(f64::MIN_POSITIVE)
         };
         let numbers = [of(&|sample| sample.total().number), of(&each)];
@@ -200,7 +223,7 @@ fn fill_series(table: &mut Table, plan: &Plan, engine: &EnginePlan, courses: &[&
             (engine.name, courses[0][index].time),
             numbers.map(|one| one.value),
             parts.map(|one| one.value),
-            energy(&Sample::energy),
+            energy(&CourseSample::energy),
             temperature
                 .against(expected.map(|t| t.translation))
                 .times(unit),
@@ -210,7 +233,12 @@ fn fill_series(table: &mut Table, plan: &Plan, engine: &EnginePlan, courses: &[&
     }
 }
 
-fn fill_species(table: &mut Table, plan: &Plan, engine: &EnginePlan, courses: &[&Course]) {
+fn fill_species(
+    table: &mut Table,
+    plan: &CasePlan,
+    engine: &EnginePlan,
+    courses: &[&ReplicaCourse],
+) {
     let (freedom, unit) = (course::freedom(plan), plan.scale.energy);
     for index in 0..shortest(courses) {
         for (species, kind) in plan.species.iter().enumerate() {
@@ -230,7 +258,7 @@ fn fill_species(table: &mut Table, plan: &Plan, engine: &EnginePlan, courses: &[
 
 /// Theory of a homogeneous rough gas at the times of the samples, solved once; none of other gases.
 pub(crate) fn cooling<'a>(
-    plan: &'a Plan,
+    plan: &'a CasePlan,
     engine: &EnginePlan,
 ) -> Result<Option<&'a [Temperatures]>, &'a TheoryError> {
     let solved = &plan.rough_temperatures[usize::from(flow::is_dilute(engine))];
@@ -244,10 +272,10 @@ pub(crate) fn cooling<'a>(
 
 /// Temperatures of two engines at a dozen times.
 fn engines_agree(
-    plan: &Plan,
-    both: [&(&EnginePlan, Vec<&Course>); 2],
-    rule: &Rule,
-) -> Vec<Verdict> {
+    plan: &CasePlan,
+    both: [&(&EnginePlan, Vec<&ReplicaCourse>); 2],
+    rule: &VerdictRule,
+) -> Vec<VerdictText> {
     const TIMES: usize = 12;
     let freedom = course::freedom(plan);
     let ([a, b], runs) = (both.map(|one| title(one.0.name)), both.map(|one| &one.1));
@@ -259,7 +287,7 @@ fn engines_agree(
         .map(|&sample| runs[0][0][sample].time)
         .collect();
     let test = |quantity: &str, of: &dyn Fn(&Share) -> Option<f64>| {
-        let at = |run: &Course, sample: usize| of(&run[sample].total()).unwrap_or(0.0);
+        let at = |run: &ReplicaCourse, sample: usize| of(&run[sample].total()).unwrap_or(0.0);
         let pairs = chosen.iter().map(|&sample| {
             let both = runs[0].iter().zip(runs[1]);
             both.map(|(a, b)| (at(a, sample), at(b, sample))).collect()
@@ -270,11 +298,11 @@ fn engines_agree(
             a,
             b,
             quantity,
-            unit: Unit::Relative,
+            unit: DifferenceUnit::Relative,
             rule: *rule,
         };
         let places = Places::Times(&times);
-        let pair = Pair { comparison, places };
+        let pair = ComparedPair { comparison, places };
         let positive = pairs.iter().flatten().all(|&(a, b)| a > 0.0 && b > 0.0);
         pair.judge(&pairs).filter(|_| positive)
     };
@@ -287,11 +315,11 @@ fn engines_agree(
 
 /// One engine, of which verdicts speak.
 struct One<'a> {
-    plan: &'a Plan,
+    plan: &'a CasePlan,
     engine: &'a EnginePlan,
-    runs: &'a [&'a Course],
-    window: &'a Window,
-    rule: Rule,
+    runs: &'a [&'a ReplicaCourse],
+    window: &'a BlockRange,
+    rule: VerdictRule,
 }
 
 impl One<'_> {
@@ -300,7 +328,7 @@ impl One<'_> {
     }
 
     /// Whether an elastic gas in a closed box keeps its energy.
-    fn energy(&self) -> Option<Verdict> {
+    fn energy(&self) -> Option<VerdictText> {
         if !flow::keeps_energy(self.plan) || !has_energies_apart(self.plan) {
             return None;
         }
@@ -331,7 +359,7 @@ impl One<'_> {
     }
 
     /// Temperatures of a homogeneous gas of rough particles against theory.
-    fn cooling(&self) -> Vec<Verdict> {
+    fn cooling(&self) -> Vec<VerdictText> {
         let topic = self.topic("two-temperature theory");
         let theory = match cooling(self.plan, self.engine) {
             Ok(theory) => theory.unwrap_or_default(),
@@ -339,25 +367,26 @@ impl One<'_> {
         };
         let freedom = course::freedom(self.plan);
         let name = title(self.engine.name);
-        let test =
-            |of: &dyn Fn(&Share) -> Option<f64>, expected: fn(&Temperatures) -> f64, what: &str| {
-                let theory = theory
-                    .iter()
-                    .map(expected)
-                    .enumerate()
-                    .take(shortest(self.runs));
-                let points =
-                    theory
-                        .filter(|&(_, theory)| theory > 0.0)
-                        .filter_map(|(index, theory)| {
-                            let found = mean(self.runs, index, |sample| of(&sample.total()));
-                            Point::of(self.runs[0][index].time, &found.against(Some(theory)))
-                        });
-                let quantity = format!("temperature of {what}");
-                let points: Vec<Point> = points.collect();
-                let words = [name, "the two-temperature theory", &quantity];
-                against_theory(&topic, words, &points, &self.rule)
-            };
+        let test = |of: &dyn Fn(&Share) -> Option<f64>,
+                    expected: fn(&Temperatures) -> f64,
+                    what: &str| {
+            let theory = theory
+                .iter()
+                .map(expected)
+                .enumerate()
+                .take(shortest(self.runs));
+            let points =
+                theory
+                    .filter(|&(_, theory)| theory > 0.0)
+                    .filter_map(|(index, theory)| {
+                        let found = mean(self.runs, index, |sample| of(&sample.total()));
+                        MeasuredPoint::of(self.runs[0][index].time, &found.against(Some(theory)))
+                    });
+            let quantity = format!("temperature of {what}");
+            let points: Vec<MeasuredPoint> = points.collect();
+            let words = [name, "the two-temperature theory", &quantity];
+            against_theory(&topic, words, &points, &self.rule)
+        };
         let translation = test(
             &|share| Some(share.temperature(freedom)),
             |t| t.translation,
@@ -372,7 +401,7 @@ impl One<'_> {
     }
 
     /// A column that has settled.
-    fn column(&self) -> Vec<Verdict> {
+    fn column(&self) -> Vec<VerdictText> {
         let topic = self.topic("settled column");
         match flow::column(self.plan, self.engine) {
             Ok(column) => {
@@ -384,21 +413,21 @@ impl One<'_> {
     }
 
     /// Mean over the samples of the window, and over the replicas.
-    fn inside(&self, of: impl Fn(&Sample) -> f64) -> Estimate {
+    fn inside(&self, of: impl Fn(&CourseSample) -> f64) -> TableEstimate {
         let [start, end] = self.window.times;
-        let within = |sample: &&Sample| sample.time > start && sample.time <= end;
+        let within = |sample: &&CourseSample| sample.time > start && sample.time <= end;
         over(self.runs.iter().map(|run| {
             let values: Vec<f64> = run.iter().filter(within).map(&of).collect();
             Some(values.iter().sum::<f64>() / values.len().max(1) as f64)
         }))
     }
 
-    fn settled(&self, topic: &str, column: &Column) -> Option<Verdict> {
+    fn settled(&self, topic: &str, column: &BarometricColumn) -> Option<VerdictText> {
         let freedom = course::freedom(self.plan);
         let found = self.inside(|sample| sample.total().temperature(freedom));
         let start = self.plan.temperature;
         let found = found.against(Some(column.temperature())).times(1.0 / start);
-        let point = Point::of(self.window.times[0], &found)?;
+        let point = MeasuredPoint::of(self.window.times[0], &found)?;
         let quantity = format!(
             "temperature ({} of the start, {:.4} by theory)",
             in_units(&found, 1.0),
@@ -414,7 +443,7 @@ impl One<'_> {
     }
 
     /// Whether the centre of mass falls lower than where it comes to rest: the energy of height has a minimum.
-    fn overshoot(&self) -> Option<Verdict> {
+    fn overshoot(&self) -> Option<VerdictText> {
         let mean = |index: usize| mean(self.runs, index, |sample| Some(sample.potential));
         let samples = shortest(self.runs);
         let height = |index: &usize| mean(*index).value.unwrap_or(f64::NAN);
@@ -426,9 +455,9 @@ impl One<'_> {
         let error = rest.standard_error.zip(least.standard_error);
         let error = error.map(|(a, b)| a.hypot(b) / fall.abs());
         let times = self.plan.engine_time(time) / self.plan.mean_free_time;
-        let found = Estimate {
+        let found = TableEstimate {
             replicas: rest.replicas,
-            ..Estimate::of(depth, error)
+            ..TableEstimate::of(depth, error)
         };
         let open = match holds_zero(&found, self.rule.level) {
             _ if lowest + 1 == samples => "; it is still falling at the end",

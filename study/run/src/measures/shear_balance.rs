@@ -1,10 +1,10 @@
 //! `shear_balance`: the energy balance of a gas in uniform shear flow.
 
-use stosszahl_results::{Table, Verdict, VerdictKind, engine_title, table};
+use stosszahl_results::{Table, VerdictKind, VerdictText, engine_title, table};
 
 use crate::judge;
 use crate::measure::{self, BadOption, Measure, NoOptions, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Energy balance of a sheared gas.
 pub struct ShearBalance;
@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-10;
 const NUMBER: &str = "shear_energy_imbalance";
 
 /// Returns true if an engine of the plan counts the balance.
-fn has_exact_dynamics(plan: &Plan) -> bool {
+fn has_exact_dynamics(plan: &CasePlan) -> bool {
     plan.engines.iter().any(EnginePlan::is_exact)
 }
 
@@ -26,7 +26,7 @@ impl Measure for ShearBalance {
         NoOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.is_sheared() && has_exact_dynamics(plan)
     }
 
@@ -34,7 +34,7 @@ impl Measure for ShearBalance {
         true
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let allowed = "a gas in a shear flow, by box.shear_rate; this one is not";
         measure::require(plan.is_sheared(), "", allowed)?;
         let allowed =
@@ -43,7 +43,7 @@ impl Measure for ShearBalance {
         self.read(plan)
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "shear_balance", "Energy balance -a P_xy V = dissipation + change of energy in uniform shear flow, by replica.";
             key "engine", "", "Engine";
@@ -60,7 +60,12 @@ impl Measure for ShearBalance {
         vec![table]
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
         let verdict = |(engine, finished): (&EnginePlan, &Vec<measure::CompletedRun>)| {
             let imbalance = |one: &measure::CompletedRun| one.work.numbers.get(NUMBER).copied();
             let all: Option<Vec<f64>> = finished.iter().map(imbalance).collect();

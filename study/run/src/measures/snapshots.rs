@@ -8,14 +8,14 @@ use stosszahl_model::{Particle, Particles};
 use stosszahl_results::{SNAPSHOTS, Snapshot};
 
 use super::selection::{Replicas, check_engines, is_named};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan, Scale};
+use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
+use crate::plan::{CasePlan, EnginePlan, UnitScale};
 
 /// Length of a line, about: four numbers of all their digits in the plane.
 const LINE: f64 = 100.0;
 
 /// Measure that writes all particles at chosen times.
-pub struct Snapshots;
+pub struct SnapshotMeasure;
 
 /// Most snapshots of one engine that an interval may ask for.
 const MOST: f64 = 10_000.0;
@@ -23,7 +23,7 @@ const MOST: f64 = 10_000.0;
 /// Options: times, engines, replicas and quantities.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct SnapshotOptions {
     /// Times. Default: the end of the run.
     pub times: Option<Vec<f64>>,
     /// Time between two, from the start on, in place of `times`.
@@ -34,13 +34,13 @@ pub struct Options {
     /// Numbers of replicas, from 0, or "all". Default: \[0\].
     pub replicas: Replicas,
     /// Quantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
-    pub quantities: Option<Vec<Quantity>>,
+    pub quantities: Option<Vec<ParticleQuantity>>,
 }
 
 /// A quantity of each particle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Quantity {
+pub enum ParticleQuantity {
     /// Velocity \[length/time\].
     Velocity,
     /// Radius \[length\].
@@ -55,7 +55,7 @@ pub enum Quantity {
     Weight,
 }
 
-impl Quantity {
+impl ParticleQuantity {
     const ALL: [Self; 6] = [
         Self::Velocity,
         Self::Radius,
@@ -90,7 +90,7 @@ impl Quantity {
     }
 
     /// Its numbers in units of which one engine unit is `scale`, each after `mark`.
-    fn write(self, text: &mut String, mark: char, one: &Particle, scale: Scale) {
+    fn write(self, text: &mut String, mark: char, one: &Particle, scale: UnitScale) {
         let vector = |text: &mut String, all: nalgebra::Vector3<f64>| {
             for number in &all {
                 let _ = write!(text, "{mark}{number}");
@@ -109,8 +109,8 @@ impl Quantity {
 }
 
 /// Returns the quantities to write: those asked for, or those in which particles differ.
-fn written(asked: Option<&[Quantity]>, particles: &Particles) -> Vec<Quantity> {
-    let all = Quantity::ALL.into_iter();
+fn written(asked: Option<&[ParticleQuantity]>, particles: &Particles) -> Vec<ParticleQuantity> {
+    let all = ParticleQuantity::ALL.into_iter();
     match asked {
         Some(asked) => all.filter(|one| asked.contains(one)).collect(),
         None => all.filter(|one| one.tells(particles)).collect(),
@@ -123,7 +123,7 @@ type Texts = Vec<(u64, String)>;
 /// Units of a snapshot file.
 #[derive(Clone, Copy)]
 struct SnapshotUnits {
-    scale: Scale,
+    scale: UnitScale,
     /// Unit of time of the case over Haff's time t0; none of a gas that does not cool.
     time_over_t0: Option<f64>,
     /// Third side of the box of disks: a mean diameter \[length of the case\], or 1 of points.
@@ -133,7 +133,7 @@ struct SnapshotUnits {
 }
 
 impl SnapshotUnits {
-    fn new(plan: &Plan) -> Self {
+    fn new(plan: &CasePlan) -> Self {
         let depth = 2.0 * plan.mean_radius() * plan.scale.length;
         Self {
             scale: plan.scale,
@@ -145,14 +145,14 @@ impl SnapshotUnits {
 }
 
 /// Writes all quantities in the extended XYZ format, in the units of the case of a plan.
-pub fn extended_xyz(particles: &Particles, plan: &Plan, engine: &str) -> String {
+pub fn extended_xyz(particles: &Particles, plan: &CasePlan, engine: &str) -> String {
     let time = particles.time / plan.time;
     xyz(particles, None, SnapshotUnits::new(plan), engine, time)
 }
 
 fn xyz(
     particles: &Particles,
-    asked: Option<&[Quantity]>,
+    asked: Option<&[ParticleQuantity]>,
     units: SnapshotUnits,
     engine: &str,
     time: f64,
@@ -197,7 +197,7 @@ fn xyz(
 }
 
 /// A gas without positions: a column for each number.
-fn csv(particles: &Particles, asked: Option<&[Quantity]>, scale: Scale) -> String {
+fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitScale) -> String {
     let quantities = written(asked, particles);
     let mut text = String::with_capacity(LINE as usize * particles.all.len());
     text.push_str("id");
@@ -220,23 +220,23 @@ fn csv(particles: &Particles, asked: Option<&[Quantity]>, scale: Scale) -> Strin
     text
 }
 
-impl Measure for Snapshots {
+impl Measure for SnapshotMeasure {
     described!(
         "snapshots",
         "All particles at chosen times, as extended XYZ; velocities of gases without positions, as CSV.",
-        Options
+        SnapshotOptions
     );
 
     fn knows_shear(&self) -> bool {
         true
     }
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.is_uniform_box()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let options: Options = measure::options(plan, self.name())?;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        let options: SnapshotOptions = measure::options(plan, self.name())?;
         if let Some(interval) = options.interval {
             let alone = options.times.is_none();
             measure::require(alone, "interval", "either times or an interval, not both")?;
@@ -253,8 +253,8 @@ impl Measure for Snapshots {
         measure::require(told, "quantities", allowed)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
-        let options = measure::chosen::<Options>(plan, self.name());
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+        let options = measure::chosen::<SnapshotOptions>(plan, self.name());
         let until = plan.case.run.until;
         match (options.times, options.interval) {
             (Some(times), _) => times,
@@ -268,15 +268,15 @@ impl Measure for Snapshots {
         }
     }
 
-    fn kept_per_particle(&self, plan: &Plan) -> f64 {
+    fn kept_per_particle(&self, plan: &CasePlan) -> f64 {
         LINE * self.times(plan).len() as f64
     }
 
-    fn gathers(&self, plan: &Plan) -> bool {
+    fn gathers(&self, plan: &CasePlan) -> bool {
         !self.times(plan).is_empty()
     }
 
-    fn kept_last_per_particle(&self, plan: &Plan) -> f64 {
+    fn kept_last_per_particle(&self, plan: &CasePlan) -> f64 {
         if self.times(plan).is_empty() {
             0.0
         } else {
@@ -284,18 +284,18 @@ impl Measure for Snapshots {
         }
     }
 
-    fn looks_at(&self, plan: &Plan, replica: u64) -> bool {
-        let options = measure::chosen::<Options>(plan, self.name());
+    fn looks_at(&self, plan: &CasePlan, replica: u64) -> bool {
+        let options = measure::chosen::<SnapshotOptions>(plan, self.name());
         options.replicas.has(replica)
     }
 
-    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let (name, units) = (engine.name, SnapshotUnits::new(plan));
         let placed = plan.has_box();
-        let options = measure::chosen::<Options>(plan, self.name());
+        let options = measure::chosen::<SnapshotOptions>(plan, self.name());
         let is_asked = is_named(options.engines.as_deref(), name);
         let quantities = options.quantities;
-        Box::new(Recorder::new(Texts::new(), move |texts, moment| {
+        Box::new(SampleProbe::new(Texts::new(), move |texts, moment| {
             if is_asked {
                 let (all, asked) = (moment.particles(), quantities.as_deref());
                 let text = if placed {
@@ -308,7 +308,7 @@ impl Measure for Snapshots {
         }))
     }
 
-    fn snapshots(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
+    fn snapshots(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
         let times = self.times(plan);
         let ending = if plan.has_box() { "xyz" } else { "csv" };
         let mut files = Vec::new();

@@ -1,37 +1,37 @@
 //! A gas without positions species by species, or by groups of like size.
 
-use stosszahl_dsmc::homogeneous::Moments;
-use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+use stosszahl_dsmc::homogeneous::SpeciesMoments;
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
-use super::gas::{self, CORRELATION, Record, Sample, against, has_correlation, measured};
+use super::gas::{self, CORRELATION, GasRecord, GasSample, against, has_correlation, measured};
 use super::tau;
 use crate::measure::{self, BadOption, Measure, NoOptions, ReplicaRecords, described};
-use crate::plan::Plan;
-use crate::theory::homogeneous::{self, Curve, GroupCurve, Predicted};
+use crate::plan::CasePlan;
+use crate::theory::homogeneous::{self, GroupCurve, Predicted, TheoryPoint};
 
 /// Temperature, displacement, fourth cumulant and velocity correlation of each species of a gas without positions.
-pub struct Species;
+pub struct SpeciesMeasure;
 
 /// The correlation of the velocities with those of the start, in the table of the species.
 pub struct VelocityCorrelation;
 
-impl Measure for Species {
+impl Measure for SpeciesMeasure {
     described!(
         "species",
         "Temperature, displacement, fourth cumulant and velocity correlation of each species of a gas without positions.",
         NoOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         !plan.has_box() && plan.case.aggregation.is_none()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         lasting_only(plan)?;
         self.read(plan)
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         vec![table(plan, &rows(plan, &runs.find(0)))]
     }
 }
@@ -43,35 +43,35 @@ impl Measure for VelocityCorrelation {
         NoOptions
     );
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         lasting_only(plan)?;
         self.read(plan)
     }
 }
 
 /// Refuses a measurement of particles that last, but in a gas without positions whose particles do not stick.
-pub(super) fn lasting_only(plan: &Plan) -> Result<(), BadOption> {
+pub(super) fn lasting_only(plan: &CasePlan) -> Result<(), BadOption> {
     gas::homogeneous_only(plan)?;
     let allowed = "not with [aggregation], as clusters do not last";
     measure::require(plan.case.aggregation.is_none(), "", allowed)
 }
 
 /// One species at one time, over all replicas.
-pub(super) struct Row {
+pub(super) struct SpeciesRow {
     pub time: f64,
     /// Number of the species, from 0.
     pub species: usize,
-    pub tau: Estimate,
-    pub temperature: Estimate,
-    pub fourth_cumulant: Estimate,
-    pub displacement: Estimate,
-    pub diffusion: Estimate,
-    pub relaxation: Estimate,
-    pub correlation: Estimate,
+    pub tau: TableEstimate,
+    pub temperature: TableEstimate,
+    pub fourth_cumulant: TableEstimate,
+    pub displacement: TableEstimate,
+    pub diffusion: TableEstimate,
+    pub relaxation: TableEstimate,
+    pub correlation: TableEstimate,
 }
 
 /// All species at all sample times.
-pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
+pub(super) fn rows(plan: &CasePlan, records: &[&GasRecord]) -> Vec<SpeciesRow> {
     let curves = homogeneous::curves(plan).ok();
     let taus = tau::all(plan, records);
     let mut rows = Vec::new();
@@ -79,7 +79,7 @@ pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
         let curve = curves.and_then(|curves| curves.at.get(index));
         let pairs = gas::pairs(records, index);
         let tau = taus.get(index).copied().unwrap_or_default();
-        let of = |species| Row {
+        let of = |species| SpeciesRow {
             tau,
             ..row(plan, species, time, &pairs, curve)
         };
@@ -89,14 +89,14 @@ pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
 }
 
 fn row(
-    plan: &Plan,
+    plan: &CasePlan,
     species: usize,
     time: f64,
-    pairs: &gas::Pairs<'_>,
-    curve: Option<&Curve>,
-) -> Row {
-    let none = Moments::default();
-    let of = |sample: &Sample| *sample.groups.get(species).unwrap_or(&none);
+    pairs: &gas::ReplicaPairs<'_>,
+    curve: Option<&TheoryPoint>,
+) -> SpeciesRow {
+    let none = SpeciesMoments::default();
+    let of = |sample: &GasSample| *sample.groups.get(species).unwrap_or(&none);
     let one = pairs.first().map_or(none, |pair| of(pair.0));
     let curve = curve.and_then(|curve| curve.groups.get(species));
     let theory = |value: fn(&GroupCurve) -> Predicted| curve.map(value);
@@ -116,7 +116,7 @@ fn row(
     });
     let [diffusion, relaxation] = diffusion(plan, species, pairs, curve);
     let correlation = has_correlation(plan).then(|| {
-        let kept = |pair: &(&Sample, &Sample)| {
+        let kept = |pair: &(&GasSample, &GasSample)| {
             of(pair.0).velocity_correlation / of(pair.1).velocity_correlation
         };
         against(
@@ -126,10 +126,10 @@ fn row(
     });
     // In the first order the cumulant is zero by assumption, which is no prediction.
     let predicted = theory(|group| group.fourth_cumulant).filter(|theory| theory.error.is_some());
-    Row {
+    SpeciesRow {
         time,
         species,
-        tau: Estimate::default(),
+        tau: TableEstimate::default(),
         temperature: against(temperature, theory(|group| group.temperature)),
         fourth_cumulant: against(cumulant, predicted),
         displacement: displacement.unwrap_or_default(),
@@ -142,16 +142,16 @@ fn row(
 /// The diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and the relaxation time of the velocity,
 /// `m/T` of it, which has no meaning for particles of unlike masses together.
 fn diffusion(
-    plan: &Plan,
+    plan: &CasePlan,
     species: usize,
-    pairs: &gas::Pairs<'_>,
+    pairs: &gas::ReplicaPairs<'_>,
     curve: Option<&GroupCurve>,
-) -> [Estimate; 2] {
+) -> [TableEstimate; 2] {
     if !gas::has_displacement(plan) {
-        return [Estimate::default(); 2];
+        return [TableEstimate::default(); 2];
     }
-    let none = Moments::default();
-    let of = |sample: &Sample| *sample.groups.get(species).unwrap_or(&none);
+    let none = SpeciesMoments::default();
+    let of = |sample: &GasSample| *sample.groups.get(species).unwrap_or(&none);
     let one = pairs.first().map_or(none, |pair| of(pair.0));
     let d = plan.dimension as f64;
     let single = (one.count > 1).then(|| {
@@ -162,9 +162,10 @@ fn diffusion(
     let diffusion = against(found, curve.map(|curve| curve.diffusion));
     let mass = plan.species[species].mass;
     if plan.classes.len() != plan.species.len() {
-        return [diffusion, Estimate::default()];
+        return [diffusion, TableEstimate::default()];
     }
-    let time = |moments: Moments| moments.displacement_velocity * mass / (d * moments.temperature);
+    let time =
+        |moments: SpeciesMoments| moments.displacement_velocity * mass / (d * moments.temperature);
     let single = single.map(|error| error * mass / one.temperature);
     let found = measured(pairs, |pair| time(of(pair.0)), single);
     [
@@ -173,7 +174,7 @@ fn diffusion(
     ]
 }
 
-fn table(plan: &Plan, rows: &[Row]) -> Table {
+fn table(plan: &CasePlan, rows: &[SpeciesRow]) -> Table {
     let mut table = table! {
         "species", "Each species, or the particles of like size, at the sample times";
         key "time", "unit of time", "Time";
@@ -214,33 +215,33 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
         (
             several,
             "Temperatures of the species",
-            Axis::logarithmic("temperature", "T"),
+            FigureAxis::logarithmic("temperature", "T"),
             "Temperatures m<v²>/D. Energy is not shared alike in a gas that cools: light particles become the coldest, and in \
              the end all temperatures fall together.",
         ),
         (
             true,
             "Fourth cumulant",
-            Axis::linear("fourth_cumulant", "a₂"),
+            FigureAxis::linear("fourth_cumulant", "a₂"),
             "Fourth cumulant of the velocities, D<v⁴>/((D + 2)<v²>²) − 1: zero for Maxwellian velocities.",
         ),
         (
             several && gas::has_displacement(plan),
             "Mean squared displacement",
-            Axis::logarithmic("mean_squared_displacement", "<R²>"),
+            FigureAxis::logarithmic("mean_squared_displacement", "<R²>"),
             "Mean squared displacement since the start: ballistic at first, then ever slower as the gas cools.",
         ),
         (
             gas::has_displacement(plan),
             "Diffusion coefficient",
-            Axis::logarithmic("diffusion_coefficient", "<R·v>/D"),
+            FigureAxis::logarithmic("diffusion_coefficient", "<R·v>/D"),
             "Diffusion coefficient <R·v>/D, by which the mean squared displacement grows: from zero while particles fly freely, \
              then T τᵥ/m, which falls as the root of the temperature.",
         ),
         (
             has_correlation(plan),
             "Velocity correlation",
-            Axis::linear("velocity_correlation", "<v(0)·v(t)>/<v(0)²>"),
+            FigureAxis::linear("velocity_correlation", "<v(0)·v(t)>/<v(0)²>"),
             "Correlation of the velocities with those of the start.",
         ),
     ] {
@@ -250,12 +251,12 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
     if several && tau::rate(plan).is_some() && gas::has_displacement(plan) {
         let figure = gas::against_time(
             "Mean squared displacement against collisions",
-            Axis::logarithmic("mean_squared_displacement", "<R²>"),
+            FigureAxis::logarithmic("mean_squared_displacement", "<R²>"),
             "Mean squared displacement against the collisions of a particle of species 1 with its like, τ₁: of power 2 while \
              particles fly freely, of power 1 where diffusion is normal on the clock of the collisions.",
         );
         table.figures.push(Figure {
-            x: Axis::logarithmic("tau_1", "τ₁"),
+            x: FigureAxis::logarithmic("tau_1", "τ₁"),
             ..figure.by(&["species_name"])
         });
     }

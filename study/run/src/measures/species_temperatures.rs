@@ -1,17 +1,17 @@
 //! Temperatures of the species of a mixture, against Enskog's kinetic equations.
 
-use stosszahl_analysis::flow::{Flow, Thermal, thermal};
+use stosszahl_analysis::flow::{SpeciesFlow, Thermal, thermal};
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_model::{Grouping, Simulation};
-use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, VerdictText, table};
 
 use super::energy::void_for;
 use super::over;
-use crate::judge::{Point, against_theory, title};
+use crate::judge::{MeasuredPoint, against_theory, title};
 use crate::measure::{
-    self, BadOption, Measure, NoOptions, Probe, Recorder, ReplicaRecords, described,
+    self, BadOption, Measure, NoOptions, Probe, ReplicaRecords, SampleProbe, described,
 };
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Temperatures of the species.
 pub struct SpeciesTemperatures;
@@ -24,7 +24,7 @@ type Record = Vec<(f64, Vec<f64>)>;
 
 /// Temperature <m v^2>/D of each species; 0 of one without particles.
 fn temperatures(gas: &dyn Simulation, grouping: Grouping) -> Vec<f64> {
-    let still = vec![Flow::NONE; grouping.groups()];
+    let still = vec![SpeciesFlow::NONE; grouping.groups()];
     let degrees = gas.dimension() as f64;
     let all = thermal(grouping, &still, &mut |sum| gas.reduce_particles(sum));
     let mean = |one: Thermal| {
@@ -38,7 +38,7 @@ fn temperatures(gas: &dyn Simulation, grouping: Grouping) -> Vec<f64> {
 }
 
 /// Jackknife estimate of the ratio of the means over replicas of two numbers, with its error.
-fn ratio(sums: &[[f64; 2]]) -> Estimate {
+fn ratio(sums: &[[f64; 2]]) -> TableEstimate {
     over(of_sums(sums, |[a, b]| a / b).into_iter().map(Some))
 }
 
@@ -49,33 +49,33 @@ impl Measure for SpeciesTemperatures {
         NoOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.is_uniform_box() && !plan.is_rough() && plan.species.len() > 1
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let allowed = "several species, by [[species]]; this gas has one";
         measure::require(plan.species.len() > 1, "", allowed)?;
         self.read(plan)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let grouping = plan.grouping();
-        Box::new(Recorder::new(Record::new(), move |record, moment| {
+        Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             let gas = &*moment.simulation;
             record.push((moment.temperature(), temperatures(gas, grouping)));
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Temperatures of the species",
-            Axis::logarithmic("time", "time"),
-            Axis::linear("ratio_to_first", "T of the species over that of the first"),
+            FigureAxis::logarithmic("time", "time"),
+            FigureAxis::linear("ratio_to_first", "T of the species over that of the first"),
         );
         let mut table = table! {
             "partial_temperature", "Temperature of each species in time.";
@@ -110,13 +110,18 @@ impl Measure for SpeciesTemperatures {
         vec![table]
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         plan.engines.len() * plan.species.len().saturating_sub(1)
     }
 
     /// Ratios of the temperatures to that of the first in the early state of a cooling gas: of their means, each temperature over
     /// that of the gas by theory, so that early times do not outweigh the rest.
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
         let times = plan.sample_times();
         let within = |index: &usize| {
             let time = plan.time_over_haff(times[*index]).unwrap_or(times[*index]);
@@ -143,7 +148,9 @@ impl Measure for SpeciesTemperatures {
                 let topic = format!("species temperatures, {name}");
                 let [one, first] = [species, 0].map(|place| &plan.species[place].name);
                 let quantity = format!("T({one})/T({first}) of the early gas");
-                let points: Vec<Point> = Point::of(times[early[0]], &found).into_iter().collect();
+                let points: Vec<MeasuredPoint> = MeasuredPoint::of(times[early[0]], &found)
+                    .into_iter()
+                    .collect();
                 let words = [name, "Enskog's equations", &quantity];
                 let found = against_theory(&topic, words, &points, &runs.rule(plan));
                 list.extend(found.map(|found| void_for(found, plan, &[engine])));

@@ -4,14 +4,14 @@ use serde::Deserialize;
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::{Shells, Spectra, Spectrum};
 use stosszahl_analysis::theory::BathState;
-use stosszahl_dsmc::Copies;
+use stosszahl_dsmc::SimulatorStart;
 use stosszahl_model::transport;
-use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::structure_factor::{require_periodic, structure_times};
 use super::{over, require_kept};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Spectra of the hydrodynamic fields.
 pub struct HydrodynamicSpectra;
@@ -22,7 +22,7 @@ pub(super) const LARGEST: u64 = 2048;
 /// When, and at which wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct SpectraOptions {
     /// Times. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
     /// Time between looks from the start on, in place of `times`.
@@ -33,7 +33,7 @@ pub struct Options {
     pub modes_per_shell: u64,
 }
 
-impl Default for Options {
+impl Default for SpectraOptions {
     fn default() -> Self {
         Self {
             times: None,
@@ -48,14 +48,14 @@ impl Default for Options {
 type Record = Vec<(f64, Option<Spectra>)>;
 
 /// The shells of numbers up to some largest, or why there are none.
-pub(super) fn shells(plan: &Plan, numbers: &[usize], most: u64) -> Result<Shells, String> {
+pub(super) fn shells(plan: &CasePlan, numbers: &[usize], most: u64) -> Result<Shells, String> {
     let [x, y, _] = plan.lengths;
     Shells::new([x, y], numbers, most as usize)
         .map_err(|error| format!("{error}; allowed: smaller wave numbers"))
 }
 
 /// Refuses gases in which there are no waves of disks.
-pub(super) fn require_waves(plan: &Plan) -> Result<(), BadOption> {
+pub(super) fn require_waves(plan: &CasePlan) -> Result<(), BadOption> {
     require_periodic(plan)?;
     measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
     require_kept(plan)
@@ -70,8 +70,8 @@ pub(super) fn require_number(found: u64, key: &str) -> Result<(), BadOption> {
 /// Most looks of a run by an interval.
 const MOST_LOOKS: f64 = 1e6;
 
-impl Options {
-    fn looks(self, plan: &Plan) -> Vec<f64> {
+impl SpectraOptions {
+    fn looks(self, plan: &CasePlan) -> Vec<f64> {
         let Some(interval) = self.interval else {
             return structure_times(plan, self.times);
         };
@@ -80,7 +80,7 @@ impl Options {
         times.map(|time| time.min(plan.case.run.until)).collect()
     }
 
-    fn shells(&self, plan: &Plan) -> Result<Shells, String> {
+    fn shells(&self, plan: &CasePlan) -> Result<Shells, String> {
         let numbers: Vec<usize> = (1..=self.largest_wave_number as usize).collect();
         shells(plan, &numbers, self.modes_per_shell)
     }
@@ -102,7 +102,7 @@ enum Shear {
 
 impl Shear {
     /// Enskog's theory of a gas of equal disks that cools freely, is elastic, or is in a bath.
-    fn of(plan: &Plan) -> Option<Self> {
+    fn of(plan: &CasePlan) -> Option<Self> {
         if !plan.has_theory() || plan.dimension != 2 {
             return None;
         }
@@ -183,14 +183,15 @@ impl Shear {
 
 /// ln(1 + t/t0) of a gas that cools freely, with the Sonine factor of Haff's law: the logarithm by which its thermal speed has
 /// fallen. Else the time of the case.
-fn clock(plan: &Plan, time: f64) -> f64 {
+fn clock(plan: &CasePlan, time: f64) -> f64 {
     plan.cooling_logarithm(time, true).unwrap_or(time)
 }
 
 /// Whether the amplitudes of an engine start with the noise of its own simulators, as theory takes it.
 fn starts_thermal(engine: &EnginePlan) -> bool {
     engine.copies() == 1
-        || (engine.parameters()).is_none_or(|parameters| parameters.copies == Copies::Independent)
+        || (engine.parameters())
+            .is_none_or(|parameters| parameters.copies == SimulatorStart::Independent)
 }
 
 /// Magnitudes of the wave vectors of each shell \[1/engine length\].
@@ -208,12 +209,12 @@ impl Measure for HydrodynamicSpectra {
     described!(
         "spectra",
         "Spectra of density, shear, sound and temperature by shells of wave numbers, and the growth of shear modes.",
-        Options
+        SpectraOptions
     );
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_waves(plan)?;
-        let options: Options = measure::options(plan, self.name())?;
+        let options: SpectraOptions = measure::options(plan, self.name())?;
         require_number(options.largest_wave_number, "largest_wave_number")?;
         require_number(options.modes_per_shell, "modes_per_shell")?;
         if let Some(interval) = options.interval {
@@ -230,12 +231,12 @@ impl Measure for HydrodynamicSpectra {
         })
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
-        measure::chosen::<Options>(plan, self.name()).looks(plan)
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+        measure::chosen::<SpectraOptions>(plan, self.name()).looks(plan)
     }
 
-    fn kept(&self, plan: &Plan) -> f64 {
-        let shells = measure::chosen::<Options>(plan, self.name()).shells(plan);
+    fn kept(&self, plan: &CasePlan) -> f64 {
+        let shells = measure::chosen::<SpectraOptions>(plan, self.name()).shells(plan);
         let each = shells.map_or(0, |shells| {
             shells.ranges().count() * size_of::<Spectrum>()
                 + shells.modes().indices().len() * size_of::<[f64; 2]>()
@@ -243,9 +244,9 @@ impl Measure for HydrodynamicSpectra {
         (self.times(plan).len() * each) as f64
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let shells = measure::chosen::<Options>(plan, self.name()).shells(plan);
-        Box::new(Recorder::new(Record::new(), move |record, moment| {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let shells = measure::chosen::<SpectraOptions>(plan, self.name()).shells(plan);
+        Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             let gas = &*moment.simulation;
             let weight = gas.weight();
             let found = shells.as_ref().ok();
@@ -261,8 +262,8 @@ impl Measure for HydrodynamicSpectra {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        let Ok(shells) = measure::chosen::<Options>(plan, self.name()).shells(plan) else {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+        let Ok(shells) = measure::chosen::<SpectraOptions>(plan, self.name()).shells(plan) else {
             return Vec::new();
         };
         let (mut spectra, mut growth) = (spectra_table(), growth_table());
@@ -286,8 +287,8 @@ impl Measure for HydrodynamicSpectra {
 fn spectra_table() -> Table {
     let figure = |column, title, label| {
         let (x, y) = (
-            Axis::logarithmic("mode_number", "mode number L/wavelength"),
-            Axis::logarithmic(column, label),
+            FigureAxis::logarithmic("mode_number", "mode number L/wavelength"),
+            FigureAxis::logarithmic(column, label),
         );
         Figure::curves(title, x, y).panels(&["time"])
     };
@@ -329,8 +330,8 @@ fn steady_table() -> Table {
     .figure(
         Figure::curves(
             "Spectrum of shear in the steady state",
-            Axis::logarithmic("mode_number", "mode number L/wavelength"),
-            Axis::logarithmic("s_perp", "S_perp(k)"),
+            FigureAxis::logarithmic("mode_number", "mode number L/wavelength"),
+            FigureAxis::logarithmic("s_perp", "S_perp(k)"),
         )
         .line("equilibrium", 1.0),
     )
@@ -342,7 +343,7 @@ fn average(
     looks: &[usize],
     shell: usize,
     part: fn(&Spectrum) -> f64,
-) -> Estimate {
+) -> TableEstimate {
     let one = |record: &&Record| {
         let found = looks.iter().map(|&look| {
             let found = record[look].1.as_ref()?;
@@ -357,7 +358,7 @@ fn average(
 
 fn fill_steady(
     table: &mut Table,
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     shells: &Shells,
     records: &[&Record],
@@ -407,8 +408,8 @@ fn growth_table() -> Table {
     .figure(
         Figure::curves(
             "Growth of shear modes",
-            Axis::linear("mode_number", "mode number L/wavelength"),
-            Axis::linear("exponent", "growth exponent"),
+            FigureAxis::linear("mode_number", "mode number L/wavelength"),
+            FigureAxis::linear("exponent", "growth exponent"),
         )
         .panels(&["window_start", "window_end"])
         .line("no growth", 0.0),
@@ -417,7 +418,7 @@ fn growth_table() -> Table {
 
 fn fill_spectra(
     table: &mut Table,
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     shells: &Shells,
     records: &[&Record],
@@ -454,7 +455,7 @@ fn fill_spectra(
 }
 
 /// True if the growth over the thermal speed is the same at all times: without losses, or where a thermostat makes up for them.
-fn is_stationary(plan: &Plan) -> bool {
+fn is_stationary(plan: &CasePlan) -> bool {
     let heats_up = plan.case.bath().is_some() && plan.bath_state().is_none();
     (plan.case.thermostat.is_some() || plan.restitution == 1.0) && !heats_up
 }
@@ -472,8 +473,8 @@ fn decay_table() -> Table {
     .figure(
         Figure::curves(
             "Viscosity by the decay of shear modes",
-            Axis::linear("mode_number", "mode number L/wavelength"),
-            Axis::linear("viscosity_over_enskog", "viscosity over Enskog's"),
+            FigureAxis::linear("mode_number", "mode number L/wavelength"),
+            FigureAxis::linear("viscosity_over_enskog", "viscosity over Enskog's"),
         )
         .line("Enskog", 1.0),
     )
@@ -498,18 +499,18 @@ fn regression(
 }
 
 /// Rate of growth by the sums of all replicas over a span of the clock, with its jackknife error.
-fn growth(sums: &[[f64; 2]], span: f64) -> Estimate {
+fn growth(sums: &[[f64; 2]], span: f64) -> TableEstimate {
     let rate = |[products, squares]: [f64; 2]| (products / squares).ln() / span;
     let found = jackknife(sums, rate).filter(|found| found.value.is_finite());
-    found.map_or_else(Estimate::default, |found| {
+    found.map_or_else(TableEstimate::default, |found| {
         let error = found.standard_error.filter(|error| error.is_finite());
-        Estimate::of(found.value, error)
+        TableEstimate::of(found.value, error)
     })
 }
 
 fn fill_decay(
     table: &mut Table,
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     shells: &Shells,
     records: &[&Record],
@@ -539,7 +540,7 @@ fn fill_decay(
         let clocks = [halfway, halfway + span];
         let expected = Shear::of(plan).map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
         let inviscid = Shear::of(plan).map_or(0.0, Shear::inviscid_rate);
-        let viscosity = expected.map_or_else(Estimate::default, |expected| Estimate {
+        let viscosity = expected.map_or_else(TableEstimate::default, |expected| TableEstimate {
             value: found
                 .value
                 .map(|found| (inviscid - found) / (inviscid - expected)),
@@ -557,7 +558,7 @@ fn fill_decay(
 
 fn fill_growth(
     table: &mut Table,
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     shells: &Shells,
     records: &[&Record],

@@ -2,15 +2,15 @@
 //! Enskog's theory.
 
 use serde::{Deserialize, Serialize};
-use stosszahl_results::{Axis, Figure, Table, Verdict, table};
+use stosszahl_results::{Figure, FigureAxis, Table, VerdictText, table};
 
 use super::over;
-use crate::judge::{Comparison, Pair, Places, Unit, still_moving, title};
+use crate::judge::{ComparedPair, Comparison, DifferenceUnit, Places, still_moving, title};
 use crate::measure::{
-    self, BadOption, Measure, NoOptions, Probe, ReplicaRecords, SampleContext, Stop, described,
+    self, BadOption, Measure, NoOptions, Probe, ReplicaRecords, RunStop, SampleContext, described,
     keeps_record,
 };
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Steady state of a heated gas.
 pub struct SteadyState;
@@ -22,7 +22,7 @@ const PARTS: usize = 4;
 const LOOKS: usize = 400;
 
 /// True if a bath or the contacts of the gas heat it.
-fn is_heated(plan: &Plan) -> bool {
+fn is_heated(plan: &CasePlan) -> bool {
     plan.case.bath().is_some() || plan.heats_itself()
 }
 
@@ -74,7 +74,7 @@ impl Probe for SteadyProbe {
         self.record.last = moment.simulation.time();
     }
 
-    fn stop(&mut self, stop: &Stop) {
+    fn stop(&mut self, stop: &RunStop) {
         let before = match stop.kicked_from {
             None if self.kicked => return,
             before => before.unwrap_or(stop.temperature),
@@ -95,18 +95,18 @@ impl Measure for SteadyState {
         NoOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         is_heated(plan)
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let allowed = "a gas that is heated, by a bath, [thermostat], or by contacts with gas.restitution.delta; this one is not";
         measure::require(is_heated(plan), "", allowed)?;
         self.read(plan)
     }
 
     /// Looks at the temperature of a gas that nothing kicks.
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         if plan.case.bath().is_some() {
             return Vec::new();
         }
@@ -114,7 +114,7 @@ impl Measure for SteadyState {
         looks.map(|share| share * plan.case.run.until).collect()
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SteadyProbe {
             kicked: plan.case.bath().is_some(),
             until: plan.engine_time(plan.case.run.until),
@@ -122,7 +122,7 @@ impl Measure for SteadyState {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "steady_state", "Temperature of a heated gas, averaged over quarters of the run.";
             key "engine", "", "Engine";
@@ -133,8 +133,8 @@ impl Measure for SteadyState {
         }
         .figure(Figure::curves(
             "Steady state",
-            Axis::linear("window_end", "end of the quarter"),
-            Axis::linear("temperature_ratio", "T/T(0)"),
+            FigureAxis::linear("window_end", "end of the quarter"),
+            FigureAxis::linear("temperature_ratio", "T/T(0)"),
         ));
         let edge = |part: usize| plan.case.run.until * part as f64 / PARTS as f64;
         for (engine, records) in runs.each::<Record>(plan) {
@@ -153,11 +153,16 @@ impl Measure for SteadyState {
         vec![table]
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         2 * plan.engines.len()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
         let mut list = Vec::new();
         for (engine, records) in runs.each::<Record>(plan) {
             let name = title(engine.name);
@@ -185,11 +190,11 @@ impl Measure for SteadyState {
                     a: name,
                     b: "the steady state of Enskog's theory",
                     quantity: "temperature",
-                    unit: Unit::Relative,
+                    unit: DifferenceUnit::Relative,
                     rule: runs.rule(plan),
                 };
                 let places = Places::Span("in the last half of the run");
-                let pair = Pair { comparison, places };
+                let pair = ComparedPair { comparison, places };
                 pair.judge(&[found.iter().map(|&ratio| (ratio, law)).collect()])
             }));
         }

@@ -4,26 +4,26 @@ use std::iter;
 
 use serde::Deserialize;
 use stosszahl_analysis::replicas::of_sums;
-use stosszahl_analysis::statistics::Moments as Spread;
+use stosszahl_analysis::statistics::RunningMoments as Spread;
 use stosszahl_analysis::stress::{StressIntegrals, StressRecorder, kinetic_stress};
 use stosszahl_analysis::theory::UniformShear;
 use stosszahl_model::Observer;
-use stosszahl_results::{Estimate, Table, table};
+use stosszahl_results::{Table, TableEstimate, table};
 
 use super::over;
 use crate::measure::{
-    self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, Stop, described, keeps_record,
-    require,
+    self, BadOption, Measure, Probe, ReplicaRecords, RunStop, SampleContext, described,
+    keeps_record, require,
 };
-use crate::plan::{EngineKind, EnginePlan, Plan};
+use crate::plan::{CasePlan, EngineKind, EnginePlan};
 
 /// Pressure tensor of a gas in a box.
-pub struct Stress;
+pub struct StressMeasure;
 
 /// Span of time and its blocks.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct StressOptions {
     /// Start of the averages, in the unit of time of the case. Default: half of the run for gases that are heated, 0 for others.
     #[schemars(range(min = 0.0))]
     pub from: Option<f64>,
@@ -35,7 +35,7 @@ pub struct Options {
     pub looks: u64,
 }
 
-impl Default for Options {
+impl Default for StressOptions {
     fn default() -> Self {
         Self {
             from: None,
@@ -45,9 +45,9 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl StressOptions {
     /// Start of the averages, in the unit of time of the case.
-    fn start(&self, plan: &Plan) -> f64 {
+    fn start(&self, plan: &CasePlan) -> f64 {
         let heated = plan.case.bath().is_some() || plan.heats_itself() || plan.is_sheared();
         let half = if heated { 0.5 } else { 0.0 };
         self.from.unwrap_or(half * plan.case.run.until)
@@ -79,7 +79,7 @@ impl Probe for StressProbe {
         self.record = Some(recorder.in_flow(self.flow.0, self.flow.1));
     }
 
-    fn stop(&mut self, stop: &Stop) {
+    fn stop(&mut self, stop: &RunStop) {
         if let (Some(record), Some(before)) = (&mut self.record, stop.kicked_from) {
             record.scale(stop.time, stop.temperature / before);
         }
@@ -130,7 +130,7 @@ fn quantities(dimension: usize) -> Vec<Quantity> {
 ///
 /// `p/(n T) = 1 + 2^(D-1) phi chi (1 + r + a/<g_n>)/2` in D dimensions, for Maxwellian velocities with the mean normal approach
 /// speed `<g_n> = sqrt(pi T/m)` of colliding pairs and the speed a that contacts add.
-fn pressure_theory(plan: &Plan, engine: &EnginePlan, temperature: f64) -> Option<f64> {
+fn pressure_theory(plan: &CasePlan, engine: &EnginePlan, temperature: f64) -> Option<f64> {
     let uniform = plan.is_uniform_box() && plan.classes.len() == 1;
     let (coefficient, added_speed) = match (plan.law.constant(), plan.law.delta()) {
         (Some(coefficient), _) => (coefficient, 0.0),
@@ -158,7 +158,7 @@ const DILUTE: f64 = 0.01;
 
 /// Uniform shear flow in theory, with its rate in engine units; `None` for gases that are not
 /// dilute, of one species, smooth and of constant restitution.
-fn dilute_flow(plan: &Plan, engine: &EnginePlan) -> Option<(UniformShear, f64)> {
+fn dilute_flow(plan: &CasePlan, engine: &EnginePlan) -> Option<(UniformShear, f64)> {
     let is_plain = plan.classes.len() == 1 && !plan.is_rough() && plan.law.constant().is_some();
     let is_dilute = engine
         .parameters()
@@ -183,7 +183,11 @@ fn flow_theory(flow: &UniformShear, rate: f64, quantity: &str) -> f64 {
 }
 
 /// Kinetic part, collisional part and both of a quantity over n T.
-fn estimates(records: &[&StressRecorder], quantity: &Quantity, dimension: usize) -> [Estimate; 3] {
+fn estimates(
+    records: &[&StressRecorder],
+    quantity: &Quantity,
+    dimension: usize,
+) -> [TableEstimate; 3] {
     let picks: [fn([f64; 2]) -> f64; 3] = [|p| p[0], |p| p[1], |p| p[0] + p[1]];
     picks.map(|pick| {
         ratio(records, |one| {
@@ -196,7 +200,7 @@ fn estimates(records: &[&StressRecorder], quantity: &Quantity, dimension: usize)
 
 /// Estimate of a ratio of sums over replicas or blocks; the error is the larger one of that over replicas and that over
 /// blocks. Spans whose lower sum is not above zero do not count.
-fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> Estimate {
+fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> TableEstimate {
     let of_record = |record: &&StressRecorder| {
         let blocks = record.blocks().iter();
         blocks.fold(StressIntegrals::default(), |sum, block| sum.plus(block))
@@ -221,7 +225,7 @@ fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2])
 }
 
 /// Means over the same span of time in a uniform shear flow.
-fn sheared_state(plan: &Plan, runs: &ReplicaRecords<'_>, rate: f64) -> Table {
+fn sheared_state(plan: &CasePlan, runs: &ReplicaRecords<'_>, rate: f64) -> Table {
     let mut table = table! {
         "sheared_state", "Temperature, viscosity and dissipation of uniform shear flow, over the span of the stress; errors over replicas and blocks of time.";
         key "engine", "", "Engine";
@@ -261,14 +265,14 @@ fn sheared_state(plan: &Plan, runs: &ReplicaRecords<'_>, rate: f64) -> Table {
     table
 }
 
-impl Measure for Stress {
+impl Measure for StressMeasure {
     described!(
         "stress",
         "Pressure tensor over n T: kinetic and collisional part, pressure, normal stress difference.",
-        Options
+        StressOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.is_sheared()
     }
 
@@ -276,14 +280,14 @@ impl Measure for Stress {
         true
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require(
             plan.has_box(),
             "",
             "a gas in a box; this one has no positions",
         )?;
         super::require_kept(plan)?;
-        let options: Options = measure::options(plan, self.name())?;
+        let options: StressOptions = measure::options(plan, self.name())?;
         let (from, until) = (options.start(plan), plan.case.run.until);
         let allowed = format!("at least 0 and below run.until, {until}");
         require((0.0..until).contains(&from), "from", allowed)?;
@@ -296,8 +300,8 @@ impl Measure for Stress {
     }
 
     /// Looks at equal intervals from the start of the averages, at the middle of each.
-    fn times(&self, plan: &Plan) -> Vec<f64> {
-        let options: Options = measure::chosen(plan, self.name());
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+        let options: StressOptions = measure::chosen(plan, self.name());
         let (from, until) = (options.start(plan), plan.case.run.until);
         let looks = options.blocks * options.looks;
         let step = (until - from) / looks as f64;
@@ -309,12 +313,12 @@ impl Measure for Stress {
         times
     }
 
-    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let apart = match &engine.kind {
             EngineKind::MonteCarlo(parameters) => parameters.scheme.properties().feels_flow,
             _ => true,
         };
-        let options: Options = measure::chosen(plan, self.name());
+        let options: StressOptions = measure::chosen(plan, self.name());
         let span = [options.start(plan), plan.case.run.until];
         Box::new(StressProbe {
             flow: (plan.grains.shear_rate.unwrap_or_default(), apart),
@@ -324,7 +328,7 @@ impl Measure for Stress {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "stress", "Pressure tensor over n T, with n T from the same looks; errors over replicas and blocks of time.";
             key "engine", "", "Engine";
@@ -336,7 +340,7 @@ impl Measure for Stress {
             with_theory "total", "1", "Both; theory is Enskog's pressure of the uniform gas, and in a dilute shear flow the kinetic model of Brey, Ruiz-Montero & Moreno, right to 3 %";
             note "replicas", "1", "Replicas";
         };
-        let options: Options = measure::chosen(plan, self.name());
+        let options: StressOptions = measure::chosen(plan, self.name());
         let span = (options.start(plan), plan.case.run.until);
         for (engine, records) in runs.each::<Record>(plan) {
             let records: Vec<&StressRecorder> =

@@ -3,16 +3,16 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::structure_factor::{
-    Assignment, Options as GridOptions, StructureFactor, StructureFactorPlan,
+    Assignment, LatticeOptions as GridOptions, StructureFactor, StructureFactorPlan,
 };
-use stosszahl_results::{Axis, Cells, Figure, Table, table};
+use stosszahl_results::{CellValues, Figure, FigureAxis, Table, table};
 
 use super::over;
 use crate::measure::{
-    self, BadOption, CompletedRun, Measure, Probe, Recorder, ReplicaRecords, SampleContext,
+    self, BadOption, CompletedRun, Measure, Probe, ReplicaRecords, SampleContext, SampleProbe,
     described,
 };
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Caption on simulators of the figures of structure.
 pub(super) const OF_SIMULATORS: &str = "Of Monte Carlo with n simulators for each particle all simulators are shown. Each is 1/n of a particle: independent ones have \
@@ -34,7 +34,7 @@ pub enum Sharing {
 /// Options of the structure factor.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct StructureFactorOptions {
     /// Times. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
     /// How a particle is shared among the points of the grid.
@@ -45,7 +45,7 @@ pub struct Options {
     pub largest_wave_number: u64,
 }
 
-impl Default for Options {
+impl Default for StructureFactorOptions {
     fn default() -> Self {
         Self {
             times: None,
@@ -57,19 +57,19 @@ impl Default for Options {
 }
 
 /// Times at which structure is measured: those asked for, or the start and the end of the run.
-pub(super) fn structure_times(plan: &Plan, times: Option<Vec<f64>>) -> Vec<f64> {
+pub(super) fn structure_times(plan: &CasePlan, times: Option<Vec<f64>>) -> Vec<f64> {
     times.unwrap_or_else(|| vec![0.0, plan.case.run.until])
 }
 
 /// Whether the box is periodic and has positions.
-pub(super) fn require_periodic(plan: &Plan) -> Result<(), BadOption> {
+pub(super) fn require_periodic(plan: &CasePlan) -> Result<(), BadOption> {
     let periodic = plan.has_box() && !plan.is_bounded();
     measure::require(periodic, "", "a periodic box without walls and obstacles")
 }
 
 impl StructureFactors {
     /// Sides of the box, and what its lattice is to be.
-    fn lattice(options: &Options, plan: &Plan) -> ([f64; 2], GridOptions) {
+    fn lattice(options: &StructureFactorOptions, plan: &CasePlan) -> ([f64; 2], GridOptions) {
         let [x, y, _] = plan.lengths;
         let options = GridOptions {
             largest_wave_number: options.largest_wave_number as usize,
@@ -85,7 +85,7 @@ impl StructureFactors {
 }
 
 /// Mean diameter of the particles: exactly one where lengths are in units of it.
-pub(super) fn mean_diameter(plan: &Plan) -> f64 {
+pub(super) fn mean_diameter(plan: &CasePlan) -> f64 {
     if plan.has_thermal_units() {
         return 1.0;
     }
@@ -103,7 +103,7 @@ pub(super) struct WithPairs<T> {
 }
 
 /// Returns the pairs of species of a mixture with their key cells: numbers from 1, and names; empty in a gas of one species.
-pub(super) fn species_pairs(plan: &Plan) -> Vec<([u64; 2], String)> {
+pub(super) fn species_pairs(plan: &CasePlan) -> Vec<([u64; 2], String)> {
     let count = plan.species.len();
     if count < 2 {
         return Vec::new();
@@ -122,7 +122,7 @@ pub(super) struct SpeciesOf {
 
 impl SpeciesOf {
     /// Collects the species of all particles of a plan.
-    pub(super) fn new(plan: &Plan) -> Self {
+    pub(super) fn new(plan: &CasePlan) -> Self {
         let mixture = plan.species.len() > 1;
         let count = if mixture { plan.species.len() } else { 0 };
         let particles = if mixture { plan.count() } else { 0 };
@@ -151,9 +151,9 @@ pub(super) type ByTime<T> = Vec<(f64, Option<T>)>;
 
 /// Fills a table with a row for each engine, time and place: `places` are the key cells, the value and the cells after the value,
 /// of what was found in one replica.
-pub(super) fn by_time<T: 'static, K: Cells, C: Cells>(
+pub(super) fn by_time<T: 'static, K: CellValues, C: CellValues>(
     mut table: Table,
-    plan: &Plan,
+    plan: &CasePlan,
     runs: &ReplicaRecords<'_>,
     places: impl Fn(&T) -> Vec<(K, f64, C)>,
 ) -> Table {
@@ -194,17 +194,17 @@ impl Measure for StructureFactors {
     described!(
         "structure_factor",
         "Structure factor S(k) of the density, averaged over shells of wave numbers.",
-        Options
+        StructureFactorOptions
     );
 
-    fn by_default(&self, plan: &Plan) -> bool {
+    fn by_default(&self, plan: &CasePlan) -> bool {
         plan.is_disk_fluid()
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_periodic(plan)?;
         measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
-        let options: Options = measure::options(plan, self.name())?;
+        let options: StructureFactorOptions = measure::options(plan, self.name())?;
         let largest = options.largest_wave_number;
         let allowed = "a whole number from 1 to 2048";
         measure::require(
@@ -220,24 +220,27 @@ impl Measure for StructureFactors {
         })
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
-        structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+        structure_times(
+            plan,
+            measure::chosen::<StructureFactorOptions>(plan, self.name()).times,
+        )
     }
 
-    fn gathers(&self, plan: &Plan) -> bool {
+    fn gathers(&self, plan: &CasePlan) -> bool {
         plan.species.len() > 1
     }
 
-    fn working(&self, plan: &Plan) -> f64 {
+    fn working(&self, plan: &CasePlan) -> f64 {
         let (lengths, options) = Self::lattice(&measure::chosen(plan, self.name()), plan);
         StructureFactorPlan::bytes(lengths, options)
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let (lengths, options) = Self::lattice(&measure::chosen(plan, self.name()), plan);
         let record = ByTime::<Found>::new();
         let species = SpeciesOf::new(plan);
-        Box::new(Recorder::new(record, move |record, moment| {
+        Box::new(SampleProbe::new(record, move |record, moment| {
             let weight = moment.simulation.weight();
             let count = moment.simulation.count();
             // The lattice, which may be larger than the gas, is there only meanwhile.
@@ -258,11 +261,11 @@ impl Measure for StructureFactors {
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Structure factor",
-            Axis::logarithmic("mode_number", "mode number L/wavelength"),
-            Axis::logarithmic("structure_factor", "S(k)"),
+            FigureAxis::logarithmic("mode_number", "mode number L/wavelength"),
+            FigureAxis::logarithmic("structure_factor", "S(k)"),
         );
         let table = table! {
             "structure_factor", "Structure factor by shells of wave numbers.";
@@ -300,8 +303,8 @@ impl Measure for StructureFactors {
             .figure(
                 Figure::curves(
                     "Partial structure factors",
-                    Axis::logarithmic("mode_number", "L/wavelength"),
-                    Axis::linear("structure_factor", "S_ab(k)"),
+                    FigureAxis::logarithmic("mode_number", "L/wavelength"),
+                    FigureAxis::linear("structure_factor", "S_ab(k)"),
                 )
                 .by(&["engine", "pair"])
                 .panels(&["time"])

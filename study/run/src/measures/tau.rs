@@ -3,27 +3,27 @@
 //! `d tau_1/dt = 4 n_1 d_1^2 chi sqrt(pi T_1/m_1)` is the rate at which a particle of species 1 hits its like in a Maxwellian gas.
 //! Between two samples `1/sqrt(T_1)` is taken to be linear in time, which Haff's law makes exact.
 
-use stosszahl_results::Estimate;
+use stosszahl_results::TableEstimate;
 
-use super::gas::{Record, Sample, against, measured};
-use crate::plan::Plan;
+use super::gas::{GasRecord, GasSample, against, measured};
+use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, Predicted};
 
 /// `d tau_1/dt` at unit temperature; none if species 1 are tracers or of many sizes.
-pub(super) fn rate(plan: &Plan) -> Option<f64> {
+pub(super) fn rate(plan: &CasePlan) -> Option<f64> {
     let single = plan.classes.len() == plan.species.len() && plan.case.aggregation.is_none();
     let mixture = plan.mixture().ok().filter(|_| single)?;
     Some(mixture.like_collisions(0, 1.0)).filter(|&rate| rate > 0.0)
 }
 
 /// `tau_1` at all sample times; empty where it has no rate.
-pub(super) fn all(plan: &Plan, records: &[&Record]) -> Vec<Estimate> {
+pub(super) fn all(plan: &CasePlan, records: &[&GasRecord]) -> Vec<TableEstimate> {
     let Some(rate) = rate(plan) else {
         return Vec::new();
     };
     let times: Vec<f64> = plan.sample_times();
     let times: Vec<f64> = times.iter().map(|&time| plan.engine_time(time)).collect();
-    let first = |sample: &Sample| sample.groups.first().map_or(0.0, |group| group.temperature);
+    let first = |sample: &GasSample| sample.groups.first().map_or(0.0, |group| group.temperature);
     let found: Vec<Vec<f64>> = records
         .iter()
         .map(|record| {

@@ -8,11 +8,11 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use stosszahl_case::Case;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Collision, Observer, Particle, Particles, Simulation};
-use stosszahl_results::{Cell, Table, Verdict, VerdictKind};
+use stosszahl_results::{Table, TableCell, VerdictKind, VerdictText};
 
 use super::ALL;
-use crate::measure::{CompletedRun, Measure, Probe, ReplicaRecords, SampleContext, Stop};
-use crate::plan::{EngineKind, EnginePlan, Plan, Scale};
+use crate::measure::{CompletedRun, Measure, Probe, ReplicaRecords, RunStop, SampleContext};
+use crate::plan::{CasePlan, EngineKind, EnginePlan, UnitScale};
 use crate::theory::flow;
 
 /// Everything that happened in one run, for slow computations.
@@ -30,9 +30,9 @@ impl Observer for Log {
 }
 
 /// A case in format 2.
-pub(super) fn case(text: &str) -> Plan {
+pub(super) fn case(text: &str) -> CasePlan {
     let case: Case = toml::from_str(text).expect("a case");
-    Plan::new(&case, Path::new(".")).expect("a plan")
+    CasePlan::new(&case, Path::new(".")).expect("a plan")
 }
 
 pub(super) fn measure(name: &str) -> &'static dyn Measure {
@@ -40,7 +40,7 @@ pub(super) fn measure(name: &str) -> &'static dyn Measure {
 }
 
 /// Disks on a lattice with random velocities (and spins), the same for all engines and different for each replica.
-pub(super) fn start(plan: &Plan, seed: u64) -> Particles {
+pub(super) fn start(plan: &CasePlan, seed: u64) -> Particles {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut number = || stream.random_range(-1.0..1.0);
     let count = plan.count();
@@ -82,26 +82,26 @@ pub(super) fn start(plan: &Plan, seed: u64) -> Particles {
         lengths: plan.lengths,
         periodic: [0, 1, 2].map(|axis| {
             axis >= plan.dimension
-                || *plan.case.walls.at(axis, 0) == stosszahl_case::format::Face::default()
+                || *plan.case.walls.at(axis, 0) == stosszahl_case::format::FaceSpec::default()
         }),
         all,
     }
 }
 
-fn simulation(plan: &Plan, engine: &EnginePlan, replica: u64) -> Box<dyn Simulation> {
+fn simulation(plan: &CasePlan, engine: &EnginePlan, replica: u64) -> Box<dyn Simulation> {
     let streams = Streams::new(plan.case.seed, replica);
     let start = start(plan, replica);
     match &engine.kind {
         EngineKind::EventDriven { .. } => stosszahl_ed::simulate(
             &plan.grains,
-            stosszahl_ed::Dissipation::Scene,
+            stosszahl_ed::DissipationRule::Scene,
             &plan.exact_boundaries(streams).expect("walls"),
             &start,
         )
         .expect("exact disks"),
         EngineKind::MonteCarlo(parameters) => {
             let boundaries = plan.boundaries(engine).expect("walls");
-            let gas = stosszahl_dsmc::Gas {
+            let gas = stosszahl_dsmc::CellGas {
                 grains: &plan.grains,
                 parameters: *parameters,
                 boundaries: &boundaries,
@@ -117,16 +117,16 @@ fn simulation(plan: &Plan, engine: &EnginePlan, replica: u64) -> Box<dyn Simulat
 
 /// Runs a measure on all engines and replicas; the log is of the last engine and replica. At the middle all records are written and
 /// read back, as after a stop.
-pub(super) fn run(plan: &Plan, measure: &dyn Measure) -> (Vec<Table>, Vec<Verdict>, Log) {
+pub(super) fn run(plan: &CasePlan, measure: &dyn Measure) -> (Vec<Table>, Vec<VerdictText>, Log) {
     run_from(plan, measure, 0)
 }
 
 /// Runs a measure on all engines and replicas, with starts of other seeds.
 pub(super) fn run_from(
-    plan: &Plan,
+    plan: &CasePlan,
     measure: &dyn Measure,
     seed: u64,
-) -> (Vec<Table>, Vec<Verdict>, Log) {
+) -> (Vec<Table>, Vec<VerdictText>, Log) {
     measure.check(plan).expect("the options are good");
     let mut log = Log::default();
     let finished: Vec<Vec<CompletedRun>> = plan
@@ -164,7 +164,7 @@ pub(super) fn run_from(
 }
 
 fn follow(
-    plan: &Plan,
+    plan: &CasePlan,
     measure: &dyn Measure,
     engine: &EnginePlan,
     gas: &mut dyn Simulation,
@@ -185,7 +185,7 @@ fn follow(
             }
         }
         log.states.push((until, gas.particles().all));
-        probe.stop(&Stop {
+        probe.stop(&RunStop {
             time: until,
             temperature: gas.temperature(),
             kicked_from: None,
@@ -203,15 +203,15 @@ fn follow(
 pub(super) fn number(table: &Table, row: usize, column: &str) -> f64 {
     let at = table.find(column).unwrap_or_else(|| panic!("{column}"));
     match table.rows[row][at] {
-        Cell::Number(number) => number,
-        Cell::Count(count) => count as f64,
+        TableCell::Number(number) => number,
+        TableCell::Count(count) => count as f64,
         _ => f64::NAN,
     }
 }
 
 fn word<'a>(table: &'a Table, row: usize, column: &str) -> &'a str {
     match &table.rows[row][table.find(column).expect("a column")] {
-        Cell::Text(text) => text,
+        TableCell::Text(text) => text,
         _ => "",
     }
 }
@@ -320,7 +320,7 @@ fn series_is_what_particles_have() {
     clippy::too_many_lines,
     reason = "one slow computation beside each number of the tables"
 )]
-fn check_fields(plan: &Plan, carries: bool) {
+fn check_fields(plan: &CasePlan, carries: bool) {
     let (tables, _, log) = run(plan, measure("fields"));
     let [cells, profiles] = &tables[..] else {
         panic!("two tables")
@@ -474,7 +474,7 @@ fn fields_of_a_periodic_gas_are_in_the_units_of_the_case() {
     for keep in [0, 1] {
         let mut plan = case(PERIODIC);
         plan.engines = vec![plan.engines.swap_remove(keep)];
-        plan.scale = Scale {
+        plan.scale = UnitScale {
             length: 2.0,
             mass: 3.0,
             energy: 5.0,
@@ -529,7 +529,7 @@ fn what_is_measured_by_default_can_be_measured() {
 }
 
 /// Momentum and energy that boundaries give, with the pull of gravity, are what the gas gains; so are particles.
-fn check_balance(plan: &Plan, names: &[&str]) {
+fn check_balance(plan: &CasePlan, names: &[&str]) {
     let (tables, verdicts, log) = run(plan, measure("boundaries"));
     let (series, _, _) = run(plan, measure("series"));
     let (given, series) = (&tables[0], &series[0]);
@@ -738,7 +738,7 @@ fn a_column_of_theory_holds_all_particles() {
     let column = flow::column(&plan, &plan.engines[0])
         .expect("theory")
         .expect("a column");
-    let layer = |plan: &Plan, low: f64| flow::density(plan, &column, Some(0), [low, low + 2.0]);
+    let layer = |plan: &CasePlan, low: f64| flow::density(plan, &column, Some(0), [low, low + 2.0]);
     let all: f64 = (0..10)
         .map(|layer_number| 20.0 * layer(&plan, 2.0 * f64::from(layer_number)))
         .sum();

@@ -4,14 +4,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_model::Grouping;
-use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::gas::{self, against, measured, pairs};
 use super::{over, species};
 use crate::measure::{
     self, BadOption, Measure, Needs, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
-use crate::plan::{EnginePlan, Plan, logarithmic};
+use crate::plan::{CasePlan, EnginePlan, logarithmic};
 use crate::theory::homogeneous::{self, Theory};
 
 /// `<|R(t + lag) - R(t)|^2>`, averaged over the times of a path and over paths.
@@ -21,13 +21,13 @@ const NAME: &str = "time_averaged_displacement";
 
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-struct Options {
+struct PathOptions {
     /// Particles of each species whose whole paths are kept.
     #[schemars(range(min = 1, max = 1_000_000))]
     particles: u64,
 }
 
-impl Default for Options {
+impl Default for PathOptions {
     fn default() -> Self {
         Self { particles: 1000 }
     }
@@ -37,41 +37,41 @@ impl Measure for TimeAveragedDisplacement {
     described!(
         NAME,
         "Squared displacement over a lag, averaged over time along whole paths, in a gas without positions.",
-        Options
+        PathOptions
     );
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
         species::lasting_only(plan)?;
-        let particles = measure::options::<Options>(plan, NAME)?.particles;
+        let particles = measure::options::<PathOptions>(plan, NAME)?.particles;
         let good = (1..=1_000_000).contains(&particles);
         measure::require(good, "particles", "a whole number from 1 to 1000000")?;
         let allowed = "only with run.first_sample below a tenth of run.until: lags are those of the samples up to there";
         measure::require(!lags(plan).is_empty(), "", allowed)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         vec![plan.case.run.until]
     }
 
-    fn needs(&self, plan: &Plan) -> Needs {
+    fn needs(&self, plan: &CasePlan) -> Needs {
         Needs {
             displacements: true,
             trajectories: paths(plan),
         }
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let lags = lags(plan);
         Box::new(PathProbe {
             grouping: plan.grouping(),
             groups: plan.species.len(),
             paths: paths(plan),
             lags: lags.iter().map(|&lag| plan.engine_time(lag)).collect(),
-            record: Record::default(),
+            record: PathAverages::default(),
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut rows = rows(plan, &runs.records(0));
         compare_with_ensemble(plan, &mut rows, &runs.records(0), &runs.find(0));
         vec![table(plan, &rows)]
@@ -79,17 +79,17 @@ impl Measure for TimeAveragedDisplacement {
 }
 
 /// Paths that are kept of each species; none if none are measured.
-fn paths(plan: &Plan) -> usize {
+fn paths(plan: &CasePlan) -> usize {
     let asked = plan.case.measure.contains_key(NAME) && plan.case.aggregation.is_none();
     let options = asked
-        .then(|| measure::options::<Options>(plan, NAME).ok())
+        .then(|| measure::options::<PathOptions>(plan, NAME).ok())
         .flatten();
     options.map_or(0, |options| options.particles as usize)
 }
 
 /// Lags in the unit of time of the case: as the samples, up to a tenth of the run, beyond which a path has too few
 /// independent starts.
-fn lags(plan: &Plan) -> Vec<f64> {
+fn lags(plan: &CasePlan) -> Vec<f64> {
     let (first, last) = (plan.first_sample(), 0.1 * plan.case.run.until);
     if first >= last {
         return Vec::new();
@@ -99,9 +99,9 @@ fn lags(plan: &Plan) -> Vec<f64> {
 
 /// Averages of one replica over its paths, by group and lag, and averages of their squares.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Record(Vec<Vec<[f64; 2]>>);
+pub struct PathAverages(Vec<Vec<[f64; 2]>>);
 
-impl Record {
+impl PathAverages {
     /// The average of a group at a lag, and that of its square over paths; no numbers without them.
     fn at(&self, group: usize, lag: usize) -> [f64; 2] {
         let averages = self.0.get(group).and_then(|averages| averages.get(lag));
@@ -115,7 +115,7 @@ struct PathProbe {
     paths: usize,
     /// \[engine time\]
     lags: Vec<f64>,
-    record: Record,
+    record: PathAverages,
 }
 
 impl PathProbe {
@@ -148,27 +148,27 @@ impl Probe for PathProbe {
             let sums = sums.into_iter().flatten();
             sums.map(|sums| sums.map(|sum| sum / count)).collect()
         });
-        self.record = Record(averages.collect());
+        self.record = PathAverages(averages.collect());
     }
 
     keeps_record!();
 }
 
 /// One species and lag, over all replicas.
-pub(super) struct Row {
+pub(super) struct PathRow {
     /// In the unit of time of the case.
     pub lag: f64,
     /// Number of the species, from 0.
     pub species: usize,
-    pub displacement: Estimate,
+    pub displacement: TableEstimate,
     /// Variance of the averages of single paths over their squared mean.
-    pub breaking: Estimate,
+    pub breaking: TableEstimate,
     /// The average over the displacement in the lag since the start.
-    pub over_ensemble: Estimate,
+    pub over_ensemble: TableEstimate,
 }
 
 /// All species and lags; none without records.
-pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
+pub(super) fn rows(plan: &CasePlan, records: &[&PathAverages]) -> Vec<PathRow> {
     if records.is_empty() {
         return Vec::new();
     }
@@ -182,20 +182,20 @@ pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
     let mut rows = Vec::new();
     for species in 0..plan.species.len() {
         for (index, &lag) in lags.iter().enumerate() {
-            let of = |record: &&Record| record.at(species, index)[0];
+            let of = |record: &&PathAverages| record.at(species, index)[0];
             let theory = theory.as_ref().map(|theory| theory[species][index]);
-            let moments = |record: &&Record| {
+            let moments = |record: &&PathAverages| {
                 let [mean, square] = record.at(species, index);
                 [1.0, mean, square]
             };
             let moments: Vec<[f64; 3]> = records.iter().map(moments).collect();
             let variance = |[count, mean, square]: [f64; 3]| count * square / (mean * mean) - 1.0;
-            rows.push(Row {
+            rows.push(PathRow {
                 lag,
                 species,
                 displacement: against(measured(records, of, None), theory),
                 breaking: over(of_sums(&moments, variance).into_iter().map(Some)),
-                over_ensemble: Estimate::default(),
+                over_ensemble: TableEstimate::default(),
             });
         }
     }
@@ -204,7 +204,12 @@ pub(super) fn rows(plan: &Plan, records: &[&Record]) -> Vec<Row> {
 
 /// Averages over time over the displacements of all particles in the same time since the start, where those are measured at
 /// it: one where diffusion does not age.
-fn compare_with_ensemble(plan: &Plan, rows: &mut [Row], records: &[&Record], gas: &[&gas::Record]) {
+fn compare_with_ensemble(
+    plan: &CasePlan,
+    rows: &mut [PathRow],
+    records: &[&PathAverages],
+    gas: &[&gas::GasRecord],
+) {
     if !gas::has_displacement(plan) {
         return;
     }
@@ -224,7 +229,7 @@ fn compare_with_ensemble(plan: &Plan, rows: &mut [Row], records: &[&Record], gas
             let both: Vec<[f64; 2]> = both.collect();
             let group = curve.and_then(|curve| curve.groups.get(row.species));
             let theory = row.displacement.theory.zip(group);
-            row.over_ensemble = Estimate {
+            row.over_ensemble = TableEstimate {
                 theory: theory.map(|(averaged, group)| averaged / group.displacement.value),
                 ..over(
                     of_sums(&both, |[averaged, all]| averaged / all)
@@ -236,7 +241,7 @@ fn compare_with_ensemble(plan: &Plan, rows: &mut [Row], records: &[&Record], gas
     }
 }
 
-fn table(plan: &Plan, rows: &[Row]) -> Table {
+fn table(plan: &CasePlan, rows: &[PathRow]) -> Table {
     let mut table = table! {
         NAME, "Displacement averaged over time along whole paths up to the end of the run";
         key "lag", "unit of time", "Lag";
@@ -267,19 +272,19 @@ fn table(plan: &Plan, rows: &[Row]) -> Table {
     }
     let figure = gas::against_time(
         "Time-averaged displacement",
-        Axis::logarithmic("mean_squared_displacement", "δ²"),
+        FigureAxis::logarithmic("mean_squared_displacement", "δ²"),
         "Squared displacement over a lag, averaged over all its starts in the run and over paths. In a gas that cools it \
          differs from the mean squared displacement since the start: diffusion ages.",
     );
     let breaking = gas::against_time(
         "Ergodicity breaking",
-        Axis::logarithmic("ergodicity_breaking", "<(δ²)²>/<δ²>² − 1"),
+        FigureAxis::logarithmic("ergodicity_breaking", "<(δ²)²>/<δ²>² − 1"),
         "Variance of the averages of single paths over their squared mean: zero where one long path tells what all do. It grows \
          with the lag, as ever fewer independent starts fit in the run.",
     );
     for figure in [figure, breaking] {
         table.figures.push(Figure {
-            x: Axis::logarithmic("lag", "lag"),
+            x: FigureAxis::logarithmic("lag", "lag"),
             ..figure.by(&["species_name"])
         });
     }

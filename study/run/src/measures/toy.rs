@@ -8,12 +8,12 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use stosszahl_analysis::structure_factor::direct_shells;
 use stosszahl_model::{
-    Budget, Collision, Failure, Interrupt, Observer, Particle, Particles, Simulation, Work,
+    Budget, Collision, Failure, Interrupt, Observer, Particle, Particles, Simulation, WorkCounters,
 };
-use stosszahl_results::{Cell, Table};
+use stosszahl_results::{Table, TableCell};
 
-use crate::measure::{CompletedRun, Measure, ReplicaRecords, SampleContext, Stop};
-use crate::plan::Plan;
+use crate::measure::{CompletedRun, Measure, ReplicaRecords, RunStop, SampleContext};
+use crate::plan::CasePlan;
 
 /// Velocity of a particle at a time, from that of the start.
 type Law = Arc<dyn Fn(Vector3<f64>, f64) -> Vector3<f64> + Send + Sync>;
@@ -79,11 +79,11 @@ impl Simulation for ScriptedSimulation {
     fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
         Ok(Vec::new())
     }
-    fn work(&self) -> Work {
+    fn work(&self) -> WorkCounters {
         let done = self.collisions.iter().filter(|one| one.time <= self.time);
-        Work {
+        WorkCounters {
             collisions: done.count() as u64,
-            ..Work::default()
+            ..WorkCounters::default()
         }
     }
     fn bytes(&self) -> usize {
@@ -106,14 +106,14 @@ impl Simulation for ScriptedSimulation {
 }
 
 /// The plan of a case with a title and a seed.
-fn plan(text: &str) -> Plan {
+fn plan(text: &str) -> CasePlan {
     let text = format!("format = 2\ntitle = \"toy\"\n{text}");
     let case = toml::from_str(&text).expect("a case");
-    Plan::new(&case, Path::new(".")).expect("a plan")
+    CasePlan::new(&case, Path::new(".")).expect("a plan")
 }
 
 /// Disks at restitution 0.9 in a box, exact and by Monte Carlo.
-fn disks(measure: &str) -> Plan {
+fn disks(measure: &str) -> CasePlan {
     plan(&format!(
         "[gas]\nnumber = 60\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[engine.ed]\n[engine.dsmc-boltzmann]\n\
          [run]\nuntil = 4\nfirst_sample = 1\nsamples_per_decade = 2\n[measure.{measure}]"
@@ -121,7 +121,7 @@ fn disks(measure: &str) -> Plan {
 }
 
 /// A gas at random places, with speeds of order one.
-fn gas(plan: &Plan, seed: u64, law: Law) -> ScriptedSimulation {
+fn gas(plan: &CasePlan, seed: u64, law: Law) -> ScriptedSimulation {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut all = Vec::new();
     for (species, one) in plan.species.iter().enumerate() {
@@ -158,7 +158,7 @@ fn gas(plan: &Plan, seed: u64, law: Law) -> ScriptedSimulation {
 
 /// Takes a measure through the runs of all engines, by replica; halfway each probe is saved and loaded into a new one.
 fn tables(
-    plan: &Plan,
+    plan: &CasePlan,
     measure: &dyn Measure,
     toys: &[ScriptedSimulation],
 ) -> (Vec<Table>, Vec<Vec<CompletedRun>>) {
@@ -178,7 +178,7 @@ fn tables(
                 None => toy.advance(until, Budget::Unlimited, &mut no_observer),
             }
             .expect("a law");
-            probe.stop(&Stop {
+            probe.stop(&RunStop {
                 time: until,
                 temperature: toy.temperature(),
                 kicked_from: None,
@@ -222,9 +222,9 @@ fn tables(
 /// Numbers of a column; not a number where a cell is empty.
 fn column(table: &Table, name: &str) -> Vec<f64> {
     let at = table.find(name).expect("a column");
-    let number = |row: &Vec<Cell>| match row[at] {
-        Cell::Number(number) => number,
-        Cell::Count(count) => count as f64,
+    let number = |row: &Vec<TableCell>| match row[at] {
+        TableCell::Number(number) => number,
+        TableCell::Count(count) => count as f64,
         _ => f64::NAN,
     };
     table.rows.iter().map(number).collect()
@@ -244,7 +244,7 @@ fn energies_and_their_comparison() {
     let unit = plan.time;
     let law: Law = Arc::new(move |v, t| v / (1.0 + t / unit));
     let toys = [1, 2, 3].map(|seed| gas(&plan, seed, law.clone()));
-    let (tables, _) = tables(&plan, &super::energy::Energy, &toys);
+    let (tables, _) = tables(&plan, &super::energy::EnergyMeasure, &toys);
     let [energy, comparison, replicas] = &tables[..] else {
         panic!("three tables");
     };
@@ -287,7 +287,7 @@ fn correlations_and_displacements_of_known_motion() {
     plan.case.measure.clear();
     let table = "from = 0.5".parse().expect("a table");
     plan.case.measure.insert("displacement".into(), table);
-    let (found, _) = tables(&plan, &super::displacement::Displacement, &toys);
+    let (found, _) = tables(&plan, &super::displacement::DisplacementMeasure, &toys);
     let squares = toys[0]
         .start
         .all
@@ -364,7 +364,7 @@ fn impact_parameters_are_counted_in_windows() {
                 )
             });
         }
-        let (found, _) = tables(&plan, &super::impact_parameters::ImpactParameters, &[toy]);
+        let (found, _) = tables(&plan, &super::impact_parameters::ImpactMeasure, &[toy]);
         let [bins, summary, dissipation] = &found[..] else {
             panic!("three tables: {}", found.len());
         };
@@ -426,7 +426,7 @@ fn species_and_snapshots() {
     plan.case
         .measure
         .insert("snapshots".into(), toml::Table::new());
-    let measure = super::snapshots::Snapshots;
+    let measure = super::snapshots::SnapshotMeasure;
     let (_, finished) = tables(&plan, &measure, &toys);
     let runs = ReplicaRecords {
         level: 0.01,
@@ -455,7 +455,7 @@ fn frames_are_at_times_of_samples() {
     );
     let toy = gas(&plan, 7, Arc::new(|v, _| v));
     let toys = [toy.clone()];
-    let measure = super::frames::Frames;
+    let measure = super::frames::FrameMeasure;
     let all = plan.sample_times();
     assert!(measure.by_default(&plan) && measure.times(&plan) == all);
     let table = "number = 5\nparticles = 10".parse().expect("a table");
@@ -488,11 +488,14 @@ fn bad_options_are_named() {
         plan.case.measure.insert(measure.name().into(), table);
         measure.check(&plan).expect_err("a bad option").key
     };
-    let impact = super::impact_parameters::ImpactParameters;
+    let impact = super::impact_parameters::ImpactMeasure;
     assert_eq!(bad(&impact, "bins = 1"), "bins");
     assert_eq!(bad(&impact, "bins = 4\nwindow = 3"), "window");
     assert_eq!(bad(&impact, "windows = []"), "windows");
-    assert_eq!(bad(&super::displacement::Displacement, "from = 4"), "from");
+    assert_eq!(
+        bad(&super::displacement::DisplacementMeasure, "from = 4"),
+        "from"
+    );
     assert_eq!(
         bad(&super::species_temperatures::SpeciesTemperatures, ""),
         ""

@@ -1,20 +1,20 @@
 //! Transport coefficients of elastic disks by the moments of Einstein and Helfand, against Enskog's theory.
 
 use serde::Deserialize;
-use stosszahl_analysis::helfand::{Correlations, Helfand, Moments};
+use stosszahl_analysis::helfand::{Correlations, Helfand, HelfandMoments};
 use stosszahl_analysis::theory::ElasticDisks;
 use stosszahl_model::{Collision, Observer, format_short};
-use stosszahl_results::{Axis, Estimate, Figure, Table, Verdict, table};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, VerdictText, table};
 
 use super::over;
-use crate::judge::{Comparison, Finding, Rule, Unit, interval_of, title};
+use crate::judge::{Comparison, DifferenceUnit, Finding, VerdictRule, interval_of, title};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Transport coefficients.
-pub struct Transport;
+pub struct TransportMeasure;
 
 /// Default largest lag \[mean free times\].
 const LAG: f64 = 20.0;
@@ -24,14 +24,14 @@ const LARGEST_SHARE: f64 = 0.25;
 /// Over which lags.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct TransportOptions {
     /// Largest lag; coefficients are slopes from half of it on. Default: 20 mean free times, at most a quarter of the run.
     pub lag: Option<f64>,
     /// Lags up to the largest, an even number.
     pub points: u64,
 }
 
-impl Default for Options {
+impl Default for TransportOptions {
     fn default() -> Self {
         Self {
             lag: None,
@@ -40,9 +40,9 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl TransportOptions {
     /// The largest lag in the unit of time of the case.
-    fn lag(&self, plan: &Plan) -> f64 {
+    fn lag(&self, plan: &CasePlan) -> f64 {
         let longest = LARGEST_SHARE * plan.case.run.until;
         let usual = LAG * plan.mean_free_time / plan.time;
         self.lag.unwrap_or_else(|| usual.min(longest))
@@ -58,7 +58,7 @@ struct Coefficient {
     name: &'static str,
     over: Option<[&'static str; 2]>,
     meaning: &'static str,
-    moment: fn(&Moments) -> f64,
+    moment: fn(&HelfandMoments) -> f64,
     correlation: Option<fn(&Correlations) -> f64>,
     theory: fn(&ElasticDisks) -> f64,
 }
@@ -105,7 +105,7 @@ fn whole() -> impl Iterator<Item = &'static Coefficient> {
 
 impl Coefficient {
     /// Slope from half of the largest lag on.
-    fn slope(&self, moments: &[Moments], points: usize) -> Option<f64> {
+    fn slope(&self, moments: &[HelfandMoments], points: usize) -> Option<f64> {
         let (half, all) = (moments.get(points / 2 - 1)?, moments.get(points - 1)?);
         let rise = (self.moment)(all) - (self.moment)(half);
         Some(rise / (all.lag - half.lag))
@@ -130,7 +130,7 @@ impl Coefficient {
     }
 
     /// The mean of these integrals from half of the largest lag on: what the slope of the moment is.
-    fn green_kubo(&self, all: &[Vec<Correlations>]) -> Estimate {
+    fn green_kubo(&self, all: &[Vec<Correlations>]) -> TableEstimate {
         over(all.iter().map(|correlations| {
             let integrals = self.integrals(correlations);
             let late = integrals.get(integrals.len() / 2..)?;
@@ -139,7 +139,7 @@ impl Coefficient {
     }
 
     /// Over all replicas.
-    fn estimate(&self, all: &[Vec<Moments>], points: usize) -> Estimate {
+    fn estimate(&self, all: &[Vec<HelfandMoments>], points: usize) -> TableEstimate {
         over(all.iter().map(|moments| self.slope(moments, points)))
     }
 }
@@ -191,22 +191,22 @@ impl Probe for TransportProbe {
     keeps_record!();
 }
 
-fn enskog(plan: &Plan) -> ElasticDisks {
+fn enskog(plan: &CasePlan) -> ElasticDisks {
     ElasticDisks {
         packing_fraction: plan.packing_fraction,
         contact_value: plan.contact_value,
     }
 }
 
-impl Measure for Transport {
+impl Measure for TransportMeasure {
     described!(
         "transport",
         "Self-diffusion, viscosities and heat conductivity of elastic disks by Einstein-Helfand moments.",
-        Options
+        TransportOptions
     );
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let options: Options = measure::options(plan, self.name())?;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        let options: TransportOptions = measure::options(plan, self.name())?;
         let disks = plan.has_theory() && plan.dimension == 2;
         measure::require(disks, "", "equal smooth disks in a periodic box")?;
         let elastic = plan.restitution == 1.0 && plan.case.bath().is_none();
@@ -228,20 +228,20 @@ impl Measure for Transport {
         measure::require(good, "points", allowed)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         vec![plan.case.run.until]
     }
 
-    fn gathers(&self, _plan: &Plan) -> bool {
+    fn gathers(&self, _plan: &CasePlan) -> bool {
         true
     }
 
-    fn kept_per_particle(&self, _plan: &Plan) -> f64 {
+    fn kept_per_particle(&self, _plan: &CasePlan) -> f64 {
         Helfand::BYTES_PER_DISK as f64
     }
 
-    fn probe(&self, plan: &Plan, engine: &EnginePlan) -> Box<dyn Probe> {
-        let options = measure::chosen::<Options>(plan, self.name());
+    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+        let options = measure::chosen::<TransportOptions>(plan, self.name());
         let points = options.points as usize;
         Box::new(TransportProbe {
             record: None,
@@ -252,8 +252,8 @@ impl Measure for Transport {
         })
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        let options = measure::chosen::<Options>(plan, self.name());
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+        let options = measure::chosen::<TransportOptions>(plan, self.name());
         let (points, enskog) = (options.points as usize, enskog(plan));
         let mut lags = lag_table();
         let (mut coefficients, mut correlations) = (coefficient_table(), correlation_table());
@@ -300,7 +300,7 @@ impl Measure for Transport {
         vec![coefficients, lags, correlations]
     }
 
-    fn tests(&self, plan: &Plan) -> usize {
+    fn tests(&self, plan: &CasePlan) -> usize {
         plan.engines
             .iter()
             .filter(|engine| engine.is_exact())
@@ -308,8 +308,13 @@ impl Measure for Transport {
             * whole().count()
     }
 
-    fn verdicts(&self, plan: &Plan, runs: &ReplicaRecords<'_>, _tables: &[Table]) -> Vec<Verdict> {
-        let points = measure::chosen::<Options>(plan, self.name()).points as usize;
+    fn verdicts(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+        _tables: &[Table],
+    ) -> Vec<VerdictText> {
+        let points = measure::chosen::<TransportOptions>(plan, self.name()).points as usize;
         let enskog = enskog(plan);
         let mut list = Vec::new();
         for (engine, records) in runs
@@ -329,7 +334,7 @@ impl Measure for Transport {
 }
 
 /// Moments of all replicas.
-fn moments(records: &[&Record]) -> Vec<Vec<Moments>> {
+fn moments(records: &[&Record]) -> Vec<Vec<HelfandMoments>> {
     by_replica(records, Helfand::moments)
 }
 
@@ -339,9 +344,14 @@ fn by_replica<T>(records: &[&Record], of: fn(&Helfand) -> Vec<T>) -> Vec<Vec<T>>
 }
 
 /// Verdict on a coefficient over Enskog's.
-fn against_enskog(name: &str, engine: &str, found: &Estimate, rule: Rule) -> Option<Verdict> {
+fn against_enskog(
+    name: &str,
+    engine: &str,
+    found: &TableEstimate,
+    rule: VerdictRule,
+) -> Option<VerdictText> {
     let name = name.replace('_', " ");
-    let off = Estimate {
+    let off = TableEstimate {
         value: found.value.map(|found| found - 1.0),
         ..*found
     };
@@ -350,7 +360,7 @@ fn against_enskog(name: &str, engine: &str, found: &Estimate, rule: Rule) -> Opt
         a: engine,
         b: "Enskog's theory",
         quantity: &name,
-        unit: Unit::Relative,
+        unit: DifferenceUnit::Relative,
         rule,
     };
     let finding = Finding {
@@ -379,8 +389,8 @@ fn coefficient_table() -> Table {
 fn correlation_table() -> Table {
     let figure = Figure::curves(
         "Integrals of Green and Kubo",
-        Axis::linear("lag", "lag"),
-        Axis::linear("integral", "integral over Enskog's coefficient"),
+        FigureAxis::linear("lag", "lag"),
+        FigureAxis::linear("integral", "integral over Enskog's coefficient"),
     );
     let figure =
         figure.caption("What fluxes remember adds to each coefficient until its curve is level.");
@@ -399,8 +409,8 @@ fn correlation_table() -> Table {
 fn lag_table() -> Table {
     let figure = Figure::curves(
         "Transport coefficients by lag",
-        Axis::linear("lag", "lag"),
-        Axis::linear(
+        FigureAxis::linear("lag", "lag"),
+        FigureAxis::linear(
             "moment_over_lag",
             "moment over lag and Enskog's coefficient",
         ),

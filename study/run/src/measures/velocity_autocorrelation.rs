@@ -5,11 +5,11 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stosszahl_results::{Axis, Figure, Table, table};
+use stosszahl_results::{Figure, FigureAxis, Table, table};
 
 use super::{grid, over, require_kept};
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Measure of the velocity autocorrelation C(t).
 pub struct VelocityAutocorrelation;
@@ -17,7 +17,7 @@ pub struct VelocityAutocorrelation;
 /// Options: begin of the measurement.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct AutocorrelationOptions {
     /// The time to which velocities are compared.
     pub from: f64,
 }
@@ -31,8 +31,8 @@ struct Record {
 }
 
 impl VelocityAutocorrelation {
-    fn from(&self, plan: &Plan) -> f64 {
-        measure::chosen::<Options>(plan, self.name()).from
+    fn from(&self, plan: &CasePlan) -> f64 {
+        measure::chosen::<AutocorrelationOptions>(plan, self.name()).from
     }
 }
 
@@ -40,19 +40,19 @@ impl Measure for VelocityAutocorrelation {
     described!(
         "velocity_autocorrelation",
         "Velocity autocorrelation C(t) = <v(0).v(t)>/<v(0)^2> of the particles since a chosen time.",
-        Options
+        AutocorrelationOptions
     );
 
-    fn gathers(&self, _plan: &Plan) -> bool {
+    fn gathers(&self, _plan: &CasePlan) -> bool {
         true
     }
 
-    fn kept_per_particle(&self, _plan: &Plan) -> f64 {
+    fn kept_per_particle(&self, _plan: &CasePlan) -> f64 {
         size_of::<[f64; 3]>() as f64
     }
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        measure::options::<Options>(plan, self.name())?;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        measure::options::<AutocorrelationOptions>(plan, self.name())?;
         let closed = plan.case.inflow.is_empty() && plan.case.aggregation.is_none();
         let allowed =
             "a gas whose particles neither come nor go nor stick: they are known by their index";
@@ -60,34 +60,37 @@ impl Measure for VelocityAutocorrelation {
         require_kept(plan)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = self.from(plan);
         let later = grid(plan, plan.case.run.until - from).map(|elapsed| from + elapsed);
         std::iter::once(from).chain(later).collect()
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let from = self.from(plan);
-        Box::new(Recorder::new(Record::default(), move |record, moment| {
-            let particles = &moment.particles().all;
-            if moment.time == from {
-                record.first = particles.iter().map(|one| one.velocity.into()).collect();
-            }
-            let (mut both, mut own) = (0.0, 0.0);
-            for (particle, &first) in particles.iter().zip(&record.first) {
-                let first = Vector3::from(first);
-                both += first.dot(&particle.velocity);
-                own += first.norm_squared();
-            }
-            record.correlations.push((moment.time - from, both / own));
-        }))
+        Box::new(SampleProbe::new(
+            Record::default(),
+            move |record, moment| {
+                let particles = &moment.particles().all;
+                if moment.time == from {
+                    record.first = particles.iter().map(|one| one.velocity.into()).collect();
+                }
+                let (mut both, mut own) = (0.0, 0.0);
+                for (particle, &first) in particles.iter().zip(&record.first) {
+                    let first = Vector3::from(first);
+                    both += first.dot(&particle.velocity);
+                    own += first.norm_squared();
+                }
+                record.correlations.push((moment.time - from, both / own));
+            },
+        ))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Velocity autocorrelation",
-            Axis::logarithmic("lag", "time"),
-            Axis::linear("correlation", "C(t)"),
+            FigureAxis::logarithmic("lag", "time"),
+            FigureAxis::linear("correlation", "C(t)"),
         );
         let mut table = table! {
             "velocity_autocorrelation", "Velocity autocorrelation in time.";

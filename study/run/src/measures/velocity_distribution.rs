@@ -1,17 +1,17 @@
 //! The distribution of velocities over the thermal speed, with its tails and cumulants.
 
 use serde::Deserialize;
-use stosszahl_analysis::velocities::{Bins, Distribution, Quantity};
+use stosszahl_analysis::velocities::{Bins, VelocityHistogram, VelocityQuantity};
 use stosszahl_model::{kinetic, transport};
-use stosszahl_results::{Axis, Figure, Mark, Table, table};
+use stosszahl_results::{Figure, FigureAxis, PointMark, Table, table};
 
 use super::over;
 use super::structure_factor::structure_times;
-use crate::measure::{self, BadOption, Measure, Probe, Recorder, ReplicaRecords, described};
-use crate::plan::{EnginePlan, Plan};
+use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// The distribution of velocities.
-pub struct VelocityDistribution;
+pub struct VelocityDistributionMeasure;
 
 /// Counted quantity.
 #[derive(Clone, Copy, Debug, Default, Deserialize, schemars::JsonSchema)]
@@ -27,7 +27,7 @@ pub enum Counted {
 /// When, and in which bins.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Options {
+pub struct VelocityDistributionOptions {
     /// Times. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
     /// Counted quantity.
@@ -38,7 +38,7 @@ pub struct Options {
     pub range: f64,
 }
 
-impl Default for Options {
+impl Default for VelocityDistributionOptions {
     fn default() -> Self {
         Self {
             times: None,
@@ -49,12 +49,12 @@ impl Default for Options {
     }
 }
 
-impl Options {
-    fn bins(&self, plan: &Plan) -> Bins {
+impl VelocityDistributionOptions {
+    fn bins(&self, plan: &CasePlan) -> Bins {
         Bins {
             quantity: match self.quantity {
-                Counted::Component => Quantity::Component,
-                Counted::Speed => Quantity::Speed,
+                Counted::Component => VelocityQuantity::Component,
+                Counted::Speed => VelocityQuantity::Speed,
             },
             dimension: plan.dimension,
             number: self.bins as usize,
@@ -64,11 +64,11 @@ impl Options {
 }
 
 /// By time, then by species; none of particles that do not move.
-type Record = Vec<(f64, Vec<Option<Distribution>>)>;
+type Record = Vec<(f64, Vec<Option<VelocityHistogram>>)>;
 
 /// Fourth cumulant by first Sonine order of one species with a constant restitution that starts as a Maxwellian and cools freely, or
 /// is driven and steady; none where no theory applies.
-fn theory(plan: &Plan, time: f64) -> Option<f64> {
+fn theory(plan: &CasePlan, time: f64) -> Option<f64> {
     let (dimension, r) = (plan.dimension, plan.law.constant()?);
     let alone = if plan.has_box() {
         plan.has_theory()
@@ -94,43 +94,46 @@ fn theory(plan: &Plan, time: f64) -> Option<f64> {
     Some(last * -(-exponent * passed.ln_1p()).exp_m1())
 }
 
-impl Measure for VelocityDistribution {
+impl Measure for VelocityDistributionMeasure {
     described!(
         "velocity_distribution",
         "Distribution of velocities over the thermal speed, with tails, and the cumulants a2 and a3.",
-        Options
+        VelocityDistributionOptions
     );
 
-    fn check(&self, plan: &Plan) -> Result<(), BadOption> {
-        let options: Options = measure::options(plan, self.name())?;
-        let Options { bins, range, .. } = options;
+    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        let options: VelocityDistributionOptions = measure::options(plan, self.name())?;
+        let VelocityDistributionOptions { bins, range, .. } = options;
         let allowed = "a whole number from 2 to 10000";
         measure::require((2..=10_000).contains(&bins), "bins", allowed)?;
         let allowed = "a number of thermal speeds from 0.1 to 100";
         measure::require((0.1..=100.0).contains(&range), "range", allowed)
     }
 
-    fn times(&self, plan: &Plan) -> Vec<f64> {
-        structure_times(plan, measure::chosen::<Options>(plan, self.name()).times)
+    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+        structure_times(
+            plan,
+            measure::chosen::<VelocityDistributionOptions>(plan, self.name()).times,
+        )
     }
 
-    fn kept(&self, plan: &Plan) -> f64 {
-        let bins = measure::chosen::<Options>(plan, self.name()).bins as usize;
-        let each = size_of::<Distribution>() + bins * size_of::<f64>();
+    fn kept(&self, plan: &CasePlan) -> f64 {
+        let bins = measure::chosen::<VelocityDistributionOptions>(plan, self.name()).bins as usize;
+        let each = size_of::<VelocityHistogram>() + bins * size_of::<f64>();
         (self.times(plan).len() * plan.species.len() * each) as f64
     }
 
-    fn probe(&self, plan: &Plan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let bins = measure::chosen::<Options>(plan, self.name()).bins(plan);
+    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let bins = measure::chosen::<VelocityDistributionOptions>(plan, self.name()).bins(plan);
         let grouping = plan.grouping();
-        Box::new(Recorder::new(Record::new(), move |record, moment| {
+        Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             let found = bins.measure(grouping, &mut |sum| moment.simulation.reduce_particles(sum));
             record.push((moment.time, found));
         }))
     }
 
-    fn tables(&self, plan: &Plan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        let options = measure::chosen::<Options>(plan, self.name());
+    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+        let options = measure::chosen::<VelocityDistributionOptions>(plan, self.name());
         let bins = options.bins(plan);
         let (mut densities, mut cumulants) = (density_table(&options), cumulant_table());
         for (engine, records) in runs.each::<Record>(plan) {
@@ -138,7 +141,7 @@ impl Measure for VelocityDistribution {
             for (index, &(time, _)) in times.iter().enumerate() {
                 let a2 = theory(plan, time);
                 for (number, species) in plan.species.iter().enumerate() {
-                    let of = |part: &dyn Fn(&Distribution) -> f64| {
+                    let of = |part: &dyn Fn(&VelocityHistogram) -> f64| {
                         let found = records.iter().map(|record| record[index].1.get(number));
                         over(found.map(|found| found?.as_ref().map(part)))
                     };
@@ -167,15 +170,15 @@ impl Measure for VelocityDistribution {
     }
 }
 
-fn density_table(options: &Options) -> Table {
+fn density_table(options: &VelocityDistributionOptions) -> Table {
     let label = match options.quantity {
         Counted::Component => "velocity over thermal speed",
         Counted::Speed => "speed over thermal speed",
     };
     let figure = Figure::curves(
         "Distribution of velocities",
-        Axis::linear("c", label),
-        Axis::logarithmic("density", "density"),
+        FigureAxis::linear("c", label),
+        FigureAxis::logarithmic("density", "density"),
     );
     table! {
         "velocity_distribution", "Distribution of velocities over the thermal speed sqrt(2 T/m) of the moment.";
@@ -188,14 +191,14 @@ fn density_table(options: &Options) -> Table {
         with_theory "density", "1", "Density, of integral one; theory is a Maxwellian with the first Sonine correction by the a2 of theory";
         value "maxwellian", "1", "Density of a Maxwellian, mean over the bin";
     }
-    .figure(figure.by(&["engine", "species"]).panels(&["time"]).mark(Mark::Points))
+    .figure(figure.by(&["engine", "species"]).panels(&["time"]).mark(PointMark::Points))
 }
 
 fn cumulant_table() -> Table {
     let figure = Figure::curves(
         "Cumulants of the velocities",
-        Axis::linear("time", "time"),
-        Axis::linear("a2", "a2"),
+        FigureAxis::linear("time", "time"),
+        FigureAxis::linear("a2", "a2"),
     );
     table! {
         "velocity_cumulants", "Cumulants of the distribution of velocities.";

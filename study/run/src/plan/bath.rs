@@ -6,7 +6,7 @@ use stosszahl_model::{Bath, Invalid, transport};
 
 use crate::words::short;
 
-use super::data::{Plan, PlanError};
+use super::data::{CasePlan, PlanError};
 
 /// Relaxation times in a run, below which its last half still remembers the start: e^-10 is left
 /// after half of it.
@@ -23,7 +23,7 @@ const LARGEST_PART: f64 = 0.5;
 /// Least kicks in a run by default.
 const LEAST_KICKS: f64 = 10.0;
 
-impl Plan {
+impl CasePlan {
     /// Returns the bath in engine units, and the time between two kicks in the unit of time of the
     /// case.
     ///

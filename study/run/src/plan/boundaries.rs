@@ -3,14 +3,15 @@
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_case::Case;
 use stosszahl_case::format::{
-    Along, FACES, Face as Written, FaceWord, Obstacle as ParticleState, Weights as Regions,
+    FACES, FaceSpec as Written, FaceWord, ObstacleSpec as ParticleState, StripeAxis,
+    WeightsSpec as Regions,
 };
-use stosszahl_dsmc::{Boundaries, Inflow, WallClearance, Weights};
+use stosszahl_dsmc::{BoundaryConditions, Inflow, SimulatorWeights, WallClearance};
 use stosszahl_model::random::Streams;
-use stosszahl_model::walls::{Obstacle, ObstacleError, Outline, Vibration};
+use stosszahl_model::walls::{Obstacle, ObstacleError, ObstacleShape, Vibration};
 use stosszahl_model::{Face, Rebound, Space, Wall, Walls};
 
-use super::data::{EnginePlan, Plan, PlanError, in_space};
+use super::data::{CasePlan, EnginePlan, PlanError, in_space};
 
 /// Branch of the random streams for diffuse walls of exact dynamics, as engines of one replica draw
 /// different numbers.
@@ -21,7 +22,7 @@ pub(super) fn vector(list: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| list.get(axis).copied().unwrap_or(0.0))
 }
 
-impl Plan {
+impl CasePlan {
     /// Returns the faces of the box.
     ///
     /// # Errors
@@ -74,8 +75,11 @@ impl Plan {
     ///
     /// # Errors
     /// As [`Self::walls`], [`Self::obstacles`].
-    pub fn boundaries<S: Space>(&self, engine: &EnginePlan) -> Result<Boundaries<S>, PlanError> {
-        Ok(Boundaries {
+    pub fn boundaries<S: Space>(
+        &self,
+        engine: &EnginePlan,
+    ) -> Result<BoundaryConditions<S>, PlanError> {
+        Ok(BoundaryConditions {
             walls: self.walls()?,
             clearance: engine.clearance,
             inflows: self.inflows()?,
@@ -92,8 +96,8 @@ impl Plan {
     pub fn exact_boundaries(
         &self,
         streams: Streams,
-    ) -> Result<stosszahl_ed::Boundaries, PlanError> {
-        Ok(stosszahl_ed::Boundaries {
+    ) -> Result<stosszahl_ed::DiskBoundaries, PlanError> {
+        Ok(stosszahl_ed::DiskBoundaries {
             walls: self.walls()?,
             obstacles: self.obstacles()?,
             streams: streams.branch(ED),
@@ -182,7 +186,7 @@ fn no_obstacle(index: usize, error: ObstacleError) -> PlanError {
 }
 
 /// Checks that the walls and obstacles fit the box.
-pub(super) fn check(plan: &Plan) -> Result<(), PlanError> {
+pub(super) fn check(plan: &CasePlan) -> Result<(), PlanError> {
     let case = &plan.case;
     if plan.lengths[0] == 0.0 {
         return Ok(());
@@ -204,14 +208,14 @@ pub(super) fn check(plan: &Plan) -> Result<(), PlanError> {
 }
 
 /// Returns the weights of regions.
-pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<Weights, PlanError> {
+pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<SimulatorWeights, PlanError> {
     let Some(written) = written else {
-        return Ok(Weights::uniform());
+        return Ok(SimulatorWeights::uniform());
     };
-    let axis = usize::from(written.along == Along::Y);
+    let axis = usize::from(written.along == StripeAxis::Y);
     let made = match written.adaptive_stripes {
-        Some(stripes) => Weights::following(axis, stripes as usize),
-        None => Weights::along(axis, written.factors.clone().unwrap_or_default()),
+        Some(stripes) => SimulatorWeights::following(axis, stripes as usize),
+        None => SimulatorWeights::along(axis, written.factors.clone().unwrap_or_default()),
     };
     made.map_err(|error| {
         PlanError::new(format!("{key}.weights"), error, "weights from 1e-6 to 1e6")
@@ -230,22 +234,22 @@ fn rebound(restitution: Option<f64>, slip: Option<f64>, temperature: Option<f64>
 }
 
 /// Returns the one shape that is given.
-fn outline(written: &ParticleState) -> Option<Outline> {
+fn outline(written: &ParticleState) -> Option<ObstacleShape> {
     let points = |list: &[[f64; 2]]| -> Vec<Vector2<f64>> {
         list.iter().map(|&point| point.into()).collect()
     };
     match (&written.circle, &written.polyline, &written.polygon) {
-        (Some(disk), None, None) => Some(Outline::Circle {
+        (Some(disk), None, None) => Some(ObstacleShape::Circle {
             centre: disk.centre.into(),
             radius: disk.radius,
         }),
         (None, Some(list), None) => {
             let points = points(list);
-            Some(Outline::Polyline { points })
+            Some(ObstacleShape::Polyline { points })
         }
         (None, None, Some(list)) => {
             let points = points(list);
-            Some(Outline::Polygon { points })
+            Some(ObstacleShape::Polygon { points })
         }
         _ => None,
     }

@@ -4,7 +4,7 @@ use stosszahl_case::format::FACES;
 use stosszahl_model::walls::Obstacle;
 use stosszahl_model::{Domain, Space, Walls};
 
-use super::data::{Plan, PlanError};
+use super::data::{CasePlan, PlanError};
 
 /// Largest depth over the diameter that counts as touching, by rounding.
 const TOUCHES: f64 = 1e-9;
@@ -25,7 +25,7 @@ impl<S: Space> Confinement<S> {
     ///
     /// # Errors
     /// [`PlanError`] names the invalid face, body or box.
-    pub(crate) fn of(plan: &Plan) -> Result<Self, PlanError> {
+    pub(crate) fn of(plan: &CasePlan) -> Result<Self, PlanError> {
         let walls = plan.walls::<S>()?;
         let domain = walls
             .domain(S::vector(|axis| plan.lengths[axis]))

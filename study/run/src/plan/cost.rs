@@ -8,11 +8,11 @@
 
 use std::thread;
 
-use stosszahl_case::format::Selection;
+use stosszahl_case::format::SelectionSpec;
 use stosszahl_model::SizeDistribution;
 pub use stosszahl_model::memory::available as available_memory;
 
-use super::data::{Class, EngineKind, EnginePlan, Plan};
+use super::data::{CasePlan, EngineKind, EnginePlan, SizeGroup};
 
 /// Collisions per second that the estimate of the time assumes.
 const COLLISIONS_PER_SECOND: f64 = 4e5;
@@ -84,7 +84,7 @@ pub struct EngineCost {
 
 /// Memory that a measure keeps of one engine \[bytes\]: of the first replica, and of each other
 /// one.
-pub type Kept = [f64; 2];
+pub type MeasureMemory = [f64; 2];
 
 /// Computing times of the parts of a replica on one core \[s\].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -156,11 +156,17 @@ impl Cost {
     }
 }
 
-impl Plan {
+impl CasePlan {
     /// Returns the cost on this many threads. `kept` is the memory kept of each engine, in their
     /// order, `looks` that of measurements while they sample, and `figures` that of the figures of
     /// the report.
-    pub fn cost(&self, threads: usize, kept: &[Kept], looks: &Looks, figures: f64) -> Cost {
+    pub fn cost(
+        &self,
+        threads: usize,
+        kept: &[MeasureMemory],
+        looks: &Looks,
+        figures: f64,
+    ) -> Cost {
         let replicas = self.case.replicas as usize;
         let particles = self.count() as f64;
         let engines = self.engines.iter().zip(kept);
@@ -353,10 +359,10 @@ impl Plan {
     pub fn trials_per_collision(&self, engine: &EnginePlan) -> Option<f64> {
         let trials = match &engine.kind {
             EngineKind::EventDriven { .. } => return None,
-            EngineKind::Homogeneous(Selection::AliasTables | Selection::LowRank) => {
+            EngineKind::Homogeneous(SelectionSpec::AliasTables | SelectionSpec::LowRank) => {
                 return Some(TRIALS[0]);
             }
-            EngineKind::Homogeneous(Selection::SingleMajorant) => TRIALS[1],
+            EngineKind::Homogeneous(SelectionSpec::SingleMajorant) => TRIALS[1],
             EngineKind::MonteCarlo(parameters) => {
                 TRIALS[usize::from(parameters.scheme.is_cross_cell())]
             }
@@ -372,7 +378,7 @@ impl Plan {
                 .fold(0.0, f64::max),
             SizeDistribution::Species(_) => 0.0,
         };
-        let kind = |one: &Class| [one.diameter, one.temperature / one.mass, one.count as f64];
+        let kind = |one: &SizeGroup| [one.diameter, one.temperature / one.mass, one.count as f64];
         let most = |index: usize| {
             let all = self.classes.iter().map(|one| kind(one)[index]);
             all.fold(if index == 0 { largest } else { 0.0 }, f64::max)
@@ -412,9 +418,9 @@ impl Plan {
             }
             EngineKind::Homogeneous(selection) => {
                 let rate = match selection {
-                    Selection::AliasTables => 3e6,
-                    Selection::LowRank => 1.5e6,
-                    Selection::SingleMajorant => 2e5,
+                    SelectionSpec::AliasTables => 3e6,
+                    SelectionSpec::LowRank => 1.5e6,
+                    SelectionSpec::SingleMajorant => 2e5,
                 };
                 (pairs / rate).max(tried)
             }

@@ -9,17 +9,17 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::theory::{Moment, Temperatures, TheoryError};
 use stosszahl_case::Case;
-use stosszahl_case::format::{Face, Selection, TimeUnit};
-use stosszahl_dsmc::homogeneous::GasError;
-use stosszahl_dsmc::{WallClearance, Weights};
+use stosszahl_case::format::{FaceSpec, SelectionSpec, TimeUnit};
+use stosszahl_dsmc::homogeneous::HomogeneousError;
+use stosszahl_dsmc::{SimulatorWeights, WallClearance};
 use stosszahl_model::initial::{StartFile, VelocityDistribution};
-use stosszahl_model::{Failure, Grains, Grouping, Law, MessageUnits, SizeDistribution};
+use stosszahl_model::{Failure, Grouping, Law, MessageUnits, ParticleSpec, SizeDistribution};
 
-use crate::theory::homogeneous::Curves;
+use crate::theory::homogeneous::TheoryCurves;
 
 /// Case with all quantities that follow from it.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct CasePlan {
     /// Case, with the values of the point of a sweep and of the command line.
     pub case: Case,
     /// Dimension: 2 or 3.
@@ -33,18 +33,18 @@ pub struct Plan {
     pub kinds_in_groups: Option<usize>,
     /// Classes of particles for theory: the species, or several classes of like size for each, one
     /// species after the other.
-    pub classes: Vec<Class>,
+    pub classes: Vec<SizeGroup>,
     /// Theory of a gas without positions, computed on first use.
-    pub theory: OnceLock<Result<Curves, TheoryError>>,
-    /// Cached value of [`Plan::steady_state`].
+    pub theory: OnceLock<Result<TheoryCurves, TheoryError>>,
+    /// Cached value of [`CasePlan::steady_state`].
     pub(super) steady_state: OnceLock<Option<Moment>>,
-    /// Cached value of [`Plan::partial_temperatures`].
+    /// Cached value of [`CasePlan::partial_temperatures`].
     pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
     /// Temperatures of a homogeneous rough gas at the times of the series, at Enskog's rate and at
     /// that of a dilute gas.
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
     /// Particles, contact laws and field, for the engines.
-    pub grains: Grains,
+    pub grains: ParticleSpec,
     /// Restitution of pairs.
     pub law: Law,
     /// Coefficient of restitution: the constant one, or that at the mean approach speed of the
@@ -56,7 +56,7 @@ pub struct Plan {
     /// obstacles \[length^D\]. Number densities refer to it.
     pub volume: f64,
     /// Units of length, mass and energy.
-    pub scale: Scale,
+    pub scale: UnitScale,
     /// Unit of time of the case \[engine time\]. Engine time over this is the time of case files
     /// and tables.
     pub time: f64,
@@ -107,7 +107,7 @@ pub struct SpeciesPlan {
 
 /// Particles of like size, for theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Class {
+pub struct SizeGroup {
     /// Number of particles.
     pub count: usize,
     /// Mass of a particle; the mean where they differ.
@@ -122,7 +122,7 @@ pub struct Class {
 
 /// Engine units in the units of the case.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
+pub struct UnitScale {
     /// Engine unit of length in units of the case.
     pub length: f64,
     /// Engine unit of mass in units of the case.
@@ -131,7 +131,7 @@ pub struct Scale {
     pub energy: f64,
 }
 
-impl Scale {
+impl UnitScale {
     /// Scale of engines that use the units of the case.
     pub const CASE: Self = Self {
         length: 1.0,
@@ -160,7 +160,7 @@ pub struct EnginePlan {
     /// Part of a particle that touches walls and obstacles: its centre or its surface.
     pub clearance: WallClearance,
     /// Weights of simulators by region.
-    pub weights: Weights,
+    pub weights: SimulatorWeights,
 }
 
 /// Kind of an engine, with its parameters.
@@ -178,7 +178,7 @@ pub enum EngineKind {
     /// Monte Carlo in cells.
     MonteCarlo(stosszahl_dsmc::Parameters),
     /// Monte Carlo without positions.
-    Homogeneous(Selection),
+    Homogeneous(SelectionSpec),
 }
 
 impl EnginePlan {
@@ -202,7 +202,7 @@ impl EnginePlan {
     }
 }
 
-impl Plan {
+impl CasePlan {
     /// Number of particles.
     pub fn count(&self) -> usize {
         self.species.iter().map(|species| species.count).sum()
@@ -235,15 +235,15 @@ impl Plan {
     /// Converts the failure of an engine to the units of the case.
     pub fn told(&self, failure: Failure) -> Failure {
         let units = self.message_units();
-        if let Some(error) = failure.downcast_ref::<stosszahl_ed::EngineError>() {
+        if let Some(error) = failure.downcast_ref::<stosszahl_ed::EventDrivenError>() {
             return Failure::new(error.clone().in_units(&units));
         }
-        if let Some(error) = failure.downcast_ref::<stosszahl_dsmc::EngineError>() {
+        if let Some(error) = failure.downcast_ref::<stosszahl_dsmc::DsmcError>() {
             return Failure::new(error.clone().in_units(&units));
         }
-        match failure.downcast_ref::<GasError>() {
-            Some(&GasError::BoundExceeded { rate, bound, time }) => {
-                Failure::new(GasError::BoundExceeded {
+        match failure.downcast_ref::<HomogeneousError>() {
+            Some(&HomogeneousError::BoundExceeded { rate, bound, time }) => {
+                Failure::new(HomogeneousError::BoundExceeded {
                     rate: rate / units.time,
                     bound: bound / units.time,
                     time: time * units.time,
@@ -313,7 +313,7 @@ impl Plan {
 
     /// Returns true if the box is periodic along an axis.
     pub fn is_periodic_along(&self, axis: usize) -> bool {
-        *self.case.walls.at(axis, 0) == Face::default()
+        *self.case.walls.at(axis, 0) == FaceSpec::default()
     }
 
     /// Returns the map from the species numbers of an engine to the species of the plan.
@@ -357,7 +357,7 @@ impl Plan {
     /// Gravity along the axes that end at walls or openings, where a gas has a height.
     pub fn gravity(&self) -> Vector3<f64> {
         let all = self.grains.gravity.unwrap_or_default();
-        let ends = |axis: usize| *self.case.walls.at(axis, 0) != Face::default();
+        let ends = |axis: usize| *self.case.walls.at(axis, 0) != FaceSpec::default();
         Vector3::from_fn(|axis, _| if ends(axis) { all[axis] } else { 0.0 })
     }
 
@@ -380,7 +380,7 @@ impl Plan {
 
 /// Quantity that follows from a case.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
+pub struct DerivedQuantity {
     /// Name of the quantity.
     pub name: String,
     /// Value in the units of the case.
@@ -389,7 +389,7 @@ pub struct Quantity {
     pub unit: Cow<'static, str>,
 }
 
-impl Quantity {
+impl DerivedQuantity {
     /// Creates a quantity.
     pub fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
         Self {

@@ -6,27 +6,27 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use stosszahl_case::Case;
-use stosszahl_case::format::{Placement, TimeUnit, Velocities};
+use stosszahl_case::format::{PlacementSpec, TimeUnit, VelocitiesSpec};
 use stosszahl_model::initial::{
     self, Arrangement, PlacementError, SEQUENTIAL_LIMIT, StartFile, VelocityDistribution,
 };
 use stosszahl_model::{
-    Domain, Grains, Law, Monodisperse, Plane, Polydisperse, Rough, SizeDistribution, Space as _,
-    Species, Volume, kinetic, transport,
+    Domain, Law, Monodisperse, ParticleSpec, Plane, Polydisperse, Rough, SizeDistribution,
+    Space as _, Species, Volume, kinetic, transport,
 };
 
 use super::boundaries;
 use super::cost::available_memory;
-use super::data::{Class, Plan, PlanError, Scale, SpeciesPlan, in_space};
+use super::data::{CasePlan, PlanError, SizeGroup, SpeciesPlan, UnitScale, in_space};
 use super::engines;
 use super::free_volume::{covered_area, factor_of_radii, free_volume, uncovered_volume};
-use super::gas::Gas;
-use super::species::{self, Particles};
+use super::gas::ResolvedGas;
+use super::species::{self, SizedParticles};
 use super::start_file;
 use super::theory::{dilute_path, rates};
 use crate::words::short;
 
-impl Plan {
+impl CasePlan {
     /// Derives the plan of a case; `folder` holds the case file.
     ///
     /// The case is one that [`CaseFile`](stosszahl_case::CaseFile) has read: its checks of keys and
@@ -42,16 +42,16 @@ impl Plan {
     /// particle \[bytes\]; without a limit for `None`.
     ///
     /// # Errors
-    /// As [`Plan::new`].
+    /// As [`CasePlan::new`].
     pub fn within(case: &Case, folder: &Path, free: Option<f64>) -> Result<Self, PlanError> {
         let numbered = numbered(case)?;
         let case = &*numbered;
         let temperature = temperature(case)?;
         let mut gas = if !case.has_box() {
             homogeneous(case, temperature)?
-        } else if case.start.placement == Placement::File {
+        } else if case.start.placement == PlacementSpec::File {
             start_file::gas(case, folder, temperature)?
-        } else if case.start.velocities == Velocities::FILE {
+        } else if case.start.velocities == VelocitiesSpec::FILE {
             let dealt = start_file::dealt(case, folder)?;
             let placed = boxed(case, dealt.particles, dealt.temperature, free)?;
             placed.with_velocities(dealt.file, dealt.changes)
@@ -64,7 +64,7 @@ impl Plan {
         let thermal_speed = (temperature / gas.mean_mass).sqrt();
         let law = species::law(case, &gas)?;
         let dimension = case.gas.dimension as usize;
-        let grains = Grains {
+        let grains = ParticleSpec {
             sizes: gas.sizes,
             restitution: law.clone(),
             rough: rough(case)?,
@@ -166,7 +166,7 @@ impl Plan {
                 .map_err(|error| PlanError::new("gas", error, "a gas with kinetic equations"))?;
             let all = self.count() as f64;
             // Tracers, which only a gas without positions has, have no density and no share.
-            let share = |class: &Class| {
+            let share = |class: &SizeGroup| {
                 if self.has_box() {
                     class.count as f64 / all
                 } else {
@@ -263,7 +263,7 @@ impl Plan {
     }
 }
 
-impl Gas {
+impl ResolvedGas {
     /// Returns the gas with velocities of a start file, in the order of species, and the changes of
     /// them.
     fn with_velocities(self, file: StartFile, changes: Vec<String>) -> Self {
@@ -277,7 +277,7 @@ impl Gas {
 
 /// Returns the velocity distribution of the start; the Maxwellian where a file has the velocities.
 fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
-    let Velocities::Drawn(drawn) = case.start.velocities else {
+    let VelocitiesSpec::Drawn(drawn) = case.start.velocities else {
         return Ok(VelocityDistribution::MAXWELLIAN);
     };
     VelocityDistribution::new(case.gas.dimension as usize, drawn.a2)
@@ -317,7 +317,7 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
 
 /// Temperature of the start in the units of the case \[energy\]; 1 where a start file has it.
 fn temperature(case: &Case) -> Result<f64, PlanError> {
-    if case.start.velocities == Velocities::FILE {
+    if case.start.velocities == VelocitiesSpec::FILE {
         return Ok(1.0);
     }
     let Some(speed) = case.gas.rms_speed else {
@@ -342,7 +342,7 @@ fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
 }
 
 /// Creates a gas without positions.
-fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
+fn homogeneous(case: &Case, temperature: f64) -> Result<ResolvedGas, PlanError> {
     let allowed = "a volume above 0 in a gas without [box]";
     let volume = case.gas.simulated_volume();
     let volume = volume.ok_or_else(|| PlanError::new("gas.volume", "none", allowed))?;
@@ -351,7 +351,7 @@ fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
     let dimension = case.gas.dimension as i32;
     let unit = PI / if dimension == 2 { 4.0 } else { 6.0 };
     let covered = particles.covered(|count, radius| count * (2.0 * radius).powi(dimension));
-    Ok(Gas {
+    Ok(ResolvedGas {
         species,
         classes,
         mean_mass: particles.mean(|kind| kind.mass),
@@ -366,7 +366,7 @@ fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
         lengths: [0.0; 3],
         volume,
         packing: unit * covered / volume,
-        scale: Scale::CASE,
+        scale: UnitScale::CASE,
         numbers: None,
         temperature,
         file: None,
@@ -374,7 +374,7 @@ fn homogeneous(case: &Case, temperature: f64) -> Result<Gas, PlanError> {
     })
 }
 
-fn listed(particles: Particles) -> Result<Species, PlanError> {
+fn listed(particles: SizedParticles) -> Result<Species, PlanError> {
     Species::new(particles.kinds)
         .map_err(|error| PlanError::of_message("species", &error.to_string()))
 }
@@ -382,23 +382,23 @@ fn listed(particles: Particles) -> Result<Species, PlanError> {
 /// Creates a gas in a box, placed by the program.
 fn boxed(
     case: &Case,
-    mut particles: Particles,
+    mut particles: SizedParticles,
     temperature: f64,
     free: Option<f64>,
-) -> Result<Gas, PlanError> {
+) -> Result<ResolvedGas, PlanError> {
     let scale = if case.has_thermal_units() {
-        Scale {
+        UnitScale {
             length: particles.mean(|kind| 2.0 * kind.radius),
             mass: particles.mean(|kind| kind.mass),
             energy: temperature,
         }
     } else {
-        Scale::CASE
+        UnitScale::CASE
     };
     particles = particles.scaled(scale.length, scale.mass, scale.energy);
     let dimension = case.gas.dimension as usize;
     let equal = particles.kinds.len() == 1;
-    let balls = |particles: &Particles| {
+    let balls = |particles: &SizedParticles| {
         let ball = |radius| in_space!(dimension, S => S::ball(radius));
         particles.covered(|count, radius| count * ball(radius))
     };
@@ -440,7 +440,7 @@ fn boxed(
     } else {
         SizeDistribution::Each(each(&particles, free)?)
     };
-    Ok(Gas {
+    Ok(ResolvedGas {
         species,
         classes,
         sizes,
@@ -460,13 +460,13 @@ fn boxed(
 /// `unit` of the case.
 fn check_placement(
     case: &Case,
-    particles: &Particles,
+    particles: &SizedParticles,
     lengths: &[f64; 3],
     packing: f64,
     unit: f64,
 ) -> Result<(), PlanError> {
     let dimension = case.gas.dimension as usize;
-    let random = case.start.placement == Placement::Disordered;
+    let random = case.start.placement == PlacementSpec::Disordered;
     let disordered = || {
         let allowed = "\"disordered\" in space, next to walls and obstacles, with gravity or spins: a lattice is for smooth disks in \
                        a periodic box, where it melts before the start";
@@ -489,8 +489,8 @@ fn check_placement(
         (3, _) => disordered(),
         (2, 1) if dense || !random => {
             let arrangement = match case.start.placement {
-                Placement::Square => Arrangement::Square,
-                Placement::Hexagonal => Arrangement::Hexagonal,
+                PlacementSpec::Square => Arrangement::Square,
+                PlacementSpec::Hexagonal => Arrangement::Hexagonal,
                 _ => Arrangement::Disordered,
             };
             let domain = Domain::<Plane>::periodic([lengths[0], lengths[1]].into())
@@ -521,7 +521,7 @@ fn check_placement(
 const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
 
 /// Lists radius, mass and species of each particle, if the list fits into the free memory.
-fn each(particles: &Particles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
+fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::Invalid| {
         let found = format!(
             "{} {}",
@@ -619,9 +619,9 @@ mod tests {
     }
 
     /// Plans the text of a case.
-    fn planned(text: &str) -> Result<Plan, PlanError> {
+    fn planned(text: &str) -> Result<CasePlan, PlanError> {
         let file = format().from_text(Path::new("case.toml"), text, &[]);
-        Plan::new(&file.expect("a case").points[0].case, Path::new(""))
+        CasePlan::new(&file.expect("a case").points[0].case, Path::new(""))
     }
 
     /// Constants of a material make the law that they make by hand, for each pair of species, at
@@ -673,7 +673,7 @@ mod tests {
                     [[species]]\nnumber = 10\n[[species]]\nnumber = 10\ndiameter = 2\n";
         let file = format().from_text(Path::new("case.toml"), text, &[]);
         let file = file.expect("a case");
-        let plan = |free| Plan::within(&file.points[0].case, Path::new(""), free);
+        let plan = |free| CasePlan::within(&file.points[0].case, Path::new(""), free);
         let said = plan(Some(1.0)).expect_err("too much").to_string();
         assert!(said.contains("--ignore-memory-limit"), "{said}");
         assert_eq!(plan(None).expect("a plan").count(), 20);

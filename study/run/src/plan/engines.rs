@@ -2,23 +2,23 @@
 
 use stosszahl_case::Case;
 use stosszahl_case::format::{
-    Copies as WrittenCopies, Displacement as WrittenDisplacement, Inelastic, MonteCarlo,
-    Neighbourhood as WrittenNeighbourhood, SCHEMES, SchemeFormat, WallsActOn,
+    DensityWindowSpec as WrittenNeighbourhood, DisplacementSpec as WrittenDisplacement, Inelastic,
+    MonteCarloSpec, SCHEMES, SchemeFormat, SimulatorStartSpec as WrittenCopies, WallsActOn,
 };
 use stosszahl_dsmc::{
-    Copies, Displacement, Neighbourhood, Parameters, PartnerSelection, Scheme, SchemeSettings,
-    WallClearance, Weights,
+    Neighbourhood, Parameters, PartnerDisplacement, PartnerSelection, Scheme, SchemeSettings,
+    SimulatorStart, SimulatorWeights, WallClearance,
 };
 use stosszahl_model::{Space, transport};
 
 use super::boundaries;
-use super::data::{EngineKind, EnginePlan, Plan, PlanError, in_space};
+use super::data::{CasePlan, EngineKind, EnginePlan, PlanError, in_space};
 
 /// Most collisions of a particle in a unit of time, over the largest rate that the case lets expect, where the case says nothing.
 const NATURAL_RATES: f64 = 1e4;
 
 /// All engines, in their order.
-pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
+pub(super) fn all(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanError> {
     let written = plan.case.engine.clone();
     let mut list = Vec::new();
     if let Some(ed) = &written.ed {
@@ -35,7 +35,7 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
                 },
             },
             clearance: WallClearance::Radius,
-            weights: Weights::uniform(),
+            weights: SimulatorWeights::uniform(),
         });
     }
     for format in &SCHEMES {
@@ -52,7 +52,7 @@ pub(super) fn all(plan: &mut Plan) -> Result<Vec<EnginePlan>, PlanError> {
             name: "dsmc-homogeneous",
             kind: EngineKind::Homogeneous(written.homogeneous.unwrap_or_default().selection),
             clearance: WallClearance::Centre,
-            weights: Weights::uniform(),
+            weights: SimulatorWeights::uniform(),
         });
     }
     Ok(list)
@@ -75,9 +75,9 @@ const ENOUGH_FOR_ESMC: f64 = 64.0;
 
 /// A Monte Carlo engine: what is written, over the defaults of its scheme.
 fn monte_carlo<S: Space>(
-    plan: &mut Plan,
+    plan: &mut CasePlan,
     name: &'static str,
-    written: &MonteCarlo,
+    written: &MonteCarloSpec,
     scheme: Scheme,
 ) -> Result<EnginePlan, PlanError> {
     let unit = plan.scale.length;
@@ -91,15 +91,15 @@ fn monte_carlo<S: Space>(
     });
     let mut parameters = Parameters::for_scheme(scheme);
     parameters.displacement = match written.displacement {
-        Some(WrittenDisplacement::Switch(false)) => Displacement::None,
-        Some(WrittenDisplacement::Switch(true)) => Displacement::Diameter,
-        Some(WrittenDisplacement::Word(Inelastic::Inelastic)) => Displacement::Inelastic,
+        Some(WrittenDisplacement::Switch(false)) => PartnerDisplacement::None,
+        Some(WrittenDisplacement::Switch(true)) => PartnerDisplacement::Diameter,
+        Some(WrittenDisplacement::Word(Inelastic::Inelastic)) => PartnerDisplacement::Inelastic,
         // In a flow partners are a contact distance apart as it is.
-        None if plan.is_sheared() => Displacement::None,
+        None if plan.is_sheared() => PartnerDisplacement::None,
         None => parameters.displacement,
     };
     let boxed = plan.is_bounded() || !plan.case.inflow.is_empty() || written.weights.is_some();
-    let free = !boxed || parameters.displacement == Displacement::None;
+    let free = !boxed || parameters.displacement == PartnerDisplacement::None;
     let key = format!("engine.{name}.displacement");
     let found = "a displacement, the default of this scheme";
     let allowed = "false beside walls, openings, obstacles or weights, for partners would be displaced through walls";
@@ -123,10 +123,10 @@ fn monte_carlo<S: Space>(
         None => parameters.simulators_per_particle,
     };
     parameters.copies = match written.simulator_start {
-        Some(WrittenCopies::Independent) => Copies::Independent,
-        Some(WrittenCopies::Coherent) => Copies::Coherent,
+        Some(WrittenCopies::Independent) => SimulatorStart::Independent,
+        Some(WrittenCopies::Coherent) => SimulatorStart::Coherent,
         // A gas that shear modes destabilise needs their seeds; in any other the copies are better independent.
-        None if chaotic && plan.has_unstable_modes() => Copies::Coherent,
+        None if chaotic && plan.has_unstable_modes() => SimulatorStart::Coherent,
         None => parameters.copies,
     };
     parameters.cell_size = match written.cell_size {
@@ -145,7 +145,7 @@ fn monte_carlo<S: Space>(
 }
 
 /// Where walls and obstacles act on the particles of an engine in cells.
-fn clearance(written: &MonteCarlo, scheme: Scheme) -> WallClearance {
+fn clearance(written: &MonteCarloSpec, scheme: Scheme) -> WallClearance {
     match written.wall_contact {
         Some(WallsActOn::Centre) => WallClearance::Centre,
         Some(WallsActOn::Radius) => WallClearance::Radius,
@@ -168,7 +168,7 @@ pub(super) fn widest_clearance(case: &Case) -> WallClearance {
     }
 }
 
-impl Plan {
+impl CasePlan {
     /// Mean radius of the particles.
     pub fn mean_radius(&self) -> f64 {
         if let [one] = &self.species[..] {
@@ -285,7 +285,7 @@ impl Plan {
     }
 }
 
-fn cells<S: Space>(parameters: &Parameters, plan: &Plan, diameter: f64) -> [usize; 3] {
+fn cells<S: Space>(parameters: &Parameters, plan: &CasePlan, diameter: f64) -> [usize; 3] {
     let lengths = S::vector(|axis| plan.lengths[axis]);
     // The sides are positive, or the plan would not be.
     stosszahl_model::Domain::<S>::periodic(lengths).map_or([1; 3], |domain| {

@@ -7,10 +7,10 @@ use nalgebra::Vector3;
 use stosszahl_case::Case;
 use stosszahl_model::initial::StartFile;
 use stosszahl_model::{
-    Kind as Like, Monodisperse, Polydisperse, SizeDistribution, Space as _, Species,
+    Monodisperse, Polydisperse, SizeDistribution, Space as _, Species, SpeciesProperties as Like,
 };
 
-use super::data::{Class, PlanError, Scale, SpeciesPlan, in_space};
+use super::data::{PlanError, SizeGroup, SpeciesPlan, UnitScale, in_space};
 
 /// Most species that sizes make; with more sizes, species are types alone.
 const MOST_SPECIES: usize = 100;
@@ -128,7 +128,7 @@ impl FileSpecies {
     }
 
     /// Converts sizes and masses to other units.
-    pub(super) fn scaled(mut self, scale: Scale) -> Self {
+    pub(super) fn scaled(mut self, scale: UnitScale) -> Self {
         self.radii.iter_mut().for_each(|one| *one /= scale.length);
         self.masses.iter_mut().for_each(|one| *one /= scale.mass);
         self
@@ -226,7 +226,7 @@ impl FileSpecies {
         &self,
         temperatures: &[f64],
         volume: f64,
-    ) -> (Vec<SpeciesPlan>, Vec<Class>) {
+    ) -> (Vec<SpeciesPlan>, Vec<SizeGroup>) {
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); self.names.len()];
         for (index, &number) in self.numbers.iter().enumerate() {
             members[number as usize].push(index);
@@ -240,7 +240,7 @@ impl FileSpecies {
                 }
                 part.iter().map(|&index| values[index]).sum::<f64>() / part.len() as f64
             };
-            Class {
+            SizeGroup {
                 count: part.len(),
                 mass: mean(&self.masses),
                 diameter: 2.0 * mean(&self.radii),

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::data::{Plan, Quantity};
+use super::data::{CasePlan, DerivedQuantity};
 
-impl Plan {
+impl CasePlan {
     /// Computes Reynolds, Mach and Knudsen number of a flow of one species that has a mean
     /// velocity; none without a width.
     ///
@@ -16,7 +16,7 @@ impl Plan {
     /// `eta = (5 pi^(1/2)/16) rho c l` and that of disks `eta = pi^(-1/2) rho c l` (first Sonine
     /// order); `M = u/(gamma T/m)^(1/2)` with `gamma = 1 + 2/f`, f degrees of freedom of
     /// translation and, of rough particles, rotation; `Kn = l/h`.
-    pub(super) fn flow_numbers(&self) -> Vec<Quantity> {
+    pub(super) fn flow_numbers(&self) -> Vec<DerivedQuantity> {
         let inflow = self.case.inflow.first();
         let velocity = inflow.map(|one| &one.velocity);
         let velocity = velocity.or(self.case.start.velocity.as_ref());
@@ -46,9 +46,9 @@ impl Plan {
         let reynolds = speed * width / (viscosity * (2.0 * thermal).sqrt() * path);
         let mach = speed / ((1.0 + 2.0 / freedom) * thermal).sqrt();
         vec![
-            Quantity::new("reynolds_number", reynolds, "1"),
-            Quantity::new("mach_number", mach, "1"),
-            Quantity::new("knudsen_number", path / width, "1"),
+            DerivedQuantity::new("reynolds_number", reynolds, "1"),
+            DerivedQuantity::new("mach_number", mach, "1"),
+            DerivedQuantity::new("knudsen_number", path / width, "1"),
         ]
     }
 

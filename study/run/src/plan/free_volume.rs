@@ -1,12 +1,12 @@
 //! Volume that obstacles leave to the gas: of the whole box, and of each cell of a grid.
 
 use stosszahl_case::Case;
-use stosszahl_case::format::Face;
+use stosszahl_case::format::FaceSpec;
 use stosszahl_dsmc::WallClearance;
 use stosszahl_model::walls::FreeArea;
 
 use super::boundaries;
-use super::data::{EnginePlan, Plan, PlanError};
+use super::data::{CasePlan, EnginePlan, PlanError};
 use super::engines;
 use super::region::Region;
 
@@ -92,10 +92,10 @@ pub(super) fn factor_of_radii(
 
 /// Returns true for each of the first two axes along which the box is periodic.
 fn periodic(case: &Case) -> [bool; 2] {
-    [0, 1].map(|axis| *case.walls.at(axis, 0) == Face::default())
+    [0, 1].map(|axis| *case.walls.at(axis, 0) == FaceSpec::default())
 }
 
-impl Plan {
+impl CasePlan {
     /// Volume of the box, including that of obstacles \[length^D\]; that of the gas without a box.
     pub fn box_volume(&self) -> f64 {
         match self.lengths[0] {

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use stosszahl_model::SizeDistribution;
 use stosszahl_model::initial::StartFile;
 
-use super::data::{Class, Scale, SpeciesPlan};
+use super::data::{SizeGroup, SpeciesPlan, UnitScale};
 
 /// Gas of a case, from its keys or from a start file.
-pub(super) struct Gas {
+pub(super) struct ResolvedGas {
     pub(super) species: Vec<SpeciesPlan>,
-    pub(super) classes: Vec<Class>,
+    pub(super) classes: Vec<SizeGroup>,
     pub(super) sizes: SizeDistribution,
     /// Number of the species of each particle, if species are not in blocks.
     pub(super) numbers: Option<Arc<[u32]>>,
@@ -20,7 +20,7 @@ pub(super) struct Gas {
     pub(super) lengths: [f64; 3],
     pub(super) volume: f64,
     pub(super) packing: f64,
-    pub(super) scale: Scale,
+    pub(super) scale: UnitScale,
     pub(super) file: Option<StartFile>,
     /// Changes of the values of the case, in sentences.
     pub(super) choices: Vec<String>,

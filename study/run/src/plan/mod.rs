@@ -1,6 +1,6 @@
 //! Plan of a case: all quantities that engines, measurements and theory need, derived once.
 //!
-//! Engines compute in units of their own ([`Scale`]): for smooth particles in a uniform box the mean
+//! Engines compute in units of their own ([`UnitScale`]): for smooth particles in a uniform box the mean
 //! diameter, the mean mass and the temperature of the start are one; elsewhere they are the units
 //! of the case. All numbers here are in engine units unless they say otherwise; tables and reports are in the units
 //! of the case, times in its unit of time.
@@ -8,7 +8,7 @@
 //! | module | content |
 //! |---|---|
 //! | `data` | the plan itself |
-//! | `derive` | units, box: [`Plan::new`] |
+//! | `derive` | units, box: [`CasePlan::new`] |
 //! | `start_file` | a gas from a start file |
 //! | `file_species` | species of its particles |
 //! | `region` | the region of the box in which a start is placed |
@@ -48,11 +48,13 @@ mod times;
 
 pub(crate) use confinement::Confinement;
 pub use cost::{
-    Cost, EngineCost, Kept, Looks, RuntimeEstimate, available_memory, available_threads,
+    Cost, EngineCost, Looks, MeasureMemory, RuntimeEstimate, available_memory, available_threads,
     threads_each,
 };
 pub(crate) use data::in_space;
-pub use data::{Class, EngineKind, EnginePlan, Plan, PlanError, Quantity, Scale, SpeciesPlan};
+pub use data::{
+    CasePlan, DerivedQuantity, EngineKind, EnginePlan, PlanError, SizeGroup, SpeciesPlan, UnitScale,
+};
 pub(crate) use notable::RATE_ERROR_IN_A_CELL;
 pub use region::Region;
 pub use times::logarithmic;

@@ -1,14 +1,14 @@
 //! Warnings about a case before it is run, and quantities that follow from it.
 
-use stosszahl_case::format::{Face, Placement, Velocities, VelocityWord};
-use stosszahl_dsmc::{ContactLaw, Copies, Parameters, PartnerSelection};
+use stosszahl_case::format::{FaceSpec, PlacementSpec, VelocitiesSpec, VelocityWord};
+use stosszahl_dsmc::{ContactLaw, Parameters, PartnerSelection, SimulatorStart};
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
 use stosszahl_model::kinetic;
 use stosszahl_results::engine_title;
 
 use crate::words::short;
 
-use super::data::{EngineKind, EnginePlan, Plan, Quantity, SpeciesPlan, in_space};
+use super::data::{CasePlan, DerivedQuantity, EngineKind, EnginePlan, SpeciesPlan, in_space};
 
 /// Relative error of the collision rate of a scheme within cells, times the simulators in a cell: that of 1.27 disks at packing 0.25, 26 %,
 /// with displaced partners and with the free volume of each cell.
@@ -37,7 +37,7 @@ const LEAST_EQUILIBRATION: f64 = 10.0;
 /// The most of them: at packings that take more, the crystal is the equilibrium and stays.
 const MOST_EQUILIBRATION: f64 = 100.0;
 
-impl Plan {
+impl CasePlan {
     /// Elastic collisions per particle before the start. Default for disks in a periodic box that the program places: 10, and more at packings
     /// above 0.3, `10 sqrt(phi) chi` up to 100.
     pub fn equilibration(&self) -> f64 {
@@ -56,17 +56,17 @@ impl Plan {
     /// Whether the velocities of the start are given to particles that elastic collisions have equilibrated: these would make them
     /// Maxwellian.
     pub fn draws_after_equilibration(&self) -> bool {
-        let placed = self.case.start.placement == Placement::File;
+        let placed = self.case.start.placement == PlacementSpec::File;
         let own = match self.case.start.velocities {
-            Velocities::Drawn(_) => true,
-            Velocities::Word(word) => word == VelocityWord::File && !placed,
+            VelocitiesSpec::Drawn(_) => true,
+            VelocitiesSpec::Word(word) => word == VelocityWord::File && !placed,
         };
         own && self.equilibration() > 0.0
     }
 
     /// Whether the case gives the positions of the start, which elastic collisions would change.
     pub fn starts_as_given(&self) -> bool {
-        self.case.start.placement == Placement::File || self.case.start.region.is_some()
+        self.case.start.placement == PlacementSpec::File || self.case.start.region.is_some()
     }
 
     /// Collisions per particle after which equilibration ends, whatever the tests say.
@@ -132,11 +132,11 @@ impl Plan {
 
     fn notable_start(&self, list: &mut Vec<String>) {
         let lattice = match self.case.start.placement {
-            Placement::Square | Placement::Hexagonal => true,
-            Placement::Disordered => {
+            PlacementSpec::Square | PlacementSpec::Hexagonal => true,
+            PlacementSpec::Disordered => {
                 self.case.start.region.is_none() && self.packing_fraction > SEQUENTIAL_LIMIT
             }
-            Placement::File => false,
+            PlacementSpec::File => false,
         };
         if lattice && self.is_disk_fluid() && self.equilibration() == 0.0 {
             list.push(
@@ -152,7 +152,7 @@ impl Plan {
             ));
         }
         let velocities = (self.file.as_ref()).is_some_and(|file| file.velocities.is_some());
-        if velocities && self.case.start.velocities != Velocities::FILE {
+        if velocities && self.case.start.velocities != VelocitiesSpec::FILE {
             list.push(
                 "the start file has velocities, which are not used: start.velocities = \"file\" uses them".to_owned(),
             );
@@ -165,8 +165,8 @@ impl Plan {
         let gravity = self.gravity();
         let walls = || {
             self.case.walls.all().filter_map(|face| match face {
-                Face::Wall(wall) => Some(wall),
-                Face::Word(_) => None,
+                FaceSpec::Wall(wall) => Some(wall),
+                FaceSpec::Word(_) => None,
             })
         };
         let heated = walls().any(|wall| wall.temperature.is_some() || wall.vibration.is_some());
@@ -255,7 +255,7 @@ impl Plan {
         if !self.starts_from_copies() {
             return;
         }
-        let placed = self.case.start.placement == Placement::File;
+        let placed = self.case.start.placement == PlacementSpec::File;
         if parameters.simulators_per_particle > 1 && placed {
             list.push(format!(
                 "{name}: several simulators per particle are copies of the start moved and turned at random, which blurs a \
@@ -268,7 +268,7 @@ impl Plan {
     /// stands for what its scheme states.
     ///
     /// Numerical are few simulators, wide cells along walls or gravity, and the penetrable disks of `dsmc-stochastic-disks`. That a scheme has by its
-    /// theory another collision rate than hard disks ([`Plan::rate_ratio`]) is no such error: a comparison measures it.
+    /// theory another collision rate than hard disks ([`CasePlan::rate_ratio`]) is no such error: a comparison measures it.
     pub fn numerical_error(&self, engine: &EnginePlan) -> Option<String> {
         let EngineKind::MonteCarlo(parameters) = &engine.kind else {
             return None;
@@ -431,11 +431,11 @@ impl Plan {
 
     /// Quantities that follow from the case, in its units.
     #[expect(clippy::too_many_lines, reason = "a list of quantities")]
-    pub fn derived(&self) -> Vec<Quantity> {
-        let mut list: Vec<Quantity> = Vec::new();
+    pub fn derived(&self) -> Vec<DerivedQuantity> {
+        let mut list: Vec<DerivedQuantity> = Vec::new();
         let mut add = |name: &str, value, unit: &str| {
             let (name, unit) = (name.to_owned(), self.derived_unit(unit));
-            list.push(Quantity { name, value, unit });
+            list.push(DerivedQuantity { name, value, unit });
         };
         let (length, time) = (self.scale.length, self.scale.time());
         let stands_for = self.case.gas.particles_per_simulator;
@@ -526,7 +526,7 @@ impl Plan {
                 "1",
             );
             if parameters.scheme.partners() == PartnerSelection::AroundContact {
-                let coherent = f64::from(u8::from(parameters.copies == Copies::Coherent));
+                let coherent = f64::from(u8::from(parameters.copies == SimulatorStart::Coherent));
                 own(
                     "partner_radius",
                     self.partner_radius(parameters) * length,

@@ -4,11 +4,11 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_case::format::{Face, Units};
+use stosszahl_case::format::{FaceSpec, UnitsSpec};
 
 use crate::words::{percent, short};
 
-use super::data::{EngineKind, Plan};
+use super::data::{CasePlan, EngineKind};
 
 /// Share of elastic contacts at the start from which a contact time is reported.
 const MANY_ELASTIC: f64 = 0.1;
@@ -34,13 +34,13 @@ struct Source {
     speed: f64,
 }
 
-impl Plan {
+impl CasePlan {
     /// Lists settings that are allowed but probably mistaken, a sentence each.
     pub(super) fn implausible(&self) -> Vec<String> {
         let mut list = Vec::new();
         list.extend(self.elastic_by_contact_time());
         list.extend(self.falls_for_ever());
-        if self.case.units == Units::Si {
+        if self.case.units == UnitsSpec::Si {
             list.extend(self.implausible_in_si());
         }
         list
@@ -72,11 +72,11 @@ impl Plan {
     /// momentum up.
     fn falls_for_ever(&self) -> Option<String> {
         let pull = self.grains.gravity?;
-        let takes_up = |wall: &Face| match wall {
-            Face::Wall(wall) => {
+        let takes_up = |wall: &FaceSpec| match wall {
+            FaceSpec::Wall(wall) => {
                 wall.temperature.is_some() || wall.slip.is_some_and(|slip| slip < 1.0)
             }
-            Face::Word(_) => false,
+            FaceSpec::Word(_) => false,
         };
         let held = self.case.walls.all().any(takes_up) || !self.case.obstacle.is_empty();
         let open = !self.case.inflow.is_empty();
@@ -183,7 +183,9 @@ impl Plan {
         let length = |vector: &[f64]| vector.iter().map(|one| one * one).sum::<f64>().sqrt();
         let faces = stosszahl_case::format::FACES.iter().flatten();
         let walls = faces.zip(self.case.walls.all()).filter_map(|(name, face)| {
-            let Face::Wall(wall) = face else { return None };
+            let FaceSpec::Wall(wall) = face else {
+                return None;
+            };
             let sliding = length(wall.sliding.as_deref().unwrap_or_default());
             // There and back in a period.
             let shaking = wall

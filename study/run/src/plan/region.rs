@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use crate::words::short;
 
-use super::data::{Plan, PlanError};
+use super::data::{CasePlan, PlanError};
 
 /// Packing fractions at which random addition of equal disks and spheres jams: Feder 1980; Torquato, Uche & Stillinger 2006.
 const JAMMED: [f64; 2] = [0.547, 0.384];
@@ -29,7 +29,7 @@ impl Region {
     }
 }
 
-impl Plan {
+impl CasePlan {
     /// Region in which the start is placed, if it is not the whole box.
     pub fn region(&self) -> Option<Region> {
         let corners = self.case.start.region.as_ref()?;

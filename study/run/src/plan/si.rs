@@ -3,11 +3,11 @@
 
 use std::borrow::Cow;
 
-use stosszahl_case::format::{TimeUnit, Units};
+use stosszahl_case::format::{TimeUnit, UnitsSpec};
 
-use super::data::Plan;
+use super::data::CasePlan;
 
-impl Plan {
+impl CasePlan {
     /// Unit of a table of the case. Times of tables are in the unit of `run.time_unit`, which is
     /// the second only if that is `case`.
     pub fn table_unit(&self, unit: &str) -> Cow<'static, str> {
@@ -27,7 +27,7 @@ impl Plan {
     /// Returns the SI unit if the case is in SI; `second` replaces the word for time, if it is
     /// given.
     fn unit(&self, unit: &str, second: Option<&'static str>) -> Cow<'static, str> {
-        if self.case.units != Units::Si {
+        if self.case.units != UnitsSpec::Si {
             return unit.to_owned().into();
         }
         let time = second.unwrap_or("time");
@@ -71,7 +71,7 @@ mod tests {
                  until = 1\n[engine.ed]\n"
             );
             let file = check::format().from_text(Path::new("case.toml"), &text, &[]);
-            Plan::new(&file.expect("a case").points[0].case, Path::new("")).expect("a plan")
+            CasePlan::new(&file.expect("a case").points[0].case, Path::new("")).expect("a plan")
         };
         let all = [
             ("", ""),

@@ -2,15 +2,17 @@
 
 use rand::{Rng, RngExt};
 use stosszahl_case::Case;
-use stosszahl_case::format::{Continuous, Distribution, Restitution, Rounding, Species as Written};
+use stosszahl_case::format::{
+    DiameterDistribution, PolydisperseSpec, RestitutionSpec, Rounding, SpeciesSpec as Written,
+};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Constant, DeltaModel, Invalid, Kind as Like, Law, Material, PerPair, ThresholdModel,
-    Viscoelastic,
+    Constant, DeltaModel, Invalid, Law, Material, PerPair, SpeciesProperties as Like,
+    ThresholdModel, Viscoelastic,
 };
 
-use super::data::{Class, PlanError, SpeciesPlan};
-use super::gas::Gas;
+use super::data::{PlanError, SizeGroup, SpeciesPlan};
+use super::gas::ResolvedGas;
 
 /// Number of classes of like size in a group, if there are as many particles: theory of one size
 /// for each of 12 groups of a wide distribution is off by 3 %.
@@ -18,7 +20,7 @@ const CLASSES: usize = 8;
 
 /// Particles by size, in the units of the case.
 #[derive(Default)]
-pub(super) struct Particles {
+pub(super) struct SizedParticles {
     /// Blocks of like particles, one after the other.
     pub(super) kinds: Vec<Like>,
     /// Temperature of each block.
@@ -31,7 +33,7 @@ pub(super) struct Particles {
 }
 
 /// Returns the particles of a case without a start file.
-pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
+pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
     let found = if !case.species.is_empty() {
         listed(case, temperature)?
     } else if let Some(law) = &case.power_law {
@@ -51,10 +53,10 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
             })
             .take_while(|kind| kind.count > 0)
             .collect();
-        Particles {
+        SizedParticles {
             temperatures: vec![temperature; kinds.len()],
             kinds,
-            ..Particles::default()
+            ..SizedParticles::default()
         }
     } else if let Some(continuous) = &case.polydisperse {
         let count = continuous.number as usize;
@@ -68,30 +70,30 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<Particles, Plan
             mass: continuous.unit_mass * d.powi(case.gas.dimension as i32),
             count: 1,
         });
-        Particles {
+        SizedParticles {
             kinds: kinds.collect(),
             temperatures: vec![temperature; count],
             groups: Some((continuous.groups as usize).clamp(1, count.max(1))),
-            ..Particles::default()
+            ..SizedParticles::default()
         }
     } else {
         let count = case.gas.number.unwrap_or(0) as usize;
-        Particles {
+        SizedParticles {
             kinds: vec![Like {
                 radius: 0.5 * case.gas.diameter.unwrap_or(1.0),
                 mass: case.gas.mass.unwrap_or(1.0),
                 count,
             }],
             temperatures: vec![temperature],
-            ..Particles::default()
+            ..SizedParticles::default()
         }
     };
     Ok(found)
 }
 
 /// Returns the species of `[[species]]`.
-fn listed(case: &Case, temperature: f64) -> Result<Particles, PlanError> {
-    let mut found = Particles::default();
+fn listed(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
+    let mut found = SizedParticles::default();
     for (index, (one, count)) in case.species.iter().zip(counts(case)?).enumerate() {
         if one.tracer {
             found.tracer = Some(index);
@@ -167,19 +169,19 @@ fn root(k: f64, dimension: u64) -> f64 {
 }
 
 /// Draws one diameter of a continuous distribution.
-fn diameter(continuous: &Continuous, stream: &mut impl Rng) -> f64 {
-    let Continuous {
+fn diameter(continuous: &PolydisperseSpec, stream: &mut impl Rng) -> f64 {
+    let PolydisperseSpec {
         distribution,
         mean_diameter,
         relative_width,
         ..
     } = *continuous;
     match distribution {
-        Distribution::Uniform => {
+        DiameterDistribution::Uniform => {
             let place = 2.0 * stream.random::<f64>() - 1.0;
             mean_diameter * (1.0 + 3.0_f64.sqrt() * relative_width * place)
         }
-        Distribution::LogNormal => {
+        DiameterDistribution::LogNormal => {
             // exp(mu + s x) has the mean exp(mu + s^2/2) and the relative variance exp(s^2) - 1.
             // Box & Muller's x; the complement keeps the logarithm finite.
             let square = (relative_width * relative_width).ln_1p();
@@ -190,7 +192,7 @@ fn diameter(continuous: &Continuous, stream: &mut impl Rng) -> f64 {
     }
 }
 
-impl Particles {
+impl SizedParticles {
     /// Creates species of like particles with their temperatures and names.
     pub(super) fn of_species(kinds: Vec<Like>, temperatures: Vec<f64>, names: Vec<String>) -> Self {
         Self {
@@ -202,7 +204,7 @@ impl Particles {
     }
 
     /// Returns species and classes of a gas of this volume.
-    pub(super) fn groups(&self, volume: f64) -> (Vec<SpeciesPlan>, Vec<Class>) {
+    pub(super) fn groups(&self, volume: f64) -> (Vec<SpeciesPlan>, Vec<SizeGroup>) {
         let count = self.kinds.len();
         let in_parts = |parts: usize| {
             (0..count)
@@ -229,12 +231,12 @@ impl Particles {
         (species.collect(), classes)
     }
 
-    fn classes(&self, volume: f64, part_of: Option<&[usize]>) -> Vec<Class> {
-        let mut classes: Vec<Class> = Vec::new();
+    fn classes(&self, volume: f64, part_of: Option<&[usize]>) -> Vec<SizeGroup> {
+        let mut classes: Vec<SizeGroup> = Vec::new();
         for (index, (kind, &temperature)) in self.kinds.iter().zip(&self.temperatures).enumerate() {
             let number = part_of.map_or(index, |parts| parts[index]);
             if number >= classes.len() {
-                classes.push(Class {
+                classes.push(SizeGroup {
                     count: 0,
                     mass: 0.0,
                     diameter: 0.0,
@@ -302,9 +304,9 @@ impl Particles {
 const MOST_IN_PAIRS: usize = 4096;
 
 /// Returns the normal law of a case, in engine units.
-pub(super) fn law(case: &Case, gas: &Gas) -> Result<Law, PlanError> {
+pub(super) fn law(case: &Case, gas: &ResolvedGas) -> Result<Law, PlanError> {
     let species = gas.species.len();
-    let one = |key: &str, written: Restitution, pair| one_law(key, written, gas, pair);
+    let one = |key: &str, written: RestitutionSpec, pair| one_law(key, written, gas, pair);
     let material = case.gas.restitution.is_of_material();
     let first = one("gas.restitution", case.gas.restitution, [0, 0])?;
     if case.pair.is_empty() && !(material && species > 1) {
@@ -339,25 +341,30 @@ pub(super) fn law(case: &Case, gas: &Gas) -> Result<Law, PlanError> {
 }
 
 /// Returns the law of a key between two species.
-fn one_law(key: &str, written: Restitution, gas: &Gas, pair: [usize; 2]) -> Result<Law, PlanError> {
+fn one_law(
+    key: &str,
+    written: RestitutionSpec,
+    gas: &ResolvedGas,
+    pair: [usize; 2],
+) -> Result<Law, PlanError> {
     let refused = |error: Invalid| PlanError::new(key, error.found, error.allowed);
     let viscoelastic = match written {
-        Restitution::Constant(coefficient) => {
+        RestitutionSpec::Constant(coefficient) => {
             return Constant::new(coefficient).map(Law::from).map_err(refused);
         }
-        Restitution::Delta(law) => {
+        RestitutionSpec::Delta(law) => {
             let delta = law.delta / gas.scale.speed();
             return DeltaModel::new(law.coefficient, delta)
                 .map(Law::from)
                 .map_err(refused);
         }
-        Restitution::Threshold(law) => {
+        RestitutionSpec::Threshold(law) => {
             let threshold = law.elastic_below / gas.scale.speed();
             return ThresholdModel::new(law.coefficient, threshold)
                 .map(Law::from)
                 .map_err(refused);
         }
-        Restitution::Viscoelastic(law) => law,
+        RestitutionSpec::Viscoelastic(law) => law,
     };
     // v* = strength g^(1/10), with speeds g of the engine in its own unit.
     let unit = gas.scale.speed().powf(0.1);

@@ -4,18 +4,18 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use stosszahl_case::Case;
-use stosszahl_case::format::{FACES, Face, Placement, Units, Velocities};
+use stosszahl_case::format::{FACES, FaceSpec, PlacementSpec, UnitsSpec, VelocitiesSpec};
 use stosszahl_model::initial::{self, Overlap, StartFile};
 use stosszahl_model::{Domain, Plane, Space as _, Volume};
 
 use crate::words::short;
 
 use super::confinement::Confinement;
-use super::data::{Plan, PlanError, Scale, in_space};
+use super::data::{CasePlan, PlanError, UnitScale, in_space};
 use super::file_species::FileSpecies;
 use super::free_volume::{free_volume, uncovered_volume};
-use super::gas::Gas;
-use super::species::Particles;
+use super::gas::ResolvedGas;
+use super::species::SizedParticles;
 
 /// Largest overlap of a start that counts as rounding, over the mean diameter.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
@@ -62,7 +62,7 @@ fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
 }
 
 /// Creates a gas that is placed by a start file.
-pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, PlanError> {
+pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<ResolvedGas, PlanError> {
     let mut source = source(case, folder)?;
     let dimension = case.gas.dimension as usize;
     let lengths = source.lengths()?;
@@ -70,13 +70,13 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
     let species = FileSpecies::of(&source.file, case)?;
     let warmth = source.warmth(&species.masses, temperature)?;
     let scale = if case.has_thermal_units() {
-        Scale {
+        UnitScale {
             length: 2.0 * mean(&species.radii),
             mass: mean(&species.masses),
             energy: warmth,
         }
     } else {
-        Scale::CASE
+        UnitScale::CASE
     };
     source.tell_spins();
     source.tell_units(scale);
@@ -88,11 +88,11 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
     let mean_mass = mean(&species.masses);
     let temperature = warmth / scale.energy;
     let temperatures = match case.start.velocities {
-        Velocities::FILE => species.temperatures(&file, dimension, temperature),
+        VelocitiesSpec::FILE => species.temperatures(&file, dimension, temperature),
         _ => vec![temperature; species.names.len()],
     };
     let (plans, classes) = species.groups(&temperatures, volume);
-    Ok(Gas {
+    Ok(ResolvedGas {
         species: plans,
         classes,
         sizes: species.sizes(case)?,
@@ -111,7 +111,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Gas, P
 /// Velocities of a start file for particles that are placed otherwise.
 pub(super) struct Dealt {
     /// Particles by species.
-    pub(super) particles: Particles,
+    pub(super) particles: SizedParticles,
     /// Velocities and spins in the order of species, in the units of the case.
     pub(super) file: StartFile,
     /// Temperature, in the units of the case \[energy\].
@@ -141,15 +141,15 @@ pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
         ));
     }
     source.tell_spins();
-    source.tell_units(Scale {
+    source.tell_units(UnitScale {
         energy: temperature,
-        ..Scale::CASE
+        ..UnitScale::CASE
     });
     let sorted = |list: Option<Vec<Vector3<f64>>>| {
         list.map(|all| order.iter().map(|&index| all[index]).collect())
     };
     Ok(Dealt {
-        particles: Particles::of_species(kinds, temperatures, species.names),
+        particles: SizedParticles::of_species(kinds, temperatures, species.names),
         file: StartFile {
             velocities: sorted(source.file.velocities),
             spins: sorted(source.file.spins),
@@ -169,7 +169,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 /// Converts the vectors of a start file to engine units; sizes are kept elsewhere.
-pub(super) fn scaled(file: StartFile, scale: Scale) -> StartFile {
+pub(super) fn scaled(file: StartFile, scale: UnitScale) -> StartFile {
     let over = |list: Option<Vec<Vector3<f64>>>, unit: f64| {
         list.map(|all| all.into_iter().map(|one| one / unit).collect())
     };
@@ -217,7 +217,7 @@ impl Source<'_> {
         for (key, given, in_file) in [
             (
                 "start.spin_temperature",
-                start.spin_temperature.is_some() && start.velocities == Velocities::FILE,
+                start.spin_temperature.is_some() && start.velocities == VelocitiesSpec::FILE,
                 file.spins.is_some(),
             ),
             (
@@ -233,7 +233,7 @@ impl Source<'_> {
         ] {
             let allowed = format!("this key is left out, as {name} says this of each particle");
             PlanError::require(!(given && in_file), key, "", allowed)?;
-            let needed = self.case.units == Units::Si && key != "start.spin_temperature";
+            let needed = self.case.units == UnitsSpec::Si && key != "start.spin_temperature";
             let allowed =
                 format!("a number above 0, with units = \"si\" and as {name} does not say this");
             PlanError::require(given || in_file || !needed, key, "", allowed)?;
@@ -265,7 +265,7 @@ impl Source<'_> {
             return Ok(lengths);
         };
         for axis in 0..dimension {
-            let is_periodic = *self.case.walls.at(axis, 0) == Face::default();
+            let is_periodic = *self.case.walls.at(axis, 0) == FaceSpec::default();
             let [low, high] = FACES[axis];
             if is_periodic && !said[axis] {
                 let flags = said.map(|one| if one { "T" } else { "F" }).join(" ");
@@ -292,7 +292,7 @@ impl Source<'_> {
     /// Moves particles into a box along its periodic axes; refuses particles beyond its other ends.
     fn wrap(&mut self, lengths: [f64; 3]) -> Result<(), PlanError> {
         let dimension = self.case.gas.dimension as usize;
-        let periodic = |axis: usize| *self.case.walls.at(axis, 0) == Face::default();
+        let periodic = |axis: usize| *self.case.walls.at(axis, 0) == FaceSpec::default();
         let domain = Domain::<Volume>::periodic(lengths.map(|side| side.max(1e-300)).into())
             .map_err(|error| content(format!("{}: {error}", self.name), "positive sides"))?;
         let positions = self.file.positions.as_mut();
@@ -329,7 +329,7 @@ impl Source<'_> {
     /// Temperature of the start, in the units of the case \[energy\]. In a periodic box without
     /// gravity and spin the drift is subtracted from the velocities.
     fn warmth(&mut self, masses: &[f64], temperature: f64) -> Result<f64, PlanError> {
-        if self.case.start.velocities != Velocities::FILE {
+        if self.case.start.velocities != VelocitiesSpec::FILE {
             return Ok(temperature);
         }
         let name = self.name;
@@ -374,7 +374,7 @@ impl Source<'_> {
     fn tell_spins(&mut self) {
         let start = &self.case.start;
         let spins = self.case.gas.tangential_restitution.is_some();
-        let drawn = start.velocities != Velocities::FILE || start.spin_temperature.is_some();
+        let drawn = start.velocities != VelocitiesSpec::FILE || start.spin_temperature.is_some();
         if spins && !drawn && self.file.spins.is_none() {
             self.changes.push(format!(
                 "start.file: {} has no spins (wz), so particles start without; start.spin_temperature draws some",
@@ -384,7 +384,7 @@ impl Source<'_> {
     }
 
     /// Notes that units of the engine round the values of the file.
-    fn tell_units(&mut self, scale: Scale) {
+    fn tell_units(&mut self, scale: UnitScale) {
         if scale.length != 1.0 || scale.mass != 1.0 || scale.energy != 1.0 {
             self.changes.push(format!(
                 "start.file: numbers of {} are divided by the mean diameter, the mean mass and the thermal speed, and multiplied in \
@@ -395,7 +395,7 @@ impl Source<'_> {
     }
 }
 
-impl Plan {
+impl CasePlan {
     /// Refuses the particles of a start file that overlap each other, walls or bodies, where the
     /// engines keep them apart.
     pub(super) fn check_file(&self) -> Result<(), PlanError> {
@@ -403,7 +403,7 @@ impl Plan {
         let (Some(positions), Some(name)) = (positions, &self.case.start.file) else {
             return Ok(());
         };
-        if self.case.start.placement != Placement::File {
+        if self.case.start.placement != PlacementSpec::File {
             return Ok(());
         }
         let sizes = self.radii_and_masses();

@@ -1,19 +1,19 @@
 //! Kinetic theory of a case.
 
 use stosszahl_analysis::theory::{
-    Component, Contact, Mixture, Moment, TheoryError, UniformShear, delta_model,
+    Component, ContactValues, MaxwellianMixture, Moment, TheoryError, UniformShear, delta_model,
 };
-use stosszahl_case::format::{PairCorrelation, TimeUnit, Velocities};
+use stosszahl_case::format::{PairCorrelationSpec, TimeUnit, VelocitiesSpec};
 use stosszahl_model::{Law, Restitution as _, Space as _, Volume, kinetic};
 
-use super::data::{Class, Plan, PlanError, in_space};
+use super::data::{CasePlan, PlanError, SizeGroup, in_space};
 
 /// Returns Haff's time of the start, twice the energy over the rate of its loss, and the mean free
 /// time; infinite where nothing is lost or nothing collides. `weight` is the share of a class.
 pub(super) fn rates(
-    classes: &[Class],
-    mixture: &Mixture<Law>,
-    weight: impl Fn(&Class) -> f64,
+    classes: &[SizeGroup],
+    mixture: &MaxwellianMixture<Law>,
+    weight: impl Fn(&SizeGroup) -> f64,
 ) -> [f64; 2] {
     let temperatures: Vec<f64> = classes.iter().map(|class| class.temperature).collect();
     let (mut energy, mut loss, mut particles, mut hits) = (0.0, 0.0, 0.0, 0.0);
@@ -48,15 +48,15 @@ pub(super) fn dilute_path(sizes: &[(f64, f64, f64)], volume: f64, dimension: usi
     sizes.iter().map(path).sum()
 }
 
-impl Plan {
+impl CasePlan {
     /// Returns the effect of density on collision rates in theory: that of the case without a box,
     /// Enskog's theory in one.
-    pub fn contact(&self) -> Contact {
-        let is_dilute = self.case.gas.pair_correlation == PairCorrelation::Boltzmann;
+    pub fn contact(&self) -> ContactValues {
+        let is_dilute = self.case.gas.pair_correlation == PairCorrelationSpec::Boltzmann;
         if is_dilute && !self.has_box() {
-            Contact::Dilute
+            ContactValues::Dilute
         } else {
-            Contact::Enskog
+            ContactValues::Enskog
         }
     }
 
@@ -64,14 +64,14 @@ impl Plan {
     ///
     /// # Errors
     /// [`TheoryError`] if the gas has none.
-    pub fn mixture(&self) -> Result<Mixture<Law>, TheoryError> {
+    pub fn mixture(&self) -> Result<MaxwellianMixture<Law>, TheoryError> {
         let components = self.classes.iter().map(|class| Component {
             mass: class.mass,
             diameter: class.diameter,
             density: class.density,
         });
         let law = self.law.clone();
-        Mixture::new(self.dimension, components.collect(), law, self.contact())
+        MaxwellianMixture::new(self.dimension, components.collect(), law, self.contact())
     }
 
     /// Returns the temperatures of the classes at the start \[energy\].
@@ -89,7 +89,7 @@ impl Plan {
         let bathed = self.case.bath().is_some();
         // A gas that begins in a part of the box is alike everywhere only once it has mixed.
         let uniform = self.case.start.region.is_none() || bathed;
-        let settled = bathed || !matches!(self.case.start.velocities, Velocities::Drawn(_));
+        let settled = bathed || !matches!(self.case.start.velocities, VelocitiesSpec::Drawn(_));
         self.is_uniform_box()
             && !self.is_rough()
             && !self.is_sheared()

@@ -1,6 +1,6 @@
 //! Sample times of a run, and their checks.
 
-use super::data::{Plan, PlanError};
+use super::data::{CasePlan, PlanError};
 
 /// Most samples of a run.
 const MOST_SAMPLES: f64 = 1e6;
@@ -37,7 +37,7 @@ pub fn logarithmic(first: f64, until: f64, per_decade: u64) -> impl Iterator<Ite
         .chain(std::iter::once(until))
 }
 
-impl Plan {
+impl CasePlan {
     /// Number of samples at equal intervals; `None` where they are not equal.
     pub fn equal_samples(&self) -> Option<u64> {
         let run = &self.case.run;

@@ -9,7 +9,7 @@ use crate::control::Progress;
 use crate::plan::available_memory;
 
 /// Options of a run.
-pub struct Options<'a> {
+pub struct RunOptions<'a> {
     /// Results folder; `results/NAME` of the case file by default.
     pub out: Option<PathBuf>,
     /// Treatment of an existing results folder.
@@ -26,7 +26,7 @@ pub struct Options<'a> {
     pub commit: &'a str,
 }
 
-impl Options<'_> {
+impl RunOptions<'_> {
     /// Memory limit of the run \[bytes\]; `None` if unknown or ignored.
     pub(crate) fn free_memory(&self) -> Option<f64> {
         available_memory().filter(|_| !self.ignore_memory_limit)

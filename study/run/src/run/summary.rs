@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use stosszahl_results::{Folder, Verdict};
+use stosszahl_results::{Folder, VerdictText};
 
 /// Results of a run.
 #[derive(Clone, Debug)]
-pub struct Summary {
+pub struct RunSummary {
     /// Path of the results folder.
     pub folder: PathBuf,
     /// True if the run is a sweep.
@@ -33,7 +33,7 @@ pub struct PointSummary {
     /// Wall time of the point in this call \[s\].
     pub seconds: f64,
     /// Verdicts, the most important first.
-    pub verdicts: Vec<Verdict>,
+    pub verdicts: Vec<VerdictText>,
     /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,
     /// Warnings about the point, in words.

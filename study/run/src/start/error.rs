@@ -3,7 +3,7 @@
 use stosszahl_model::Failure;
 use stosszahl_model::initial::PlacementError;
 
-use crate::plan::{Plan, PlanError};
+use crate::plan::{CasePlan, PlanError};
 
 /// Error of a particle that finds no free position.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -49,7 +49,7 @@ pub enum StartError {
     Invalid(#[from] stosszahl_model::Invalid),
     /// Elastic dynamics that cannot start or continue.
     #[error("elastic equilibration: {0}")]
-    Dynamics(#[from] stosszahl_ed::EngineError),
+    Dynamics(#[from] stosszahl_ed::EventDrivenError),
     /// Elastic dynamics that fails within a segment.
     #[error("elastic equilibration: {0}")]
     Failure(#[from] Failure),
@@ -71,13 +71,15 @@ impl StartError {
             Self::PlacementFailed(_) | Self::Placement(_) | Self::Plan(_) | Self::Invalid(_) => {
                 true
             }
-            Self::Dynamics(error) => !matches!(error, stosszahl_ed::EngineError::Checkpoint(_)),
+            Self::Dynamics(error) => {
+                !matches!(error, stosszahl_ed::EventDrivenError::Checkpoint(_))
+            }
             Self::Interrupted | Self::Overlap { .. } | Self::Failure(_) => false,
         }
     }
 
     /// Converts lengths, times and speeds of the error to the units of the case.
-    pub(crate) fn in_units(self, plan: &Plan) -> Self {
+    pub(crate) fn in_units(self, plan: &CasePlan) -> Self {
         match self {
             Self::Dynamics(error) => Self::Dynamics(error.in_units(&plan.message_units())),
             Self::Failure(failure) => Self::Failure(plan.told(failure)),

@@ -5,27 +5,27 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use stosszahl_case::CaseFile;
-use stosszahl_ed::Dissipation;
+use stosszahl_ed::DissipationRule;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Particles};
 
 use super::{Preparation, is_prepared, placed};
 use crate::engines::{self, From};
 use crate::measure::Needs;
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
-fn plan_in(folder: &Path, text: &str) -> Plan {
+fn plan_in(folder: &Path, text: &str) -> CasePlan {
     let text = format!("format = 2\ntitle = \"a start\"\n{text}");
     let file = CaseFile::from_text(&folder.join("test.toml"), &text, &[]).expect("a case");
-    Plan::new(&file.points[0].case, folder).expect("a plan")
+    CasePlan::new(&file.points[0].case, folder).expect("a plan")
 }
 
-fn plan(text: &str) -> Plan {
+fn plan(text: &str) -> CasePlan {
     plan_in(Path::new(""), text)
 }
 
 /// Start of a replica.
-fn start(plan: &Plan, replica: u64) -> Particles {
+fn start(plan: &CasePlan, replica: u64) -> Particles {
     let (streams, never) = (Streams::new(plan.case.seed, replica), Interrupt::default());
     if !is_prepared(plan) {
         return placed(plan, 0, streams, &never).expect("a start").0;
@@ -83,8 +83,9 @@ fn starts_lie_between_collisions() {
     let streams = Streams::new(plan.case.seed, 1000);
     let boundaries = plan.exact_boundaries(streams).expect("none");
     let first = start(&plan, 1000);
-    let mut gas = stosszahl_ed::simulate(&plan.grains, Dissipation::Elastic, &boundaries, &first)
-        .expect("a gas");
+    let mut gas =
+        stosszahl_ed::simulate(&plan.grains, DissipationRule::Elastic, &boundaries, &first)
+            .expect("a gas");
     // Five mean free times later, other pairs are near contact.
     let later = (1..=400).map(|step| {
         let time = 5.0 * f64::from(step) / plan.collision_rate();

@@ -2,18 +2,18 @@
 
 use stosszahl_analysis::theory::rough::{RoughGas, Temperatures};
 use stosszahl_analysis::theory::sonine::MOST_ROUGH_ORDERS;
-use stosszahl_analysis::theory::{Column, Layer, TheoryError};
-use stosszahl_case::format::{Face, FaceWord, Wall, WallsActOn};
+use stosszahl_analysis::theory::{BarometricColumn, Layer, TheoryError};
+use stosszahl_case::format::{FaceSpec, FaceWord, WallSpec, WallsActOn};
 use stosszahl_model::Space as _;
 
-use crate::plan::{EngineKind, EnginePlan, Plan, SpeciesPlan, in_space};
+use crate::plan::{CasePlan, EngineKind, EnginePlan, SpeciesPlan, in_space};
 
 /// Returns true if contacts, walls and obstacles conserve the energy of particles, and nothing
 /// leaves, is kicked or sheared.
-pub fn keeps_energy(plan: &Plan) -> bool {
-    let specular = |face: &Face| match face {
-        Face::Word(word) => *word != FaceWord::Open,
-        Face::Wall(wall) => keeps(wall),
+pub fn keeps_energy(plan: &CasePlan) -> bool {
+    let specular = |face: &FaceSpec| match face {
+        FaceSpec::Word(word) => *word != FaceWord::Open,
+        FaceSpec::Wall(wall) => keeps(wall),
     };
     let obstacles = plan.case.obstacle.iter().all(|obstacle| {
         obstacle.temperature.is_none()
@@ -27,7 +27,7 @@ pub fn keeps_energy(plan: &Plan) -> bool {
 }
 
 /// Whether a wall gives no energy: it reverses velocities, and does not move where it has friction.
-fn keeps(wall: &Wall) -> bool {
+fn keeps(wall: &WallSpec) -> bool {
     let slip = wall.slip.unwrap_or(1.0);
     let slides = wall.sliding.iter().flatten().any(|&v| v != 0.0);
     wall.restitution == Some(1.0)
@@ -37,7 +37,7 @@ fn keeps(wall: &Wall) -> bool {
 }
 
 /// Temperature of rotation at the start.
-fn spin_temperature(plan: &Plan) -> f64 {
+fn spin_temperature(plan: &CasePlan) -> f64 {
     let written = plan.case.start.spin_temperature;
     written.map_or(plan.temperature, |t| t / plan.scale.energy)
 }
@@ -53,7 +53,7 @@ pub fn is_dilute(engine: &EnginePlan) -> bool {
 /// # Errors
 /// [`TheoryError`] if its equations cannot be solved.
 pub fn cooling(
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     times: &[f64],
 ) -> Result<Option<Vec<Temperatures>>, TheoryError> {
@@ -92,7 +92,10 @@ pub fn cooling(
 ///
 /// # Errors
 /// [`TheoryError`] if its equation cannot be solved.
-pub fn column(plan: &Plan, engine: &EnginePlan) -> Result<Option<Column>, TheoryError> {
+pub fn column(
+    plan: &CasePlan,
+    engine: &EnginePlan,
+) -> Result<Option<BarometricColumn>, TheoryError> {
     let case = &plan.case;
     let Some(gravity) = plan.grains.gravity else {
         return Ok(None);
@@ -129,11 +132,16 @@ pub fn column(plan: &Plan, engine: &EnginePlan) -> Result<Option<Column>, Theory
     };
     let layers: Vec<Layer> = plan.species.iter().map(layer).collect();
     let (height, strength) = (plan.lengths[1], gravity.y.abs());
-    Column::settled(&layers, height, strength, plan.temperature, freedoms).map(Some)
+    BarometricColumn::settled(&layers, height, strength, plan.temperature, freedoms).map(Some)
 }
 
 /// Number density of a species, or of all, averaged between two heights of the settled column.
-pub fn density(plan: &Plan, column: &Column, species: Option<usize>, ends: [f64; 2]) -> f64 {
+pub fn density(
+    plan: &CasePlan,
+    column: &BarometricColumn,
+    species: Option<usize>,
+    ends: [f64; 2],
+) -> f64 {
     let height = plan.lengths[1];
     // Gravity may point up the axis.
     let falls = plan.grains.gravity.is_some_and(|gravity| gravity.y < 0.0);
@@ -153,15 +161,15 @@ pub fn density(plan: &Plan, column: &Column, species: Option<usize>, ends: [f64;
 }
 
 /// The temperature of all walls, if all have the same, none moves and the gas is elastic.
-pub fn wall_temperature(plan: &Plan) -> Option<f64> {
+pub fn wall_temperature(plan: &CasePlan) -> Option<f64> {
     if !plan.is_elastic() || plan.grains.gravity.is_some() || plan.case.bath().is_some() {
         return None;
     }
     let mut found = None;
     for face in plan.case.walls.all() {
         match face {
-            Face::Word(FaceWord::Periodic | FaceWord::Specular) => {}
-            Face::Wall(Wall {
+            FaceSpec::Word(FaceWord::Periodic | FaceWord::Specular) => {}
+            FaceSpec::Wall(WallSpec {
                 temperature: Some(t),
                 vibration: None,
                 sliding: None,

@@ -2,25 +2,25 @@
 
 use std::ops::Range;
 
-use stosszahl_analysis::theory::{CoolingState, Mixture, Moment, TheoryError};
-use stosszahl_case::format::Velocities;
+use stosszahl_analysis::theory::{CoolingState, MaxwellianMixture, Moment, TheoryError};
+use stosszahl_case::format::VelocitiesSpec;
 use stosszahl_model::kinetic;
 use stosszahl_model::{Invalid, Law};
 
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 /// Theory at the sample times of a plan, solved once.
 ///
 /// # Errors
 /// [`TheoryError`] if it cannot be followed in the first Sonine order.
-pub fn curves(plan: &Plan) -> Result<&Curves, TheoryError> {
+pub fn curves(plan: &CasePlan) -> Result<&TheoryCurves, TheoryError> {
     let solved = plan.theory.get_or_init(|| Theory::of(plan)?.curves());
     solved.as_ref().map_err(|error| *error)
 }
 
 /// Fourth cumulants of theory, where there is one for it: equal particles of constant restitution that do not stick.
 /// First Sonine order by van Noije & Ernst, and in the form of Montanero & Santos.
-pub fn fourth_cumulants(plan: &Plan) -> Option<[f64; 2]> {
+pub fn fourth_cumulants(plan: &CasePlan) -> Option<[f64; 2]> {
     let restitution = plan.law.constant().filter(|&r| r < 1.0)?;
     let alone = plan.species.len() == 1 && plan.case.aggregation.is_none();
     alone.then(|| {
@@ -33,8 +33,8 @@ pub fn fourth_cumulants(plan: &Plan) -> Option<[f64; 2]> {
 
 /// The kinetic equations of a plan.
 pub struct Theory<'a> {
-    plan: &'a Plan,
-    mixture: Mixture<Law>,
+    plan: &'a CasePlan,
+    mixture: MaxwellianMixture<Law>,
     /// Temperatures of the classes at the start.
     start: Vec<f64>,
 }
@@ -44,8 +44,8 @@ impl<'a> Theory<'a> {
     ///
     /// # Errors
     /// [`TheoryError`] if a number is out of range, or the gas is packed too densely for its contact values.
-    pub fn of(plan: &'a Plan) -> Result<Self, TheoryError> {
-        if let Velocities::Drawn(drawn) = plan.case.start.velocities {
+    pub fn of(plan: &'a CasePlan) -> Result<Self, TheoryError> {
+        if let VelocitiesSpec::Drawn(drawn) = plan.case.start.velocities {
             let allowed = "Maxwellian velocities at the start";
             return Err(Invalid::new("a2 of the start", drawn.a2, allowed).into());
         }
@@ -92,10 +92,10 @@ impl<'a> Theory<'a> {
 
     /// Theory at the sample times: velocities in a Sonine expansion. Orders in which it cannot be followed to the end are
     /// left out.
-    fn curves(&self) -> Result<Curves, TheoryError> {
+    fn curves(&self) -> Result<TheoryCurves, TheoryError> {
         let plan = self.plan;
         if plan.case.aggregation.is_some() {
-            return Ok(Curves {
+            return Ok(TheoryCurves {
                 orders: 1,
                 at: Vec::new(),
             });
@@ -116,7 +116,7 @@ impl<'a> Theory<'a> {
         };
         let below = |index: usize| below.as_ref().and_then(|below| below.get(index));
         let at = found.iter().enumerate();
-        Ok(Curves {
+        Ok(TheoryCurves {
             orders,
             at: at
                 .map(|(index, moment)| self.curve(moment, below(index)))
@@ -137,7 +137,7 @@ impl<'a> Theory<'a> {
     }
 
     /// Returns the predictions for the groups at one time, with the change from one order less.
-    fn curve(&self, moment: &Moment, below: Option<&Moment>) -> Curve {
+    fn curve(&self, moment: &Moment, below: Option<&Moment>) -> TheoryPoint {
         let (classes, start) = (&self.plan.classes, &self.start);
         let d = self.plan.dimension as f64;
         let predicted = |of: &dyn Fn(&Moment) -> f64| {
@@ -172,7 +172,7 @@ impl<'a> Theory<'a> {
                 correlation: predicted(&|m| self.over_classes(group, square, |k| m.kept[k])),
             }
         };
-        Curve {
+        TheoryPoint {
             energy_ratio: predicted(&|moment| mean(&moment.temperatures) / mean(start)),
             collisions: predicted(&|moment| mean(&moment.collisions)),
             displacement: predicted(&|moment| mean(&moment.displacements)),
@@ -251,7 +251,7 @@ pub struct GroupCurve {
 
 /// Theory at one time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct TheoryPoint {
     /// Energy over that of the start.
     pub energy_ratio: Predicted,
     /// Collisions of a particle, on average over those that collide with each other.
@@ -264,9 +264,9 @@ pub struct Curve {
 
 /// Predictions at all sample times.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curves {
+pub struct TheoryCurves {
     /// Sonine orders of the velocities.
     pub orders: usize,
     /// Predictions in the order of the sample times; none for a gas that sticks.
-    pub at: Vec<Curve>,
+    pub at: Vec<TheoryPoint>,
 }

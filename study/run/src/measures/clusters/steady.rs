@@ -1,14 +1,14 @@
 //! The steady state of sticking and breaking, and the power law of its sizes.
 
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_results::Verdict;
+use stosszahl_results::VerdictText;
 
-use super::{Half, Record, Schedule, Sizes};
-use crate::judge::{Point, Rule, against_theory, note, with_error};
-use crate::plan::Plan;
+use super::{ClusterRecord, Half, Schedule, Sizes};
+use crate::judge::{MeasuredPoint, VerdictRule, against_theory, note, with_error};
+use crate::plan::CasePlan;
 
 /// Numbers of clusters by size, summed over the times of the steady state, and the number of these.
-pub(super) fn all_steady(record: &Record) -> (Sizes, u64) {
+pub(super) fn all_steady(record: &ClusterRecord) -> (Sizes, u64) {
     let mut sum = Sizes::new();
     for half in &record.steady {
         for (&monomers, &count) in &half.sizes {
@@ -20,7 +20,7 @@ pub(super) fn all_steady(record: &Record) -> (Sizes, u64) {
 }
 
 /// Clusters in the second half of the steady state over those in the first.
-fn drift(records: &[&Record]) -> Option<Estimate> {
+fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
     let mean = |half: &Half| {
         let clusters: u64 = half.sizes.values().sum();
         clusters as f64 / half.times.max(1) as f64
@@ -35,7 +35,7 @@ fn drift(records: &[&Record]) -> Option<Estimate> {
 
 /// Exponent and inverse cut-off of a power law with an exponential cut-off, `n_k = c k^-exponent exp(-k/cutoff)`, fitted to
 /// each replica by itself; errors are from their spread. `None` if a replica lacks three sizes with clusters.
-fn fit(records: &[&Record], range: [u32; 2]) -> Option<[Estimate; 2]> {
+fn fit(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
     let fits: Option<Vec<[f64; 2]>> = records
         .iter()
         .map(|record| fit_one(&all_steady(record).0, range))
@@ -83,11 +83,15 @@ fn fit_one(sizes: &Sizes, [low, high]: [u32; 2]) -> Option<[f64; 2]> {
 }
 
 /// Whether sticking and breaking have come to a balance, and its power law.
-pub(super) fn steady_state(plan: &Plan, records: &[&Record], rule: &Rule) -> Vec<Verdict> {
+pub(super) fn steady_state(
+    plan: &CasePlan,
+    records: &[&ClusterRecord],
+    rule: &VerdictRule,
+) -> Vec<VerdictText> {
     let (Some(steady), Some(drift)) = (Schedule::of(plan).steady, drift(records)) else {
         return Vec::new();
     };
-    let point = Point {
+    let point = MeasuredPoint {
         time: steady.from,
         measured: drift.value,
         error: drift.standard_error,
@@ -95,7 +99,7 @@ pub(super) fn steady_state(plan: &Plan, records: &[&Record], rule: &Rule) -> Vec
         theory: 1.0,
         theory_error: None,
     };
-    let mut list: Vec<Verdict> = Vec::new();
+    let mut list: Vec<VerdictText> = Vec::new();
     list.extend(against_theory(
         "steady state",
         [

@@ -2,11 +2,11 @@
 
 use stosszahl_analysis::contact_value::{Flux, FluxWindow, number_of_pairs, separation_factor};
 use stosszahl_analysis::theory::contact;
-use stosszahl_results::{Axis, Estimate, Figure, Table, table};
+use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::{Observed, Record, ratio};
 use crate::measure::ReplicaRecords;
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 fn empty() -> Table {
     table! {
@@ -30,8 +30,8 @@ fn empty() -> Table {
     .figure(
         Figure::curves(
             "Contact value",
-            Axis::logarithmic("window_end", "end of the window"),
-            Axis::linear("contact_value", "g(d+)"),
+            FigureAxis::logarithmic("window_end", "end of the window"),
+            FigureAxis::linear("contact_value", "g(d+)"),
         )
         .panels(&["pair"])
         .caption("Pair correlation at contact by flux, with standard errors over replicas. The dashed line is Enskog's contact value times (1 + r)/(2 r)."),
@@ -40,7 +40,7 @@ fn empty() -> Table {
 
 /// Returns Enskog's contact values of all pairs of species, by rows; `None` where species are of
 /// particles of several sizes.
-fn enskog(plan: &Plan) -> Option<Vec<f64>> {
+fn enskog(plan: &CasePlan) -> Option<Vec<f64>> {
     let mixture = plan.mixture().ok()?;
     let components = mixture.components();
     let values = contact::values(plan.dimension, components, plan.contact()).ok()?;
@@ -48,7 +48,7 @@ fn enskog(plan: &Plan) -> Option<Vec<f64>> {
 }
 
 /// Returns the table of all engines and windows; without rows where places are not alike.
-pub(super) fn table(plan: &Plan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
+pub(super) fn table(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
     let mut table = empty();
     if !plan.is_uniform_box() {
         return table;
@@ -98,7 +98,7 @@ struct Pair {
 }
 
 impl Pair {
-    fn new(plan: &Plan, engine: &EnginePlan, species: [usize; 2], chi: Option<f64>) -> Self {
+    fn new(plan: &CasePlan, engine: &EnginePlan, species: [usize; 2], chi: Option<f64>) -> Self {
         let counts = species.map(|one| plan.species[one].count as f64);
         let weight = 1.0 / engine.copies() as f64;
         let factor = plan.law.constant().map(separation_factor);
@@ -120,7 +120,11 @@ impl Pair {
     }
 
     /// Returns a sum over its value where the contact value is one; `None` without collisions.
-    fn over_norm(&self, windows: &[FluxWindow], sum: &dyn Fn(&Flux) -> f64) -> Option<Estimate> {
+    fn over_norm(
+        &self,
+        windows: &[FluxWindow],
+        sum: &dyn Fn(&Flux) -> f64,
+    ) -> Option<TableEstimate> {
         ratio(windows, |window: &FluxWindow| {
             let norm = window.norm(self.dimension, self.pairs, self.volume);
             [sum(&window.of(self.species)), norm]
@@ -128,12 +132,12 @@ impl Pair {
     }
 
     /// Returns g(d+) by flux.
-    fn total(&self, windows: &[FluxWindow]) -> Option<Estimate> {
+    fn total(&self, windows: &[FluxWindow]) -> Option<TableEstimate> {
         self.over_norm(windows, &|sums| sums.approaching + sums.separating)
     }
 
     /// Returns the values of the table over the windows of all replicas; `None` without collisions.
-    fn values(&self, windows: &[FluxWindow]) -> Option<[Estimate; 6]> {
+    fn values(&self, windows: &[FluxWindow]) -> Option<[TableEstimate; 6]> {
         let over_norm = |sum: &dyn Fn(&Flux) -> f64| self.over_norm(windows, sum);
         let chi = self.chi;
         let (half, total) = (

@@ -10,12 +10,12 @@ use std::mem;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;
 use stosszahl_analysis::contact_value::FluxWindow;
-use stosszahl_analysis::contacts::Sums;
-use stosszahl_ed::{Boundaries, Dissipation, EngineError};
-use stosszahl_model::{Budget, Failure, Grains, Interrupt, Particles, Simulation};
+use stosszahl_analysis::contacts::ContactSums;
+use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenError};
+use stosszahl_model::{Budget, Failure, Interrupt, ParticleSpec, Particles, Simulation};
 
 use super::WindowSums;
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 
 /// Memory of the engine of a twin per disk \[bytes\].
 pub(super) const BYTES_PER_DISK: f64 = 260.0;
@@ -24,7 +24,7 @@ pub(super) const BYTES_PER_DISK: f64 = 260.0;
 const PRIOR: f64 = 0.25;
 
 /// Sums of the twin in a window of the gas: contacts and flux.
-pub(super) type TwinWindow = (Sums, FluxWindow);
+pub(super) type TwinWindow = (ContactSums, FluxWindow);
 
 /// Running twin of one replica.
 pub(super) struct ElasticTwin {
@@ -48,7 +48,7 @@ pub(super) struct SavedTwin {
 
 /// Returns true if exact disks of a case have an elastic twin: they are smooth, lose energy at
 /// contacts, and all places are alike.
-pub(super) fn has_twin(plan: &Plan, engine: &EnginePlan) -> bool {
+pub(super) fn has_twin(plan: &CasePlan, engine: &EnginePlan) -> bool {
     engine.is_exact() && plan.is_disk_fluid() && !plan.is_elastic()
 }
 
@@ -57,14 +57,14 @@ impl ElasticTwin {
     /// at temperature 1.
     ///
     /// # Errors
-    /// [`EngineError`] if the disks overlap.
+    /// [`EventDrivenError`] if the disks overlap.
     pub(super) fn new(
-        grains: &Grains,
+        grains: &ParticleSpec,
         start: &Particles,
         expected: f64,
-    ) -> Result<Self, EngineError> {
-        let periodic = Boundaries::periodic();
-        let gas = stosszahl_ed::simulate(grains, Dissipation::Elastic, &periodic, start)?;
+    ) -> Result<Self, EventDrivenError> {
+        let periodic = DiskBoundaries::periodic();
+        let gas = stosszahl_ed::simulate(grains, DissipationRule::Elastic, &periodic, start)?;
         let always = [f64::NEG_INFINITY, f64::INFINITY];
         let mut sums = WindowSums::new(&[always], start, start.temperature());
         sums.contacts.look(start.time, start);
@@ -136,14 +136,14 @@ impl ElasticTwin {
     /// Resumes a twin of disks from a checkpoint.
     ///
     /// # Errors
-    /// [`EngineError`] if the checkpoint is damaged.
+    /// [`EventDrivenError`] if the checkpoint is damaged.
     pub(super) fn load(
-        grains: &Grains,
+        grains: &ParticleSpec,
         count: usize,
         saved: SavedTwin,
-    ) -> Result<Self, EngineError> {
-        let (periodic, never) = (Boundaries::periodic(), Interrupt::default());
-        let elastic = Dissipation::Elastic;
+    ) -> Result<Self, EventDrivenError> {
+        let (periodic, never) = (DiskBoundaries::periodic(), Interrupt::default());
+        let elastic = DissipationRule::Elastic;
         let bytes = &saved.engine;
         let gas = stosszahl_ed::resume(grains, count, elastic, &periodic, bytes, &never)?;
         Ok(Self {

@@ -3,19 +3,19 @@
 use std::ops::Range;
 
 use stosszahl_case::Case;
-use stosszahl_case::format::{Face, FaceWord, Inflow};
-use stosszahl_results::{Estimate, Verdict};
+use stosszahl_case::format::{FaceSpec, FaceWord, InflowSpec};
+use stosszahl_results::{TableEstimate, VerdictText};
 
-use stosszahl_analysis::fields::Along;
+use stosszahl_analysis::fields::CellAveraging;
 
 use super::view::{DENSITY, Quantities, SPEED, TEMPERATURE, View};
-use crate::judge::{self, Rule, in_units};
+use crate::judge::{self, VerdictRule, in_units};
 use crate::measures::fewest_parts;
-use crate::plan::Plan;
+use crate::plan::CasePlan;
 
 /// The fields of a flow along a channel.
 pub(super) struct Channel<'a> {
-    plan: &'a Plan,
+    plan: &'a CasePlan,
     view: &'a View<'a>,
     /// Fields of the last window, the first axis running fastest.
     cells: Vec<Quantities>,
@@ -23,7 +23,7 @@ pub(super) struct Channel<'a> {
     rows: usize,
     /// Velocity of the inflow along the channel, in the units of the case.
     entering: f64,
-    rule: Rule,
+    rule: VerdictRule,
 }
 
 /// Fewest cells across a channel that show its layers.
@@ -31,16 +31,16 @@ pub(super) const FEWEST_ROWS: usize = 4;
 
 /// Whether a case is a channel: inflow on the left, an open face on the right, walls below and above, and nothing inside.
 pub(super) fn is_channel(case: &Case) -> bool {
-    let open = *case.walls.at(0, 1) == Face::Word(FaceWord::Open);
+    let open = *case.walls.at(0, 1) == FaceSpec::Word(FaceWord::Open);
     let walled = [0, 1].iter().all(|&side| match case.walls.at(1, side) {
-        Face::Word(word) => *word == FaceWord::Specular,
-        Face::Wall(_) => true,
+        FaceSpec::Word(word) => *word == FaceWord::Specular,
+        FaceSpec::Wall(_) => true,
     });
     entering(case).is_some() && open && walled && case.obstacle.is_empty()
 }
 
 /// The inflow on the left.
-fn entering(case: &Case) -> Option<&Inflow> {
+fn entering(case: &Case) -> Option<&InflowSpec> {
     case.inflow.iter().find(|inflow| inflow.face == "left")
 }
 
@@ -52,10 +52,10 @@ pub(super) fn middle(rows: usize) -> Range<usize> {
 impl<'a> Channel<'a> {
     /// The channel of a case, if it is one and its fields are fine enough.
     pub(super) fn of(
-        plan: &'a Plan,
+        plan: &'a CasePlan,
         view: &'a View<'a>,
         [columns, rows]: [usize; 2],
-        rule: &Rule,
+        rule: &VerdictRule,
     ) -> Option<Self> {
         let case = &plan.case;
         let inflow = entering(case)?;
@@ -63,7 +63,7 @@ impl<'a> Channel<'a> {
         (is_channel(case) && fine).then(|| Self {
             plan,
             view,
-            cells: view.fields(None, Along::Cells),
+            cells: view.fields(None, CellAveraging::Cells),
             columns,
             rows,
             entering: inflow.velocity.first().copied().unwrap_or(0.0),
@@ -73,7 +73,7 @@ impl<'a> Channel<'a> {
 
     /// Verdicts on the middle of the channel, its walls and its two halves. `topic` adds the engine to
     /// a subject.
-    pub(super) fn verdicts(&self, topic: impl Fn(&str) -> String) -> Vec<Verdict> {
+    pub(super) fn verdicts(&self, topic: impl Fn(&str) -> String) -> Vec<VerdictText> {
         let mut list = vec![
             judge::note(topic("along the channel"), self.along()),
             judge::note(topic("walls of the channel"), self.walls()),
@@ -98,7 +98,7 @@ impl<'a> Channel<'a> {
     }
 
     /// Mean over a block of cells, weighted with the density.
-    fn mean(&self, columns: Range<usize>, rows: Range<usize>, quantity: usize) -> Estimate {
+    fn mean(&self, columns: Range<usize>, rows: Range<usize>, quantity: usize) -> TableEstimate {
         let across = self.columns;
         let cells = columns.flat_map(|column| rows.clone().map(move |row| column + across * row));
         self.view.mean(&cells.collect::<Vec<_>>(), quantity)
@@ -132,12 +132,12 @@ impl<'a> Channel<'a> {
         const FREE: f64 = 0.99;
         let [_, last] = self.ends();
         let speed = |rows| self.mean(last.clone(), rows, SPEED);
-        let value = |found: &Estimate| found.value.unwrap_or(f64::NAN);
+        let value = |found: &TableEstimate| found.value.unwrap_or(f64::NAN);
         let centre = speed(self.middle());
         let [low, high] = [speed(0..1), speed(self.rows - 1..self.rows)];
         let error = low.standard_error.zip(high.standard_error);
         let error = error.map(|(a, b)| 0.5 * a.hypot(b));
-        let edges = Estimate::of(0.5 * (value(&low) + value(&high)), error);
+        let edges = TableEstimate::of(0.5 * (value(&low) + value(&high)), error);
         let free = FREE * value(&centre);
         let slow = (0..self.rows / 2).take_while(|&row| value(&speed(row..row + 1)) < free);
         let height = self.plan.lengths[1] * self.plan.scale.length;
@@ -150,7 +150,7 @@ impl<'a> Channel<'a> {
     }
 
     /// How far the two halves are alike, where they must be.
-    fn symmetry(&self, topic: String) -> Option<Verdict> {
+    fn symmetry(&self, topic: String) -> Option<VerdictText> {
         let case = &self.plan.case;
         if case.gravity.is_some() || case.walls.bottom != case.walls.top {
             return None;

@@ -1,12 +1,12 @@
 //! `boundary_layers.csv`: how far walls slow a flow down that goes along them.
 
-use stosszahl_analysis::fields::Grid;
-use stosszahl_results::{Axis, Figure, Table, table};
+use stosszahl_analysis::fields::FieldGrid;
+use stosszahl_results::{Figure, FigureAxis, Table, table};
 
 use super::view::View;
-use super::{Options, channel};
-use crate::measures::course::Window;
-use crate::plan::{EnginePlan, Plan};
+use super::{FieldOptions, channel};
+use crate::measures::course::BlockRange;
+use crate::plan::{CasePlan, EnginePlan};
 
 /// The empty table.
 pub(super) fn table() -> Table {
@@ -23,8 +23,8 @@ pub(super) fn table() -> Table {
     };
     let figure = Figure::curves(
         "Boundary layers",
-        Axis::linear("x", "x"),
-        Axis::linear("displacement_thickness", "displacement thickness"),
+        FigureAxis::linear("x", "x"),
+        FigureAxis::linear("displacement_thickness", "displacement thickness"),
     );
     let caption = "Displacement thickness of the layers at the walls: the integral of 1 − u/u_c from a wall to the middle. Layers have \
                    met where it no longer grows.";
@@ -37,17 +37,17 @@ pub(super) fn table() -> Table {
 }
 
 /// Whether the fields of a case are those of a channel, and fine enough.
-pub(super) fn has_layers(plan: &Plan, options: &Options) -> bool {
+pub(super) fn has_layers(plan: &CasePlan, options: &FieldOptions) -> bool {
     channel::is_channel(&plan.case) && options.cells[1] >= channel::FEWEST_ROWS as u64
 }
 
 /// Adds an engine in a window.
 pub(super) fn fill(
     table: &mut Table,
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
-    grid: &Grid,
-    (window, view): (&Window, &View<'_>),
+    grid: &FieldGrid,
+    (window, view): (&BlockRange, &View<'_>),
 ) {
     let [columns, rows] = grid.counts();
     let (length, speed) = (plan.scale.length, plan.scale.speed());

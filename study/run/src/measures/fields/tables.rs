@@ -1,23 +1,25 @@
 //! `fields.csv` and `profiles.csv`.
 
-use stosszahl_analysis::fields::{Along, Grid};
-use stosszahl_results::{Axis, Column, Figure, Mark, Role, Scale, Table, table};
+use stosszahl_analysis::fields::{CellAveraging, FieldGrid};
+use stosszahl_results::{
+    AxisScale, Figure, FigureAxis, PointMark, Role, Table, TableColumn, table,
+};
 
-use super::Options;
+use super::FieldOptions;
 use super::view::{self, View};
-use crate::measures::course::Window;
+use crate::measures::course::BlockRange;
 use crate::measures::{PARTS, fewest_parts};
-use crate::plan::{EnginePlan, Plan};
+use crate::plan::{CasePlan, EnginePlan};
 use crate::theory::flow;
 
 /// A figure of each quantity of a table, from its meaning and axis.
-fn with_figures(mut table: Table, figure: impl Fn(Axis) -> Figure) -> Table {
-    let one = |column: &Column| Figure {
+fn with_figures(mut table: Table, figure: impl Fn(FigureAxis) -> Figure) -> Table {
+    let one = |column: &TableColumn| Figure {
         title: column.meaning.clone(),
-        ..figure(Axis {
+        ..figure(FigureAxis {
             column: column.name.clone(),
             label: column.name.clone(),
-            scale: Scale::Linear,
+            scale: AxisScale::Linear,
         })
     };
     let values = table
@@ -29,7 +31,7 @@ fn with_figures(mut table: Table, figure: impl Fn(Axis) -> Figure) -> Table {
 }
 
 /// The empty table of the cells.
-pub(super) fn cells(options: &Options) -> Table {
+pub(super) fn cells(options: &FieldOptions) -> Table {
     let table = table! {
         "fields", "Fields in one cell and window of time";
         key "engine", "", "Engine";
@@ -50,13 +52,13 @@ pub(super) fn cells(options: &Options) -> Table {
         return table;
     }
     with_figures(table, |colour| {
-        let axes = ["x", "y"].map(|name| Axis::linear(name, name));
+        let axes = ["x", "y"].map(|name| FigureAxis::linear(name, name));
         let [x, y] = axes;
         let figure = Figure::curves("", x, y)
             .by(&[])
             .panels(&["engine", "window_start"]);
         Figure {
-            mark: Mark::Map,
+            mark: PointMark::Map,
             colour: Some(colour),
             ..figure
         }
@@ -64,7 +66,7 @@ pub(super) fn cells(options: &Options) -> Table {
 }
 
 /// The empty table of the profiles.
-pub(super) fn profiles(options: &Options) -> Table {
+pub(super) fn profiles(options: &FieldOptions) -> Table {
     let table = table! {
         "profiles", "A profile in one window of time";
         key "engine", "", "Engine";
@@ -86,7 +88,7 @@ pub(super) fn profiles(options: &Options) -> Table {
         return table;
     }
     with_figures(table, |quantity| {
-        Figure::curves("", Axis::linear("at", "place"), quantity)
+        Figure::curves("", FigureAxis::linear("at", "place"), quantity)
             .caption("Averages over the other axis and a window of time; bars are standard errors from blocks of time and replicas.")
             .by(&["engine", "species"])
             .panels(&["along", "window_start"])
@@ -96,12 +98,16 @@ pub(super) fn profiles(options: &Options) -> Table {
 /// Adds the cells of an engine in a window.
 pub(super) fn fill_cells(
     table: &mut Table,
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
-    grid: &Grid,
-    (window, view): (&Window, &View<'_>),
+    grid: &FieldGrid,
+    (window, view): (&BlockRange, &View<'_>),
 ) {
-    for (cell, found) in view.fields(None, Along::Cells).into_iter().enumerate() {
+    for (cell, found) in view
+        .fields(None, CellAveraging::Cells)
+        .into_iter()
+        .enumerate()
+    {
         let place = grid.centre(cell).map(|x| x * plan.scale.length);
         let parts = fewest_parts(&found);
         table.add((engine.name, window.times, place, found, parts));
@@ -111,10 +117,10 @@ pub(super) fn fill_cells(
 /// Adds the profiles of an engine in a window.
 pub(super) fn fill_profiles(
     table: &mut Table,
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
-    grid: &Grid,
-    (window, view): (&Window, &View<'_>),
+    grid: &FieldGrid,
+    (window, view): (&BlockRange, &View<'_>),
 ) {
     let unit = view::units(plan)[view::DENSITY];
     let column = flow::column(plan, engine).ok().flatten();
@@ -123,7 +129,7 @@ pub(super) fn fill_profiles(
     let species = std::iter::once(None).chain((0..kinds).filter(|_| kinds > 1).map(Some));
     for species in species {
         let name = species.map_or("all", |index| plan.species[index].name.as_str());
-        for (axis, along) in [Along::X, Along::Y].into_iter().enumerate() {
+        for (axis, along) in [CellAveraging::X, CellAveraging::Y].into_iter().enumerate() {
             let width = grid.width()[axis];
             for (place, found) in view.fields(species, along).into_iter().enumerate() {
                 let at = (place as f64 + 0.5) * width;

@@ -1,16 +1,16 @@
 //! Verdicts on fields and profiles.
 
-use stosszahl_analysis::fields::Along;
+use stosszahl_analysis::fields::CellAveraging;
 use stosszahl_model::Space as _;
-use stosszahl_results::{Cell, Estimate, Table, Verdict};
+use stosszahl_results::{Table, TableCell, TableEstimate, VerdictText};
 
 use super::channel::Channel;
 use super::view::{DENSITY, SPEED, TEMPERATURE, View};
-use crate::judge::{self, Rule, Unit, interval_of, kind_of, title};
-use crate::measures::course::Window;
+use crate::judge::{self, DifferenceUnit, VerdictRule, interval_of, kind_of, title};
+use crate::measures::course::BlockRange;
 use crate::measures::energy::void_for;
 use crate::measures::fewest_parts;
-use crate::plan::{EnginePlan, Plan, in_space};
+use crate::plan::{CasePlan, EnginePlan, in_space};
 use crate::theory::flow;
 
 /// Standard errors by which a packing exceeds the closest one before it is named.
@@ -20,31 +20,31 @@ const SURE: f64 = 4.0;
 #[derive(Clone, Copy)]
 struct Row<'a> {
     table: &'a Table,
-    cells: &'a [Cell],
+    cells: &'a [TableCell],
 }
 
 impl Row<'_> {
     fn number(&self, column: &str) -> Option<f64> {
         match self.cells.get(self.table.find(column)?)? {
-            Cell::Number(number) if number.is_finite() => Some(*number),
+            TableCell::Number(number) if number.is_finite() => Some(*number),
             _ => None,
         }
     }
 
     /// A quantity and its standard error.
-    fn measured(&self, column: &str) -> Estimate {
+    fn measured(&self, column: &str) -> TableEstimate {
         let error = self.number(&format!("{column}_se"));
-        Estimate::of(self.number(column).unwrap_or(f64::NAN), error)
+        TableEstimate::of(self.number(column).unwrap_or(f64::NAN), error)
     }
 
     fn says(&self, column: &str, word: &str) -> bool {
         let cell = self.table.find(column).and_then(|at| self.cells.get(at));
-        matches!(cell, Some(Cell::Text(text)) if text == word)
+        matches!(cell, Some(TableCell::Text(text)) if text == word)
     }
 }
 
 /// Rows of an engine in a window.
-fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &Window) -> Vec<Row<'a>> {
+fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &BlockRange) -> Vec<Row<'a>> {
     let all = table.rows.iter().map(|cells| Row { table, cells });
     let wanted = |row: &Row<'_>| {
         let times = ["window_start", "window_end"].map(|name| row.number(name));
@@ -55,13 +55,13 @@ fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &Window) -> Vec<Row<'
 
 /// All of them, the most important first. `views` are those of the engines.
 pub(super) fn all(
-    plan: &Plan,
+    plan: &CasePlan,
     counts: [usize; 2],
     steady: &[Option<f64>],
-    (window, views): (&Window, &[View<'_>]),
+    (window, views): (&BlockRange, &[View<'_>]),
     tables: &[Table],
-    rule: &Rule,
-) -> Vec<Verdict> {
+    rule: &VerdictRule,
+) -> Vec<VerdictText> {
     let [_, profiles, ..] = tables else {
         return Vec::new();
     };
@@ -113,10 +113,10 @@ fn density_parts(view: &View<'_>) -> usize {
         let places = view.fields(None, along);
         fewest_parts(places.iter().map(|place| &place[DENSITY]))
     };
-    along(Along::X).min(along(Along::Y))
+    along(CellAveraging::X).min(along(CellAveraging::Y))
 }
 
-fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
+fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &BlockRange) -> VerdictText {
     let until = plan.case.run.until;
     let words = plan.engines.iter().zip(steady).map(|(engine, from)| {
         let name = title(engine.name);
@@ -142,7 +142,7 @@ fn steadiness(plan: &Plan, steady: &[Option<f64>], window: &Window) -> Verdict {
 }
 
 /// The place where an engine packs particles closer than they can lie, if there is one.
-fn overcrowded(plan: &Plan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<Verdict> {
+fn overcrowded(plan: &CasePlan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<VerdictText> {
     let closest = plan.closest_packing();
     let of = |species: &str| -> Vec<&Row<'_>> {
         rows.iter()
@@ -193,8 +193,8 @@ fn profiles_agree(
     pair: [&str; 2],
     rows: &[Vec<Row<'_>>; 2],
     parts: usize,
-    rule: &Rule,
-) -> Option<Verdict> {
+    rule: &VerdictRule,
+) -> Option<VerdictText> {
     let [first, second] = [0, 1].map(|engine| {
         let all = &rows[engine];
         let along = ["x", "y"].into_iter().flat_map(|axis| {
@@ -218,16 +218,16 @@ fn profiles_agree(
 
 /// Verdict on the profile of a settled column.
 fn barometric(
-    plan: &Plan,
+    plan: &CasePlan,
     engine: &EnginePlan,
     topic: &str,
     rows: &[Row<'_>],
     parts: usize,
-    rule: &Rule,
-) -> Option<Verdict> {
+    rule: &VerdictRule,
+) -> Option<VerdictText> {
     plan.grains.gravity?;
     let layer = |row: &Row<'_>| {
-        let theory = Estimate::of(row.number("number_density_theory")?, Some(0.0));
+        let theory = TableEstimate::of(row.number("number_density_theory")?, Some(0.0));
         Some(([row.measured("number_density"), theory], place(row)))
     };
     let layers: Vec<_> = rows.iter().filter_map(layer).collect();
@@ -237,26 +237,26 @@ fn barometric(
 
 /// An elastic gas between walls of one temperature, by its mean temperature and its drift along the first axis.
 fn walls(
-    plan: &Plan,
+    plan: &CasePlan,
     topic: String,
-    temperature: Estimate,
-    drift: Estimate,
-    rule: &Rule,
-) -> Option<Verdict> {
+    temperature: TableEstimate,
+    drift: TableEstimate,
+    rule: &VerdictRule,
+) -> Option<VerdictText> {
     let expected = flow::wall_temperature(plan)?;
     let temperature = temperature.times(1.0 / (expected * plan.scale.energy));
     let thermal = (expected / plan.species[0].mass).sqrt() * plan.scale.speed();
     let drift = drift.times(1.0 / thermal);
     let half = rule.at_level(0.5 * rule.level);
-    let off = |found: Estimate, expected: f64| {
-        let off = Estimate {
+    let off = |found: TableEstimate, expected: f64| {
+        let off = TableEstimate {
             value: found.value.map(|value| value - expected),
             ..found
         };
         interval_of(&off, half.level)
     };
     let both = [off(temperature, 1.0), off(drift, 0.0)];
-    let [hotter, faster] = both.map(|one| Unit::Relative.interval(&one));
+    let [hotter, faster] = both.map(|one| DifferenceUnit::Relative.interval(&one));
     let sentence = format!(
         "The gas is hotter than its walls by {hotter}, and moves along them at {faster} of the thermal speed; the margin of both is {}.",
         judge::margin(rule.margin)

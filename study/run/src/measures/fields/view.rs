@@ -1,10 +1,10 @@
 //! Fields of one engine in one window of time, in the units of the case.
 
-use stosszahl_analysis::fields::{Along, Averages, Fields as Sums, Values};
-use stosszahl_results::Estimate;
+use stosszahl_analysis::fields::{CellAveraging, FieldSums as Sums, ParticleAverages, Values};
+use stosszahl_results::TableEstimate;
 
-use crate::measures::course::{self, Window};
-use crate::plan::Plan;
+use crate::measures::course::{self, BlockRange};
+use crate::plan::CasePlan;
 
 /// Number of the quantities of the tables.
 pub(super) const QUANTITIES: usize = 7;
@@ -19,7 +19,7 @@ pub(super) const TEMPERATURE: usize = 3;
 const PLACES: [usize; QUANTITIES] = [0, 1, 2, 4, 5, 6, 7];
 
 /// Units of the quantities, in their order.
-pub(super) fn units(plan: &Plan) -> [f64; QUANTITIES] {
+pub(super) fn units(plan: &CasePlan) -> [f64; QUANTITIES] {
     let (scale, speed, energy) = (plan.scale, plan.scale.speed(), plan.scale.energy);
     let volume = scale.length.powi(plan.dimension as i32);
     let density = 1.0 / volume;
@@ -35,24 +35,24 @@ pub(super) fn units(plan: &Plan) -> [f64; QUANTITIES] {
 }
 
 /// Quantities of a place, in the units of the case. Their number of replicas is that of the independent parts behind their errors.
-pub(super) type Quantities = [Estimate; QUANTITIES];
+pub(super) type Quantities = [TableEstimate; QUANTITIES];
 
 /// Averages of one engine over its replicas and a window.
 pub(super) struct View<'a> {
-    averages: Averages<'a>,
+    averages: ParticleAverages<'a>,
     units: [f64; QUANTITIES],
 }
 
 impl<'a> View<'a> {
-    /// Averages of the sums of all replicas. `free_shares` are those of [`Plan::free_shares`].
+    /// Averages of the sums of all replicas. `free_shares` are those of [`CasePlan::free_shares`].
     pub(super) fn new(
-        plan: &Plan,
+        plan: &CasePlan,
         sums: &'a [&'a Sums],
         free_shares: &'a [f64],
-        window: &Window,
+        window: &BlockRange,
     ) -> Self {
         Self {
-            averages: Averages {
+            averages: ParticleAverages {
                 replicas: sums,
                 blocks: window.blocks.clone(),
                 freedom: course::freedom(plan),
@@ -63,16 +63,16 @@ impl<'a> View<'a> {
     }
 
     /// Quantities at each place, of all species or of one.
-    pub(super) fn fields(&self, species: Option<usize>, along: Along) -> Vec<Quantities> {
+    pub(super) fn fields(&self, species: Option<usize>, along: CellAveraging) -> Vec<Quantities> {
         let found = self.averages.fields(species, along);
         let quantity = |values: &Values, index: usize| values.list()[PLACES[index]];
         let estimate = |place: usize, index: usize| {
             let place = &found.places[place];
             let error = quantity(&place.errors, index);
             let value = quantity(&place.values, index);
-            Estimate {
+            TableEstimate {
                 replicas: Some(found.parts[PLACES[index]]),
-                ..Estimate::of(value, Some(error).filter(|error| error.is_finite()))
+                ..TableEstimate::of(value, Some(error).filter(|error| error.is_finite()))
             }
             .times(self.units[index])
         };
@@ -82,7 +82,7 @@ impl<'a> View<'a> {
     }
 
     /// Mean of a quantity over cells, weighted with their density.
-    pub(super) fn mean(&self, cells: &[usize], quantity: usize) -> Estimate {
+    pub(super) fn mean(&self, cells: &[usize], quantity: usize) -> TableEstimate {
         let mean = |values: &[Values]| {
             let (mut number, mut sum) = (0.0, 0.0);
             for values in values {
@@ -101,13 +101,13 @@ impl<'a> View<'a> {
         &self,
         cells: &[usize],
         of: impl Fn(&[Values]) -> [f64; N],
-    ) -> [Estimate; N] {
+    ) -> [TableEstimate; N] {
         let (numbers, errors) = self.averages.derived(cells, of);
         std::array::from_fn(|index| {
             let error = errors.standard_errors[0][index];
-            Estimate {
+            TableEstimate {
                 replicas: Some(errors.parts[index]),
-                ..Estimate::of(
+                ..TableEstimate::of(
                     numbers[index],
                     Some(error).filter(|error| error.is_finite()),
                 )
