@@ -143,9 +143,10 @@ impl Chunk {
         Self::new(name, 1, Number::U64, std::iter::once(number.to_le_bytes()))
     }
 
-    /// Creates a single count of 8 bits.
-    pub fn byte(name: &'static str, number: u8) -> Self {
-        Self::new(name, 1, Number::U8, std::iter::once([number]))
+    /// Creates a column of counts of 8 bits.
+    pub fn bytes(name: &'static str, numbers: impl IntoIterator<Item = u8>) -> Self {
+        let bytes = numbers.into_iter().map(|one| [one]);
+        Self::new(name, 1, Number::U8, bytes)
     }
 
     /// Creates a list of texts: each is a row, filled up with zeros.
@@ -361,14 +362,14 @@ mod tests {
         let names = ["A".to_owned(), "long".to_owned()];
         let first = vec![
             Chunk::count("configuration/step", u64::from(u32::MAX) + 1),
-            Chunk::byte("configuration/dimensions", 2),
+            Chunk::bytes("configuration/dimensions", [2]),
             Chunk::single("particles/position", 3, [0.1, -2.0, 0.0, 3.0, 4.0, 5.0]),
             Chunk::texts("particles/types", &names),
         ];
         let second = vec![
             Chunk::counts("particles/typeid", [0, 1, 7]),
             Chunk::double("log/time", 1, [0.1]),
-            Chunk::byte("configuration/dimensions", 3),
+            Chunk::bytes("configuration/dimensions", [3]),
         ];
         to_bytes("a test", ("hoomd", 1, 4), &[first, second])
     }

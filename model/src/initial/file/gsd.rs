@@ -1,6 +1,6 @@
 //! Starts in GSD of the schema `hoomd`: one frame with `particles/position` and, optionally,
-//! `velocity`, `diameter`, `mass`, `typeid` and `types`, and the angular velocities that snapshots
-//! log. The box of HOOMD-blue is around the origin; its numbers have single precision.
+//! `velocity`, `diameter`, `mass`, `typeid` and `types`, and the angular velocities,
+//! weights and periodic axes that snapshots log. The box of HOOMD-blue is around the origin; its numbers have single precision.
 
 use nalgebra::Vector3;
 
@@ -51,10 +51,13 @@ pub(super) fn read_gsd(source: &Source<'_>, bytes: &[u8]) -> Result<StartFile, F
     let tilt = xy * y;
     let corner = Vector3::new(x + tilt, y, z) * 0.5;
     let positions = positions.into_iter().map(|place| place + corner).collect();
+    let periodic = frame.numbers("log/periodic", 3)?;
+    let periodic = periodic.and_then(|all| <[f64; 3]>::try_from(all).ok());
     let diameters = frame.sizes("particles/diameter", count)?;
     Ok(StartFile {
         lengths: Some([x, y, z]),
         shear_offset: tilt,
+        periodic: periodic.map(|all| all.map(|one| one != 0.0)),
         is_single_precision: true,
         positions: Some(positions),
         velocities: frame.vectors("particles/velocity", count)?,

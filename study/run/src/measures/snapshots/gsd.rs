@@ -7,7 +7,8 @@ use super::Content;
 use super::quantity::Quantity;
 
 /// Returns a snapshot as GSD with one frame, whose step is the number of the snapshot. The schema has
-/// single precision; the time, and quantities that it does not know, are logged with double precision.
+/// single precision; the time, and quantities that it does not know, are logged with double precision,
+/// and the axes that are periodic, which HOOMD-blue takes all to be.
 /// The box of disks has no thickness, as HOOMD-blue has it.
 pub(super) fn gsd(content: &Content<'_>) -> Vec<u8> {
     let (particles, domain) = (content.particles, &content.domain);
@@ -22,10 +23,11 @@ pub(super) fn gsd(content: &Content<'_>) -> Vec<u8> {
         .map(|one| domain.inside(one.position * scale.length) - centre);
     let mut chunks = vec![
         Chunk::count("configuration/step", content.index as u64),
-        Chunk::byte("configuration/dimensions", particles.dimension as u8),
+        Chunk::bytes("configuration/dimensions", [particles.dimension as u8]),
         Chunk::single("configuration/box", 1, [x, y, z, tilt / y, 0.0, 0.0]),
         Chunk::counts("particles/N", [particles.all.len() as u32]),
         Chunk::single("particles/position", 3, places.flat_map(<[f64; 3]>::from)),
+        Chunk::bytes("log/periodic", domain.periodic.map(u8::from)),
         Chunk::double("log/time", 1, [particles.time * scale.time()]),
     ];
     if content.quantities.contains(&Quantity::Species) {
