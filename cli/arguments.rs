@@ -279,6 +279,9 @@ pub struct RunArguments {
     /// run can be continued. For jobs with a walltime [default: none].
     #[arg(long, value_name = "TIME")]
     pub stop_after: Option<humantime::Duration>,
+    /// Files of tables.
+    #[command(flatten)]
+    pub tables: TableArguments,
     /// Amount of output at the end.
     #[command(flatten)]
     pub printed: Printed,
@@ -331,9 +334,35 @@ pub struct MergeArguments {
     /// Replace an existing results folder.
     #[arg(long)]
     pub force: bool,
+    /// Files of tables.
+    #[command(flatten)]
+    pub tables: TableArguments,
     /// Amount of output at the end.
     #[command(flatten)]
     pub printed: Printed,
+}
+
+/// File formats of tables.
+#[derive(Debug, Args)]
+pub struct TableArguments {
+    /// File formats of tables. CSV is always written; Parquet, next to it, needs a program that was
+    /// built with the feature `parquet`.
+    #[arg(
+        long,
+        value_name = "FORMAT",
+        value_delimiter = ',',
+        default_value = "csv"
+    )]
+    pub tables: Vec<TableFormat>,
+}
+
+/// File format of tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum TableFormat {
+    /// Comma-separated values, which the report is made of.
+    Csv,
+    /// Parquet, with units and meanings of columns as metadata.
+    Parquet,
 }
 
 /// Output of a run at its end; without options, the main conclusions.

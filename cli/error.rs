@@ -47,6 +47,12 @@ pub enum CommandError {
     /// There is no bundled case of this name.
     #[error("no bundled case is called {0}{close}; `stosszahl cases` lists them", close = close_case(.0))]
     NoBundledCase(String),
+    /// The program was built without Parquet.
+    #[error(
+        "--tables parquet: this program was built without Parquet; allowed: csv, or, after `cargo install --path . --features parquet` \
+         in a clone of stosszahl, parquet"
+    )]
+    NoParquet,
     /// The file exists and would be replaced.
     #[error("{} exists; use --force to replace it, or another name", .0.display())]
     FileExists(PathBuf),
@@ -99,6 +105,7 @@ impl CommandError {
             | Self::NoBundledCase(_)
             | Self::NoBundledPaper(_)
             | Self::FileExists(_)
+            | Self::NoParquet
             | Self::Folder { .. }
             | Self::Report(ReportError::NoResults { .. }) => 2,
             Self::Run(error) if error.is_refusal() => 2,

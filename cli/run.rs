@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use crate::arguments::{JoinArguments, MergeArguments, Printed, RunArguments};
+use crate::arguments::{JoinArguments, MergeArguments, Printed, RunArguments, TableArguments};
 use crate::case::CaseFile;
 use crate::error::CommandError;
 use crate::model::Interrupt;
@@ -83,10 +83,11 @@ pub fn run(
     progress: &dyn Progress,
     runs: impl FnOnce(&CaseFile, &RunOptions<'_>) -> Result<RunSummary, RunError>,
 ) -> Result<(), CommandError> {
+    arguments.tables.check()?;
     let limit = TimeLimit::start(arguments.time_limit(), stop, STOPPED_RUN);
     let summary = runs(file, &options_of(arguments, stop, progress));
     let summary = summary.map_err(|error| ended_early(error, &limit, STOPPED_RUN))?;
-    finish(&summary, &arguments.printed)
+    finish(&summary, &arguments.tables, &arguments.printed)
 }
 
 /// Converts the error of a run, and prints `stopped` if the run was only stopped.
@@ -102,9 +103,14 @@ fn ended_early(error: RunError, limit: &TimeLimit, stopped: &str) -> CommandErro
     }
 }
 
-/// Writes the report of a run, and prints the results.
-fn finish(summary: &RunSummary, printed: &Printed) -> Result<(), CommandError> {
+/// Writes further files of the tables and the report of a run, and prints the results.
+fn finish(
+    summary: &RunSummary,
+    tables: &TableArguments,
+    printed: &Printed,
+) -> Result<(), CommandError> {
     let page = if summary.is_reporter {
+        tables.write(summary)?;
         write_held_report(&summary.held)?
     } else {
         summary.folder.join(REPORT_FILE)
@@ -227,12 +233,13 @@ fn run_beside(
     file: &CaseFile,
     lost_after: Duration,
 ) -> Result<(), CommandError> {
+    arguments.tables.check()?;
     let (stop, display) = (listen(STOPPED_JOINED), display_of(&arguments.printed));
     let limit = TimeLimit::start(arguments.time_limit(), &stop, STOPPED_JOINED);
     let options = options_of(arguments, &stop, &display);
     let summary = run_joined(file, &options, lost_after);
     let summary = summary.map_err(|error| ended_early(error, &limit, STOPPED_JOINED))?;
-    finish(&summary, &arguments.printed)
+    finish(&summary, &arguments.tables, &arguments.printed)
 }
 
 /// Runs a part of the replicas of a case.
@@ -263,6 +270,7 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
     let Some(first) = arguments.folders.first() else {
         return Ok(());
     };
+    arguments.tables.check()?;
     let file = read_part(first)?;
     let (stop, display) = (listen("stopped"), display_of(&arguments.printed));
     let options = RunOptions {
@@ -284,5 +292,5 @@ pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
             note("stopped");
         }
     })?;
-    finish(&summary, &arguments.printed)
+    finish(&summary, &arguments.tables, &arguments.printed)
 }

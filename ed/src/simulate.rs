@@ -8,8 +8,8 @@ use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
     BoundaryFlux, Budget, Failure, Field, Interrupt, Invalid, Observer, Particle, ParticleModel,
-    ParticleSpec, ParticleState, Particles, Plane, RecentContacts, Simulation, SizeDistribution,
-    Sizes, Smooth, State, Surface, Vector as _, VelocityMoments, WorkCounters,
+    ParticleSpec, ParticleState, Particles, Plane, RecentContacts, Shear, Simulation,
+    SizeDistribution, Sizes, Smooth, State, Surface, Vector as _, VelocityMoments, WorkCounters,
 };
 
 use crate::checkpoint::{DissipationRule, EventCounters, EventDrivenCheckpoint};
@@ -70,6 +70,7 @@ pub fn simulate(
     let begin = Begin {
         dissipation,
         boundaries,
+        shear: grains.shear(),
         from: Source::Start(start),
     };
     begin.choose(grains, start.all.len())
@@ -92,6 +93,7 @@ pub fn resume(
     let begin = Begin {
         dissipation,
         boundaries,
+        shear: grains.shear(),
         from: Source::Checkpoint(checkpoint, interrupt),
     };
     begin.choose(grains, count)
@@ -107,6 +109,8 @@ enum Source<'a> {
 struct Begin<'a> {
     dissipation: DissipationRule,
     boundaries: &'a DiskBoundaries,
+    /// Shear flow as it is at time 0.
+    shear: Option<Shear>,
     from: Source<'a>,
 }
 
@@ -158,7 +162,7 @@ impl Begin<'_> {
         let (checkpoint, stops, origin) = match self.from {
             Source::Start(start) => {
                 let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;
-                let domain = domain.in_flow(scene.field().shear_rate(), start.time)?;
+                let domain = domain.in_flow(self.shear, start.time)?;
                 let body = |particle: &Particle| ParticleState {
                     position: flat(particle.position),
                     velocity: flat(particle.velocity),

@@ -48,13 +48,14 @@ impl<S: Space> Domain<S> {
         Ok(Self { images })
     }
 
-    /// Returns this box at a time of a uniform shear flow with this rate \[1/time\], 0 for none;
-    /// boxes are aligned at time 0.
+    /// Returns this box at a time of a uniform shear flow, which is given as it is at time 0.
     ///
     /// # Errors
-    /// As [`Self::sheared`], and for a rate that is not finite.
-    pub fn in_flow(self, rate: f64, time: f64) -> Result<Self, Invalid> {
-        let shear = (rate != 0.0).then(|| Shear::new(rate)).transpose()?;
+    /// As [`Self::sheared`], and for a rate that is 0 or not finite.
+    pub fn in_flow(self, shear: Option<Shear>, time: f64) -> Result<Self, Invalid> {
+        if let Some(shear) = shear {
+            Shear::new(shear.rate)?;
+        }
         let mut sheared = self.sheared(shear)?;
         sheared.advance(time);
         Ok(sheared)

@@ -7,6 +7,7 @@
 use nalgebra::Vector3;
 
 use crate::field::{Field, Free, Gravity, Sheared};
+use crate::images::Shear;
 use crate::invalid::Invalid;
 use crate::physics::Scene;
 use crate::restitution::Law;
@@ -39,6 +40,9 @@ pub struct ParticleSpec {
     pub gravity: Option<Vector3<f64>>,
     /// Shear rate a of the flow u = (a y, 0) \[1/time\]; velocities are relative to it.
     pub shear_rate: Option<f64>,
+    /// Displacement of the box above along the first axis at time 0 of the shear flow, from 0 to the
+    /// width of the box \[length\].
+    pub shear_offset: f64,
     /// True if walls, obstacles or openings are in the box.
     pub is_bounded: bool,
 }
@@ -52,6 +56,7 @@ impl ParticleSpec {
             rough: None,
             gravity: None,
             shear_rate: None,
+            shear_offset: 0.0,
             is_bounded: false,
         }
     }
@@ -73,6 +78,12 @@ impl ParticleSpec {
                 Species::new(each.collect())?.of_kinds(numbers.collect())
             }
         }
+    }
+
+    /// Returns the shear flow as it is at time 0; `None` without one.
+    pub fn shear(&self) -> Option<Shear> {
+        let offset = self.shear_offset;
+        self.shear_rate.map(|rate| Shear { rate, offset })
     }
 
     /// Returns true if particles are smooth and fly freely in a periodic box, so that sizes need

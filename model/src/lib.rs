@@ -31,6 +31,7 @@ pub mod exact;
 pub mod field;
 mod format_short;
 pub mod grains;
+pub mod gsd;
 pub mod images;
 pub mod initial;
 pub mod interrupt;

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::exact::ExactSum;
-use crate::images::{Images, wrapped};
+use crate::images::{Images, Shear, wrapped};
 use crate::interrupt::Interrupt;
 use crate::observer::Observer;
 use crate::particle::Particle;
@@ -64,15 +64,15 @@ impl Particles {
         Images::new(self.lengths.into(), periodic)
     }
 
-    /// Displacement of the box above along the first axis in a uniform shear flow with this rate
-    /// \[1/time\], from 0 to the width of the box \[length\]; boxes are aligned at time 0, and
-    /// without positions.
-    pub fn shear_offset(&self, rate: f64) -> f64 {
+    /// Displacement of the box above along the first axis in a uniform shear flow, which is given as
+    /// it is at time 0, from 0 to the width of the box \[length\]; 0 without a flow or positions.
+    pub fn shear_offset(&self, shear: Option<Shear>) -> f64 {
         let [width, height, _] = self.lengths;
-        if width > 0.0 {
-            wrapped(rate * height * self.time, width)
-        } else {
-            0.0
+        match shear {
+            Some(shear) if width > 0.0 => {
+                wrapped(shear.offset + shear.rate * height * self.time, width)
+            }
+            _ => 0.0,
         }
     }
 

@@ -217,7 +217,7 @@ def write_dump(path: Path, all_: list[Snapshot]) -> None:
                 x, y, z = one.box
                 faces = f"xy xz yz {faces}"
                 bounds = f"{min(tilt, 0.0)!r} {x + max(tilt, 0.0)!r} {tilt!r}\n0 {y!r} 0\n0 {z!r} 0\n"
-            head = f"ITEM: TIMESTEP\n{step}\nITEM: TIME\n{one.time!r}\nITEM: NUMBER OF ATOMS\n{len(one)}\n"
+            head = f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(one)}\n"
             file.write(f"{head}ITEM: BOX BOUNDS {faces}\n{bounds}ITEM: ATOMS {atoms}\n")
             file.writelines(" ".join(map(repr, row)) + "\n" for row in zip(*columns))
 
@@ -277,6 +277,10 @@ def write_gsd(path: Path, all_: list[Snapshot]) -> None:
                 frame.particles.types = [str(number) for number in range(one.species.max() + 1)]
                 frame.particles.typeid = one.species
             frame.log["time"] = np.array([one.time])
+            # HOOMD takes all axes to be periodic.
+            frame.log["periodic"] = np.array(one.periodic, dtype=np.uint8)
+            if one.spins is not None:
+                frame.log["particles/angular_velocity"] = one.spins
             if one.weights is not None:
                 frame.log["particles/weight"] = one.weights
             file.append(frame)

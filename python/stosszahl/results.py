@@ -15,7 +15,7 @@ import pandas as pd
 
 from . import _native, given
 from .errors import ResultsError
-from .snapshots import Snapshot, read_snapshot
+from .snapshots import READERS, Snapshot, read_snapshot
 from .writing import optional
 
 if TYPE_CHECKING:
@@ -193,7 +193,14 @@ class Results:
     def snapshots(self) -> list[Snapshot]:
         """Snapshots, in the order of the manifest: by engine, then by replica, then by time."""
         self._refuse_sweep("snapshots")
-        return [read_snapshot(self.folder / one["file"], one) for one in self.manifest["snapshots"]]
+        # Of files of one snapshot in several formats, the one with all digits.
+        best: dict[Path, tuple[int, Mapping[str, Any]]] = {}
+        for about in self.manifest["snapshots"]:
+            file = Path(about["file"])
+            rank = list(READERS).index(file.suffix)
+            if rank < best.get(file.with_suffix(""), (len(READERS), about))[0]:
+                best[file.with_suffix("")] = rank, about
+        return [read_snapshot(self.folder / one["file"], one) for _, one in best.values()]
 
     def __repr__(self) -> str:
         what = f"sweep of {len(self.points)} points" if self.points else f"{len(self._entries)} tables"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import ResultsError
 from .gas import Gas
+from .writing import optional
 
 __all__ = ["Snapshot"]
 
@@ -106,9 +107,9 @@ def snapshot_of(gas: Gas | Snapshot) -> Snapshot:
 
 
 def read_snapshot(path: Path, about: Mapping[str, Any]) -> Snapshot:
-    """Reads a snapshot of a manifest: extended XYZ, or CSV of a gas without positions."""
+    """Reads a snapshot of a manifest: extended XYZ, a dump of LAMMPS, GSD, or CSV of a gas without positions."""
     engine, time, replica = about["engine"], about["time"], about.get("replica", 0)
-    box, shear_offset, periodic, parts = read_csv(path) if path.suffix == ".csv" else read_xyz(path)
+    box, shear_offset, periodic, parts = READERS[path.suffix](path)
     kinds = parts.get("type")
     return Snapshot(
         engine=engine,
@@ -156,6 +157,61 @@ def read_csv(path: Path) -> Contents:
         elif not name.endswith(("_y", "_z")):
             parts[names.get(name, name)] = table[name].to_numpy()
     return (), 0.0, (), parts
+
+
+def read_dump(path: Path) -> Contents:
+    """Reads a text dump of LAMMPS as runs write it."""
+    with open(path, encoding="utf-8") as file:
+        bounds, columns = np.zeros((3, 3)), []
+        faces: list[str] = []
+        while not columns:
+            item = file.readline().split()[1:]
+            if item[:2] == ["BOX", "BOUNDS"]:
+                faces = item[-3:]
+                for axis in range(3):
+                    row = np.array(file.readline().split(), dtype=np.float64)
+                    bounds[axis, : len(row)] = row
+            elif item[0] == "ATOMS":
+                columns = item[1:]
+            else:
+                file.readline()
+        rows = pd.read_csv(file, sep=" ", names=columns, dtype=np.float64)
+    tilt = bounds[0, 2]
+    bounds[0, :2] -= min(tilt, 0.0), max(tilt, 0.0)
+    sides = bounds[:, 1] - bounds[:, 0]
+    vectors = {"pos": "xyz", "velo": ("vx", "vy", "vz"), "angular_velocity": ("omegax", "omegay", "omegaz")}
+    parts = {name: rows[list(names)].to_numpy() for name, names in vectors.items() if names[0] in rows}
+    parts |= {name: rows[name].to_numpy() for name in ("radius", "mass", "weight") if name in rows}
+    # Types of LAMMPS are counted from 1, and one type tells nothing.
+    if (rows["type"] > 1).any():
+        parts["type"] = rows["type"].to_numpy() - 1
+    return tuple(sides.tolist()), float(tilt % sides[0]), tuple(one == "pp" for one in faces), parts
+
+
+def read_gsd(path: Path) -> Contents:
+    """Reads GSD as runs write it, in single precision."""
+    hoomd = optional("gsd.hoomd", "files .gsd")
+    with hoomd.open(name=str(path), mode="r") as file:
+        frame = file[0]
+    sides, (xy, _, _) = frame.configuration.box[:3].astype(np.float64), frame.configuration.box[3:].astype(np.float64)
+    tilt, particles, flat = xy * sides[1], frame.particles, frame.configuration.dimensions == 2
+    parts = {"pos": particles.position + 0.5 * (sides + [tilt, 0, 0])}
+    # A quantity that the file leaves out has its default in all particles: a velocity of zero is that of no gas.
+    if np.any(particles.velocity):
+        parts["velo"] = particles.velocity
+    parts |= {"radius": 0.5 * particles.diameter, "mass": particles.mass}
+    if np.any(particles.typeid):
+        parts["type"] = particles.typeid
+    parts |= {name.removeprefix("particles/"): array for name, array in frame.log.items() if name.startswith("particles/")}
+    if flat:
+        sides[2] = particles.diameter.mean()
+    periodic = tuple(bool(one) for one in frame.log["periodic"])
+    exact = {name: np.asarray(array, dtype=np.float64) for name, array in parts.items()}
+    return tuple(sides.tolist()), float(tilt % sides[0]), periodic, exact
+
+
+READERS = {".csv": read_csv, ".xyz": read_xyz, ".dump": read_dump, ".gsd": read_gsd}
+"""Readers of the snapshots of runs, by the ending, those with all digits first."""
 
 
 def field(header: str, name: str) -> str:

@@ -1,5 +1,6 @@
 """Files, each opened by its program; programs that are not installed are skipped."""
 
+import json
 import sys
 
 import numpy as np
@@ -148,6 +149,176 @@ def test_files_of_a_sheared_gas_have_its_lattice(tmp_path):
             assert pairs == neighbours(one), name
     with pytest.importorskip("h5py").File(frames.write(tmp_path / "x.h5")) as file:
         assert file["particles/all/box/edges/value"].shape == (3, 3, 3)
+
+
+FORMATS = {"xyz": "xyz", "lammps": "dump", "gsd": "gsd"}
+
+
+@pytest.fixture(scope="module", params=["walls", "shear"])
+def written(request, tmp_path_factory):
+    """Snapshots that a run wrote in all formats, of two species: between walls, and in a shear flow."""
+    case = {
+        "format": 2,
+        "title": "files of a run",
+        "replicas": 1,
+        "seed": 4,
+        "gas": {"restitution": 0.9},
+        "species": [{"number": 150}, {"number": 50, "diameter": 0.8, "mass": 2.0}],
+        "box": {"size": [30, 20]},
+        "run": {"time_unit": "case", "until": 2.0},
+        "engine": {"ed": {}},
+        "measure": {"snapshots": {"times": [0.0, 2.0], "formats": [*FORMATS]}},
+    }
+    if request.param == "walls":
+        case["walls"] = {"bottom": {"restitution": 0.9}, "top": {"restitution": 0.9}}
+        case["measure"]["fields"] = {"cells": [2, 2], "blocks": 1}
+        case["run"]["samples"] = 2
+    else:
+        case["box"]["shear_rate"] = 0.35
+    results = stosszahl.run(case, out=tmp_path_factory.mktemp("written") / "out", progress=False)
+    one = results.snapshots[1]
+    # Of each snapshot one is read, the one with all digits.
+    assert [(one.time, one.species.max()) for one in results.snapshots] == [(0, 1), (2, 1)]
+    assert one.shear_offset == pytest.approx(14 if request.param == "shear" else 0, abs=1e-12)
+    files = {name: results.folder / f"snapshots/ed-1.{ending}" for name, ending in FORMATS.items()}
+    assert sorted(results.folder.glob("snapshots/ed-1.*")) == sorted(files.values())
+    return one, files
+
+
+def tilt_of(one):
+    width = one.box[0]
+    return one.shear_offset - width * round(one.shear_offset / width)
+
+
+def assert_particles(one, positions, rounding):
+    """Positions are those of a snapshot, but for whole widths that a tilted box adds, and rounding."""
+    away = np.asarray(positions, dtype=np.float64) - one.positions
+    away[:, 0] -= one.box[0] * np.round(away[:, 0] / one.box[0])
+    assert np.abs(away).max() <= rounding
+    if not one.shear_offset:
+        assert np.abs(positions - one.positions).max() <= rounding
+
+
+# Rounding of a position of at most 30 by single precision, from the middle of the box; and of three numbers of all digits.
+SINGLE, DOUBLE = 30 * 2**-24, 3 * 30 * 2**-53
+
+
+def test_files_of_a_run_with_gsd(written):
+    one, files = written
+    with pytest.importorskip("gsd.hoomd").open(files["gsd"]) as file:
+        (frame,) = file
+    box, tilt = frame.configuration.box, tilt_of(one)
+    assert box.tolist() == pytest.approx([30, 20, 0, tilt / 20, 0, 0], rel=2**-23)
+    assert (frame.configuration.step, frame.configuration.dimensions, frame.particles.N) == (1, 2, 200)
+    assert_particles(one, frame.particles.position + np.array([(30 + tilt) / 2, 10, 0]), 2 * SINGLE)
+    assert np.array_equal(frame.particles.velocity, one.velocities.astype(np.float32))
+    assert np.array_equal(frame.particles.diameter, (2 * one.radii).astype(np.float32))
+    assert np.array_equal(frame.particles.mass, one.masses.astype(np.float32))
+    assert frame.particles.types == ["0", "1"] and np.array_equal(frame.particles.typeid, one.species)
+    assert frame.log["time"] == [2.0] and frame.log["periodic"].astype(bool).tolist() == list(one.periodic)
+
+
+def test_files_of_a_run_with_ase(written):
+    ase_io = pytest.importorskip("ase.io")
+    one, files = written
+    for name, kind in (("xyz", {}), ("lammps", {"format": "lammps-dump-text"})):
+        atoms = ase_io.read(files[name], **kind)
+        assert_particles(one, atoms.positions, DOUBLE)
+        assert tuple(atoms.pbc) == one.periodic
+        assert atoms.cell.array.diagonal() == pytest.approx(one.box, rel=2**-51)
+        assert (atoms.cell.array[1, 0] - one.shear_offset + 1) % 30 == pytest.approx(1, abs=DOUBLE)
+        # ASE takes velocities of dumps to be in units of LAMMPS.
+        speeds = atoms.arrays["velo"] if name == "xyz" else None
+        assert speeds is None or np.array_equal(speeds, one.velocities)
+        kinds = atoms.arrays["type"] if name == "xyz" else atoms.numbers - 1
+        assert np.array_equal(kinds, one.species)
+
+
+def test_files_of_a_run_with_ovito(written):
+    pytest.importorskip("ovito.data", exc_type=ImportError)
+    from ovito.io import import_file
+
+    one, files = written
+    for name, path in files.items():
+        data = import_file(str(path)).compute()
+        particles, rounding = data.particles, {"gsd": 4 * SINGLE}.get(name, 30 * 2**-50)
+        assert_particles(one, particles.positions - data.cell[:, 3], rounding)
+        assert np.array_equal(particles.particle_types - (name == "lammps"), one.species)
+        assert np.abs(particles.velocities - one.velocities).max() <= 8 * 2 ** (-24 if name == "gsd" else -50)
+        assert np.abs(particles["Radius"] - one.radii).max() <= 2 ** (-24 if name == "gsd" else -50)
+        assert np.abs(particles.masses - one.masses).max() <= 2 ** (-24 if name == "gsd" else -50)
+        # HOOMD takes all axes to be periodic.
+        assert name == "gsd" or tuple(data.cell.pbc) == one.periodic
+        assert (data.cell[0, 1] - one.shear_offset + 1) % 30 == pytest.approx(1, abs=rounding)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_files_of_a_run_with_mdanalysis(written):
+    analysis = pytest.importorskip("MDAnalysis")
+    one, files = written
+    for name, ending in (("lammps", "LAMMPSDUMP"), ("gsd", "GSD")):
+        universe = analysis.Universe(str(files[name]), format=ending, topology_format=ending)
+        frame = universe.trajectory[0]
+        # MDAnalysis has single precision, and the origin of HOOMD in the middle of the box.
+        shift = np.array([(30 + tilt_of(one)) / 2, 10, 0]) if name == "gsd" else 0
+        assert_particles(one, frame.positions + shift, 4 * SINGLE)
+        assert len(universe.atoms) == 200
+        assert np.array_equal(universe.atoms.types.astype(int) - (name == "lammps"), one.species)
+
+
+def test_files_of_a_run_with_freud(written):
+    freud, hoomd = pytest.importorskip("freud"), pytest.importorskip("gsd.hoomd")
+    one, files = written
+    with hoomd.open(files["gsd"]) as file:
+        box, points = freud.box.Box.from_box(file[0].configuration.box), file[0].particles.position
+    box.periodic = one.periodic
+    found = freud.locality.AABBQuery(box, points).query(points, {"r_max": 2.5, "exclude_ii": True}).toNeighborList()
+    away = one.positions[:, None] - one.positions[None]
+    boxes = np.round(away[..., 1] / 20) * one.periodic[1]
+    away[..., 0] -= boxes * one.shear_offset
+    away[..., 1] -= boxes * 20
+    away[..., 0] -= 30 * np.round(away[..., 0] / 30)
+    wanted = {(int(i), int(j)) for i, j in zip(*np.nonzero(np.linalg.norm(away, axis=2) < 2.5)) if i < j}
+    # Single precision moves a distance by 1e-6, over which none of 700 pairs lies here.
+    assert {(int(i), int(j)) for i, j in found[:] if i < j} == wanted and len(wanted) > 300
+
+
+def test_each_format_of_a_run_reads_back(written):
+    from stosszahl.snapshots import read_snapshot
+
+    one, files = written
+    for name, path in files.items():
+        read = read_snapshot(path, {"engine": "ed", "time": 2.0})
+        rounding = 2 * SINGLE if name == "gsd" else DOUBLE
+        assert_particles(one, read.positions, rounding)
+        assert read.periodic == one.periodic and read.box[:2] == pytest.approx(one.box[:2], rel=2**-51)
+        assert np.array_equal(read.species, one.species)
+        assert (read.shear_offset - one.shear_offset + 1) % 30 == pytest.approx(1, abs=2 * rounding)
+        if name != "gsd":
+            assert np.array_equal(read.velocities, one.velocities) and np.array_equal(read.radii, one.radii)
+
+
+def test_tables_of_a_run_as_parquet(tmp_path, program):
+    parquet, polars = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("polars")
+    out = tmp_path / "out"
+    settings = ["--set", "gas.number=100", "--set", "run.until=2", "--set", "replicas=2"]
+    done = program("--features", "parquet", "--", "run", "quick", "--out", str(out), "--tables", "parquet", *settings)
+    assert done.returncode == 0, done.stderr
+    results = stosszahl.Results(out)
+    assert len(results.tables) > 3
+    for name, table in results.tables.items():
+        path = out / f"{name}.parquet"
+        read = parquet.read_table(path)
+        assert read.column_names == list(table.columns)
+        told = read.schema.metadata
+        assert told[b"about"].decode() == table.attrs["about"]
+        columns = {one["name"]: one for one in json.loads(told[b"columns"])}
+        for column, about in results.columns(name).to_dict("index").items():
+            assert columns[column]["unit"] == about["unit"] and columns[column]["meaning"] == about["meaning"]
+            numbers = read[column].to_pandas()
+            same = numbers.fillna(-1).tolist() == table[column].fillna(-1).tolist() if columns[column]["unit"] else True
+            assert same, (name, column)
+        assert polars.read_parquet(path).height == len(table)
 
 
 def test_pair_correlations_and_structure_factors_with_freud(root, tmp_path):

@@ -6,6 +6,7 @@ mod cases;
 mod chambers;
 mod command_line;
 mod folders;
+mod formats;
 mod frontier;
 mod fuzz;
 mod init;

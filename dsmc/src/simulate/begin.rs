@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Domain, Field, Invalid, Particle, ParticleModel, ParticleSpec, ParticleState, Particles,
-    Simulation, SizeDistribution, Smooth, Space, State, Surface, Volume,
+    Domain, Invalid, Particle, ParticleModel, ParticleSpec, ParticleState, Particles, Simulation,
+    SizeDistribution, Smooth, Space, State, Surface, Volume,
 };
 
 use super::cells::{CellSimulation, CheckpointContent};
@@ -173,10 +173,10 @@ impl<K: Keep> Begin<'_, K> {
             streams,
             ..
         } = *self.gas;
-        let rate = scene.field().shear_rate();
+        let shear = self.gas.grains.shear();
         let domain = |lengths: [f64; 3], time: f64| -> Result<Domain<P::Space>, Invalid> {
             let lengths = P::Space::vector(|axis| lengths[axis]);
-            (boundaries.walls).domain(lengths)?.in_flow(rate, time)
+            (boundaries.walls).domain(lengths)?.in_flow(shear, time)
         };
         let (engine, follows, shards) = match self.source {
             StartSource::Start(starts) => {

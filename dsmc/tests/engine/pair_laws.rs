@@ -61,6 +61,7 @@ fn copies_of_species_keep_their_laws() {
             rough: None,
             gravity,
             shear_rate: None,
+            shear_offset: 0.0,
             is_bounded: false,
         };
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);

@@ -1,7 +1,10 @@
-//! Starts read from a file: CSV, extended XYZ, a dump of LAMMPS, or the `.sph` of EDMD.
+//! Starts read from a file: CSV, extended XYZ, a dump or data file of LAMMPS, GSD, or the `.sph` of
+//! EDMD.
 
 mod csv;
+mod gsd;
 mod lammps;
+mod lammps_data;
 mod rows;
 mod sph;
 mod xyz;
@@ -13,7 +16,21 @@ use rows::SourceFile;
 pub use rows::{FileError, StartFile};
 
 /// Endings of the names of start files.
-pub const ENDINGS: [&str; 6] = [".csv", ".xyz", ".extxyz", ".dump", ".lammpstrj", ".sph"];
+pub const ENDINGS: [&str; 9] = [
+    ".csv",
+    ".xyz",
+    ".extxyz",
+    ".dump",
+    ".lammpstrj",
+    ".data",
+    ".lmp",
+    ".gsd",
+    ".sph",
+];
+
+/// Boxes that formats with a general box may have.
+const TILTED: &str =
+    "a box with sides along x, y and z, or in a shear flow one that is tilted by xy alone";
 
 /// Reads a start file; the ending of its name decides the format.
 ///
@@ -32,22 +49,40 @@ pub fn read(path: &Path) -> Result<StartFile, FileError> {
             "a folder, a pipe or a device; expected a file",
         )));
     }
-    let text = fs::read_to_string(path).map_err(failed)?;
+    read_bytes(path, fs::read(path).map_err(failed)?)
+}
+
+/// Reads the bytes of a start file; the ending of its path decides the format.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<StartFile, FileError> {
+    let source = SourceFile { path };
+    if ending_of(path) == "gsd" {
+        return gsd::read_gsd(&source, &bytes);
+    }
+    let text = String::from_utf8(bytes).map_err(|error| FileError::Unreadable {
+        path: path.to_owned(),
+        source: io::Error::new(io::ErrorKind::InvalidData, error),
+    })?;
     // Some systems' editors put a byte order mark at the beginning.
-    read_text(&SourceFile { path }, text.trim_start_matches('\u{feff}'))
+    read_text(&source, text.trim_start_matches('\u{feff}'))
+}
+
+/// Returns the ending of a path in lower case, without the dot; empty without one.
+fn ending_of(path: &Path) -> String {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    ending.map_or_else(String::new, str::to_ascii_lowercase)
 }
 
 /// Reads the text of a start file.
 fn read_text(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
-    let ending = (source.path)
-        .extension()
-        .and_then(|ending| ending.to_str())
-        .unwrap_or("")
-        .to_ascii_lowercase();
+    let ending = ending_of(source.path);
     match ending.as_str() {
         "csv" => csv::read_csv(source, text),
         "xyz" | "extxyz" => xyz::read_xyz(source, text),
         "dump" | "lammpstrj" => lammps::read_dump(source, text),
+        "data" | "lmp" => lammps_data::read_data(source, text),
         "sph" => sph::read_sph(source, text),
         _ => Err(source.error(
             1,
@@ -59,7 +94,7 @@ fn read_text(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::vector;
+    use nalgebra::{Vector3, vector};
 
     use super::*;
 
@@ -121,6 +156,158 @@ mod tests {
         assert!(said.contains("expected a file"), "{said}");
     }
 
+    /// Returns a data file of LAMMPS with one atom, after these lines of the box and sections.
+    fn data(x: &str, sections: &str) -> String {
+        format!("remark\n\n1 atoms\n{x}\n0 1 ylo yhi\n0 1 zlo zhi\n\n{sections}")
+    }
+
+    /// Data files of LAMMPS: density and diameter of spheres, masses of types, velocities by number.
+    #[test]
+    fn data_files_are_read() {
+        let head = "LAMMPS data file\n\n2 atoms\n2 atom types\n\n-5 5 xlo xhi\n0 8 ylo yhi\n-0.5 0.5 zlo zhi\n";
+        let velocities = "\nVelocities\n\n2 -1 1 0 0 0 3\n1 0.5 -0.5 0 0 0 0\n";
+        let spheres = format!(
+            "{head}\nPair Coeffs # gran\n\n1 2 3\n\nAtoms # sphere\n\n1 1 1 2 -4 2 0 0 0 1\n2 2 0.5 4 -2 4 0 0 0 0\n{velocities}"
+        );
+        let start = from_text("a.data", &spheres).expect("a start");
+        let places = vec![vector![1.0, 2.0, 0.5], vector![3.0, 4.0, 0.5]];
+        assert_eq!(start.lengths, Some([10.0, 8.0, 1.0]));
+        assert_eq!(
+            (start.periodic, start.positions),
+            (None, Some(places.clone()))
+        );
+        assert_eq!(start.radii, Some(vec![0.5, 0.25]));
+        let ball = |radius: f64| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+        assert_eq!(start.masses, Some(vec![2.0 * ball(0.5), 4.0 * ball(0.25)]));
+        assert_eq!(start.types, Some(vec!["1".into(), "2".into()]));
+        let speeds = vec![vector![0.5, -0.5, 0.0], vector![-1.0, 1.0, 0.0]];
+        assert_eq!(start.velocities, Some(speeds));
+        assert_eq!(
+            start.spins,
+            Some(vec![Vector3::zeros(), vector![0.0, 0.0, 3.0]])
+        );
+        let points = format!(
+            "{head}0.5 0 0 xy xz yz\n\nMasses\n\n2 7 # B\n1 3\n\nAtoms\n\n9 2 -4 2 0\n4 1 -2 4 0\n"
+        );
+        let points = from_text("a.lmp", &points).expect("a start");
+        assert_eq!((points.positions, points.shear_offset), (Some(places), 0.5));
+        assert_eq!((points.masses, points.radii), (Some(vec![7.0, 3.0]), None));
+        assert_eq!(points.velocities, None);
+    }
+
+    /// Boxes of a shear flow by their tilt, in all formats that have one.
+    #[test]
+    fn tilted_boxes_are_read() {
+        let xyz = "1\nLattice=\"10 0 0 -2 8 0 0 0 1\" Properties=pos:R:3\n1 2 0\n";
+        let dump = |columns: &str, row: &str| {
+            format!(
+                "ITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS xy xz yz pp pp ff\n-2 10 -2\n0 8 0\n0 1 0\n\
+                 ITEM: ATOMS {columns}\n{row}\n"
+            )
+        };
+        // By parts of the vectors of the box, x is 0.15 times 10 less 0.25 times 2.
+        let scaled = dump("xs ys zs", "0.15 0.25 0");
+        for (name, text) in [
+            ("a.xyz", xyz),
+            ("a.dump", &dump("x y z", "1 2 0")),
+            ("a.dump", &scaled),
+        ] {
+            let start = from_text(name, text).expect("a start");
+            assert_eq!(
+                (start.lengths, start.shear_offset),
+                (Some([10.0, 8.0, 1.0]), -2.0)
+            );
+            assert_eq!(start.positions, Some(vec![vector![1.0, 2.0, 0.0]]));
+        }
+    }
+
+    /// GSD as HOOMD-blue writes it, with its box around the origin, and what is refused of it.
+    #[test]
+    fn gsd_is_read() {
+        use crate::gsd::{Chunk, to_bytes};
+        let frame = || {
+            vec![
+                Chunk::single("configuration/box", 1, [10.0, 8.0, 0.0, -0.25, 0.0, 0.0]),
+                Chunk::counts("particles/N", [2]),
+                // The corner is at (-4, -4).
+                Chunk::single("particles/position", 3, [-3.0, -2.0, 0.0, -1.0, 0.0, 0.0]),
+                Chunk::texts("particles/types", &["A".into(), "B".into()]),
+                Chunk::counts("particles/typeid", [1, 0]),
+                Chunk::single("particles/diameter", 1, [1.0, 0.5]),
+                Chunk::single("particles/mass", 1, [1.0, 2.0]),
+            ]
+        };
+        let read = |frames: &[Vec<Chunk>], schema: &str| {
+            let bytes = to_bytes("a test", (schema, 1, 4), frames);
+            read_bytes(Path::new("a.gsd"), bytes)
+        };
+        let start = read(&[frame()], "hoomd").expect("a start");
+        assert_eq!(start.lengths, Some([10.0, 8.0, 0.0]));
+        assert_eq!(
+            (start.shear_offset, start.is_single_precision),
+            (-2.0, true)
+        );
+        let places = vec![vector![1.0, 2.0, 0.0], vector![3.0, 4.0, 0.0]];
+        assert_eq!((start.positions, start.velocities), (Some(places), None));
+        assert_eq!(
+            (start.radii, start.masses),
+            (Some(vec![0.5, 0.25]), Some(vec![1.0, 2.0]))
+        );
+        assert_eq!(start.types, Some(vec!["B".into(), "A".into()]));
+        let refused = |frames: &[Vec<Chunk>], schema: &str, words: &str| {
+            let said = read(frames, schema).expect_err(words).to_string();
+            assert!(
+                said.contains("a.gsd, frame 0: ") && said.contains(words),
+                "{said}"
+            );
+        };
+        refused(&[frame()], "other", "`other`");
+        refused(&[frame(), frame()], "hoomd", "2 frames");
+        let changed = |index: usize, chunk: Chunk| {
+            let mut frame = frame();
+            frame[index] = chunk;
+            [frame]
+        };
+        let tilted = Chunk::single("configuration/box", 1, [1.0, 1.0, 1.0, 0.0, 0.5, 0.0]);
+        refused(&changed(0, tilted), "hoomd", "tilted by xy alone");
+        let flat = Chunk::single("configuration/box", 1, [1.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        refused(&changed(0, flat), "hoomd", "positive sides");
+        refused(
+            &changed(1, Chunk::counts("particles/N", [0])),
+            "hoomd",
+            "no particle",
+        );
+        let plane = Chunk::single("particles/position", 2, [1.0; 4]);
+        refused(&changed(2, plane), "hoomd", "2 columns");
+        let few = Chunk::single("particles/position", 3, [1.0; 3]);
+        refused(&changed(2, few), "hoomd", "1 rows");
+        let odd = Chunk::single("particles/position", 3, [0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0]);
+        refused(&changed(2, odd), "hoomd", "NaN in row 1");
+        refused(
+            &changed(4, Chunk::counts("particles/typeid", [0, 2])),
+            "hoomd",
+            "type 2",
+        );
+        let point = Chunk::single("particles/diameter", 1, [1.0, 0.0]);
+        refused(&changed(5, point), "hoomd", "of particle 1");
+        let damaged = read_bytes(Path::new("a.gsd"), b"no GSD".to_vec());
+        assert!(
+            damaged
+                .expect_err("no file")
+                .to_string()
+                .contains("a whole file")
+        );
+    }
+
+    fn refused(name: &str, text: &str, line: usize, fragment: &str) {
+        let said = from_text(name, text).expect_err(text).to_string();
+        let place = format!("{name}:{line}:");
+        assert!(
+            said.contains(fragment) && said.contains(&place),
+            "{text}: {said}"
+        );
+    }
+
     #[test]
     fn damage_is_named_with_its_line() {
         for (name, text, line, fragment) in [
@@ -139,9 +326,9 @@ mod tests {
             ("a.xyz", "1\nProperties=pos:R:3\n1 1 1\n", 2, "Lattice"),
             (
                 "a.xyz",
-                "1\nLattice=\"1 0 0 1 1 0 0 0 1\"\n1 1 1\n",
+                "1\nLattice=\"1 1 0 0 1 0 0 0 1\"\n1 1 1\n",
                 2,
-                "rectangular",
+                "tilted by xy alone",
             ),
             (
                 "a.xyz",
@@ -167,14 +354,91 @@ mod tests {
                 4,
                 "one frame",
             ),
+            ("a.sph", "N\n", 1, "number of particles"),
+            ("a.sph", "1\n1 1 1\n", 2, "1 particles"),
+            ("a.sph", "1\n1 1 1\nA 0 0 0 0\n", 3, "above zero"),
+            ("a.gro", "1\n", 1, ".lammpstrj"),
+        ] {
+            refused(name, text, line, fragment);
+        }
+    }
+
+    #[test]
+    fn damage_of_files_of_lammps_is_named_with_its_line() {
+        for (name, text, line, fragment) in [
             ("a.dump", "id x y\n", 1, "ITEM:"),
             ("a.dump", "ITEM: TIMESTEP\n", 1, "ITEM: ATOMS"),
             ("a.dump", "ITEM: ATOMS x y z\n", 1, "BOX BOUNDS"),
             (
                 "a.dump",
-                "ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 1 0\n",
+                "ITEM: BOX BOUNDS xy xz yz pp pp pp\n0 1 0\n0 1 0.5\n",
+                3,
+                "tilted by xy alone",
+            ),
+            (
+                "a.dump",
+                "ITEM: BOX BOUNDS abc origin pp pp pp\n",
                 1,
-                "rectangular",
+                "general triclinic",
+            ),
+            ("a.data", "remark\n\n1 atoms\n", 3, "xlo xhi"),
+            (
+                "a.data",
+                &data("1 0 xlo xhi", "Atoms # atomic\n\n1 1 0 0 0\n"),
+                4,
+                "higher",
+            ),
+            (
+                "a.data",
+                &data("1 0 1 xy xz yz\n0 1 xlo xhi", ""),
+                4,
+                "tilted by xy alone",
+            ),
+            ("a.data", &data("0 1 xlo xhi", ""), 7, "a section `Atoms`"),
+            (
+                "a.data",
+                &data("0 1 xlo xhi", "Atoms # full\n\n1 1 1 0 0 0 0\n"),
+                8,
+                "`full`",
+            ),
+            (
+                "a.data",
+                &data("0 1 xlo xhi", "Atoms\n\n1 1 0 0\n"),
+                8,
+                "in 4 columns",
+            ),
+            (
+                "a.data",
+                &data("0 1 xlo xhi", "Atoms\n\n"),
+                8,
+                "1 atoms, as line 3 says",
+            ),
+            (
+                "a.data",
+                &data("0 1 xlo xhi", "Atoms\n\n1 1 0 q 0\n"),
+                10,
+                "y = q",
+            ),
+            (
+                "a.data",
+                &data("0 1 xlo xhi", "Atoms\n\n1 1 0 1 0 0 0\n"),
+                10,
+                "radius = 0",
+            ),
+            (
+                "a.data",
+                &data("0 1 xlo xhi", "Masses\n\n2 1\n\nAtoms\n\n1 1 0 0 0\n"),
+                14,
+                "line 8",
+            ),
+            (
+                "a.data",
+                &data(
+                    "0 1 xlo xhi",
+                    "Atoms\n\n1 1 0 0 0\n\nVelocities\n\n2 0 0 0\n",
+                ),
+                12,
+                "atom 1",
             ),
             ("a.dump", "ITEM: BOX BOUNDS pp pp pp\n1 0\n", 2, "higher"),
             (
@@ -183,17 +447,8 @@ mod tests {
                 7,
                 "xs ys zs",
             ),
-            ("a.sph", "N\n", 1, "number of particles"),
-            ("a.sph", "1\n1 1 1\n", 2, "1 particles"),
-            ("a.sph", "1\n1 1 1\nA 0 0 0 0\n", 3, "above zero"),
-            ("a.gro", "1\n", 1, ".lammpstrj"),
         ] {
-            let error = from_text(name, text).expect_err(text);
-            let said = error.to_string();
-            assert!(
-                said.contains(fragment) && said.contains(&format!("{name}:{line}:")),
-                "{text}: {said}"
-            );
+            refused(name, text, line, fragment);
         }
     }
 }

@@ -12,7 +12,7 @@ mod placement;
 mod sequential;
 mod velocities;
 
-pub use file::{FileError, StartFile, read};
+pub use file::{ENDINGS, FileError, StartFile, read, read_bytes};
 pub use lattice::{Lattice, hexagonal, square};
 pub use overlap::{Overlap, first_overlap};
 pub use placement::{PlacedDisks, PlacementError};

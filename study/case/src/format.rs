@@ -167,15 +167,28 @@ pub enum UnitsSpec {
     Si,
 }
 
+/// Endings of the names of start files, which decide their format.
+pub const START_FILE_ENDINGS: [&str; 9] = [
+    ".csv",
+    ".xyz",
+    ".extxyz",
+    ".dump",
+    ".lammpstrj",
+    ".data",
+    ".lmp",
+    ".gsd",
+    ".sph",
+];
+
 /// The initial state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StartSpec {
     /// Placement of the particles.
     pub placement: PlacementSpec,
-    /// File with positions or velocities: CSV (`.csv`), extended XYZ (`.xyz`), a dump of LAMMPS
-    /// (`.dump`, `.lammpstrj`) or a file of EDMD (`.sph`), relative to the case file; with placement
-    /// or velocities = "file".
+    /// File with positions or velocities: CSV (`.csv`), extended XYZ (`.xyz`, `.extxyz`), a dump of
+    /// LAMMPS (`.dump`, `.lammpstrj`) or a data file of it (`.data`, `.lmp`), GSD (`.gsd`) or a file
+    /// of EDMD (`.sph`), relative to the case file; with placement or velocities = "file".
     #[schemars(length(min = 1))]
     pub file: Option<String>,
     /// Corners `[[x0, y0], [x1, y1]]` of the region in which the particles lie, of three numbers in

@@ -5,7 +5,9 @@ use std::path::Path;
 use toml::{Table, Value};
 
 use crate::error::Problem;
-use crate::format::{Case, EnergyPart, FaceSpec, PlacementSpec, TimeUnit, VelocitiesSpec};
+use crate::format::{
+    Case, EnergyPart, FaceSpec, PlacementSpec, START_FILE_ENDINGS, TimeUnit, VelocitiesSpec,
+};
 use crate::origin::{split, value_at};
 
 mod engines;
@@ -147,7 +149,7 @@ impl Relations<'_> {
         self.ensure(
             start.file.is_some() == (placed_by_file || start.velocities == VelocitiesSpec::FILE),
             "start.file",
-            "a .csv, .xyz, .dump or .sph file; given with placement = \"file\" or velocities = \"file\", always and only",
+            "a file of positions or velocities; given with placement = \"file\" or velocities = \"file\", always and only",
         )?;
         self.cumulant()?;
         if let Some(file) = &start.file {
@@ -156,14 +158,12 @@ impl Relations<'_> {
                 .extension()
                 .and_then(|ending| ending.to_str())
                 .unwrap_or("");
-            let known = ["csv", "xyz", "extxyz", "dump", "lammpstrj", "sph"]
-                .iter()
-                .any(|one| ending.eq_ignore_ascii_case(one));
-            self.ensure(
-                known,
-                "start.file",
-                "a start file ends with .csv, .xyz, .extxyz, .dump, .lammpstrj or .sph",
-            )?;
+            let known = (START_FILE_ENDINGS.iter()).any(|one| {
+                one.strip_prefix('.')
+                    .is_some_and(|one| ending.eq_ignore_ascii_case(one))
+            });
+            let allowed = format!("a start file ends with {}", START_FILE_ENDINGS.join(", "));
+            self.ensure(known, "start.file", allowed)?;
             let missing = format!(
                 "a start file exists, but there is no file {}",
                 path.display()

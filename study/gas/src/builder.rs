@@ -6,7 +6,7 @@ use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{
     Domain, Free, Interrupt, Invalid, Law, Particle, ParticleSpec, ParticleState, Particles, Plane,
-    Rough, Scene, SizeDistribution, Sizes, Smooth, Space, Species, SpeciesProperties, State,
+    Rough, Scene, Shear, SizeDistribution, Sizes, Smooth, Space, Species, SpeciesProperties, State,
     Volume,
 };
 
@@ -49,8 +49,7 @@ impl Gas {
     /// Displacement of the box above along the first axis in a shear flow, from 0 to the width of
     /// the box \[length\]; 0 without a flow.
     pub fn shear_offset(&self) -> f64 {
-        let rate = self.grains.shear_rate.unwrap_or(0.0);
-        self.particles.shear_offset(rate)
+        self.particles.shear_offset(self.grains.shear())
     }
 
     /// Haff's cooling time of equal particles with one coefficient of restitution r, at their
@@ -282,6 +281,7 @@ impl GasBuilder {
             rough: rough.transpose()?,
             gravity: self.gravity,
             shear_rate: self.shear_rate,
+            shear_offset: 0.0,
             is_bounded: bounded,
         };
         if self.shear_rate.is_some() {
@@ -355,8 +355,8 @@ impl GasBuilder {
             lengths[2] = 1.0;
         }
         let has_places = start.lengths[0] > 0.0;
-        let rate = self.shear_rate.unwrap_or(0.0);
-        let domain = has_places.then(|| walls.domain(lengths)?.in_flow(rate, start.time));
+        let shear = self.shear_rate.map(|rate| Shear { rate, offset: 0.0 });
+        let domain = has_places.then(|| walls.domain(lengths)?.in_flow(shear, start.time));
         let domain = domain.transpose()?;
         let place = |number: usize, position: Vector3<f64>| {
             let inside = domain.map_or(position, |domain| domain.wrap(position));

@@ -67,8 +67,7 @@ impl EventDriven {
     ) -> Result<bool, GasError> {
         let mut particles = self.simulation.particles();
         let (time, temperature) = (particles.time, particles.temperature());
-        let rate = self.gas.grains.shear_rate.unwrap_or(0.0);
-        if particles.shear_offset(rate) != 0.0 {
+        if particles.shear_offset(self.gas.grains.shear()) != 0.0 {
             return Err(GasError::Unfit {
                 what: "equilibration of a shear flow that has begun",
                 instead: "equilibrate before the first advance",

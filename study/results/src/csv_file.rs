@@ -71,6 +71,21 @@ impl Table {
     /// [`ResultsError`] if a row has more or fewer cells than the table has columns, or a column
     /// with a unit holds words. Both are errors of the program.
     pub fn to_csv(&self) -> Result<Vec<u8>, ResultsError> {
+        self.check()?;
+        let write = || -> Result<Vec<u8>, csv::Error> {
+            let mut writer = WriterBuilder::new().has_headers(false).from_writer(vec![]);
+            writer.write_record(self.columns.iter().map(|column| &*column.name))?;
+            for row in &self.rows {
+                writer.serialize(row)?;
+            }
+            let bytes = writer.into_inner();
+            bytes.map_err(|error| error.into_error().into())
+        };
+        write().map_err(|error| fault(Path::new(&self.file()), &error))
+    }
+
+    /// Checks that rows have the cells of the columns; others are errors of the program.
+    pub(crate) fn check(&self) -> Result<(), ResultsError> {
         let path = || self.file().into();
         for (row, line) in self.rows.iter().zip(2..) {
             if row.len() != self.columns.len() {
@@ -94,16 +109,7 @@ impl Table {
                 }
             }
         }
-        let write = || -> Result<Vec<u8>, csv::Error> {
-            let mut writer = WriterBuilder::new().has_headers(false).from_writer(vec![]);
-            writer.write_record(self.columns.iter().map(|column| &*column.name))?;
-            for row in &self.rows {
-                writer.serialize(row)?;
-            }
-            let bytes = writer.into_inner();
-            bytes.map_err(|error| error.into_error().into())
-        };
-        write().map_err(|error| fault(&path(), &error))
+        Ok(())
     }
 
     /// Reads the rows of this table, which has columns but no rows yet, from a CSV file.

@@ -7,6 +7,15 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResultsError {
+    /// A table cannot be written as Parquet; an error of the program.
+    #[cfg(feature = "parquet")]
+    #[error("table {table}: cannot be written as Parquet: {message}")]
+    Parquet {
+        /// Name of the table.
+        table: String,
+        /// Message of the writer.
+        message: String,
+    },
     /// Results exist already.
     #[error("{} exists; use --resume to continue it, --force to replace it, or --out for another folder", path.display())]
     Exists {

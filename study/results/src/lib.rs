@@ -16,6 +16,8 @@ pub mod frames;
 mod identity;
 mod list;
 mod manifest;
+#[cfg(feature = "parquet")]
+mod parquet_file;
 mod regular;
 mod table;
 mod verdict;

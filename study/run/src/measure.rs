@@ -127,7 +127,7 @@ pub trait Measure: Sync {
     }
 
     /// Files of all particles at some times, each with its description in the manifest.
-    fn snapshots(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
+    fn snapshots(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, Vec<u8>)> {
         Vec::new()
     }
 

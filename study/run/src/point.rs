@@ -417,8 +417,8 @@ impl Job<'_> {
             } else {
                 later.extend(said);
             }
-            for (snapshot, text) in known.snapshots(plan, &runs) {
-                place.write(&snapshot.file, text.as_bytes())?;
+            for (snapshot, bytes) in known.snapshots(plan, &runs) {
+                place.write(&snapshot.file, &bytes)?;
                 snapshots.push(snapshot);
             }
             for one in known.frames(plan, &runs) {

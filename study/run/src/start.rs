@@ -333,10 +333,11 @@ fn particles<S: Space, C: Surface<S>>(
 }
 
 /// Particle properties without the shear flow: equilibration is at rest, and the flow starts after
-/// it.
+/// it. A start whose boxes are displaced already is not equilibrated, and has its flow.
 fn at_rest(plan: &CasePlan) -> ParticleSpec {
+    let has_begun = plan.grains.shear_offset != 0.0;
     ParticleSpec {
-        shear_rate: None,
+        shear_rate: plan.grains.shear_rate.filter(|_| has_begun),
         ..plan.grains.clone()
     }
 }

@@ -84,6 +84,7 @@ impl Setting {
                 rough: None,
                 gravity: Some(vector![0.0, -weight, 0.0]),
                 shear_rate: None,
+                shear_offset: 0.0,
                 is_bounded: true,
             },
             start: Particles {

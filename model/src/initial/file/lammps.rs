@@ -1,6 +1,6 @@
-//! Starts in the text dumps of LAMMPS: one frame of an orthogonal box, whose atoms have `x y z`
-//! (or scaled `xs ys zs`) and, optionally, `vx vy vz`, `omegax omegay omegaz`, `radius` or
-//! `diameter`, `mass` and `type`. Further columns are ignored.
+//! Starts in the text dumps of LAMMPS: one frame of a box that is orthogonal or tilted by `xy`, whose
+//! atoms have `x y z` (or scaled `xs ys zs`) and, optionally, `vx vy vz`, `omegax omegay omegaz`,
+//! `radius` or `diameter`, `mass`, `type` and `weight`. Further columns are ignored.
 
 use std::collections::HashMap;
 
@@ -8,10 +8,12 @@ use nalgebra::Vector3;
 
 use super::rows::{Columns, Components, FileError, Rows, SourceFile, StartFile};
 
-/// Bounds of the box: where it begins, its sides, and its periodic axes.
+/// Box of a dump: its lower corner and its sides \[length\], and its periodic axes.
 struct DumpBox {
     lower: Vector3<f64>,
     lengths: [f64; 3],
+    /// Displacement of the upper side along x \[length\].
+    tilt: f64,
     periodic: [bool; 3],
 }
 
@@ -56,17 +58,19 @@ fn bounds<'a>(
     faces: &str,
     lines: &mut impl Iterator<Item = (usize, &'a str)>,
 ) -> Result<DumpBox, FileError> {
-    let words: Vec<&str> = faces.split_whitespace().collect();
-    if words
-        .iter()
-        .any(|word| ["xy", "xz", "yz", "abc"].contains(word))
-    {
-        let found = format!("`ITEM: BOX BOUNDS{faces}`");
-        return Err(source.error(header, found, "a rectangular box"));
+    let mut words: Vec<&str> = faces.split_whitespace().collect();
+    if words.contains(&"abc") {
+        let found = format!("`ITEM: BOX BOUNDS{faces}`, a general triclinic box");
+        return Err(source.error(header, found, super::TILTED));
+    }
+    let is_tilted = words.starts_with(&["xy", "xz", "yz"]);
+    if is_tilted {
+        words.drain(..3);
     }
     let mut domain = DumpBox {
         lower: Vector3::zeros(),
         lengths: [0.0; 3],
+        tilt: 0.0,
         // Old dumps do not say; their boxes are periodic.
         periodic: [0, 1, 2].map(|axis| words.get(axis).is_none_or(|word| *word == "pp")),
     };
@@ -76,8 +80,20 @@ fn bounds<'a>(
     {
         let (line, row) = lines.next().unwrap_or((header + axis + 1, ""));
         let mut values = row.split_whitespace();
-        let low = source.number(line, names[0], values.next())?;
-        let high = source.number(line, names[1], values.next())?;
+        let mut low = source.number(line, names[0], values.next())?;
+        let mut high = source.number(line, names[1], values.next())?;
+        if is_tilted {
+            // The line of x has xy, that of y has xz, and that of z has yz.
+            let tilt = source.number(line, "the tilt", values.next())?;
+            if axis > 0 && tilt != 0.0 {
+                return Err(source.error(line, format!("`{row}`"), super::TILTED));
+            } else if axis == 0 {
+                // Bounds are those of the tilted box.
+                domain.tilt = tilt;
+                low -= tilt.min(0.0);
+                high -= tilt.max(0.0);
+            }
+        }
         if high <= low {
             return Err(source.error(line, format!("`{row}`"), "a lower and a higher bound"));
         }
@@ -117,16 +133,19 @@ fn atoms<'a>(
         radius: single("radius").or(diameter),
         mass: single("mass"),
         kind: single("type"),
-        weight: None,
+        weight: single("weight"),
     };
     let mut rows = Rows::new(source, Some(domain.lengths), table);
     rows.start.periodic = Some(domain.periodic);
+    rows.start.shear_offset = domain.tilt;
     let mut start = rows.read(lines, header, count)?;
     for place in start.positions.iter_mut().flatten() {
         *place = if placed.is_some() {
             *place - domain.lower
         } else {
-            place.component_mul(&Vector3::from(domain.lengths))
+            // Scaled places are parts of the vectors of the box.
+            let tilt = Vector3::new(domain.tilt * place.y, 0.0, 0.0);
+            place.component_mul(&Vector3::from(domain.lengths)) + tilt
         };
     }
     if diameter.is_some() {

@@ -11,6 +11,9 @@ pub struct StartFile {
     /// Side lengths of the box \[length\], the third 0 where the file names two; `None` without a
     /// box.
     pub lengths: Option<[f64; 3]>,
+    /// Displacement of the box above along x, by the tilt of a box in shear flow \[length\]; 0 for a
+    /// rectangular box. It may be negative or beyond the width.
+    pub shear_offset: f64,
     /// Periodicity by axis; `None` where the file does not state it.
     pub periodic: Option<[bool; 3]>,
     /// Centres \[length\], if the file has them.
@@ -28,6 +31,8 @@ pub struct StartFile {
     /// Weights: numbers of particles that each particle of the file stands for, if the file has
     /// them.
     pub weights: Option<Vec<f64>>,
+    /// True if the numbers of the file have single precision, with a relative rounding of 2^-24.
+    pub is_single_precision: bool,
 }
 
 impl StartFile {
@@ -62,13 +67,31 @@ pub enum FileError {
         /// Expected content.
         expected: String,
     },
+    /// A frame of a binary file has wrong content.
+    #[error("{}, frame {frame}: found {found}; expected {expected}", path.display())]
+    Frame {
+        /// Path of the file.
+        path: PathBuf,
+        /// Frame, counted from 0.
+        frame: u64,
+        /// Content found.
+        found: String,
+        /// Expected content.
+        expected: String,
+    },
 }
 
 /// Largest number of a start file: squares and ratios of such numbers are still finite.
-const LARGEST: f64 = 1e100;
+pub(super) const LARGEST: f64 = 1e100;
 
-/// Most characters in the name of a species.
-const LONGEST_NAME: usize = 40;
+/// Names of species that are allowed.
+pub(super) const SPECIES_NAME: &str = "a name of 1 to 40 characters other than \"all\"";
+
+/// Returns true if a species may have this name.
+pub(super) fn is_species_name(name: &str) -> bool {
+    let plain = !name.chars().any(char::is_control) && name.chars().count() <= 40;
+    plain && !name.is_empty() && name != "all"
+}
 
 /// Path of a file that is read, for its errors.
 pub(super) struct SourceFile<'a> {
@@ -86,6 +109,21 @@ impl SourceFile<'_> {
         FileError::Content {
             path: self.path.to_owned(),
             line,
+            found: found.into(),
+            expected: expected.into(),
+        }
+    }
+
+    /// Error of a frame of a binary file.
+    pub(super) fn frame_error(
+        &self,
+        frame: u64,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> FileError {
+        FileError::Frame {
+            path: self.path.to_owned(),
+            frame,
             found: found.into(),
             expected: expected.into(),
         }
@@ -132,12 +170,11 @@ impl SourceFile<'_> {
     /// Name of a species in a column.
     pub(super) fn name(&self, line: usize, text: Option<&str>) -> Result<String, FileError> {
         let name = text.unwrap_or("").trim();
-        let plain = !name.chars().any(char::is_control) && name.chars().count() <= LONGEST_NAME;
-        if !plain || name.is_empty() || name == "all" {
-            let expected = format!("a name of 1 to {LONGEST_NAME} characters other than \"all\"");
-            return Err(self.error(line, format!("type = `{name}`"), expected));
+        if is_species_name(name) {
+            Ok(name.to_owned())
+        } else {
+            Err(self.error(line, format!("type = `{name}`"), SPECIES_NAME))
         }
-        Ok(name.to_owned())
     }
 }
 
@@ -173,7 +210,6 @@ impl<'a> Rows<'a> {
     ) -> Self {
         let start = StartFile {
             lengths,
-            periodic: None,
             positions: columns.position.map(|_| Vec::new()),
             velocities: columns.velocity.map(|_| Vec::new()),
             spins: columns.spin.map(|_| Vec::new()),
@@ -181,6 +217,7 @@ impl<'a> Rows<'a> {
             masses: columns.mass.map(|_| Vec::new()),
             types: columns.kind.map(|_| Vec::new()),
             weights: columns.weight.map(|_| Vec::new()),
+            ..StartFile::default()
         };
         Self {
             source,

@@ -1,5 +1,5 @@
 //! Starts in the extended XYZ that OVITO and ASE write: a second line with `Lattice="..."`
-//! (orthogonal) and `Properties=...` naming `pos`, and optionally `velo`, `angular_velocity`,
+//! (orthogonal, or with its second vector tilted along x) and `Properties=...` naming `pos`, and optionally `velo`, `angular_velocity`,
 //! `radius`, `mass`, `type` or `species`, `weight`; and `pbc="..."`, optionally.
 
 use std::collections::HashMap;
@@ -44,9 +44,14 @@ pub(super) fn read_xyz(source: &SourceFile<'_>, text: &str) -> Result<StartFile,
             "Lattice=\"Lx 0 0 0 Ly 0 0 0 Lz\"",
         ));
     }
+    let mut shear_offset = 0.0;
     for (index, entry) in entries.iter().enumerate() {
-        if index % 4 != 0 && source.number(2, "Lattice", Some(entry))? != 0.0 {
-            return Err(source.error(2, format!("Lattice=\"{lattice}\""), "a rectangular box"));
+        let value = source.number(2, "Lattice", Some(entry))?;
+        match index {
+            3 => shear_offset = value,
+            0 | 4 | 8 => {}
+            _ if value == 0.0 => {}
+            _ => return Err(source.error(2, format!("Lattice=\"{lattice}\""), super::TILTED)),
         }
     }
     let lengths = [
@@ -104,6 +109,7 @@ pub(super) fn read_xyz(source: &SourceFile<'_>, text: &str) -> Result<StartFile,
     };
     let mut rows = Rows::new(source, Some(lengths), columns);
     rows.start.periodic = periodic;
+    rows.start.shear_offset = shear_offset;
     rows.read(&mut lines, 2, count)
 }
 

@@ -46,7 +46,12 @@ fn runs(measure: usize, finished: &[Vec<CompletedRun>]) -> ReplicaRecords<'_> {
 }
 
 fn files(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Vec<(Snapshot, String)> {
-    SnapshotMeasure.snapshots(plan, &runs(0, finished))
+    let files = SnapshotMeasure
+        .snapshots(plan, &runs(0, finished))
+        .into_iter();
+    files
+        .map(|(one, bytes)| (one, String::from_utf8(bytes).expect("text")))
+        .collect()
 }
 
 fn log(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Table {
@@ -205,6 +210,10 @@ fn options_that_cannot_be_are_named() {
         (
             "quantities = []",
             "quantities: one or more of a gas without positions",
+        ),
+        (
+            "formats = [\"gsd\"]",
+            "formats: a gas with positions; snapshots of one without are CSV",
         ),
     ] {
         let found = bad(&format!("[measure.snapshots]\n{options}"), &SnapshotMeasure);

@@ -1,12 +1,22 @@
-//! All particles of chosen replicas at chosen times, in the units of the case: as extended XYZ, which OVITO and ASE read, and as CSV of
-//! gases without positions.
+//! All particles of chosen replicas at chosen times, in the units of the case: as extended XYZ, which OVITO and ASE read, as a dump of LAMMPS
+//! or as GSD; and as CSV of gases without positions.
+
+mod gsd;
+mod lammps;
+mod quantity;
+#[cfg(test)]
+mod tests;
+mod tilted_box;
+mod xyz;
 
 use std::fmt::Write as _;
 
-use serde::Deserialize;
-use stosszahl_model::{Particle, Particles};
+use serde::{Deserialize, Serialize};
+use stosszahl_model::{Particles, Shear};
 use stosszahl_results::{SNAPSHOTS, Snapshot};
 
+use self::quantity::{ParticleQuantity, written};
+use self::tilted_box::TiltedBox;
 use super::selection::{Replicas, check_engines, is_named};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan, UnitScale};
@@ -20,7 +30,7 @@ pub struct SnapshotMeasure;
 /// Most snapshots of one engine that an interval may ask for.
 const MOST: f64 = 10_000.0;
 
-/// Options: times, engines, replicas and quantities.
+/// SnapshotOptions: times, engines, replicas, quantities and formats.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SnapshotOptions {
@@ -33,92 +43,60 @@ pub struct SnapshotOptions {
     pub engines: Option<Vec<String>>,
     /// Numbers of replicas, from 0, or "all". Default: \[0\].
     pub replicas: Replicas,
-    /// Quantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
+    /// ParticleQuantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
     pub quantities: Option<Vec<ParticleQuantity>>,
+    /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of LAMMPS (`.dump`), GSD. Default: \["xyz"\].
+    pub formats: Option<Vec<SnapshotFormat>>,
 }
 
-/// A quantity of each particle.
+/// File format of snapshots of gases with positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum ParticleQuantity {
-    /// Velocity \[length/time\].
-    Velocity,
-    /// Radius \[length\].
-    Radius,
-    /// Mass.
-    Mass,
-    /// Angular velocity \[1/time\].
-    AngularVelocity,
-    /// Number of the species, from 0.
-    Species,
-    /// Number of particles that it stands for.
-    Weight,
+pub enum SnapshotFormat {
+    /// Extended XYZ: OVITO, ASE; the report shows it. All digits.
+    Xyz,
+    /// Text dump of LAMMPS: LAMMPS, OVITO, ASE, `MDAnalysis`. All digits.
+    Lammps,
+    /// GSD of the schema hoomd: HOOMD-blue, OVITO, freud, `MDAnalysis`. Single precision.
+    Gsd,
 }
 
-impl ParticleQuantity {
-    const ALL: [Self; 6] = [
-        Self::Velocity,
-        Self::Radius,
-        Self::Mass,
-        Self::AngularVelocity,
-        Self::Species,
-        Self::Weight,
-    ];
-
-    /// Its name in CSV, and the property of extended XYZ: its name, type and width.
-    fn described(self) -> (&'static str, &'static str) {
+impl SnapshotFormat {
+    /// Ending of the names of files, without the dot.
+    fn ending(self) -> &'static str {
         match self {
-            Self::Velocity => ("velocity", "velo:R:3"),
-            Self::Radius => ("radius", "radius:R:1"),
-            Self::Mass => ("mass", "mass:R:1"),
-            Self::AngularVelocity => ("angular_velocity", "angular_velocity:R:3"),
-            // "species" would be names of elements to OVITO and ASE.
-            Self::Species => ("species", "type:I:1"),
-            Self::Weight => ("weight", "weight:R:1"),
+            Self::Xyz => "xyz",
+            Self::Lammps => "dump",
+            Self::Gsd => "gsd",
+        }
+    }
+}
+
+impl SnapshotOptions {
+    /// Endings of the files of a snapshot of a plan.
+    fn endings(&self, plan: &CasePlan) -> Vec<&'static str> {
+        if plan.has_box() {
+            self.formats().iter().map(|one| one.ending()).collect()
+        } else {
+            vec!["csv"]
         }
     }
 
-    /// Whether it says more than that all particles are alike.
-    fn tells(self, particles: &Particles) -> bool {
-        let mut all = particles.all.iter();
-        match self {
-            Self::Velocity | Self::Radius | Self::Mass => true,
-            Self::AngularVelocity => all.any(|one| one.spin.norm_squared() > 0.0),
-            Self::Species => all.any(|one| one.species > 0),
-            Self::Weight => all.any(|one| one.weight != particles.all[0].weight),
-        }
-    }
-
-    /// Its numbers in units of which one engine unit is `scale`, each after `mark`.
-    fn write(self, text: &mut String, mark: char, one: &Particle, scale: UnitScale) {
-        let vector = |text: &mut String, all: nalgebra::Vector3<f64>| {
-            for number in &all {
-                let _ = write!(text, "{mark}{number}");
-            }
-        };
-        // Writing to a string cannot fail.
-        let _ = match self {
-            Self::Velocity => return vector(text, one.velocity * scale.speed()),
-            Self::AngularVelocity => return vector(text, one.spin / scale.time()),
-            Self::Radius => write!(text, "{mark}{}", one.radius * scale.length),
-            Self::Mass => write!(text, "{mark}{}", one.mass * scale.mass),
-            Self::Species => write!(text, "{mark}{}", one.species),
-            Self::Weight => write!(text, "{mark}{}", one.weight),
-        };
+    fn formats(&self) -> &[SnapshotFormat] {
+        self.formats.as_deref().unwrap_or(&[SnapshotFormat::Xyz])
     }
 }
 
-/// Returns the quantities to write: those asked for, or those in which particles differ.
-fn written(asked: Option<&[ParticleQuantity]>, particles: &Particles) -> Vec<ParticleQuantity> {
-    let all = ParticleQuantity::ALL.into_iter();
-    match asked {
-        Some(asked) => all.filter(|one| asked.contains(one)).collect(),
-        None => all.filter(|one| one.tells(particles)).collect(),
-    }
-}
+/// Files of the snapshots of one engine that were taken.
+type Records = Vec<SnapshotFiles>;
 
-/// The snapshots taken, each with the number of its replica.
-type Texts = Vec<(u64, String)>;
+/// Files of one snapshot, one for each format.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct SnapshotFiles {
+    /// Number of the replica, from 0.
+    replica: u64,
+    files: Vec<serde_bytes::ByteBuf>,
+}
 
 /// Units of a snapshot file.
 #[derive(Clone, Copy)]
@@ -128,8 +106,8 @@ struct SnapshotUnits {
     time_over_t0: Option<f64>,
     /// Third side of the box of disks: a mean diameter \[length of the case\], or 1 of points.
     depth: f64,
-    /// Shear rate of the flow \[1/engine time\]; 0 without a flow.
-    shear_rate: f64,
+    /// Shear flow as it is at time 0 \[engine units\].
+    shear: Option<Shear>,
 }
 
 impl SnapshotUnits {
@@ -139,61 +117,56 @@ impl SnapshotUnits {
             scale: plan.scale,
             time_over_t0: plan.cooling_time().map(|t0| plan.time / t0),
             depth: if depth > 0.0 { depth } else { 1.0 },
-            shear_rate: plan.grains.shear_rate.unwrap_or(0.0),
+            shear: plan.grains.shear(),
+        }
+    }
+}
+
+/// Snapshot to be written.
+struct Content<'a> {
+    particles: &'a Particles,
+    quantities: Vec<ParticleQuantity>,
+    units: SnapshotUnits,
+    domain: TiltedBox,
+    engine: &'a str,
+    /// Time in the unit of time of the case.
+    time: f64,
+    /// Number of the snapshot of the engine, from 0.
+    index: usize,
+}
+
+impl<'a> Content<'a> {
+    fn new(
+        particles: &'a Particles,
+        asked: Option<&[ParticleQuantity]>,
+        units: SnapshotUnits,
+        engine: &'a str,
+        time: f64,
+    ) -> Self {
+        Self {
+            particles,
+            quantities: written(asked, particles),
+            units,
+            domain: TiltedBox::of(particles, units),
+            engine,
+            time,
+            index: 0,
+        }
+    }
+
+    fn file(&self, format: SnapshotFormat) -> Vec<u8> {
+        match format {
+            SnapshotFormat::Xyz => xyz::xyz(self).into_bytes(),
+            SnapshotFormat::Lammps => lammps::dump(self).into_bytes(),
+            SnapshotFormat::Gsd => gsd::gsd(self),
         }
     }
 }
 
 /// Writes all quantities in the extended XYZ format, in the units of the case of a plan.
 pub fn extended_xyz(particles: &Particles, plan: &CasePlan, engine: &str) -> String {
-    let time = particles.time / plan.time;
-    xyz(particles, None, SnapshotUnits::new(plan), engine, time)
-}
-
-fn xyz(
-    particles: &Particles,
-    asked: Option<&[ParticleQuantity]>,
-    units: SnapshotUnits,
-    engine: &str,
-    time: f64,
-) -> String {
-    let scale = units.scale;
-    let [x, y, z] = particles.lengths.map(|side| side * scale.length);
-    // The second vector of the lattice leads to the image above, which slides in a shear flow.
-    let slid = particles.shear_offset(units.shear_rate) * scale.length;
-    let depth = if particles.dimension == 2 {
-        units.depth
-    } else {
-        z
-    };
-    let over_t0 = units.time_over_t0.map(|unit| time * unit);
-    let over_t0 = over_t0.map_or_else(String::new, |time| format!(" TimeOverT0={time}"));
-    let periodic = [0, 1, 2].map(|axis| {
-        let is_periodic = axis < particles.dimension && particles.periodic[axis];
-        if is_periodic { "T" } else { "F" }
-    });
-    let quantities = written(asked, particles);
-    let mut text = String::with_capacity(LINE as usize * particles.all.len());
-    let mut properties = String::from("id:I:1:pos:R:3");
-    for one in &quantities {
-        let _ = write!(properties, ":{}", one.described().1);
-    }
-    let _ = writeln!(text, "{}", particles.all.len());
-    let _ = writeln!(
-        text,
-        "Lattice=\"{x} 0 0 {slid} {y} 0 0 0 {depth}\" Properties={properties} pbc=\"{}\" Time={}{over_t0} Engine={engine}",
-        periodic.join(" "),
-        particles.time * scale.time(),
-    );
-    for (index, one) in particles.all.iter().enumerate() {
-        let at = one.position * scale.length;
-        let _ = write!(text, "{index} {} {} {}", at[0], at[1], at[2]);
-        for quantity in &quantities {
-            quantity.write(&mut text, ' ', one, scale);
-        }
-        text.push('\n');
-    }
-    text
+    let (time, units) = (particles.time / plan.time, SnapshotUnits::new(plan));
+    xyz::xyz(&Content::new(particles, None, units, engine, time))
 }
 
 /// A gas without positions: a column for each number.
@@ -202,8 +175,8 @@ fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitSca
     let mut text = String::with_capacity(LINE as usize * particles.all.len());
     text.push_str("id");
     for one in &quantities {
-        let (name, property) = one.described();
-        let _ = if property.ends_with(":3") {
+        let name = one.name();
+        let _ = if one.is_vector() {
             write!(text, ",{name}_x,{name}_y,{name}_z")
         } else {
             write!(text, ",{name}")
@@ -213,7 +186,9 @@ fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitSca
     for (index, one) in particles.all.iter().enumerate() {
         let _ = write!(text, "{index}");
         for quantity in &quantities {
-            quantity.write(&mut text, ',', one, scale);
+            for number in quantity.numbers(one, scale).as_slice() {
+                let _ = write!(text, ",{number}");
+            }
         }
         text.push('\n');
     }
@@ -223,7 +198,7 @@ fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitSca
 impl Measure for SnapshotMeasure {
     described!(
         "snapshots",
-        "All particles at chosen times, as extended XYZ; velocities of gases without positions, as CSV.",
+        "All particles at chosen times, as extended XYZ, dumps of LAMMPS or GSD; velocities of gases without positions, as CSV.",
         SnapshotOptions
     );
 
@@ -247,6 +222,14 @@ impl Measure for SnapshotMeasure {
         }
         check_engines(plan, options.engines.as_deref())?;
         options.replicas.check(plan)?;
+        if let Some(formats) = &options.formats {
+            let allowed = "a gas with positions; snapshots of one without are CSV";
+            measure::require(plan.has_box(), "formats", allowed)?;
+            let twice = |at: usize| formats[..at].contains(&formats[at]);
+            let once = !formats.is_empty() && !(0..formats.len()).any(twice);
+            let allowed = "one or more of \"xyz\", \"lammps\" and \"gsd\", each once";
+            measure::require(once, "formats", allowed)?;
+        }
         let none = options.quantities.is_some_and(|all| all.is_empty());
         let told = !none || plan.has_box();
         let allowed = "one or more of a gas without positions";
@@ -269,7 +252,8 @@ impl Measure for SnapshotMeasure {
     }
 
     fn kept_per_particle(&self, plan: &CasePlan) -> f64 {
-        LINE * self.times(plan).len() as f64
+        let options = measure::chosen::<SnapshotOptions>(plan, self.name());
+        LINE * (self.times(plan).len() * options.formats().len()) as f64
     }
 
     fn gathers(&self, plan: &CasePlan) -> bool {
@@ -280,7 +264,8 @@ impl Measure for SnapshotMeasure {
         if self.times(plan).is_empty() {
             0.0
         } else {
-            LINE
+            let options = measure::chosen::<SnapshotOptions>(plan, self.name());
+            LINE * options.formats().len() as f64
         }
     }
 
@@ -294,40 +279,50 @@ impl Measure for SnapshotMeasure {
         let placed = plan.has_box();
         let options = measure::chosen::<SnapshotOptions>(plan, self.name());
         let is_asked = is_named(options.engines.as_deref(), name);
-        let quantities = options.quantities;
-        Box::new(SampleProbe::new(Texts::new(), move |texts, moment| {
-            if is_asked {
-                let (all, asked) = (moment.particles(), quantities.as_deref());
-                let text = if placed {
-                    xyz(all, asked, units, name, moment.time)
-                } else {
-                    csv(all, asked, units.scale)
-                };
-                texts.push((moment.replica, text));
+        Box::new(SampleProbe::new(Records::new(), move |records, moment| {
+            if !is_asked {
+                return;
             }
+            let (all, asked) = (moment.particles(), options.quantities.as_deref());
+            let files: Vec<Vec<u8>> = if placed {
+                let content = Content {
+                    index: records.len(),
+                    ..Content::new(all, asked, units, name, moment.time)
+                };
+                let formats = options.formats().iter();
+                formats.map(|&format| content.file(format)).collect()
+            } else {
+                vec![csv(all, asked, units.scale).into_bytes()]
+            };
+            records.push(SnapshotFiles {
+                replica: moment.replica,
+                files: files.into_iter().map(Into::into).collect(),
+            });
         }))
     }
 
-    fn snapshots(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, String)> {
+    fn snapshots(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, Vec<u8>)> {
         let times = self.times(plan);
-        let ending = if plan.has_box() { "xyz" } else { "csv" };
+        let endings = measure::chosen::<SnapshotOptions>(plan, self.name()).endings(plan);
         let mut files = Vec::new();
-        for (engine, records) in runs.each::<Texts>(plan) {
+        for (engine, records) in runs.each::<Records>(plan) {
             let name = engine.name;
             for record in records {
-                for (index, ((replica, text), &time)) in record.iter().zip(&times).enumerate() {
-                    let number = match replica {
+                for (index, (taken, &time)) in record.iter().zip(&times).enumerate() {
+                    let number = match taken.replica {
                         0 => format!("{index}"),
                         other => format!("{index}-replica-{other}"),
                     };
-                    let snapshot = Snapshot {
-                        engine: name.to_owned(),
-                        replica: *replica,
-                        time,
-                        file: format!("{SNAPSHOTS}/{name}-{number}.{ending}"),
-                        blake3: String::new(),
-                    };
-                    files.push((snapshot, text.clone()));
+                    for (bytes, ending) in taken.files.iter().zip(&endings) {
+                        let snapshot = Snapshot {
+                            engine: name.to_owned(),
+                            replica: taken.replica,
+                            time,
+                            file: format!("{SNAPSHOTS}/{name}-{number}.{ending}"),
+                            blake3: String::new(),
+                        };
+                        files.push((snapshot, bytes.to_vec()));
+                    }
                 }
             }
         }

@@ -436,7 +436,8 @@ fn species_and_snapshots() {
     let files = measure.snapshots(&plan, &runs);
     assert_eq!(files[0].0.file, "snapshots/ed-0.xyz");
     assert_eq!((&*files[0].0.engine, files[0].0.time), ("ed", 4.0));
-    let lines: Vec<&str> = files[0].1.lines().collect();
+    let text = String::from_utf8(files[0].1.clone()).expect("text");
+    let lines: Vec<&str> = text.lines().collect();
     assert_eq!((lines[0], lines.len()), ("40", 42));
     let fields: Vec<f64> = lines[2]
         .split(' ')

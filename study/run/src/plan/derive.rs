@@ -73,6 +73,7 @@ impl CasePlan {
             shear_rate: (case.domain.as_ref())
                 .and_then(|domain| domain.shear_rate)
                 .map(|rate| rate * gas.scale.time()),
+            shear_offset: gas.shear_offset,
             is_bounded: !case.walls.is_periodic() || !case.obstacle.is_empty(),
         };
         let contact_value = match dimension {
@@ -364,6 +365,7 @@ fn homogeneous(case: &Case, temperature: f64) -> Result<ResolvedGas, PlanError> 
             _ => SizeDistribution::Species(listed(particles)?),
         },
         lengths: [0.0; 3],
+        shear_offset: 0.0,
         volume,
         packing: unit * covered / volume,
         scale: UnitScale::CASE,
@@ -446,6 +448,7 @@ fn boxed(
         sizes,
         mean_mass,
         lengths,
+        shear_offset: 0.0,
         volume,
         packing,
         scale,

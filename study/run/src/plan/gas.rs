@@ -18,6 +18,8 @@ pub(super) struct ResolvedGas {
     /// Temperature of the start, in the units of the case \[energy\].
     pub(super) temperature: f64,
     pub(super) lengths: [f64; 3],
+    /// Displacement of the box above at the start of a shear flow \[length\].
+    pub(super) shear_offset: f64,
     pub(super) volume: f64,
     pub(super) packing: f64,
     pub(super) scale: UnitScale,

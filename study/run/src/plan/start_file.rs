@@ -5,8 +5,9 @@ use std::path::Path;
 use nalgebra::Vector3;
 use stosszahl_case::Case;
 use stosszahl_case::format::{FACES, FaceSpec, PlacementSpec, UnitsSpec, VelocitiesSpec};
+use stosszahl_model::images::{nearest, wrapped};
 use stosszahl_model::initial::{self, Overlap, StartFile};
-use stosszahl_model::{Domain, Plane, Space as _, Volume};
+use stosszahl_model::{Domain, Plane, Shear, Space as _, Volume};
 
 use crate::words::short;
 
@@ -25,6 +26,8 @@ const LEAST_WARMTH: f64 = 1e-24;
 const LEAST_DRIFT: f64 = 1e-12;
 /// Relative difference of two sides of a box that counts as rounding.
 const SIDE_TOLERANCE: f64 = 1e-9;
+/// Relative rounding of numbers of single precision: half a unit of the last of 24 bits.
+const SINGLE_PRECISION: f64 = 1.0 / (1 << 24) as f64;
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -66,7 +69,8 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     let mut source = source(case, folder)?;
     let dimension = case.gas.dimension as usize;
     let lengths = source.lengths()?;
-    source.wrap(lengths)?;
+    let shear_offset = source.shear_offset(lengths[0])?;
+    source.wrap(lengths, shear_offset)?;
     let species = FileSpecies::of(&source.file, case)?;
     let warmth = source.warmth(&species.masses, temperature)?;
     let scale = if case.has_thermal_units() {
@@ -80,6 +84,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     };
     source.tell_spins();
     source.tell_units(scale);
+    source.tell_precision();
     let file = scaled(source.file, scale);
     let species = species.scaled(scale);
     let lengths = lengths.map(|side| side / scale.length);
@@ -100,6 +105,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
         mean_mass,
         temperature: warmth,
         lengths,
+        shear_offset: shear_offset / scale.length,
         volume,
         packing: covered / uncovered_volume(case, &lengths, 0.0)?,
         scale,
@@ -178,6 +184,7 @@ pub(super) fn scaled(file: StartFile, scale: UnitScale) -> StartFile {
         positions: over(file.positions, scale.length),
         velocities: over(file.velocities, scale.speed()),
         spins: over(file.spins, 1.0 / scale.time()),
+        is_single_precision: file.is_single_precision,
         ..StartFile::default()
     }
 }
@@ -257,7 +264,12 @@ impl Source<'_> {
         let size = self.case.domain.as_ref().and_then(|one| one.size.as_ref());
         if let Some(size) = size {
             let pairs = size.iter().zip(lengths);
-            let alike = |(a, b): (&f64, f64)| (a - b).abs() <= SIDE_TOLERANCE * b;
+            let tolerance = if self.file.is_single_precision {
+                SINGLE_PRECISION
+            } else {
+                SIDE_TOLERANCE
+            };
+            let alike = |(a, b): (&f64, f64)| (a - b).abs() <= tolerance * b;
             let allowed = format!("the box of {}: {:?}", self.name, &lengths[..dimension]);
             PlanError::require(pairs.into_iter().all(alike), "box.size", "", allowed)?;
         }
@@ -289,11 +301,44 @@ impl Source<'_> {
         Ok(lengths)
     }
 
-    /// Moves particles into a box along its periodic axes; refuses particles beyond its other ends.
-    fn wrap(&mut self, lengths: [f64; 3]) -> Result<(), PlanError> {
+    /// Displacement of the box above along x at the start, from 0 to the width of the box, in the
+    /// units of the case \[length\]: the tilt of the box. Refuses one that is not of a shear flow.
+    fn shear_offset(&mut self, width: f64) -> Result<f64, PlanError> {
+        let (tilt, name) = (self.file.shear_offset, self.name);
+        let offset = wrapped(tilt, width);
+        if offset == 0.0 {
+            return Ok(0.0);
+        }
+        if !self.case.is_sheared() {
+            let found = format!("{name}: a box that is tilted by {} along x", short(tilt));
+            let allowed = "a rectangular box; a tilted one is that of a shear flow, which box.shear_rate makes";
+            return Err(content(found, allowed));
+        }
+        let asked = self.case.start.equilibration.unwrap_or(0.0);
+        let allowed = format!(
+            "0, as elastic collisions are those of a box at rest, and the box above that of {name} is displaced by {}",
+            short(offset)
+        );
+        PlanError::require(asked == 0.0, "start.equilibration", asked, allowed)?;
+        self.changes.push(format!(
+            "start.file: the shear flow begins with the box above displaced by {}, the tilt of {name}",
+            short(offset)
+        ));
+        Ok(offset)
+    }
+
+    /// Moves particles into a box along its periodic axes, where the box above is displaced by
+    /// `shear_offset` along x; refuses particles beyond its other ends.
+    fn wrap(&mut self, lengths: [f64; 3], shear_offset: f64) -> Result<(), PlanError> {
         let dimension = self.case.gas.dimension as usize;
         let periodic = |axis: usize| *self.case.walls.at(axis, 0) == FaceSpec::default();
+        // Images of positions do not depend on the rate.
+        let shear = (shear_offset != 0.0).then_some(Shear {
+            rate: 1.0,
+            offset: shear_offset,
+        });
         let domain = Domain::<Volume>::periodic(lengths.map(|side| side.max(1e-300)).into())
+            .and_then(|domain| domain.sheared(shear))
             .map_err(|error| content(format!("{}: {error}", self.name), "positive sides"))?;
         let positions = self.file.positions.as_mut();
         let none = || content(format!("{}: no positions", self.name), "columns x and y");
@@ -383,6 +428,16 @@ impl Source<'_> {
         }
     }
 
+    /// Notes that the file has numbers of single precision.
+    fn tell_precision(&mut self) {
+        if self.file.is_single_precision {
+            self.changes.push(format!(
+                "start.file: numbers of {} have single precision, with a relative rounding of 2^-24 = 6e-8",
+                self.name
+            ));
+        }
+    }
+
     /// Notes that units of the engine round the values of the file.
     fn tell_units(&mut self, scale: UnitScale) {
         if scale.length != 1.0 || scale.mass != 1.0 || scale.energy != 1.0 {
@@ -430,6 +485,14 @@ impl CasePlan {
             return Ok(());
         }
         let domain = Confinement::<Plane>::of(self)?.domain;
+        // With a displacement of at most half the width, one image on each side is enough.
+        let shear = self.grains.shear().map(|shear| Shear {
+            offset: nearest(shear.offset, self.lengths[0]),
+            ..shear
+        });
+        let domain = domain
+            .sheared(shear)
+            .map_err(|error| PlanError::new("box.shear_rate", error.found, error.allowed))?;
         let places: Vec<_> = positions.iter().map(Vector3::xy).collect();
         let deepest = OVERLAP_TOLERANCE * 2.0 * self.mean_radius();
         let overlap = initial::first_overlap(&places, |i| sizes[i].0, &domain, deepest);
@@ -442,7 +505,17 @@ impl CasePlan {
                 "{name}: disks {a} and {b} (counted from 0) overlap by {}",
                 short(depth * self.scale.length)
             );
-            return Err(content(found, "touching disks"));
+            let allowed = if self
+                .file
+                .as_ref()
+                .is_some_and(|file| file.is_single_precision)
+            {
+                "disks that at most touch; where the single precision of GSD makes them overlap, extended XYZ and dumps of LAMMPS \
+                 have all digits"
+            } else {
+                "touching disks"
+            };
+            return Err(content(found, allowed));
         }
         let widest = sizes.iter().map(|one| 2.0 * one.0).fold(0.0, f64::max);
         let narrow =

@@ -1,0 +1,103 @@
+//! Quantities of particles in snapshots.
+
+use serde::Deserialize;
+use stosszahl_model::{Particle, Particles};
+
+use crate::plan::UnitScale;
+
+/// A quantity of each particle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ParticleQuantity {
+    /// Velocity \[length/time\].
+    Velocity,
+    /// Radius \[length\].
+    Radius,
+    /// Mass.
+    Mass,
+    /// Angular velocity \[1/time\].
+    AngularVelocity,
+    /// Number of the species, from 0.
+    Species,
+    /// Number of particles that it stands for.
+    Weight,
+}
+
+/// Numbers of a quantity: one, or the components of a vector.
+pub(super) enum Numbers {
+    One([f64; 1]),
+    Vector([f64; 3]),
+}
+
+impl Numbers {
+    pub(super) fn as_slice(&self) -> &[f64] {
+        match self {
+            Self::One(one) => one,
+            Self::Vector(vector) => vector,
+        }
+    }
+}
+
+impl ParticleQuantity {
+    const ALL: [Self; 6] = [
+        Self::Velocity,
+        Self::Radius,
+        Self::Mass,
+        Self::AngularVelocity,
+        Self::Species,
+        Self::Weight,
+    ];
+
+    /// Name of the quantity in CSV.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Velocity => "velocity",
+            Self::Radius => "radius",
+            Self::Mass => "mass",
+            Self::AngularVelocity => "angular_velocity",
+            Self::Species => "species",
+            Self::Weight => "weight",
+        }
+    }
+
+    /// Returns true for vectors.
+    pub(super) fn is_vector(self) -> bool {
+        matches!(self, Self::Velocity | Self::AngularVelocity)
+    }
+
+    /// Returns true unless all particles are alike in it, or it is always told.
+    fn tells(self, particles: &Particles) -> bool {
+        let mut all = particles.all.iter();
+        match self {
+            Self::Velocity | Self::Radius | Self::Mass => true,
+            Self::AngularVelocity => all.any(|one| one.spin.norm_squared() > 0.0),
+            Self::Species => all.any(|one| one.species > 0),
+            Self::Weight => all.any(|one| one.weight != particles.all[0].weight),
+        }
+    }
+
+    /// Numbers of a particle, in units of which one engine unit is `scale`.
+    pub(super) fn numbers(self, one: &Particle, scale: UnitScale) -> Numbers {
+        let number = match self {
+            Self::Velocity => return Numbers::Vector((one.velocity * scale.speed()).into()),
+            Self::AngularVelocity => return Numbers::Vector((one.spin / scale.time()).into()),
+            Self::Radius => one.radius * scale.length,
+            Self::Mass => one.mass * scale.mass,
+            Self::Species => f64::from(one.species),
+            Self::Weight => one.weight,
+        };
+        Numbers::One([number])
+    }
+}
+
+/// Returns the quantities to write: those asked for, or those in which particles differ.
+pub(super) fn written(
+    asked: Option<&[ParticleQuantity]>,
+    particles: &Particles,
+) -> Vec<ParticleQuantity> {
+    let all = ParticleQuantity::ALL.into_iter();
+    match asked {
+        Some(asked) => all.filter(|one| asked.contains(one)).collect(),
+        None => all.filter(|one| one.tells(particles)).collect(),
+    }
+}

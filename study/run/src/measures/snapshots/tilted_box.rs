@@ -1,0 +1,48 @@
+//! Box of a snapshot, which a shear flow tilts.
+
+use nalgebra::Vector3;
+use stosszahl_model::Particles;
+use stosszahl_model::images::nearest;
+
+use super::SnapshotUnits;
+
+/// Box of a snapshot, in the units of the case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct TiltedBox {
+    /// Sides \[length\].
+    pub(super) lengths: [f64; 3],
+    /// Displacement of the box above along x, from 0 to the width of the box \[length\].
+    pub(super) offset: f64,
+    /// Periodicity by axis; false beyond the dimension.
+    pub(super) periodic: [bool; 3],
+}
+
+impl TiltedBox {
+    pub(super) fn of(particles: &Particles, units: SnapshotUnits) -> Self {
+        let mut lengths = particles.lengths.map(|side| side * units.scale.length);
+        if particles.dimension == 2 {
+            lengths[2] = units.depth;
+        }
+        Self {
+            lengths,
+            offset: particles.shear_offset(units.shear) * units.scale.length,
+            periodic: [0, 1, 2].map(|axis| axis < particles.dimension && particles.periodic[axis]),
+        }
+    }
+
+    /// Displacement of the upper side along x, at most half the width \[length\], as programs for
+    /// tilted boxes want it.
+    pub(super) fn tilt(&self) -> f64 {
+        nearest(self.offset, self.lengths[0])
+    }
+
+    /// Image of a position in the tilted box; the position itself without a tilt.
+    pub(super) fn inside(&self, position: Vector3<f64>) -> Vector3<f64> {
+        let ([width, height, _], tilt) = (self.lengths, self.tilt());
+        if tilt == 0.0 {
+            return position;
+        }
+        let boxes = ((position.x - tilt * position.y / height) / width).floor();
+        position - Vector3::new(width * boxes, 0.0, 0.0)
+    }
+}
