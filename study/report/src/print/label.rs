@@ -105,11 +105,36 @@ pub(crate) fn words(text: &str) -> Vec<Run> {
 
 /// Runs of the label of an axis, with its unit unless the label has one.
 pub(crate) fn axis(label: &str, unit: &str) -> Vec<Run> {
-    symbols(&format!("{label}{}", unit_suffix(label, unit)))
+    symbols(&label_text(label, unit))
+}
+
+/// Text of the label of an axis, with its unit.
+pub(crate) fn label_text(label: &str, unit: &str) -> String {
+    format!("{}{}", key_names(label), unit_suffix(label, unit))
+}
+
+/// Text in which keys of cases have their last part alone, and names of columns are words:
+/// `box.packing_fraction` is `packing fraction`, and `velocity_x` keeps its index.
+pub(crate) fn key_names(text: &str) -> String {
+    let word = |word: &str| {
+        let name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "._-".contains(c);
+        let last = word.rsplit_once('.').map_or(word, |(_, last)| last);
+        let is_key = word.chars().all(name) && word.starts_with(|c: char| c.is_ascii_lowercase());
+        if !is_key || !last.starts_with(|c: char| c.is_ascii_lowercase()) {
+            return word.to_owned();
+        }
+        let parts: Vec<&str> = last.split('_').collect();
+        match parts[..] {
+            // An index after one letter, or an index of one letter.
+            [first, index] if first.len() == 1 || index.len() == 1 => last.to_owned(),
+            _ => parts.join(" "),
+        }
+    };
+    text.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
 /// Unit in brackets, as it stands after a label; empty if none is shown.
-pub(crate) fn unit_suffix(label: &str, unit: &str) -> String {
+fn unit_suffix(label: &str, unit: &str) -> String {
     shown_unit(label, unit).map_or(String::new(), |unit| format!(" [{unit}]"))
 }
 
@@ -157,6 +182,11 @@ pub(crate) fn symbols(label: &str) -> Vec<Run> {
             '>' if means => runs.push('⟩', false, Level::Base),
             '-' if before(place - 1) == Some(' ') && at(place) == Some(' ') => {
                 runs.push('−', false, Level::Base);
+            }
+            // An index of one letter after a word.
+            '_' if at(place).is_some_and(is_latin) && !joins(at(place + 1)) => {
+                runs.push(letters[place], true, Level::Index);
+                place += 1;
             }
             '^' => {
                 while let Some(raised) = at(place).filter(|c| c.is_alphanumeric() || *c == '-') {
@@ -241,7 +271,10 @@ mod tests {
             ("core time [s]", "s", "core time [s]"),
             ("time", "s", "time [s]"),
             ("time", "unit of time", "time"),
-            ("gas.packing_fraction", "1", "gas.packing_fraction"),
+            ("gas.packing_fraction", "1", "packing fraction"),
+            ("engine.dsmc-homogeneous.selection", "", "selection"),
+            ("number_density", "1/length^D", "number density"),
+            ("velocity_x", "m/s", "velocity_*x* [m/s]"),
             ("clusters of k monomers", "1", "clusters of *k* monomers"),
             (
                 "mode number L/wavelength",

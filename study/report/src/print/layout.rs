@@ -5,10 +5,10 @@ use crate::scale::{Frame, Tick};
 
 use super::canvas::{Area, BLACK, Canvas, Item, Pen, Segment};
 use super::font::{CAPITALS, Fonts, Line, SIZE};
-use super::label::{self, Run};
+use super::label::{self, Run, key_names};
 use super::legend::{LEADING, Legend};
 use super::marks::{PlacedChart, draw_bar, draw_map};
-use super::style::{CurveStyle, FRAME, styles};
+use super::style::{CurveStyle, FRAME, entries, styles};
 
 /// Lengths of ticks with and without a label \[pt\].
 const TICKS: [f64; 2] = [3.2, 1.8];
@@ -181,22 +181,32 @@ impl Arrangement<'_> {
         ]
     }
 
-    /// Lines of a label that is not longer than a limit, if its words allow it.
+    /// Lines of a text that are not longer than a limit. It is broken after spaces and commas, and
+    /// inside of words only where a word alone is too long.
     fn wrapped(&self, text: &str, limit: f64, set: impl Fn(&str) -> Vec<Run>) -> Vec<Line> {
-        let mut lines: Vec<String> = Vec::new();
-        for word in text.split(' ') {
-            let longer = lines.last().map(|line| format!("{line} {word}"));
-            match (longer, lines.last_mut()) {
-                (Some(longer), Some(line)) if self.fonts.line(&set(&longer)).width <= limit => {
-                    *line = longer;
+        let fits = |line: &str| self.fonts.line(&set(line.trim_end())).width <= limit;
+        let mut lines = vec![String::new()];
+        for part in text.split_inclusive([' ', ',']) {
+            let last = lines.len() - 1;
+            let longer = format!("{}{part}", lines[last]);
+            if fits(&longer) {
+                lines[last] = longer;
+                continue;
+            }
+            lines.push(String::new());
+            for letter in part.chars() {
+                let last = lines.len() - 1;
+                if !lines[last].is_empty() && !fits(&format!("{}{letter}", lines[last])) {
+                    lines.push(String::new());
                 }
-                _ => lines.push(word.to_owned()),
+                lines.last_mut().expect("a line").push(letter);
             }
         }
-        lines
+        let lines = lines
             .iter()
-            .map(|line| self.fonts.line(&set(line)))
-            .collect()
+            .map(|line| line.trim_end())
+            .filter(|line| !line.is_empty());
+        lines.map(|line| self.fonts.line(&set(line))).collect()
     }
 
     /// Lines of the label of an axis.
@@ -205,8 +215,7 @@ impl Arrangement<'_> {
         if whole.width <= limit {
             return vec![whole];
         }
-        let unit = label::unit_suffix(text, unit);
-        self.wrapped(&format!("{text}{unit}"), limit, label::symbols)
+        self.wrapped(&label::label_text(text, unit), limit, label::symbols)
     }
 
     /// Title of a panel, with its letter if there are several.
@@ -219,9 +228,10 @@ impl Arrangement<'_> {
                 .map_or(&**title, |rest| rest.trim_start_matches(", ")),
             Subject::Chart(_) => title,
         };
+        let title = &key_names(title.strip_prefix("point ").unwrap_or(title));
         let letter = char::from(b'a' + (number % 26) as u8);
         match self.axes.len() {
-            1 => title.to_owned(),
+            1 => title.clone(),
             _ => format!("({letter}) {title}").trim_end().to_owned(),
         }
     }
@@ -393,7 +403,7 @@ impl Arrangement<'_> {
 
     fn draw(&self) -> Canvas {
         let styles = styles(&self.drawn.legend);
-        let legend = Legend::new(&self.drawn.legend, &styles, self.fonts);
+        let legend = Legend::new(entries(&self.drawn.legend, &styles), self.fonts);
         // The height of frames limits labels, which take width from frames.
         let first = self.lengths(f64::INFINITY, 0.0);
         let limit = first.frame[1].max(60.0);

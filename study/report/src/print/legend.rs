@@ -1,10 +1,10 @@
 //! Legend of a figure: inside a panel where nothing is drawn, or else above all panels.
 
-use crate::chart::{Curve, Stroke};
+use crate::chart::Stroke;
 
 use super::canvas::{Area, Canvas, Pen, Segment};
 use super::font::{CAPITALS, Fonts, Line, SIZE};
-use super::label::words;
+use super::label::{key_names, words};
 use super::marks::PlacedChart;
 use super::style::{CurveStyle, THIN};
 
@@ -28,12 +28,12 @@ struct Entry {
 pub(crate) struct Legend(Vec<Entry>);
 
 impl Legend {
-    /// Creates the legend of some curves in their styles.
-    pub fn new(curves: &[Curve], styles: &[CurveStyle], fonts: &Fonts) -> Self {
-        let entries = curves.iter().zip(styles).map(|(curve, style)| Entry {
-            style: style.clone(),
-            stroke: curve.stroke,
-            name: fonts.line(&words(&curve.label)),
+    /// Creates a legend of entries.
+    pub fn new(entries: Vec<(Stroke, CurveStyle)>, fonts: &Fonts) -> Self {
+        let entries = entries.into_iter().map(|(stroke, style)| Entry {
+            name: fonts.line(&words(&key_names(&style.label))),
+            style,
+            stroke,
         });
         Self(entries.collect())
     }

@@ -25,6 +25,9 @@ const DASHES: [&[f64]; 8] = [
     &[8.0, 2.0, 2.0, 2.0],
 ];
 
+/// Largest number of theories that have dashes and places in the legend of their own.
+const SEPARATE: usize = 3;
+
 /// Style of a curve.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct CurveStyle {
@@ -60,8 +63,8 @@ pub(crate) fn styles(legend: &[Curve]) -> Vec<CurveStyle> {
         .iter()
         .filter(|one| one.stroke == Stroke::Bars)
         .count();
-    // Theory is never solid.
-    let (mut dashed, mut lines, mut steps, mut markers) = (1, 0, 0, Vec::new());
+    let many = theories(legend) > SEPARATE;
+    let (mut dashed, mut lines, mut steps, mut markers) = (0, 0, 0, Vec::new());
     let style = |curve: &Curve| {
         let colour = print_colour(&curve.colour);
         let marker = match curve.stroke {
@@ -78,10 +81,10 @@ pub(crate) fn styles(legend: &[Curve]) -> Vec<CurveStyle> {
             markers.push(marker);
             (marker, before % 2 == 1)
         });
-        let mut next = |is_dashed: bool| {
-            let count = if is_dashed { &mut dashed } else { &mut lines };
+        let next = |count: &mut usize, first: usize| {
+            let dash = DASHES[first + *count % (DASHES.len() - first)];
             *count += 1;
-            DASHES[(*count - 1) % DASHES.len()]
+            dash
         };
         let pen = match curve.stroke {
             Stroke::None => None,
@@ -89,7 +92,12 @@ pub(crate) fn styles(legend: &[Curve]) -> Vec<CurveStyle> {
             stroke => Some(Pen {
                 width: LINE,
                 colour,
-                dash: next(stroke == Stroke::Dashed),
+                dash: match stroke {
+                    Stroke::Dashed if many && is_theory(curve) => DASHES[1],
+                    // Theory is never solid.
+                    Stroke::Dashed => next(&mut dashed, 1),
+                    _ => next(&mut lines, 0),
+                },
             }),
         };
         CurveStyle {
@@ -102,6 +110,39 @@ pub(crate) fn styles(legend: &[Curve]) -> Vec<CurveStyle> {
         }
     };
     legend.iter().map(style).collect()
+}
+
+/// Returns true for the theory of one of several curves.
+fn is_theory(curve: &Curve) -> bool {
+    curve.stroke == Stroke::Dashed && curve.label.starts_with("theory, ")
+}
+
+fn theories(legend: &[Curve]) -> usize {
+    legend.iter().filter(|curve| is_theory(curve)).count()
+}
+
+/// Entries of the legend with their styles: curves with names. Many theories have one entry, since
+/// each is next to the numbers of its colour.
+pub(crate) fn entries(legend: &[Curve], styles: &[CurveStyle]) -> Vec<(Stroke, CurveStyle)> {
+    let both = legend.iter().zip(styles);
+    let all = both.map(|(curve, style)| (curve.stroke, style.clone()));
+    if theories(legend) <= SEPARATE {
+        return all.collect();
+    }
+    let own = legend
+        .iter()
+        .zip(all)
+        .filter(|(curve, _)| !is_theory(curve));
+    let theory = CurveStyle {
+        label: "theory".into(),
+        pen: Some(Pen {
+            dash: DASHES[1],
+            ..Pen::solid(LINE, BLACK)
+        }),
+        ..CurveStyle::default()
+    };
+    let theory = std::iter::once((Stroke::Dashed, theory));
+    theory.chain(own.map(|(_, entry)| entry)).collect()
 }
 
 /// Colour of the page's style sheet as it is printed; black if it is unknown.
@@ -180,7 +221,7 @@ mod tests {
             points: vec![],
         };
         let mut legend: Vec<Curve> = (0..8).map(|place| curve(place, Stroke::Thin)).collect();
-        legend.extend((8..12).map(|place| curve(place, Stroke::Dashed)));
+        legend.extend((8..15).map(|place| curve(place, Stroke::Dashed)));
         let found = styles(&legend);
         let grey = |style: &CurveStyle| (style.marker, style.pen.map(|pen| pen.dash));
         for (place, one) in found.iter().enumerate() {
@@ -189,6 +230,17 @@ mod tests {
                 "{one:?}"
             );
         }
+        assert!(
+            found[8..]
+                .iter()
+                .all(|one| one.pen.is_some_and(|pen| !pen.dash.is_empty()))
+        );
+        assert_eq!(entries(&legend, &found).len(), legend.len());
+        for curve in &mut legend[8..] {
+            curve.label.insert_str(0, "theory, ");
+        }
+        let shown = entries(&legend, &styles(&legend));
+        assert_eq!((shown.len(), &*shown[0].1.label), (9, "theory"));
         assert_eq!(found[0].colour, [0, 0x60, 0xa8]);
         assert_eq!(print_colour("var(--ink)"), BLACK);
     }
