@@ -33,7 +33,6 @@ mod svg;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use stosszahl_case::nearest;
 use stosszahl_results::{Stored, Sweep};
 
 use crate::figure::Drawn;
@@ -110,9 +109,21 @@ pub fn print_figure(folder: &Path, name: &str) -> Result<PrintFigure, ReportErro
     found.ok_or_else(|| ReportError::NoFigure {
         folder: folder.to_owned(),
         name: name.to_owned(),
-        close: nearest(name, names.iter().map(String::as_str)).map(str::to_owned),
+        close: close_name(name, &names),
         names,
     })
+}
+
+/// Name that is at most two letters away from a given one, or else begins with it.
+fn close_name(given: &str, names: &[String]) -> Option<String> {
+    // Nothing so long is close, and distances cost the product of lengths.
+    let names = names.iter().filter(|_| given.len() <= 64);
+    let apart = |name: &String| strsim::osa_distance(given, name);
+    let near = names.clone().filter(|name| apart(name) <= 2);
+    let begun = names.filter(|name| given.len() >= 3 && name.starts_with(given));
+    near.min_by_key(|name| apart(name))
+        .or(begun.min_by_key(|name| name.len()))
+        .cloned()
 }
 
 impl PrintFigure {

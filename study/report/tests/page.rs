@@ -6,7 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::json;
-use stosszahl_report::{COLUMN_WIDTHS, drawings, print_figure, print_figures, write_report};
+use stosszahl_report::{
+    COLUMN_WIDTHS, PrintFigure, drawings, print_figure, print_figures, write_report,
+};
 use stosszahl_results::{
     Axis, Derived, EngineWork, Estimate, Existing, Figure, Folder, Keys, Line, Machine, Manifest,
     Mark, Place, Program, RunId, Snapshot, Start, StartTest, Sweep, SweepPoint, Table, TimeUnit,
@@ -491,7 +493,7 @@ fn figures_for_print_fit_their_width_and_need_nothing() {
     let place = tempfile::tempdir().unwrap();
     run(place.path());
     let figures = print_figures(place.path()).unwrap();
-    let names: Vec<&str> = figures.iter().map(|one| one.name()).collect();
+    let names: Vec<&str> = figures.iter().map(PrintFigure::name).collect();
     assert_eq!(
         names,
         [
@@ -515,7 +517,7 @@ fn figures_for_print_fit_their_width_and_need_nothing() {
                 .collect();
             // Two decimals of a point.
             assert!((view[2] * 25.4 / 72.0 - width).abs() < 0.002, "{view:?}");
-            for node in root.descendants().filter(|node| node.is_element()) {
+            for node in root.descendants().filter(roxmltree::Node::is_element) {
                 let name = node.tag_name().name();
                 assert!(["svg", "title", "rect", "path"].contains(&name), "{name}");
                 for attribute in node.attributes() {
