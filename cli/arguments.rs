@@ -101,6 +101,16 @@ pub enum Command {
         /// A results folder.
         folder: PathBuf,
     },
+    /// Write figures of a results folder as vector files for a paper, or list them.
+    ///
+    /// A file has the width of one or of two columns of a journal. Text has 8 points at any width,
+    /// and curves are told apart without colour. PDF has its fonts embedded; SVG has text as
+    /// outlines. Neither needs a font of the system.
+    #[command(after_help = "Begin with:\n  stosszahl figure results/quick\n  \
+                            stosszahl figure results/quick energy --columns 1\n  \
+                            stosszahl figure results/quick energy --width 120 --out energy.svg\n  \
+                            stosszahl figure results/quick --all --columns 2 --out figures")]
+    Figure(FigureArguments),
     /// Print the JSON Schema of case files.
     Schema,
     /// Print the completions of a shell.
@@ -363,6 +373,48 @@ pub enum TableFormat {
     Csv,
     /// Parquet, with units and meanings of columns as metadata.
     Parquet,
+}
+
+/// `stosszahl figure`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("which").args(["name", "all"])))]
+pub struct FigureArguments {
+    /// The folder of a finished run or sweep.
+    pub folder: PathBuf,
+    /// Name of the figure; without one the figures are listed.
+    pub name: Option<String>,
+    /// Write all figures, each under its name, into the folder --out.
+    #[arg(long, requires = "out")]
+    pub all: bool,
+    /// Columns of the journal that the figure takes: 86 mm for 1, 178 mm for 2.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2), requires = "which", allow_negative_numbers = true)]
+    pub columns: u8,
+    /// Width in millimetres, from 60 to 400, in place of that of columns.
+    #[arg(
+        long,
+        value_name = "MM",
+        conflicts_with = "columns",
+        requires = "which",
+        allow_negative_numbers = true
+    )]
+    pub width: Option<f64>,
+    /// Format of the file [default: by the ending of --out, or pdf].
+    #[arg(long, value_enum, requires = "which")]
+    pub format: Option<FigureFormat>,
+    /// File to write, or folder to write into [default: NAME.pdf here]. A file that exists is
+    /// replaced.
+    #[arg(long, value_name = "FILE", requires = "which")]
+    pub out: Option<PathBuf>,
+}
+
+/// Format of a figure for print.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum FigureFormat {
+    /// For LaTeX, with fonts embedded.
+    #[default]
+    Pdf,
+    /// For drawing programs and word processors, with text as outlines.
+    Svg,
 }
 
 /// Output of a run at its end; without options, the main conclusions.

@@ -55,6 +55,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
         Command::Cases { name } => cases(name.as_deref()),
         Command::Init(arguments) => init(&arguments),
         Command::Report { folder } => rebuild_report(&folder),
+        Command::Figure(arguments) => crate::figure::figure(&arguments),
         Command::Schema => schema(),
         Command::Completions { shell } => completions(shell),
         Command::Reference { folders } => print_reference(&folders),

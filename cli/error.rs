@@ -56,6 +56,12 @@ pub enum CommandError {
     /// The file exists and would be replaced.
     #[error("{} exists; use --force to replace it, or another name", .0.display())]
     FileExists(PathBuf),
+    /// The ending of a figure's file names no format, or another than the one asked for.
+    #[error("--out {}: the file of a figure ends in .svg or .pdf, as --format says", path.display())]
+    FigureEnding {
+        /// Path as given.
+        path: PathBuf,
+    },
     /// The page cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -107,7 +113,13 @@ impl CommandError {
             | Self::FileExists(_)
             | Self::NoParquet
             | Self::Folder { .. }
-            | Self::Report(ReportError::NoResults { .. }) => 2,
+            | Self::FigureEnding { .. }
+            | Self::Report(
+                ReportError::NoResults { .. }
+                | ReportError::NoFigures { .. }
+                | ReportError::NoFigure { .. }
+                | ReportError::PrintWidth { .. },
+            ) => 2,
             Self::Run(error) if error.is_refusal() => 2,
             Self::Run(_)
             | Self::Report(_)

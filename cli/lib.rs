@@ -51,6 +51,8 @@ pub mod commands;
 #[cfg(feature = "cli")]
 mod error;
 #[cfg(feature = "cli")]
+mod figure;
+#[cfg(feature = "cli")]
 mod init;
 pub mod prelude;
 #[cfg(feature = "cli")]

@@ -1,5 +1,6 @@
 //! Cases: read, checked, run; and folders of results.
 
+use std::borrow::Cow;
 use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,7 +11,10 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyUserWarning};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use stosszahl_case::{CaseBundle, CaseFile};
-use stosszahl_report::{ReportError, write_held_report, write_report};
+use stosszahl_report::{
+    COLUMN_WIDTHS, PRINT_WIDTHS, ReportError, print_figure, print_figures, write_held_report,
+    write_report,
+};
 use stosszahl_results::{Existing, Manifest, Stored, Sweep};
 use stosszahl_study::plan::available_threads;
 use stosszahl_study::{Progress, ProgressEstimate, RunOptions, format, run_case};
@@ -212,6 +216,41 @@ pub fn run(
 #[pyfunction]
 pub fn report(folder: PathBuf) -> PyResult<PathBuf> {
     write_report(&folder).map_err(Raise::raise)
+}
+
+/// Returns the figures of a folder that can be drawn for a paper: names and titles.
+#[pyfunction]
+pub fn print_names(folder: PathBuf) -> PyResult<Vec<(String, String)>> {
+    let figures = print_figures(&folder).map_err(Raise::raise)?;
+    let named = figures.iter();
+    let named = named.map(|one| (one.name().to_owned(), one.title().to_owned()));
+    Ok(named.collect())
+}
+
+/// Returns the widths of one and two columns of a journal, and the smallest and largest width of a
+/// figure for a paper \[mm\].
+#[pyfunction]
+pub fn print_widths() -> ([f64; 2], [f64; 2]) {
+    (COLUMN_WIDTHS, PRINT_WIDTHS)
+}
+
+/// Draws a figure of a folder for a paper with a width \[mm\]: title, width and height \[mm\],
+/// SVG, PDF, and the letters that the fonts do not have.
+#[pyfunction]
+pub fn print_drawing(
+    folder: PathBuf,
+    name: &str,
+    width: f64,
+) -> PyResult<(String, [f64; 2], String, Cow<'static, [u8]>, String)> {
+    let figure = print_figure(&folder, name).map_err(Raise::raise)?;
+    let drawing = figure.draw(width).map_err(Raise::raise)?;
+    Ok((
+        figure.title().to_owned(),
+        drawing.size(),
+        drawing.to_svg(),
+        Cow::Owned(drawing.to_pdf()),
+        drawing.missing_letters(),
+    ))
 }
 
 /// Returns the manifest of a finished run as JSON, and the files that were changed since.

@@ -23,7 +23,8 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::case::{
-        bundled, case_text, check, engines, manifest, report, run, schema, sweep, toml_of_json,
+        bundled, case_text, check, engines, manifest, print_drawing, print_names, print_widths,
+        report, run, schema, sweep, toml_of_json,
     };
     #[pymodule_export]
     use crate::engine::{PyEngine, PyImpactParameters};

@@ -26,6 +26,7 @@ from .errors import CaseError, EngineError, Error, GasError, OutOfMemoryError, P
 from .files import Trajectory, trajectory
 from .gas import DeltaModel, Gas, ThresholdModel, Viscoelastic, Wall
 from .log import CollisionLog
+from .paper import PaperFigure
 from .paraview import write_fields, write_particles
 from .results import Results, Verdict
 from .snapshots import Snapshot
@@ -47,6 +48,7 @@ __all__ = [
     "MonteCarlo",
     "OutOfMemoryError",
     "PackageError",
+    "PaperFigure",
     "Results",
     "ResultsError",
     "RunError",

@@ -15,6 +15,7 @@ import pandas as pd
 
 from . import _native, given
 from .errors import ResultsError
+from .paper import PaperFigure, draw
 from .snapshots import READERS, Snapshot, read_snapshot
 from .writing import optional
 
@@ -180,14 +181,38 @@ class Results:
         number : int
             Number of the figure of the table, from 0.
         """
-        from .figures import draw
+        from . import figures as matplotlib_figures
 
         self._refuse_sweep("figure")
         figures = self._entry(name)["figures"]
         number = given.whole("number of the figure", number, refusal=ResultsError)
         if not number < len(figures):
             raise ResultsError(f"table {name} has {len(figures)} figures; found number {number}; allowed: below that, from 0")
-        return draw(self.tables[name], figures[number], self._entry(name)["columns"])
+        return matplotlib_figures.draw(self.tables[name], figures[number], self._entry(name)["columns"])
+
+    @property
+    def paper_figures(self) -> dict[str, str]:
+        """Figures for papers by name, each with its title; of a sweep, those over its points."""
+        return dict(_native.print_names(self.folder))
+
+    def paper_figure(self, name: str, columns: int = 1, *, width: float | None = None) -> PaperFigure:
+        """Figure as a vector file for a paper: the same as ``stosszahl figure``, and not drawn by matplotlib.
+
+        Parameters
+        ----------
+        name : str
+            Name of the figure, one of :attr:`paper_figures`.
+        columns : int
+            Columns of the journal that the figure takes: 86 mm for 1, 178 mm for 2.
+        width : float, optional
+            Width in millimetres, from 60 to 400, in place of that of columns.
+
+        Raises
+        ------
+        ResultsError
+            There is no such figure, or the width is not allowed.
+        """
+        return draw(self.folder, name, columns, width)
 
     @cached_property
     def snapshots(self) -> list[Snapshot]:

@@ -148,6 +148,31 @@ def test_the_manifest_names_the_commit(quick, root):
         assert re.fullmatch("[0-9a-f]{12}(, changed)?", quick.manifest["program"]["commit"])
 
 
+def test_figures_for_papers_are_those_of_the_command_line(program, quick, tmp_path):
+    assert quick.paper_figures["energy"] == "Energy"
+    for columns, width in ((1, 86), (2, 178)):
+        figure = quick.paper_figure("energy", columns)
+        assert (figure.name, figure.title, figure.width) == ("energy", "Energy", pytest.approx(width)) and 40 < figure.height < 120
+        for ending, contents in (("svg", figure.svg.encode()), ("pdf", figure.pdf)):
+            there = tmp_path / f"there.{ending}"
+            done = program("--", "figure", str(quick.folder), "energy", "--columns", str(columns), "--out", str(there))
+            assert done.returncode == 0, done.stderr
+            assert figure.save(tmp_path / f"here.{ending}").read_bytes() == there.read_bytes() == contents
+    assert figure._repr_svg_() == figure.svg and figure.svg not in repr(figure)
+    assert f'width="{120.5}mm"' in quick.paper_figure("energy", width=120.5).svg
+    refusals = [
+        (lambda: quick.paper_figure("enrgy"), r"no figure is called enrgy \(did you mean energy\?\); its figures are energy"),
+        (lambda: quick.paper_figure("energy", 3), "number of columns is 3; allowed: whole numbers from 1 to 2"),
+        (lambda: quick.paper_figure("energy", width=10), "a width of 10 mm; allowed is 60 to 400 mm"),
+        (lambda: quick.paper_figure("energy", width="wide"), "width is 'wide'; allowed: a number"),
+        (lambda: figure.save(tmp_path / "x.png"), r"allowed: a file that ends in .svg or .pdf"),
+    ]
+    for refused, words in refusals:
+        with pytest.raises(stosszahl.ResultsError, match=words):
+            refused()
+    assert not (tmp_path / "x.png").exists()
+
+
 def test_every_figure_can_be_drawn(quick, tmp_path):
     import matplotlib.pyplot as plt
 

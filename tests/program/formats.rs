@@ -1,4 +1,4 @@
-//! SnapshotMeasure of the program as start files of the program, in every format, and tables in theirs.
+//! Snapshots of the program as start files of the program, in every format, and tables in theirs.
 
 use std::fmt::Write as _;
 
@@ -22,7 +22,7 @@ fn particles(text: &str) -> Vec<Vec<f64>> {
     all
 }
 
-/// SnapshotMeasure in each format start all engines from the microstate that was written: the same bits from
+/// Snapshots in each format start all engines from the microstate that was written: the same bits from
 /// formats with all digits; from GSD positions within 2^-24 of half a side of 40 and the sizes of the
 /// box, velocities within 2^-24 of at most 4.
 #[test]

@@ -5,6 +5,7 @@ mod book;
 mod cases;
 mod chambers;
 mod command_line;
+mod figures;
 mod folders;
 mod formats;
 mod frontier;

@@ -14,8 +14,10 @@ use crate::scale::{AxisRange, Tick, extent, shows};
 /// Axis of a chart: label, scale, and range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartAxis {
-    /// Label, with symbol and unit.
+    /// Label: symbol or words.
     pub label: String,
+    /// Unit of the column; `1` for pure numbers.
+    pub unit: String,
     /// Scale of the axis: linear or logarithmic.
     pub scale: AxisScale,
     /// Range of the data where it is wider than in this chart, as in panels with common axes.
@@ -29,6 +31,7 @@ impl ChartAxis {
     pub fn new(label: impl Into<String>, scale: AxisScale) -> Self {
         Self {
             label: label.into(),
+            unit: String::new(),
             scale,
             span: None,
             names: Vec::new(),

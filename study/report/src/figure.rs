@@ -5,13 +5,14 @@
 
 use std::fmt::Write as _;
 
+use serde_json::Value;
 use stosszahl_results::{
     AxisScale, Figure, PointMark, Role, Table, TableCell, engine_rank, engine_title,
 };
 
 use crate::chart::{Chart, ChartAxis, ChartCurve, ChartPoint, Marker, Stroke};
 use crate::draw::Plot;
-use crate::map::Map;
+use crate::map::{Map, with_obstacles};
 use crate::words::{number, spread};
 
 /// Largest number of panels of a figure.
@@ -25,12 +26,49 @@ const SHADES: usize = 7;
 pub(crate) struct Drawn {
     /// Legend entries, one for each kind of curve.
     pub legend: Vec<ChartCurve>,
-    /// Panels with their titles; a single panel may have none.
-    pub panels: Vec<(String, Plot)>,
+    /// Panels, in the order of the page.
+    pub panels: Vec<Panel>,
     /// True if all panels have one vertical axis.
     pub common: bool,
     /// Note on everything that is left out.
     pub note: String,
+}
+
+/// Panel of a figure: a chart or map, drawn for the page.
+#[derive(Clone, Debug)]
+pub(crate) struct Panel {
+    /// Title; empty for a panel that needs none.
+    pub title: String,
+    /// Drawing for the page.
+    pub plot: Plot,
+    /// Chart or map of the drawing.
+    pub subject: Subject,
+}
+
+/// Chart or map of a panel, from which it can be drawn in another size.
+#[derive(Clone, Debug)]
+pub(crate) enum Subject {
+    /// Curves or histograms.
+    Chart(Chart),
+    /// Quantity over the plane.
+    Map {
+        /// Map with its values.
+        map: Map,
+        /// Values at the ends of the colour bar.
+        range: (f64, f64),
+        /// Obstacles of the case.
+        obstacles: Vec<Value>,
+    },
+}
+
+impl Panel {
+    /// Draws the obstacles of the case over a map; a chart is unchanged.
+    pub(crate) fn add_obstacles(&mut self, all: &[Value]) {
+        if let Subject::Map { obstacles, .. } = &mut self.subject {
+            *obstacles = all.to_vec();
+            with_obstacles(&mut self.plot, all);
+        }
+    }
 }
 
 impl Drawn {
@@ -218,15 +256,19 @@ fn curves(
             points: vec![],
         });
     }
-    let panels: Vec<(String, Plot)> = titles
+    let panels: Vec<Panel> = titles
         .into_iter()
-        .zip(&charts)
+        .zip(charts)
         .map(|(title, chart)| {
             let description = format!(
                 "{} {title}: {} against {}",
                 figure.title, chart.y.label, chart.x.label
             );
-            (title, chart.plot(description))
+            Panel {
+                title,
+                plot: chart.plot(description),
+                subject: Subject::Chart(chart),
+            }
         })
         .collect();
     let own = if common {
@@ -386,8 +428,11 @@ impl<'a> Curves<'a> {
     }
 
     fn chart(&self, rows: &[&[TableCell]], of_panel: Option<&str>) -> Chart {
-        let axis = |axis: &stosszahl_results::FigureAxis| ChartAxis::new(&*axis.label, axis.scale);
-        let mut chart = Chart::new(axis(&self.figure.x), axis(&self.figure.y));
+        let axis = |axis: &stosszahl_results::FigureAxis, column: usize| ChartAxis {
+            unit: self.table.columns[column].unit.to_string(),
+            ..ChartAxis::new(&*axis.label, axis.scale)
+        };
+        let mut chart = Chart::new(axis(&self.figure.x, self.x), axis(&self.figure.y, self.y));
         chart.x.names.clone_from(&self.names);
         chart.lines = self
             .figure
@@ -518,6 +563,7 @@ fn maps(
         let map = Map {
             labels: [&figure.x, &figure.y].map(|axis| axis.label.to_string()),
             value: label.to_string(),
+            units: [x, y, coloured].map(|column| table.columns[column].unit.to_string()),
             scale,
             cells: group.rows.iter().filter_map(place).collect(),
         };
@@ -527,16 +573,25 @@ fn maps(
     let shown = spread(&maps, PANELS);
     let ranges = shown.iter().filter_map(|(_, map)| map.range());
     let range = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-    let drawn = shown.iter().map(|(of, map)| {
+    let count = shown.len();
+    let drawn = shown.into_iter().map(|(of, map)| {
         let comma = if of.is_empty() { "" } else { ", " };
         let title = format!("{label}{comma}{of}");
         let description = format!("{}: {title}", figure.title);
-        (title, map.plot(range, description))
+        Panel {
+            title,
+            plot: map.plot(range, description),
+            subject: Subject::Map {
+                map,
+                range,
+                obstacles: Vec::new(),
+            },
+        }
     });
     Some(Drawn {
         legend: vec![],
         common: true,
         panels: drawn.collect(),
-        note: left_out(shown.len(), maps.len()),
+        note: left_out(count, maps.len()),
     })
 }

@@ -16,16 +16,19 @@
 //! | `draw`   | charts as SVG                                               |
 //! | `sheet`  | a figure as an SVG file of its own                          |
 //! | `map`    | quantities over the plane                                   |
+//! | `print`  | figures for papers, as SVG and PDF                          |
 //! | `figure` | from a table and its figure to charts, colours and legends  |
 //! | `viewer` | the particles of the snapshots                              |
 //! | `page`   | parts of pages                                              |
 //! | `run`    | the page of a run                                           |
 //! | `sweep`  | the page of a sweep                                         |
 //! | `discoveries` | intervals that are corrected for all points of a sweep  |
+//! | `archive`| the folder as a ZIP archive in its page                     |
 //! | `summary`| one row for each point of a sweep                           |
 //! | `listing`| a page of sentences, figures and lists                      |
 //! | `paper`  | the page of a paper                                         |
 
+mod archive;
 mod chart;
 mod discoveries;
 mod draw;
@@ -34,6 +37,7 @@ mod listing;
 mod map;
 mod page;
 mod paper;
+mod print;
 mod run;
 mod scale;
 mod sheet;
@@ -52,6 +56,9 @@ use stosszahl_results::{
 pub use discoveries::{Corrected, corrected};
 pub use listing::{Listed, Listing, listing};
 pub use paper::{PaperClaim, PaperFigure, PaperPage, PaperRun, figure_anchor, figure_name, paper};
+pub use print::{
+    COLUMN_WIDTHS, PRINT_WIDTHS, PrintDrawing, PrintFigure, print_figure, print_figures,
+};
 
 /// Error with which a report cannot be built.
 #[derive(Debug, thiserror::Error)]
@@ -62,6 +69,31 @@ pub enum ReportError {
     NoResults {
         /// Path of the folder.
         folder: PathBuf,
+    },
+    /// No table of the folder has a figure that can be drawn.
+    #[error("{}: no table of this folder has a figure that could be drawn", folder.display())]
+    NoFigures {
+        /// Path of the folder.
+        folder: PathBuf,
+    },
+    /// The folder has no figure of this name.
+    #[error("{}: no figure is called {name}{}; its figures are {}", folder.display(),
+        close.as_ref().map_or_else(String::new, |close| format!(" (did you mean {close}?)")), names.join(", "))]
+    NoFigure {
+        /// Path of the folder.
+        folder: PathBuf,
+        /// Name as given.
+        name: String,
+        /// Name of the closest figure, if one is close.
+        close: Option<String>,
+        /// Names of all figures.
+        names: Vec<String>,
+    },
+    /// The width of a figure for print is not allowed.
+    #[error("a width of {found} mm; allowed is {} to {} mm", PRINT_WIDTHS[0], PRINT_WIDTHS[1])]
+    PrintWidth {
+        /// Width as given \[mm\].
+        found: f64,
     },
     /// A file of the folder is absent or damaged, or the page cannot be written.
     #[error(transparent)]
@@ -81,9 +113,9 @@ pub fn drawing(table: &Table, figure: &Figure) -> Option<String> {
 pub fn drawings(title: &str, figures: &[(&str, &Table, &Figure)]) -> Option<String> {
     let drawn = figures.iter().map(|(words, table, figure)| {
         let mut drawn = figure::draw(table, figure)?;
-        for (title, _) in &mut drawn.panels {
-            let gap = if title.is_empty() { "" } else { " " };
-            title.insert_str(0, &format!("{words}{gap}"));
+        for panel in &mut drawn.panels {
+            let gap = if panel.title.is_empty() { "" } else { " " };
+            panel.title.insert_str(0, &format!("{words}{gap}"));
         }
         Some(drawn)
     });

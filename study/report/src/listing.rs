@@ -48,5 +48,5 @@ pub fn listing(page: &Listed<'_>) -> String {
             (page::table(columns, rows))
         }
     };
-    document(page.title, &content, None)
+    document(page.title, &content, &[])
 }

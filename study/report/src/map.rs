@@ -12,6 +12,8 @@ use crate::scale::AxisRange;
 
 /// Margin on the right, for the colour bar \[px\].
 const RIGHT: f64 = 84.0;
+/// Width of the map \[px\].
+const MAP_WIDTH: f64 = WIDTH - LEFT - RIGHT;
 /// Smallest and largest height of the map \[px\].
 const HEIGHTS: [f64; 2] = [90.0, 380.0];
 /// Colours of the bar, lowest first (viridis).
@@ -24,7 +26,7 @@ const COLOURS: [[f64; 3]; 6] = [
     [253.0, 231.0, 37.0],
 ];
 /// Number of colour steps.
-const STEPS: usize = 48;
+pub(crate) const STEPS: usize = 48;
 
 /// Map of a quantity over the plane.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +35,8 @@ pub(crate) struct Map {
     pub labels: [String; 2],
     /// Label of the colour bar.
     pub value: String,
+    /// Units of both axes and of the colour bar; `1` for pure numbers.
+    pub units: [String; 3],
     /// Scale of the colours.
     pub scale: AxisScale,
     /// Coordinates `x`, `y` and the quantity there.
@@ -45,36 +49,58 @@ impl Map {
         crate::scale::extent(self.scale, self.cells.iter().map(|cell| cell[2]))
     }
 
-    /// Draws the map with colours from `low` to `high`.
-    pub fn plot(&self, (low, high): (f64, f64), description: String) -> Plot {
-        let edges = [0, 1].map(|axis| edges(self.cells.iter().map(|cell| cell[axis])));
-        let ends = edges
-            .each_ref()
-            .map(|edges| (edges[0], edges[edges.len() - 1]));
-        let width = WIDTH - LEFT - RIGHT;
-        let aspect = (ends[1].1 - ends[1].0) / (ends[0].1 - ends[0].0);
-        let height = (width * aspect).clamp(HEIGHTS[0], HEIGHTS[1]);
-        let frame = |ends| AxisRange::around(AxisScale::Linear, ends, true);
-        let (x, y) = (frame(ends[0]), frame(ends[1]));
-        let bar = AxisRange::around(self.scale, (low, high), high > low);
-        // All cells of one colour form one path.
-        let mut paths = vec![String::new(); STEPS];
+    /// Ends of both axes, around all cells.
+    pub fn ends(&self) -> [(f64, f64); 2] {
+        self.edges().map(|edges| (edges[0], edges[edges.len() - 1]))
+    }
+
+    /// Height over width of the map, within the limits of a page.
+    pub fn aspect(&self) -> f64 {
+        let [x, y] = self.ends();
+        let aspect = (y.1 - y.0) / (x.1 - x.0);
+        aspect.clamp(HEIGHTS[0] / MAP_WIDTH, HEIGHTS[1] / MAP_WIDTH)
+    }
+
+    fn edges(&self) -> [Vec<f64>; 2] {
+        [0, 1].map(|axis| edges(self.cells.iter().map(|cell| cell[axis])))
+    }
+
+    /// Cells that can be coloured: the colour step of each, and the positions of its left, right,
+    /// bottom and top edges from 0 to 1 along the axes.
+    pub fn coloured_cells(&self, bar: &AxisRange) -> Vec<(usize, [f64; 4])> {
+        let edges = self.edges();
+        let frames = self
+            .ends()
+            .map(|ends| AxisRange::around(AxisScale::Linear, ends, true));
         let shown = self
             .cells
             .iter()
             .filter(|cell| bar.place(cell[2]).is_some());
-        for cell in shown {
+        let placed = shown.map(|cell| {
             let around = |axis: usize| {
                 let after = edges[axis].partition_point(|edge| *edge <= cell[axis]);
                 let after = after.clamp(1, edges[axis].len() - 1);
-                (edges[axis][after - 1], edges[axis][after])
+                [after - 1, after].map(|edge| frames[axis].clamped(edges[axis][edge]))
             };
-            let ((left, right), (bottom, top)) = (around(0), around(1));
-            let share = bar.clamped(cell[2]);
-            let step = ((share * STEPS as f64) as usize).min(STEPS - 1);
-            let (left, right) = (x.clamped(left) * width, x.clamped(right) * width);
-            let (top, bottom) = (y.clamped(top), y.clamped(bottom));
-            let (top, bottom) = ((1.0 - top) * height, (1.0 - bottom) * height);
+            let ([left, right], [bottom, top]) = (around(0), around(1));
+            let step = ((bar.clamped(cell[2]) * STEPS as f64) as usize).min(STEPS - 1);
+            (step, [left, right, bottom, top])
+        });
+        placed.collect()
+    }
+
+    /// Draws the map with colours from `low` to `high`.
+    pub fn plot(&self, (low, high): (f64, f64), description: String) -> Plot {
+        let [x, y] = self
+            .ends()
+            .map(|ends| AxisRange::around(AxisScale::Linear, ends, true));
+        let (width, height) = (MAP_WIDTH, MAP_WIDTH * self.aspect());
+        let bar = AxisRange::around(self.scale, (low, high), high > low);
+        // All cells of one colour form one path.
+        let mut paths = vec![String::new(); STEPS];
+        for (step, [left, right, bottom, top]) in self.coloured_cells(&bar) {
+            let [left, right] = [left, right].map(|place| place * width);
+            let [top, bottom] = [top, bottom].map(|place| (1.0 - place) * height);
             // Writing to a string cannot fail.
             let _ = write!(
                 paths[step],
@@ -177,9 +203,15 @@ fn edges(places: impl Iterator<Item = f64>) -> Vec<f64> {
 }
 
 fn colour(step: usize) -> String {
+    let [red, green, blue] = step_colour(step);
+    format!("rgb({red:.0} {green:.0} {blue:.0})")
+}
+
+/// Colour of a step of the bar: red, green and blue from 0 to 255.
+pub(crate) fn step_colour(step: usize) -> [f64; 3] {
     let place = step as f64 / (STEPS - 1) as f64 * (COLOURS.len() - 1) as f64;
     let below = (place as usize).min(COLOURS.len() - 2);
     let share = place - below as f64;
     let mix = |i: usize| COLOURS[below][i] + share * (COLOURS[below + 1][i] - COLOURS[below][i]);
-    format!("rgb({:.0} {:.0} {:.0})", mix(0), mix(1), mix(2))
+    [mix(0), mix(1), mix(2)]
 }

@@ -32,7 +32,7 @@ pub type ListColumn<'a> = (&'a str, bool);
 
 /// Builds a whole page around its content, without any external resource. Scripts are included only
 /// if the content needs them.
-pub(crate) fn document(title: &str, content: &Markup, script: Option<&str>) -> String {
+pub(crate) fn document(title: &str, content: &Markup, scripts: &[&str]) -> String {
     // Saved pictures are drawn from data inside the page.
     let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
     let interactive = content.0.contains("class=\"interactive\"");
@@ -55,7 +55,7 @@ pub(crate) fn document(title: &str, content: &Markup, script: Option<&str>) -> S
                     script { "/*!\n" (PreEscaped(licence)) "*/\n" (PreEscaped(library)) }
                     script { (PreEscaped(FIGURES)) }
                 }
-                @if let Some(script) = script { script { (PreEscaped(script)) } }
+                @for script in scripts { script { (PreEscaped(script)) } }
             }
         }
     };
@@ -95,7 +95,7 @@ pub(crate) fn figure(number: usize, title: &str, caption: &str, drawn: &Drawn) -
     };
     let title = title.trim_end_matches('.');
     let panels: Vec<Value> = (drawn.panels.iter())
-        .map(|(title, plot)| json!({ "title": title, "plot": plot.data }))
+        .map(|panel| json!({ "title": panel.title, "plot": panel.plot.data }))
         .collect();
     let behind =
         json!({ "title": title, "number": number, "common": drawn.common, "panels": panels });
@@ -108,8 +108,8 @@ pub(crate) fn figure(number: usize, title: &str, caption: &str, drawn: &Drawn) -
                     }
                 } }
             }
-            div.panels.(arrangement) { @for (title, plot) in &drawn.panels {
-                div.panel { @if !title.is_empty() { h4 { (title) } } (plot.inline()) }
+            div.panels.(arrangement) { @for panel in &drawn.panels {
+                div.panel { @if !panel.title.is_empty() { h4 { (panel.title) } } (panel.plot.inline()) }
             } }
             figcaption { b { "Figure " (number) ". " (title) "." } " " (caption) (drawn.note) }
             script type="application/json" { (data(&behind)) }

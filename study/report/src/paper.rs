@@ -126,7 +126,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
             "its error. This page loads nothing; " code { "claims.csv" } " beside it has all claims."
         } }
     };
-    Ok(page::document(paper.title, &content, None))
+    Ok(page::document(paper.title, &content, &[]))
 }
 
 /// Display name of a figure: "Fig. 3b" for a number, else the name itself.

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, html};
+use serde_json::Value;
 use stosszahl_results::{
-    Figure, Manifest, PointMark, REPORT_FILE, Snapshot, Stored, Table, VerdictKind, VerdictText,
-    engine_title, headlines, quantity_title,
+    Figure, MANIFEST_FILE, Manifest, PointMark, REPORT_FILE, Snapshot, Stored, Table, VerdictKind,
+    VerdictText, engine_title, headlines, quantity_title,
 };
 
+use crate::archive::{self, Archive};
 use crate::figure::{Drawn, draw};
-use crate::map::with_obstacles;
 use crate::page::{self, ListColumn};
 use crate::sheet::sheet;
 use crate::viewer::{self, Player};
@@ -25,6 +26,8 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportErro
         others,
         drawings,
     } = figures(stored);
+    let mut archive = Archive::new(&manifest.title);
+    add_to_archive(&mut archive, folder, "", manifest, &drawings)?;
     let rest = || {
         stored
             .tables
@@ -46,13 +49,39 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportErro
             @if rest().next().is_some() { h2 { "More tables" } @for table in rest() { (page::folded(table)) } }
             (derived(manifest)) (work(manifest)) (start(manifest))
         }
-        (provenance(manifest))
+        (provenance(manifest, &archive.section()))
     };
-    let script = (!player.data.is_empty()).then_some(viewer::SCRIPT);
+    let mut scripts = vec![archive::SCRIPT];
+    if !player.data.is_empty() {
+        scripts.push(viewer::SCRIPT);
+    }
     Ok(Report {
-        page: page::document(&manifest.title, &content, script),
+        page: page::document(&manifest.title, &content, &scripts),
         beside: drawings,
     })
+}
+
+/// Adds the files of a run to an archive, under the name of its point with a slash, or under none:
+/// first the manifest, tables and drawings, then frames and snapshots as long as they fit.
+pub(crate) fn add_to_archive(
+    archive: &mut Archive,
+    folder: &Path,
+    point: &str,
+    manifest: &Manifest,
+    drawings: &[(String, Vec<u8>)],
+) -> Result<(), ReportError> {
+    archive.add_file(folder, &format!("{point}{MANIFEST_FILE}"))?;
+    for table in &manifest.tables {
+        archive.add_file(folder, &format!("{point}{}", table.file()))?;
+    }
+    for (name, bytes) in drawings {
+        archive.add(&format!("{point}{name}"), bytes);
+    }
+    let frames = manifest.frames.iter().map(|one| &one.file);
+    for file in frames.chain(manifest.snapshots.iter().map(|one| &one.file)) {
+        archive.add_file(folder, &format!("{point}{file}"))?;
+    }
+    Ok(())
 }
 
 /// Summary of a run: what was run, in a few sentences, and its verdicts.
@@ -151,6 +180,23 @@ enum Part<'a> {
     Other(Markup),
 }
 
+/// Figures of a table with the names of their drawings; `None` where there is nothing to draw.
+pub(crate) fn drawn<'a>(
+    table: &'a Table,
+    obstacles: &[Value],
+) -> Vec<(&'a Figure, String, Option<Drawn>)> {
+    let named = table.figures.iter().zip(table.drawings());
+    let drawn = named.map(|(figure, file)| {
+        let mut drawn = draw(table, figure);
+        if figure.mark == PointMark::Map && figure.x.column == "x" && figure.y.column == "y" {
+            let panels = drawn.iter_mut().flat_map(|drawn| &mut drawn.panels);
+            panels.for_each(|panel| panel.add_obstacles(obstacles));
+        }
+        (figure, file, drawn)
+    });
+    drawn.collect()
+}
+
 fn figures(stored: &Stored) -> Figures {
     let (mut first, mut others, mut drawings) = (Vec::new(), Vec::new(), Vec::new());
     let obstacles = viewer::obstacles(&stored.manifest);
@@ -164,15 +210,11 @@ fn figures(stored: &Stored) -> Figures {
     });
     let answered = all.any(|(table, figure)| answers(table, figure));
     for table in &stored.tables {
-        for (figure, file) in table.figures.iter().zip(table.drawings()) {
-            let Some(mut drawn) = draw(table, figure) else {
+        for (figure, file, drawn) in drawn(table, &obstacles) {
+            let Some(drawn) = drawn else {
                 others.push(Part::Other(html! { p.absent { (figure.title) ": " code { (table.file()) } " holds no value that could be drawn." } }));
                 continue;
             };
-            if figure.mark == PointMark::Map && figure.x.column == "x" && figure.y.column == "y" {
-                let plots = drawn.panels.iter_mut();
-                plots.for_each(|(_, plot)| with_obstacles(plot, &obstacles));
-            }
             drawings.push((file, sheet(&figure.title, &drawn).into_bytes()));
             let leads = if answered {
                 answers(table, figure)
@@ -385,7 +427,7 @@ fn start(manifest: &Manifest) -> Markup {
 }
 
 /// Case file, citation, versions and machine.
-fn provenance(manifest: &Manifest) -> Markup {
+fn provenance(manifest: &Manifest, archive: &Markup) -> Markup {
     let built = match &*manifest.program.commit {
         "" => String::new(),
         commit => format!(" ({commit})"),
@@ -399,6 +441,7 @@ fn provenance(manifest: &Manifest) -> Markup {
         section id="provenance" {
             (page::case_file(&manifest.case_text))
             h2 { "Provenance" }
+            (archive)
             p { "To cite, name the program, its version and the seed, and publish the case file: “computed with " (program) ", seed " (manifest.seed) "”." }
             (page::table(&[("what", true), ("value", true)], &[
                 row("program", program.clone()),

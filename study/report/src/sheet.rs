@@ -4,7 +4,7 @@ use maud::{Markup, PreEscaped, html};
 
 use crate::chart::ChartCurve;
 use crate::draw::{WIDTH, sign};
-use crate::figure::Drawn;
+use crate::figure::{Drawn, Panel};
 use crate::page::{PALETTE, PLOT};
 
 /// Gap between panels \[px\].
@@ -25,9 +25,9 @@ pub(crate) fn sheet(title: &str, drawn: &Drawn) -> String {
     let (legend, mut top) = legend(&drawn.legend, width);
     let mut panels: Vec<Markup> = Vec::new();
     for row in drawn.panels.chunks(columns) {
-        let titled = row.iter().any(|(title, _)| !title.is_empty());
+        let titled = row.iter().any(|panel| !panel.title.is_empty());
         let above = if titled { LINE } else { 0.0 };
-        for (place, (title, plot)) in row.iter().enumerate() {
+        for (place, Panel { title, plot, .. }) in row.iter().enumerate() {
             let left = place as f64 * (WIDTH + GAP);
             panels.push(html! {
                 @if !title.is_empty() {
@@ -37,7 +37,7 @@ pub(crate) fn sheet(title: &str, drawn: &Drawn) -> String {
                 (plot.placed(left, top + above))
             });
         }
-        let heights = row.iter().map(|(_, plot)| plot.height);
+        let heights = row.iter().map(|panel| panel.plot.height);
         top += above + heights.fold(0.0, f64::max) + GAP;
     }
     let page = html! {
@@ -74,7 +74,7 @@ fn legend(curves: &[ChartCurve], width: f64) -> (Markup, f64) {
 
 /// Replaces custom properties of the style sheet by print colours, since drawing programs do not
 /// know them.
-fn on_paper(text: &str) -> String {
+pub(crate) fn on_paper(text: &str) -> String {
     let first = PALETTE.split_once(":root{").map_or("", |(_, rest)| rest);
     let first = first.split_once('}').map_or("", |(block, _)| block);
     let colours = first
@@ -88,8 +88,12 @@ fn on_paper(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use stosszahl_results::AxisScale;
+
     use super::*;
+    use crate::chart::{Chart, ChartAxis};
     use crate::draw::Plot;
+    use crate::figure::Subject;
 
     #[test]
     fn a_sheet_needs_no_style_sheet() {
@@ -99,9 +103,15 @@ mod tests {
             content: html! { path style="stroke:var(--engine-3)" {} },
             data: serde_json::Value::Null,
         };
+        let axis = || ChartAxis::new("x", AxisScale::Linear);
+        let panel = |title: &str| Panel {
+            title: title.into(),
+            plot: plot.clone(),
+            subject: Subject::Chart(Chart::new(axis(), axis())),
+        };
         let drawn = Drawn {
             legend: vec![],
-            panels: vec![(String::new(), plot.clone()), ("b & c".into(), plot)],
+            panels: ["", "b & c"].map(panel).into(),
             common: true,
             note: String::new(),
         };

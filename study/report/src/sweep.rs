@@ -9,10 +9,11 @@ use maud::{Markup, html};
 use serde_json::Value;
 use stosszahl_results::{
     AxisScale, ComparedNumber, Figure, FigureAxis, MANIFEST_FILE, PointMark, REPORT_FILE, Role,
-    SWEEP_TABLE, Stored, Sweep, SweepPoint, Table, TableCell, TableColumn, VerdictKind,
-    VerdictText, headlines,
+    RunQuestion, SWEEP_FILE, SWEEP_TABLE, Stored, Sweep, SweepPoint, Table, TableCell, TableColumn,
+    VerdictKind, VerdictText, headlines,
 };
 
+use crate::archive::{self, Archive};
 use crate::discoveries::{Numbers, corrected};
 use crate::figure::{Drawn, draw};
 use crate::page;
@@ -25,30 +26,95 @@ const POINT: &str = "point";
 
 /// Builds the page of a sweep and rewrites the reports of its finished points.
 pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Report, ReportError> {
+    let mut archive = Archive::new(&sweep.title);
+    archive.add_file(folder, SWEEP_FILE)?;
     let mut points = Vec::new();
     for point in &sweep.points {
         let inside = folder.join(&point.name);
         let stored = Stored::read(&inside)?;
         if let Some(stored) = &stored {
-            run::build(&inside, stored)?.write(&inside, guard)?;
+            let report = run::build(&inside, stored)?;
+            report.write(&inside, guard)?;
+            let name = format!("{}/", point.name);
+            run::add_to_archive(
+                &mut archive,
+                folder,
+                &name,
+                &stored.manifest,
+                &report.beside,
+            )?;
         }
         points.push(stored);
     }
     let finished = points.iter().flatten().count();
     let keys = keys(sweep);
-    let all: Vec<(Table, &Figure, String)> = (common(&points).into_iter())
-        .map(|(like, figure, file)| (gather(sweep, &points, &keys, like, figure), figure, file))
+    let question = question(&points);
+    let [first, others, each] = figures(sweep, &points, &keys);
+    let numbers = corrections(&points);
+    let mut drawings: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut next = |drawn: &Drawn, figure: &Figure, file: String| {
+        drawings.push((file, sheet(&figure.title, drawn).into_bytes()));
+        page::figure(drawings.len(), &figure.title, &figure.caption, drawn)
+    };
+    let summary = summary::summary(sweep, &points, &keys, &numbers).to_csv()?;
+    archive.add(SWEEP_TABLE, &summary);
+    let content = html! {
+        h1 { (sweep.title) }
+        @if !question.text.is_empty() { p.lead { (question.text) } }
+        p.lead { "A sweep of " (sweep.points.len()) " points, of which " (finished) " are finished. Each point has a report of its own." }
+        (page::warnings(&changed(sweep, &points)))
+        (tally(&points, &numbers))
+        @for (file, figure, drawn) in first { (next(&drawn, &figure, file)) }
+        (overview(sweep, &points, &keys, &numbers))
+        @if !others.is_empty() { h2 { "Against what was swept" } }
+        @for (file, figure, drawn) in others { (next(&drawn, &figure, file)) }
+        h2 { "At each point" }
+        @for (file, figure, drawn) in each { (next(&drawn, &figure, file)) }
+        (page::case_file(&sweep.case_text))
+    };
+    for (name, bytes) in &drawings {
+        archive.add(name, bytes);
+    }
+    let content = html! { (content) h2 { "Files" } (archive.section()) };
+    drawings.push((SWEEP_TABLE.to_owned(), summary));
+    Ok(Report {
+        page: page::document(&sweep.title, &content, &[archive::SCRIPT]),
+        beside: drawings,
+    })
+}
+
+/// Name of a drawing, its figure, and what is drawn.
+pub(crate) type Named = (String, Figure, Drawn);
+
+/// Reads the points of a sweep and draws its figures, in the order of its page.
+pub(crate) fn drawn(folder: &Path, sweep: &Sweep) -> Result<Vec<Named>, ReportError> {
+    let read = |point: &SweepPoint| Stored::read(&folder.join(&point.name));
+    let points: Vec<Option<Stored>> = sweep.points.iter().map(read).collect::<Result<_, _>>()?;
+    let all = figures(sweep, &points, &keys(sweep));
+    Ok(all.into_iter().flatten().collect())
+}
+
+/// Question of the first finished point; empty without one.
+fn question(points: &[Option<Stored>]) -> RunQuestion {
+    let first = points.iter().flatten().next();
+    let question = first.map(|stored| stored.manifest.question.clone());
+    question.unwrap_or_default()
+}
+
+/// Draws the figures of a sweep: those of its question against the swept keys, all others against
+/// them, and each figure at all points.
+fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<Named>; 3] {
+    let question = question(points);
+    let all: Vec<(Table, &Figure, String)> = (common(points).into_iter())
+        .map(|(like, figure, file)| (gather(sweep, points, keys, like, figure), figure, file))
         .collect();
-    let question = points.iter().flatten().next();
-    let question = question.map(|stored| stored.manifest.question.clone());
-    let question = question.unwrap_or_default();
     let answers = |table: &Table, figure: &Figure| {
         table.name == question.table && figure.y.column == question.column
     };
     // The answer to the question against the swept keys: as a map where two keys span one, and as
     // curves with error bars.
     let drawn = |(table, figure, file): &(Table, &Figure, String)| {
-        let (rows, trend, map) = trend(table, &keys, figure)?;
+        let (rows, trend, map) = trend(table, keys, figure)?;
         let leads = answers(table, figure);
         let curves = map.is_none() || leads;
         // If there is a map, it gets the name of the figure.
@@ -59,8 +125,11 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
         let map = map.map(|map| (map, file.clone()));
         let trend = curves.then_some((trend, of_curves));
         let drawn = [map, trend].into_iter().flatten();
-        let drawn = drawn.filter_map(|(figure, file)| Some((draw(&rows, &figure)?, figure, file)));
-        Some((leads, drawn.collect::<Vec<_>>()))
+        let drawn = drawn.filter_map(|(figure, file)| {
+            let drawn = draw(&rows, &figure)?;
+            Some((file, figure, drawn))
+        });
+        Some((leads, drawn.collect::<Vec<Named>>()))
     };
     let mut trends: Vec<_> = all.iter().filter_map(drawn).collect();
     if !trends.iter().any(|one| one.0)
@@ -68,41 +137,14 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     {
         first.0 = true;
     }
-    let flat = |leads: bool| {
-        let some = trends.iter().filter(move |one| one.0 == leads);
-        some.flat_map(|one| &one.1).collect::<Vec<_>>()
-    };
-    let (first, others) = (flat(true), flat(false));
-    let numbers = corrections(&points);
-    let mut drawings: Vec<(String, Vec<u8>)> = Vec::new();
-    let mut next = |drawn: &Drawn, figure: &Figure, file: String| {
-        drawings.push((file, sheet(&figure.title, drawn).into_bytes()));
-        page::figure(drawings.len(), &figure.title, &figure.caption, drawn)
-    };
-    let content = html! {
-        h1 { (sweep.title) }
-        @if !question.text.is_empty() { p.lead { (question.text) } }
-        p.lead { "A sweep of " (sweep.points.len()) " points, of which " (finished) " are finished. Each point has a report of its own." }
-        (page::warnings(&changed(sweep, &points)))
-        (tally(&points, &numbers))
-        @for (drawn, figure, file) in &first { (next(drawn, figure, file.clone())) }
-        (overview(sweep, &points, &keys, &numbers))
-        @if !others.is_empty() { h2 { "Against what was swept" } }
-        @for (drawn, figure, file) in &others { (next(drawn, figure, file.clone())) }
-        h2 { "At each point" }
-        @for (table, figure, file) in &all {
-            @let figure = at_each(figure);
-            @let file = file.replace(".svg", "-at-each-point.svg");
-            @if let Some(drawn) = draw(table, &figure) { (next(&drawn, &figure, file)) }
-        }
-        (page::case_file(&sweep.case_text))
-    };
-    let summary = summary::summary(sweep, &points, &keys, &numbers);
-    drawings.push((SWEEP_TABLE.to_owned(), summary.to_csv()?));
-    Ok(Report {
-        page: page::document(&sweep.title, &content, None),
-        beside: drawings,
-    })
+    let (first, others): (Vec<_>, Vec<_>) = trends.into_iter().partition(|one| one.0);
+    let flat = |some: Vec<(bool, Vec<Named>)>| some.into_iter().flat_map(|one| one.1).collect();
+    let each = all.iter().filter_map(|(table, figure, file)| {
+        let figure = at_each(figure);
+        let drawn = draw(table, &figure)?;
+        Some((file.replace(".svg", "-at-each-point.svg"), figure, drawn))
+    });
+    [flat(first), flat(others), each.collect()]
 }
 
 /// Returns the swept keys, sorted.

@@ -6,7 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::json;
-use stosszahl_report::{drawings, write_report};
+use stosszahl_report::{
+    COLUMN_WIDTHS, PrintFigure, drawings, print_figure, print_figures, write_report,
+};
 use stosszahl_results::{
     Derived, EngineWork, Existing, Figure, FigureAxis, Folder, Keys, Machine, Manifest, PointMark,
     Program, ReferenceLine, RunId, RunPlace, Snapshot, StartRecord, StartTest, Sweep, SweepPoint,
@@ -336,8 +338,13 @@ fn balanced(page: &str) {
     assert!(open.is_empty(), "not closed: {open:?}");
 }
 
-/// Returns a page without the text of its scripts.
+/// Returns a page without the text of its scripts and of its archive.
 fn without_programs(page: &str) -> String {
+    let archive = "<script type=\"application/zip;base64\"";
+    let page = match page.split_once(archive) {
+        Some((first, rest)) => format!("{first}{}", rest.split_once("</script>").unwrap().1),
+        None => page.to_owned(),
+    };
     let mut parts = page.split("<script>");
     let first = parts.next().unwrap_or_default().to_owned();
     parts.fold(first, |text, part| {
@@ -465,6 +472,125 @@ fn drawings_stand_beside_the_page_and_belong_to_the_run() {
     let runs = vec![RunId::new("", &json!({"seed": 7}), Keys::default(), &[]).unwrap()];
     Folder::open(place.path(), Existing::Replace, &[], runs).unwrap();
     assert!(!place.path().join("figures/energy.svg").exists());
+}
+
+/// Corners of the text of an SVG file that begins with some letters: lowest and highest
+/// coordinates of its outlines.
+fn extent(path: &str) -> [[f64; 2]; 2] {
+    let numbers = path.split(|c: char| c.is_ascii_alphabetic() || c == ' ');
+    let numbers: Vec<f64> = numbers
+        .filter(|part| !part.is_empty())
+        .map(|part| part.parse().unwrap())
+        .collect();
+    let mut ends = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    for pair in numbers.chunks(2) {
+        for axis in 0..2 {
+            ends[0][axis] = ends[0][axis].min(pair[axis]);
+            ends[1][axis] = ends[1][axis].max(pair[axis]);
+        }
+    }
+    ends
+}
+
+#[test]
+fn figures_for_print_fit_their_width_and_need_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    run(place.path());
+    let figures = print_figures(place.path()).unwrap();
+    let names: Vec<&str> = figures.iter().map(PrintFigure::name).collect();
+    assert_eq!(
+        names,
+        [
+            "energy",
+            "impact_parameter",
+            "fields",
+            "fields-2",
+            "species"
+        ]
+    );
+    let mut heights = Vec::new();
+    for figure in &figures {
+        for width in COLUMN_WIDTHS.into_iter().chain([60.0, 400.0]) {
+            let drawing = figure.draw(width).unwrap();
+            let text = drawing.to_svg();
+            let file = roxmltree::Document::parse(&text).unwrap();
+            let root = file.root_element();
+            assert_eq!(root.attribute("width"), Some(&*format!("{width}mm")));
+            let view: Vec<f64> = (root.attribute("viewBox").unwrap().split(' '))
+                .map(|part| part.parse().unwrap())
+                .collect();
+            // Two decimals of a point.
+            assert!((view[2] * 25.4 / 72.0 - width).abs() < 0.002, "{view:?}");
+            for node in root.descendants().filter(roxmltree::Node::is_element) {
+                let name = node.tag_name().name();
+                assert!(["svg", "title", "rect", "path"].contains(&name), "{name}");
+                for attribute in node.attributes() {
+                    assert!(!["href", "style", "class", "id"].contains(&attribute.name()));
+                    assert!(!attribute.value().contains("url("));
+                }
+                let Some(path) = node.attribute("d") else {
+                    continue;
+                };
+                // Nothing is cut off: error bars of lines are half a point wide.
+                let [low, high] = extent(path);
+                let inside = low[0] > -0.5
+                    && low[1] > -0.5
+                    && high[0] < view[2] + 0.5
+                    && high[1] < view[3] + 0.5;
+                assert!(
+                    inside,
+                    "{} at {width} mm: {low:?} {high:?} of {view:?}: {:?}",
+                    figure.name(),
+                    node.attribute("aria-label")
+                );
+                if node.attribute("aria-label") == Some("1") {
+                    heights.push(high[1] - low[1]);
+                }
+            }
+            let document = drawing.to_pdf();
+            assert!(document.starts_with(b"%PDF-1.7"));
+            let has = |word: &str| {
+                document
+                    .windows(word.len())
+                    .any(|part| part == word.as_bytes())
+            };
+            for word in [
+                "/FontFile2",
+                "/STOSSZ+DejaVuSansCondensed",
+                "/ToUnicode",
+                "/Identity-H",
+            ] {
+                assert!(has(word), "{word}");
+            }
+            assert!(document == figure.draw(width).unwrap().to_pdf());
+            assert_eq!(drawing.missing_letters(), "");
+        }
+    }
+    // Digits have 0.73 of the size of the text, 8 points, at any width.
+    assert!(heights.len() > 8);
+    assert!(
+        heights
+            .iter()
+            .all(|height| (height - 0.729 * 8.0).abs() < 0.03),
+        "{heights:?}"
+    );
+}
+
+#[test]
+fn unknown_figures_and_widths_are_refused() {
+    let place = tempfile::tempdir().unwrap();
+    run(place.path());
+    let said = |name: &str| print_figure(place.path(), name).err().unwrap().to_string();
+    assert!(
+        said("enrgy")
+            .contains("(did you mean energy?); its figures are energy, impact_parameter, fields")
+    );
+    let figure = print_figure(place.path(), "energy").unwrap();
+    for width in [59.9, 400.1, 0.0, -86.0, f64::NAN, f64::INFINITY] {
+        let error = figure.draw(width).err().unwrap().to_string();
+        assert!(error.contains("allowed is 60 to 400 mm"), "{error}");
+    }
+    assert!(print_figures(&place.path().join("no")).is_err());
 }
 
 #[test]

@@ -66,7 +66,6 @@ pub(super) fn read_gsd(source: &SourceFile<'_>, bytes: &[u8]) -> Result<StartFil
         masses: frame.sizes("particles/mass", count)?,
         types: frame.types(count)?,
         weights: frame.sizes("log/particles/weight", count)?,
-        ..StartFile::default()
     })
 }
 

@@ -30,7 +30,7 @@ pub struct SnapshotMeasure;
 /// Most snapshots of one engine that an interval may ask for.
 const MOST: f64 = 10_000.0;
 
-/// SnapshotOptions: times, engines, replicas, quantities and formats.
+/// Options: times, engines, replicas, quantities and formats.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SnapshotOptions {
@@ -43,7 +43,7 @@ pub struct SnapshotOptions {
     pub engines: Option<Vec<String>>,
     /// Numbers of replicas, from 0, or "all". Default: \[0\].
     pub replicas: Replicas,
-    /// ParticleQuantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
+    /// Quantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
     pub quantities: Option<Vec<ParticleQuantity>>,
     /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of LAMMPS (`.dump`), GSD. Default: \["xyz"\].
     pub formats: Option<Vec<SnapshotFormat>>,

@@ -1,4 +1,4 @@
-//! SnapshotMeasure as GSD of the schema hoomd, version 1.4.
+//! Snapshots as GSD of the schema hoomd, version 1.4.
 
 use nalgebra::Vector3;
 use stosszahl_model::gsd::{Chunk, to_bytes};

@@ -1,4 +1,4 @@
-//! SnapshotMeasure as text dumps of LAMMPS.
+//! Snapshots as text dumps of LAMMPS.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! SnapshotMeasure of each format, read as start files.
+//! Snapshots of each format, read as start files.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! SnapshotMeasure as extended XYZ.
+//! Snapshots as extended XYZ.
 
 use std::fmt::Write as _;
 

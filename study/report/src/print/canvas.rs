@@ -1,0 +1,247 @@
+//! Vector drawing in points: paths and lines of text, from which SVG and PDF are written.
+//!
+//! Nothing is clipped by the file formats: lines are cut at the frame of their panel here, so that
+//! programs for drawings find plain paths, and drawings on one page need no identifiers.
+
+use super::font::Glyph;
+
+/// Colour: red, green and blue.
+pub(crate) type Colour = [u8; 3];
+
+/// Black, the colour of axes and text.
+pub(crate) const BLACK: Colour = [0, 0, 0];
+/// White, the colour of the paper and of open markers.
+pub(crate) const WHITE: Colour = [255, 255, 255];
+
+/// Segment of a path; coordinates \[pt\] from the upper left corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Segment {
+    /// Start of a subpath.
+    Move([f64; 2]),
+    /// Straight line.
+    Line([f64; 2]),
+    /// Cubic Bézier curve: two control points and the end.
+    ChartCurve([f64; 2], [f64; 2], [f64; 2]),
+    /// Straight line to the start of the subpath.
+    Close,
+}
+
+/// Pen of a stroked path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pen {
+    /// Width of the line \[pt\].
+    pub width: f64,
+    /// Colour of the line.
+    pub colour: Colour,
+    /// Lengths of dashes and gaps \[pt\]; empty for a solid line.
+    pub dash: &'static [f64],
+}
+
+impl Pen {
+    /// Creates a solid pen.
+    pub const fn solid(width: f64, colour: Colour) -> Self {
+        Self {
+            width,
+            colour,
+            dash: &[],
+        }
+    }
+}
+
+/// Item of a drawing.
+#[derive(Clone, Debug)]
+pub(crate) enum Item {
+    /// Path that is filled, stroked, or both.
+    Path {
+        /// Segments of the path.
+        segments: Vec<Segment>,
+        /// Colour of its inside.
+        fill: Option<Colour>,
+        /// Pen of its outline.
+        pen: Option<Pen>,
+    },
+    /// Line of text.
+    Text(Text),
+}
+
+/// Line of text at a position.
+#[derive(Clone, Debug)]
+pub(crate) struct Text {
+    /// Start of the base line \[pt\].
+    pub at: [f64; 2],
+    /// True for text that runs upwards.
+    pub upwards: bool,
+    /// Letters with their places on the base line.
+    pub glyphs: Vec<Glyph>,
+}
+
+/// Drawing of a figure in points, with the origin in the upper left corner.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Canvas {
+    /// Width and height \[pt\].
+    pub size: [f64; 2],
+    /// Items, drawn in this order.
+    pub items: Vec<Item>,
+}
+
+impl Canvas {
+    /// Adds a stroked path; an empty one is left out.
+    pub fn stroke(&mut self, segments: Vec<Segment>, pen: Pen) {
+        self.path(segments, None, Some(pen));
+    }
+
+    /// Adds a path; an empty one is left out.
+    pub fn path(&mut self, segments: Vec<Segment>, fill: Option<Colour>, pen: Option<Pen>) {
+        if !segments.is_empty() {
+            self.items.push(Item::Path {
+                segments,
+                fill,
+                pen,
+            });
+        }
+    }
+}
+
+/// Rectangle: left, top, right and bottom \[pt\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Area {
+    /// Left edge.
+    pub left: f64,
+    /// Upper edge.
+    pub top: f64,
+    /// Right edge.
+    pub right: f64,
+    /// Lower edge.
+    pub bottom: f64,
+}
+
+impl Area {
+    /// Width.
+    pub fn width(&self) -> f64 {
+        self.right - self.left
+    }
+
+    /// Height.
+    pub fn height(&self) -> f64 {
+        self.bottom - self.top
+    }
+
+    /// Point at shares of width and height, the latter from the bottom.
+    pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [
+            self.left + x * self.width(),
+            self.bottom - y * self.height(),
+        ]
+    }
+
+    /// Returns true if a point is inside, or at most `room` outside.
+    pub fn holds(&self, [x, y]: [f64; 2], room: f64) -> bool {
+        (self.left - room..=self.right + room).contains(&x)
+            && (self.top - room..=self.bottom + room).contains(&y)
+    }
+
+    /// Moves a point to the closest one inside.
+    pub fn clamp(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [
+            x.clamp(self.left, self.right.max(self.left)),
+            y.clamp(self.top, self.bottom.max(self.top)),
+        ]
+    }
+
+    /// Closed path along the edges.
+    pub fn outline(&self) -> Vec<Segment> {
+        vec![
+            Segment::Move([self.left, self.top]),
+            Segment::Line([self.right, self.top]),
+            Segment::Line([self.right, self.bottom]),
+            Segment::Line([self.left, self.bottom]),
+            Segment::Close,
+        ]
+    }
+
+    /// Part of a straight line inside; `None` if all of it is outside (Liang and Barsky).
+    pub fn cut(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+        let step = [to[0] - from[0], to[1] - from[1]];
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        let edges = [[self.left, self.right], [self.top, self.bottom]];
+        for axis in 0..2 {
+            let [low, high] = edges[axis].map(|edge| edge - from[axis]);
+            if step[axis] == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let ends = [low / step[axis], high / step[axis]];
+            first = first.max(ends[0].min(ends[1]));
+            last = last.min(ends[0].max(ends[1]));
+        }
+        let at = |share: f64| [from[0] + share * step[0], from[1] + share * step[1]];
+        // An end that is inside is not moved by rounding.
+        (first <= last).then(|| {
+            [
+                if first > 0.0 { at(first) } else { from },
+                if last < 1.0 { at(last) } else { to },
+            ]
+        })
+    }
+
+    /// Parts of a line through some points that are inside; `None` breaks the line.
+    pub fn cut_line(&self, points: &[Option<[f64; 2]>]) -> Vec<Segment> {
+        let mut segments = Vec::new();
+        let mut pen: Option<[f64; 2]> = None;
+        for pair in points.windows(2) {
+            let part = match pair {
+                [Some(from), Some(to)] => self.cut(*from, *to),
+                _ => None,
+            };
+            let Some([from, to]) = part else {
+                pen = None;
+                continue;
+            };
+            if pen != Some(from) {
+                segments.push(Segment::Move(from));
+            }
+            segments.push(Segment::Line(to));
+            pen = Some(to);
+        }
+        segments
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_cut_at_the_frame() {
+        let area = Area {
+            left: 0.0,
+            top: 0.0,
+            right: 4.0,
+            bottom: 2.0,
+        };
+        assert_eq!(
+            area.cut([-2.0, 1.0], [2.0, 1.0]),
+            Some([[0.0, 1.0], [2.0, 1.0]])
+        );
+        assert_eq!(area.cut([1.0, 3.0], [3.0, 3.0]), None);
+        assert_eq!(area.cut([1.0, -1.0], [1.0, -0.5]), None);
+        let line = area.cut_line(&[
+            Some([1.0, 1.0]),
+            Some([2.0, 1.0]),
+            Some([2.0, 4.0]),
+            None,
+            Some([3.0, 1.0]),
+            Some([9.0, 1.0]),
+        ]);
+        let found = [
+            Segment::Move([1.0, 1.0]),
+            Segment::Line([2.0, 1.0]),
+            Segment::Line([2.0, 2.0]),
+            Segment::Move([3.0, 1.0]),
+            Segment::Line([4.0, 1.0]),
+        ];
+        assert_eq!(line, found);
+    }
+}
