@@ -149,7 +149,7 @@ impl Archive {
             p.download {
                 button id="archive-save" type="button" hidden { "Download the folder" }
                 noscript { "To download the folder needs JavaScript." }
-                " " (self.name) ".zip, " (bytes.len().div_ceil(1024)) " kB inside this page: " (self.held) " files of its folder, without the page itself."
+                " " (self.name) ".zip, " (bytes.len().div_ceil(1024)) " kB inside this page: " (self.held) " files of its folder: manifest, tables, drawings and snapshots."
                 @match &self.left_out[..] {
                     [] => {}
                     [one] => { " Not in it for its size: " code { (one) } "." }

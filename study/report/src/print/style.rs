@@ -72,7 +72,8 @@ pub(crate) fn styles(legend: &[Curve]) -> Vec<CurveStyle> {
             // Steps have markers at their middles.
             Stroke::Solid => {
                 steps += 1;
-                Some(Marker::ALL[(steps - 1) % Marker::ALL.len()])
+                let number = engine_number(&curve.colour).unwrap_or(steps - 1);
+                Some(Marker::ALL[number % Marker::ALL.len()])
             }
             Stroke::None | Stroke::Thin => curve.marker,
         };
@@ -110,6 +111,12 @@ pub(crate) fn styles(legend: &[Curve]) -> Vec<CurveStyle> {
         }
     };
     legend.iter().map(style).collect()
+}
+
+/// Number of the engine whose colour this is, by which it has a marker in all figures.
+fn engine_number(css: &str) -> Option<usize> {
+    let number = css.strip_prefix("var(--engine-")?;
+    number.strip_suffix(')')?.parse().ok()
 }
 
 /// Returns true for the theory of one of several curves.
