@@ -27,10 +27,13 @@ const DATE: u16 = (1 << 5) | 1;
 pub(crate) struct Archive {
     /// Name of the archive, and of the folder in it.
     name: String,
+    /// Files, each behind its name and size.
     bytes: Vec<u8>,
     /// Entries of the list at its end.
     list: Vec<u8>,
+    /// Number of files.
     held: u16,
+    /// Names of the files that do not fit.
     left_out: Vec<String>,
 }
 

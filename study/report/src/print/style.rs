@@ -28,7 +28,7 @@ const DASHES: [&[f64]; 8] = [
 /// Largest number of theories that have dashes and places in the legend of their own.
 const SEPARATE: usize = 3;
 
-/// Style of a curve.
+/// Look of one curve in all panels and in the legend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct CurveStyle {
     /// Name of the curve in the legend.
