@@ -410,10 +410,10 @@ pub struct FigureArguments {
 /// Format of a figure for print.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum FigureFormat {
-    /// For LaTeX, with fonts embedded.
+    /// Document for LaTeX, with fonts embedded.
     #[default]
     Pdf,
-    /// For drawing programs and word processors, with text as outlines.
+    /// Drawing for word processors and drawing programs, with text as outlines.
     Svg,
 }
 

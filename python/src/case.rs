@@ -234,14 +234,12 @@ pub fn print_widths() -> ([f64; 2], [f64; 2]) {
     (COLUMN_WIDTHS, PRINT_WIDTHS)
 }
 
-/// Draws a figure of a folder for a paper with a width \[mm\]: title, width and height \[mm\],
-/// SVG, PDF, and the letters that the fonts do not have.
+/// Title, width and height \[mm\], SVG, PDF, and letters that the fonts do not have.
+type Drawing = (String, [f64; 2], String, Cow<'static, [u8]>, String);
+
+/// Draws a figure of a folder for a paper with a width \[mm\].
 #[pyfunction]
-pub fn print_drawing(
-    folder: PathBuf,
-    name: &str,
-    width: f64,
-) -> PyResult<(String, [f64; 2], String, Cow<'static, [u8]>, String)> {
+pub fn print_drawing(folder: PathBuf, name: &str, width: f64) -> PyResult<Drawing> {
     let figure = print_figure(&folder, name).map_err(Raise::raise)?;
     let drawing = figure.draw(width).map_err(Raise::raise)?;
     Ok((

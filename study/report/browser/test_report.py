@@ -4,6 +4,7 @@ import csv
 import io
 import os
 import xml.etree.ElementTree as xml
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -87,6 +88,20 @@ def test_what_is_saved_can_be_read(open_page, kind):
         name, bytes_ = saved(page, figure, "PNG")
         picture = Image.open(io.BytesIO(bytes_)).convert("RGB")
         assert name.endswith(".png") and len(picture.getcolors(1 << 24)) >= 4
+
+
+@pytest.mark.parametrize("of", ["comparison", "sweep"])
+def test_the_folder_is_in_its_page(open_page, of):
+    page, folder = open_page(of), Path(os.environ["RESULTS"]) / of
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download the folder").click()
+    assert download.value.suggested_filename.endswith(".zip")
+    with zipfile.ZipFile(download.value.path()) as archive:
+        assert archive.testzip() is None
+        held = {name.split("/", 1)[1]: archive.read(name) for name in archive.namelist()}
+    assert all(contents == (folder / name).read_bytes() for name, contents in held.items())
+    wanted = [path for pattern in ("*.csv", "manifest.json", "sweep.json", "*.svg", "*.xyz") for path in folder.rglob(pattern)]
+    assert {str(path.relative_to(folder)) for path in wanted} == set(held) and len(held) > 10
 
 
 def test_numbers_are_those_of_the_table(open_page):
@@ -307,10 +322,15 @@ def test_print_has_the_static_figures_and_no_empty_page(open_page, kind):
     assert len(stills) == panels and all(still.is_visible() for still in stills)
     assert not any(canvas.is_visible() for canvas in page.locator(".uplot canvas").all())
     assert not any(bar.is_visible() for bar in page.locator(".bar").all())
-    pages = PdfReader(io.BytesIO(page.pdf(format="A4"))).pages
-    for place, sheet in enumerate(pages, 1):
-        words = len(sheet.extract_text().split())
-        assert words >= 5 or len(sheet.images) > 0, f"page {place} of {len(pages)} has {words} words"
+    assert not any(button.is_visible() for button in page.locator("button").all())
+    # Words of a sentence are not set one below the other.
+    narrow = "(cells) => cells.map((cell) => cell.getBoundingClientRect().width).filter((width) => width > 0 && width < 90)"
+    assert page.locator("td.long").evaluate_all(narrow) == []
+    for paper in ("A4", "Letter"):
+        pages = PdfReader(io.BytesIO(page.pdf(format=paper))).pages
+        for place, sheet in enumerate(pages, 1):
+            words = len(sheet.extract_text().split())
+            assert words >= 5 or len(sheet.images) > 0, f"{paper}, page {place} of {len(pages)} has {words} words"
 
 
 def test_without_script_all_is_there_but_the_controls(open_page, kind):

@@ -27,10 +27,13 @@ const DATE: u16 = (1 << 5) | 1;
 pub(crate) struct Archive {
     /// Name of the archive, and of the folder in it.
     name: String,
+    /// Files, each behind its name and size.
     bytes: Vec<u8>,
     /// Entries of the list at its end.
     list: Vec<u8>,
+    /// Number of files.
     held: u16,
+    /// Names of the files that do not fit.
     left_out: Vec<String>,
 }
 
@@ -149,7 +152,7 @@ impl Archive {
             p.download {
                 button id="archive-save" type="button" hidden { "Download the folder" }
                 noscript { "To download the folder needs JavaScript." }
-                " " (self.name) ".zip, " (bytes.len().div_ceil(1024)) " kB inside this page: " (self.held) " files of its folder, without the page itself."
+                " " (self.name) ".zip, " (bytes.len().div_ceil(1024)) " kB inside this page: " (self.held) " files of its folder: manifest, tables, drawings and snapshots."
                 @match &self.left_out[..] {
                     [] => {}
                     [one] => { " Not in it for its size: " code { (one) } "." }

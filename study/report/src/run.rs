@@ -62,7 +62,7 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportErro
 }
 
 /// Adds the files of a run to an archive, under the name of its point with a slash, or under none:
-/// first the manifest, tables and drawings, then frames and snapshots as long as they fit.
+/// the manifest, tables, drawings, and snapshots as long as they fit.
 pub(crate) fn add_to_archive(
     archive: &mut Archive,
     folder: &Path,
@@ -77,9 +77,9 @@ pub(crate) fn add_to_archive(
     for (name, bytes) in drawings {
         archive.add(&format!("{point}{name}"), bytes);
     }
-    let frames = manifest.frames.iter().map(|one| &one.file);
-    for file in frames.chain(manifest.snapshots.iter().map(|one| &one.file)) {
-        archive.add_file(folder, &format!("{point}{file}"))?;
+    // The player of the page has the frames.
+    for snapshot in &manifest.snapshots {
+        archive.add_file(folder, &format!("{point}{}", snapshot.file))?;
     }
     Ok(())
 }

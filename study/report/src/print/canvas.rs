@@ -116,12 +116,12 @@ pub(crate) struct Area {
 }
 
 impl Area {
-    /// Width.
+    /// Width \[pt\].
     pub fn width(&self) -> f64 {
         self.right - self.left
     }
 
-    /// Height.
+    /// Height \[pt\].
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }

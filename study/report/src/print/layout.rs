@@ -229,10 +229,15 @@ impl Arrangement<'_> {
                 .map_or(&**title, |rest| rest.trim_start_matches(", ")),
             Subject::Chart(_) => title,
         };
-        let title = &key_names(title.strip_prefix("point ").unwrap_or(title));
+        // Points of a sweep are named by keys and values.
+        let title = match title.strip_prefix("point ") {
+            Some(point) => point.replace(',', ", ").replace('=', " = "),
+            None => title.to_owned(),
+        };
+        let title = key_names(&title);
         let letter = char::from(b'a' + (number % 26) as u8);
         match self.axes.len() {
-            1 => title.clone(),
+            1 => title,
             _ => format!("({letter}) {title}").trim_end().to_owned(),
         }
     }

@@ -28,7 +28,7 @@ const DASHES: [&[f64]; 8] = [
 /// Largest number of theories that have dashes and places in the legend of their own.
 const SEPARATE: usize = 3;
 
-/// Style of a curve.
+/// Look of one curve in all panels and in the legend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct CurveStyle {
     /// Name of the curve in the legend.
@@ -72,7 +72,8 @@ pub(crate) fn styles(legend: &[ChartCurve]) -> Vec<CurveStyle> {
             // Steps have markers at their middles.
             Stroke::Solid => {
                 steps += 1;
-                Some(Marker::ALL[(steps - 1) % Marker::ALL.len()])
+                let number = engine_number(&curve.colour).unwrap_or(steps - 1);
+                Some(Marker::ALL[number % Marker::ALL.len()])
             }
             Stroke::None | Stroke::Thin => curve.marker,
         };
@@ -110,6 +111,12 @@ pub(crate) fn styles(legend: &[ChartCurve]) -> Vec<CurveStyle> {
         }
     };
     legend.iter().map(style).collect()
+}
+
+/// Number of the engine whose colour this is, by which it has a marker in all figures.
+fn engine_number(css: &str) -> Option<usize> {
+    let number = css.strip_prefix("var(--engine-")?;
+    number.strip_suffix(')')?.parse().ok()
 }
 
 /// Returns true for the theory of one of several curves.
