@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use stosszahl::model::gsd::{Chunk, to_bytes};
+
 use crate::support::program::TestFolder;
 
 /// Disks of two sizes between walls, where the program changes no number of a start.
@@ -22,9 +24,9 @@ fn particles(text: &str) -> Vec<Vec<f64>> {
     all
 }
 
-/// Snapshots in each format start all engines from the microstate that was written: the same bits from
-/// formats with all digits; from GSD positions within 2^-24 of half a side of 40 and the sizes of the
-/// box, velocities within 2^-24 of at most 4.
+/// Snapshots in each format start all engines from the microstate that was written. Formats with all
+/// digits give the same bits. GSD gives positions within 2^-24 of half a side of 40, and other numbers
+/// within 2^-24 of themselves.
 #[test]
 fn every_format_is_the_same_start_for_all_engines() {
     let work = TestFolder::new(&WALLED.replace("FILE", "start.csv"));
@@ -37,7 +39,12 @@ fn every_format_is_the_same_start_for_all_engines() {
         let angle = f64::from(index * index % 101);
         let (vx, vy) = (angle.cos() * 2.0, angle.sin());
         let (x, y) = (f64::from(x) + 0.3 * vx, f64::from(y) + 0.3 * vy);
-        writeln!(csv, "{x},{y},{vx},{vy},{radius},{mass},{}", u32::from(large)).expect("a string");
+        writeln!(
+            csv,
+            "{x},{y},{vx},{vy},{radius},{mass},{}",
+            u32::from(large)
+        )
+        .expect("a string");
     }
     work.write("start.csv", &csv);
     work.done("run case.toml --out first");
@@ -60,14 +67,18 @@ fn every_format_is_the_same_start_for_all_engines() {
             for (found, wanted) in found.iter().zip(&wanted) {
                 for (column, (found, wanted)) in found.iter().zip(wanted).enumerate() {
                     let most = if column < 3 { 20.0 } else { wanted.abs() };
-                    assert!((found - wanted).abs() <= most * rounding, "{found} {wanted}");
+                    assert!(
+                        (found - wanted).abs() <= most * rounding,
+                        "{found} {wanted}"
+                    );
                 }
             }
         }
     }
 }
 
-/// A shear flow goes on from its snapshots of any format, as the box above is displaced at the start.
+/// A shear flow is continued from its snapshots of any format, as the box above is displaced at the
+/// start.
 /// At t = 2 it is displaced by 0.45 * 20 * 2 = 18 of 30. The same collisions follow until t = 2.2, some
 /// 0.4 for each disk; rounding of 1e-15 (6e-8 in GSD) of lengths and of units grows tenfold in each
 /// collision of a disk, of which hardly one has more than three in this time.
@@ -85,7 +96,11 @@ fn a_shear_flow_goes_on_from_its_snapshots() {
     work.done("run case.toml --out first");
     let rows = |path: &str| -> Vec<Vec<f64>> {
         let text = work.text(path);
-        let row = |line: &str| line.split(' ').map(|one| one.parse().expect("a number")).collect();
+        let row = |line: &str| {
+            line.split(' ')
+                .map(|one| one.parse().expect("a number"))
+                .collect()
+        };
         text.lines().skip(2).map(row).collect()
     };
     let offset = |path: &str| -> f64 {
@@ -105,7 +120,10 @@ fn a_shear_flow_goes_on_from_its_snapshots() {
                 file.display()
             )
         };
-        work.write("again.toml", case(&start("shear_rate = 0.45\n"), 0.2, "[0, 0.2]"));
+        work.write(
+            "again.toml",
+            case(&start("shear_rate = 0.45\n"), 0.2, "[0, 0.2]"),
+        );
         let said = work.done("check again.toml --no-timing").out;
         assert!(said.contains("the box above displaced by 18"), "{said}");
         work.done(&format!("run again.toml --out {ending}"));
@@ -117,8 +135,11 @@ fn a_shear_flow_goes_on_from_its_snapshots() {
             let path = format!("{ending}/snapshots/{engine}-{number}.xyz");
             let slid = offset(&path);
             let expected = 18.0 + 9.0 * 0.2 * f64::from(number);
-            let tolerance = 100.0 * rounding * growth;
-            assert!((slid - expected).abs() < tolerance.max(1e-12), "{path}: {slid}");
+            let tolerance: f64 = 100.0 * rounding * growth;
+            assert!(
+                (slid - expected).abs() < tolerance.max(1e-12),
+                "{path}: {slid}"
+            );
             let mut found = rows(&path);
             if engine != "ed" {
                 // Order of simulators is the engine's own.
@@ -148,6 +169,53 @@ fn a_shear_flow_goes_on_from_its_snapshots() {
         );
         assert!(!work.path("rest").exists());
     }
+}
+
+/// Disks that overlap by the rounding of single precision are moved apart, and said to be; those that
+/// overlap by more are refused. Twice 2^-24 of a box of 40 is 4.8e-6.
+#[test]
+fn disks_that_single_precision_makes_overlap_are_moved_apart() {
+    let file = |overlap: f64| {
+        let places = [
+            -1.0,
+            0.0,
+            0.0,
+            -overlap,
+            0.0,
+            0.0,
+            1.0 - 2.0 * overlap,
+            0.0,
+            0.0,
+        ];
+        let frame = vec![
+            Chunk::bytes("configuration/dimensions", [2]),
+            Chunk::single("configuration/box", 1, [40.0, 40.0, 0.0, 0.0, 0.0, 0.0]),
+            Chunk::counts("particles/N", [3]),
+            Chunk::single("particles/position", 3, places),
+            Chunk::single(
+                "particles/velocity",
+                3,
+                [1.0, 0.5, 0.0, -0.5, 0.5, 0.0, -0.5, -1.0, 0.0],
+            ),
+        ];
+        to_bytes("a test", ("hoomd", 1, 4), &[frame])
+    };
+    let case = "format = 2\ntitle = \"a dense start\"\nreplicas = 1\n[gas]\nrestitution = 0.9\n[start]\nplacement = \"file\"\n\
+                file = \"start.gsd\"\nvelocities = \"file\"\n[box]\n[run]\ntime_unit = \"case\"\nuntil = 1\n[engine.ed]\n\
+                [measure.snapshots]\ntimes = [0]\n";
+    let work = TestFolder::new(case);
+    work.write("start.gsd", file(1e-6));
+    let said = work.done("check case.toml --no-timing").out;
+    assert!(said.contains("moved apart: "), "{said}");
+    work.done("run case.toml --out out");
+    let found = particles(&work.text("out/snapshots/ed-0.xyz"));
+    for pair in found.windows(2) {
+        let distance = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+        assert!((-1e-9..2e-6).contains(&(distance - 1.0)), "{distance}");
+    }
+    work.write("start.gsd", file(1e-4));
+    work.refused("run case.toml --out deep", &["overlap by", "at most touch"]);
+    assert!(!work.path("deep").exists());
 }
 
 /// Formats of tables: CSV alone by default; Parquet next to it where the program knows it, and else an
@@ -187,5 +255,10 @@ fn tables_are_parquet_too_if_asked() {
     let files = std::fs::read_dir(work.path("out")).expect("a folder");
     let inside = |point: std::path::PathBuf| std::fs::read_dir(point).into_iter().flatten();
     let mut all = files.flat_map(|one| inside(one.expect("a file").path()));
-    assert!(!all.any(|file| file.expect("a file").path().extension().is_some_and(|ending| ending == "parquet")));
+    assert!(!all.any(|file| {
+        file.expect("a file")
+            .path()
+            .extension()
+            .is_some_and(|ending| ending == "parquet")
+    }));
 }

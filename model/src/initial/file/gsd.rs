@@ -66,7 +66,6 @@ pub(super) fn read_gsd(source: &Source<'_>, bytes: &[u8]) -> Result<StartFile, F
         masses: frame.sizes("particles/mass", count)?,
         types: frame.types(count)?,
         weights: frame.sizes("log/particles/weight", count)?,
-        ..StartFile::default()
     })
 }
 
