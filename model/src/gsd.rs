@@ -112,7 +112,7 @@ impl Chunk {
         }
     }
 
-    /// Creates an array of numbers, rounded to single precision, in rows of so many columns.
+    /// Creates an array of numbers, rounded to single precision, with this number of columns.
     pub fn single(
         name: &'static str,
         columns: usize,
@@ -122,7 +122,7 @@ impl Chunk {
         Self::new(name, columns, Number::F32, bytes)
     }
 
-    /// Creates an array of numbers of double precision, in rows of so many columns.
+    /// Creates an array of numbers of double precision, with this number of columns.
     pub fn double(
         name: &'static str,
         columns: usize,

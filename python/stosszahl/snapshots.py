@@ -162,8 +162,9 @@ def read_csv(path: Path) -> Contents:
 def read_dump(path: Path) -> Contents:
     """Reads a text dump of LAMMPS as runs write it."""
     with open(path, encoding="utf-8") as file:
-        bounds, columns = np.zeros((3, 3)), []
+        bounds = np.zeros((3, 3))
         faces: list[str] = []
+        columns: list[str] = []
         while not columns:
             item = file.readline().split()[1:]
             if item[:2] == ["BOX", "BOUNDS"]:

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use stosszahl::model::gsd::{Chunk, to_bytes};
+
 use crate::support::program::TestFolder;
 
 /// Disks of two sizes between walls, where the program changes no number of a start.
@@ -22,9 +24,9 @@ fn particles(text: &str) -> Vec<Vec<f64>> {
     all
 }
 
-/// Snapshots in each format start all engines from the microstate that was written: the same bits from
-/// formats with all digits; from GSD positions within 2^-24 of half a side of 40 and the sizes of the
-/// box, velocities within 2^-24 of at most 4.
+/// Snapshots in each format start all engines from the microstate that was written. Formats with all
+/// digits give the same bits. GSD gives positions within 2^-24 of half a side of 40, and other numbers
+/// within 2^-24 of themselves.
 #[test]
 fn every_format_is_the_same_start_for_all_engines() {
     let work = TestFolder::new(&WALLED.replace("FILE", "start.csv"));
@@ -75,7 +77,8 @@ fn every_format_is_the_same_start_for_all_engines() {
     }
 }
 
-/// A shear flow goes on from its snapshots of any format, as the box above is displaced at the start.
+/// A shear flow is continued from its snapshots of any format, as the box above is displaced at the
+/// start.
 /// At t = 2 it is displaced by 0.45 * 20 * 2 = 18 of 30. The same collisions follow until t = 2.2, some
 /// 0.4 for each disk; rounding of 1e-15 (6e-8 in GSD) of lengths and of units grows tenfold in each
 /// collision of a disk, of which hardly one has more than three in this time.
@@ -166,6 +169,53 @@ fn a_shear_flow_goes_on_from_its_snapshots() {
         );
         assert!(!work.path("rest").exists());
     }
+}
+
+/// Disks that overlap by the rounding of single precision are moved apart, and said to be; those that
+/// overlap by more are refused. Twice 2^-24 of a box of 40 is 4.8e-6.
+#[test]
+fn disks_that_single_precision_makes_overlap_are_moved_apart() {
+    let file = |overlap: f64| {
+        let places = [
+            -1.0,
+            0.0,
+            0.0,
+            -overlap,
+            0.0,
+            0.0,
+            1.0 - 2.0 * overlap,
+            0.0,
+            0.0,
+        ];
+        let frame = vec![
+            Chunk::bytes("configuration/dimensions", [2]),
+            Chunk::single("configuration/box", 1, [40.0, 40.0, 0.0, 0.0, 0.0, 0.0]),
+            Chunk::counts("particles/N", [3]),
+            Chunk::single("particles/position", 3, places),
+            Chunk::single(
+                "particles/velocity",
+                3,
+                [1.0, 0.5, 0.0, -0.5, 0.5, 0.0, -0.5, -1.0, 0.0],
+            ),
+        ];
+        to_bytes("a test", ("hoomd", 1, 4), &[frame])
+    };
+    let case = "format = 2\ntitle = \"a dense start\"\nreplicas = 1\n[gas]\nrestitution = 0.9\n[start]\nplacement = \"file\"\n\
+                file = \"start.gsd\"\nvelocities = \"file\"\n[box]\n[run]\ntime_unit = \"case\"\nuntil = 1\n[engine.ed]\n\
+                [measure.snapshots]\ntimes = [0]\n";
+    let work = TestFolder::new(case);
+    work.write("start.gsd", file(1e-6));
+    let said = work.done("check case.toml --no-timing").out;
+    assert!(said.contains("moved apart: "), "{said}");
+    work.done("run case.toml --out out");
+    let found = particles(&work.text("out/snapshots/ed-0.xyz"));
+    for pair in found.windows(2) {
+        let distance = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+        assert!((-1e-9..2e-6).contains(&(distance - 1.0)), "{distance}");
+    }
+    work.write("start.gsd", file(1e-4));
+    work.refused("run case.toml --out deep", &["overlap by", "at most touch"]);
+    assert!(!work.path("deep").exists());
 }
 
 /// Formats of tables: CSV alone by default; Parquet next to it where the program knows it, and else an

@@ -95,6 +95,7 @@ type Records = Vec<SnapshotFiles>;
 struct SnapshotFiles {
     /// Number of the replica, from 0.
     replica: u64,
+    /// Contents, in the order of the formats.
     files: Vec<serde_bytes::ByteBuf>,
 }
 

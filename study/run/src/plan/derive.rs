@@ -124,6 +124,7 @@ impl CasePlan {
         plan.check_start()?;
         plan.engines = engines::all(&mut plan)?;
         plan.check_density()?;
+        plan.separate_rounded()?;
         plan.check_file()?;
         plan.check_region()?;
         plan.warnings.extend(plan.notable());

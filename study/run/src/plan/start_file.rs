@@ -28,6 +28,8 @@ const LEAST_DRIFT: f64 = 1e-12;
 const SIDE_TOLERANCE: f64 = 1e-9;
 /// Relative rounding of numbers of single precision: half a unit of the last of 24 bits.
 const SINGLE_PRECISION: f64 = 1.0 / (1 << 24) as f64;
+/// Most pairs that are moved apart.
+const MOST_SEPARATIONS: usize = 10_000;
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -451,6 +453,68 @@ impl Source<'_> {
 }
 
 impl CasePlan {
+    /// Box of disks as it is at the start of a shear flow.
+    fn box_of_start(&self) -> Result<Domain<Plane>, PlanError> {
+        let domain = Confinement::<Plane>::of(self)?.domain;
+        // With a displacement of at most half the width, one image on each side is enough.
+        let shear = self.grains.shear().map(|shear| Shear {
+            offset: nearest(shear.offset, self.lengths[0]),
+            ..shear
+        });
+        domain
+            .sheared(shear)
+            .map_err(|error| PlanError::new("box.shear_rate", error.found, error.allowed))
+    }
+
+    /// Moves disks apart that overlap only by the rounding of a file of single precision, where
+    /// engines keep disks apart. Deeper overlaps are left, to be refused.
+    pub(super) fn separate_rounded(&mut self) -> Result<(), PlanError> {
+        let placed = self.case.start.placement == PlacementSpec::File;
+        if self.dimension != 2 || !placed || !self.keeps_apart() {
+            return Ok(());
+        }
+        let file = self.file.as_ref().filter(|file| file.is_single_precision);
+        let Some(positions) = file.and_then(|file| file.positions.as_ref()) else {
+            return Ok(());
+        };
+        let (domain, sizes) = (self.box_of_start()?, self.radii_and_masses());
+        let radius = |index: usize| sizes[index].0;
+        let mut places: Vec<_> = positions.iter().map(Vector3::xy).collect();
+        let tolerance = OVERLAP_TOLERANCE * 2.0 * self.mean_radius();
+        // Each component of a distance is rounded by 2^-24 of a side at most, and so is the diameter.
+        let rounding = 2.0 * SINGLE_PRECISION * self.lengths[0].max(self.lengths[1]);
+        let (mut pairs, mut deepest) = (0, 0.0_f64);
+        while pairs < MOST_SEPARATIONS
+            && let Some(Overlap {
+                pair: [a, b],
+                depth,
+            }) = initial::first_overlap(&places, radius, &domain, tolerance)
+            && depth <= rounding
+            && a != b
+        {
+            let away = domain.images().nearest(places[b] - places[a]);
+            let push = away * (0.5 * depth / away.norm());
+            places[a] = domain.wrap(places[a] - push);
+            places[b] = domain.wrap(places[b] + push);
+            pairs += 1;
+            deepest = deepest.max(depth);
+        }
+        if pairs == 0 {
+            return Ok(());
+        }
+        let positions = self.file.as_mut().and_then(|file| file.positions.as_mut());
+        for (position, place) in positions.into_iter().flatten().zip(places) {
+            *position = Vector3::new(place.x, place.y, position.z);
+        }
+        let name = self.case.start.file.as_deref().unwrap_or("the file");
+        self.choices.push(format!(
+            "start.file: pairs of disks of {name} that overlapped by the rounding of single precision, at most {}, and are moved \
+             apart: {pairs}",
+            short(deepest * self.scale.length)
+        ));
+        Ok(())
+    }
+
     /// Refuses the particles of a start file that overlap each other, walls or bodies, where the
     /// engines keep them apart.
     pub(super) fn check_file(&self) -> Result<(), PlanError> {
@@ -484,15 +548,7 @@ impl CasePlan {
         if self.dimension != 2 || !exact {
             return Ok(());
         }
-        let domain = Confinement::<Plane>::of(self)?.domain;
-        // With a displacement of at most half the width, one image on each side is enough.
-        let shear = self.grains.shear().map(|shear| Shear {
-            offset: nearest(shear.offset, self.lengths[0]),
-            ..shear
-        });
-        let domain = domain
-            .sheared(shear)
-            .map_err(|error| PlanError::new("box.shear_rate", error.found, error.allowed))?;
+        let domain = self.box_of_start()?;
         let places: Vec<_> = positions.iter().map(Vector3::xy).collect();
         let deepest = OVERLAP_TOLERANCE * 2.0 * self.mean_radius();
         let overlap = initial::first_overlap(&places, |i| sizes[i].0, &domain, deepest);
@@ -510,8 +566,7 @@ impl CasePlan {
                 .as_ref()
                 .is_some_and(|file| file.is_single_precision)
             {
-                "disks that at most touch; where the single precision of GSD makes them overlap, extended XYZ and dumps of LAMMPS \
-                 have all digits"
+                "disks that at most touch, but for the rounding of single precision"
             } else {
                 "touching disks"
             };

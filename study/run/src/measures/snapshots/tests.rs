@@ -65,9 +65,9 @@ fn read(particles: &Particles, shear: Option<Shear>, format: SnapshotFormat) -> 
     initial::read_bytes(Path::new(&name), bytes).expect("a start")
 }
 
-/// Formats with all digits give back the bits of all numbers; GSD, of single precision, rounds each
-/// by 2^-24 of its size, and positions, from the middle of the box, by 2^-24 of half a side, and so
-/// also the sides to whose middle they are added.
+/// Formats with all digits give back the bits of all numbers. Single precision, that of GSD, rounds
+/// each number by 2^-24 of its size. Positions are rounded by 2^-24 of half a side, as they are from
+/// the middle of the box, and so is the middle to which they are added.
 #[test]
 fn snapshots_are_starts() {
     let half_bit = 0.5_f64.powi(24);
