@@ -54,15 +54,15 @@ impl Map {
         let width = WIDTH - LEFT - RIGHT;
         let aspect = (ends[1].1 - ends[1].0) / (ends[0].1 - ends[0].0);
         let height = (width * aspect).clamp(HEIGHTS[0], HEIGHTS[1]);
-        let frame = |ends| AxisRange::around(AxisScale::Linear, ends, true);
+        let frame = |ends| AxisRange::range_around(AxisScale::Linear, ends, true);
         let (x, y) = (frame(ends[0]), frame(ends[1]));
-        let bar = AxisRange::around(self.scale, (low, high), high > low);
+        let bar = AxisRange::range_around(self.scale, (low, high), high > low);
         // All cells of one colour form one path.
         let mut paths = vec![String::new(); STEPS];
         let shown = self
             .cells
             .iter()
-            .filter(|cell| bar.place(cell[2]).is_some());
+            .filter(|cell| bar.position_of(cell[2]).is_some());
         for cell in shown {
             let around = |axis: usize| {
                 let after = edges[axis].partition_point(|edge| *edge <= cell[axis]);

@@ -49,7 +49,7 @@ struct Source<'a> {
 fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
     let name = case.start.file.as_deref();
     let name = name.ok_or_else(|| content("none".into(), "a file"))?;
-    let file = initial::read(&folder.join(name))
+    let file = initial::read_start_file(&folder.join(name))
         .map_err(|error| content(error.to_string(), "a start file as docs describe it"))?;
     let source = Source {
         case,
@@ -57,7 +57,7 @@ fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
         file,
         changes: Vec::new(),
     };
-    source.check()?;
+    source.check_file()?;
     Ok(source)
 }
 
@@ -67,7 +67,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     let dimension = case.gas.dimension as usize;
     let lengths = source.lengths()?;
     source.wrap(lengths)?;
-    let species = FileSpecies::of(&source.file, case)?;
+    let species = FileSpecies::from_file(&source.file, case)?;
     let warmth = source.warmth(&species.masses, temperature)?;
     let scale = if case.has_thermal_units() {
         UnitScale {
@@ -124,7 +124,7 @@ pub(super) struct Dealt {
 pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     let mut source = source(case, folder)?;
     let name = source.name;
-    let species = FileSpecies::of(&source.file, case)?;
+    let species = FileSpecies::from_file(&source.file, case)?;
     let temperature = source.warmth(&species.masses, 1.0)?;
     let dimension = case.gas.dimension as usize;
     let temperatures = species.temperatures(&source.file, dimension, temperature);
@@ -185,7 +185,7 @@ pub(super) fn scaled(file: StartFile, scale: UnitScale) -> StartFile {
 impl Source<'_> {
     /// Refuses particles of another dimension, and simulators that stand for several particles or
     /// for less than one.
-    fn check(&self) -> Result<(), PlanError> {
+    fn check_file(&self) -> Result<(), PlanError> {
         let (file, name) = (&self.file, self.name);
         if file.count() < 2 {
             return Err(content("one particle".into(), "at least two"));
@@ -265,7 +265,7 @@ impl Source<'_> {
             return Ok(lengths);
         };
         for axis in 0..dimension {
-            let is_periodic = *self.case.walls.at(axis, 0) == FaceSpec::default();
+            let is_periodic = *self.case.walls.face_at(axis, 0) == FaceSpec::default();
             let [low, high] = FACES[axis];
             if is_periodic && !said[axis] {
                 let flags = said.map(|one| if one { "T" } else { "F" }).join(" ");
@@ -292,7 +292,7 @@ impl Source<'_> {
     /// Moves particles into a box along its periodic axes; refuses particles beyond its other ends.
     fn wrap(&mut self, lengths: [f64; 3]) -> Result<(), PlanError> {
         let dimension = self.case.gas.dimension as usize;
-        let periodic = |axis: usize| *self.case.walls.at(axis, 0) == FaceSpec::default();
+        let periodic = |axis: usize| *self.case.walls.face_at(axis, 0) == FaceSpec::default();
         let domain = Domain::<Volume>::periodic(lengths.map(|side| side.max(1e-300)).into())
             .map_err(|error| content(format!("{}: {error}", self.name), "positive sides"))?;
         let positions = self.file.positions.as_mut();
@@ -414,9 +414,9 @@ impl CasePlan {
             .map(|(index, &at)| (at, reach(index)))
             .collect();
         in_space!(self.dimension, S => {
-            let confinement = Confinement::<S>::of(self)?;
+            let confinement = Confinement::<S>::from_plan(self)?;
             for (index, &(at, reach)) in all.iter().enumerate() {
-                let at = S::vector(|axis| at[axis]);
+                let at = S::from_components(|axis| at[axis]);
                 if let Some((what, depth)) = confinement.blocks(at, reach) {
                     let found = format!(
                         "{name}: particle {index} (counted from 0) overlaps {what} by {}",
@@ -429,7 +429,7 @@ impl CasePlan {
         if self.dimension != 2 || !exact {
             return Ok(());
         }
-        let domain = Confinement::<Plane>::of(self)?.domain;
+        let domain = Confinement::<Plane>::from_plan(self)?.domain;
         let places: Vec<_> = positions.iter().map(Vector3::xy).collect();
         let deepest = OVERLAP_TOLERANCE * 2.0 * self.mean_radius();
         let overlap = initial::first_overlap(&places, |i| sizes[i].0, &domain, deepest);
