@@ -8,13 +8,13 @@ use std::time::Duration;
 
 use crate::BUNDLE;
 use crate::case::CaseFile;
-use crate::case::format::share;
+use crate::case::format::parse_share;
 use crate::report::{Listed, Listing, ReportError, listing, write_report};
 use crate::results::{Existing, Manifest, changed_files, quantity_title, write_file};
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{EngineCost, available_memory, available_threads};
 use crate::study::run::needed_memory;
-use crate::study::{self, RunError, RunOptions, check};
+use crate::study::{self, RunError, RunOptions, check_case};
 use clap::CommandFactory as _;
 
 use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, InitArguments};
@@ -105,7 +105,7 @@ fn explain(error: &CommandError) {
 /// # Errors
 /// [`CommandError::Case`] if it is refused.
 pub fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
-    let file = BUNDLE.read(&study::format(), &arguments.case, &arguments.overrides())?;
+    let file = BUNDLE.read_case(&study::format(), &arguments.case, &arguments.overrides())?;
     for text in &file.notes {
         note(text);
     }
@@ -137,7 +137,7 @@ fn init(arguments: &InitArguments) -> Result<(), CommandError> {
         return Err(CommandError::FileExists(path.clone()));
     }
     let text = template::text(arguments);
-    check(&study::format().from_text(path, &text, &[])?)?;
+    check_case(&study::format().from_text(path, &text, &[])?)?;
     write_file(path, text.as_bytes())?;
     let name = path.display();
     say(&format!(
@@ -195,7 +195,7 @@ fn rebuild_report(folder: &Path) -> Result<(), CommandError> {
 fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandError> {
     let file = read(arguments)?;
     let threads = available_threads();
-    let mut planned = check(&file)?;
+    let mut planned = check_case(&file)?;
     let mut paces = None;
     if !no_timing {
         let (stop, display) = (listen("stopped"), Display::new());
@@ -208,7 +208,7 @@ fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandErro
             progress: &display,
             commit: "",
         };
-        planned = study::settle(&file, planned, &options, threads)?;
+        planned = study::choose_resolution(&file, planned, &options, threads)?;
         // No measurement of a case that does not fit into memory.
         let needed = needed_memory(&planned, threads);
         if available_memory().is_none_or(|free| needed < free) {
@@ -331,7 +331,7 @@ pub fn measure_frontier(
     file: &CaseFile,
     join: Option<Duration>,
 ) -> Result<(), CommandError> {
-    let target = share(&arguments.target_error).ok_or_else(|| CommandError::Target {
+    let target = parse_share(&arguments.target_error).ok_or_else(|| CommandError::Target {
         found: arguments.target_error.clone(),
     })?;
     let folder = arguments.out.clone().unwrap_or_else(|| {

@@ -67,7 +67,7 @@ impl Display {
 }
 
 impl Progress for Display {
-    fn begin(&self, number: usize, name: &str, work: ProgressEstimate) {
+    fn begin_point(&self, number: usize, name: &str, work: ProgressEstimate) {
         let bar = self.terminal.as_ref().map(|all| {
             let template = "{msg} {wide_bar} {percent:>3} %  {elapsed} of about {duration}";
             let style = ProgressStyle::with_template(template);
@@ -92,11 +92,11 @@ impl Progress for Display {
         });
     }
 
-    fn tell(&self, number: usize, part: usize, share: f64, collisions: u64) {
+    fn tell_share(&self, number: usize, part: usize, share: f64, collisions: u64) {
         self.with(number, |point| {
-            point.work.tell(part, share, Instant::now());
+            point.work.record_share(part, share, Instant::now());
             point.collisions += collisions;
-            let done = point.work.share();
+            let done = point.work.done_share();
             if let Some(bar) = &point.bar {
                 bar.set_position((done * STEPS as f64) as u64);
                 if point.shown.elapsed() >= LINE
@@ -126,7 +126,7 @@ impl Progress for Display {
         self.with(number, |point| point.activity = Some(activity.to_owned()));
     }
 
-    fn end(&self, number: usize) {
+    fn end_point(&self, number: usize) {
         self.with(number, |point| {
             if let Some(bar) = &point.bar {
                 bar.finish_and_clear();
@@ -134,7 +134,7 @@ impl Progress for Display {
         });
     }
 
-    fn note(&self, text: &str) {
+    fn show_note(&self, text: &str) {
         if self.shows {
             note(text);
         }

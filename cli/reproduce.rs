@@ -57,7 +57,7 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
         let quick = if arguments.quick { "-quick" } else { "" };
         Path::new("results").join(format!("{name}{quick}"))
     });
-    if let Err(error) = reproduction.run(&folder, &options, arguments.force) {
+    if let Err(error) = reproduction.run_cases(&folder, &options, arguments.force) {
         let error = CommandError::from(error);
         if error.is_interruption() {
             note(STOPPED);

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     exact.equilibrate(5.0)?;
     exact.advance(60.0, &mut ())?;
     let mut sums = [(0.0, 0.0); 2];
-    exact.visit(&mut |particle| {
+    exact.visit_particles(&mut |particle| {
         let (energy, count) = &mut sums[particle.species as usize];
         *energy += 0.5 * particle.mass * particle.velocity.norm_squared();
         *count += 1.0;

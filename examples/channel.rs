@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for _ in 0..200 {
         let next = exact.time() + 1.0;
         exact.advance(next, &mut ())?;
-        exact.visit(&mut |particle| {
+        exact.visit_particles(&mut |particle| {
             let row = (particle.position.y / 5.0) as usize;
             let (sum, count) = &mut rows[row.min(5)];
             *sum += particle.velocity.x;

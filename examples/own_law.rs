@@ -16,7 +16,7 @@ struct Threshold {
 }
 
 impl Restitution for Threshold {
-    fn normal(&self, approach: f64) -> f64 {
+    fn normal_restitution(&self, approach: f64) -> f64 {
         if approach < self.speed {
             1.0
         } else {

@@ -11,7 +11,7 @@ use stosszahl::prelude::*;
 struct Meetings(HashMap<[u32; 2], u64>);
 
 impl Observer for Meetings {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let mut pair = collision.pair;
             pair.sort_unstable();

@@ -124,14 +124,14 @@ pub struct FluxWindow {
 
 impl FluxWindow {
     /// Returns the sums of the pairs of two species.
-    pub fn of(&self, species: [usize; 2]) -> Flux {
+    pub fn pair_sums(&self, species: [usize; 2]) -> Flux {
         let known = self.kinds.get(pair_index(species));
         known.copied().unwrap_or_default()
     }
 
     /// Takes the sums so far out of the window, which goes on without them.
     #[must_use]
-    pub fn take(&mut self) -> Self {
+    pub fn take_sums(&mut self) -> Self {
         Self {
             span: self.span,
             exposure: mem::take(&mut self.exposure),
@@ -253,7 +253,7 @@ impl ContactFlux {
 }
 
 impl Observer for ContactFlux {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.pass(collision.time);
             let kind = pair_index(collision.species.map(|one| one as usize));
@@ -317,7 +317,7 @@ mod tests {
             let normal = thermal * (-2.0 * uniform.ln()).sqrt();
             let across: f64 = stream.sample(StandardNormal);
             let relative: Vector3<f64> = vector![-normal, thermal * across, 0.0];
-            flux.collisions(&[Collision {
+            flux.on_collisions(&[Collision {
                 time: number as f64 / COLLISIONS as f64,
                 ..Collision::at_contact(relative, vector![3.0, 0.0, 0.0], mass, RESTITUTION)
             }]);
@@ -329,7 +329,7 @@ mod tests {
         let window = &flux.windows[0];
         assert!((window.exposure - temperature.sqrt()).abs() < 1e-9);
         assert_eq!(flux.windows[1].exposure, 0.0);
-        let sums = window.of([0, 0]);
+        let sums = window.pair_sums([0, 0]);
         assert_eq!(sums.collisions, COLLISIONS as f64);
         // As many pairs in the volume as make the rate that of χ = 1.
         let norm = sums.rate;
@@ -354,13 +354,13 @@ mod tests {
             added_speed: 0.25,
         };
         let relative: Vector3<f64> = vector![-1e-3, 1.0, 0.0];
-        flux.collisions(&[Collision {
+        flux.on_collisions(&[Collision {
             species: [2, 1],
             ..Collision::at_contact(relative, vector![2.0, 0.0, 0.0], 0.5, law)
         }]);
-        let sums = flux.windows[0].of([1, 2]);
+        let sums = flux.windows[0].pair_sums([1, 2]);
         assert!((sums.separating - 1.0 / (0.2505 * 4.0)).abs() < 1e-12);
-        assert_eq!(flux.windows[0].of([2, 2]), Flux::default());
-        assert_eq!(flux.windows[0].of([7, 2]), Flux::default());
+        assert_eq!(flux.windows[0].pair_sums([2, 2]), Flux::default());
+        assert_eq!(flux.windows[0].pair_sums([7, 2]), Flux::default());
     }
 }

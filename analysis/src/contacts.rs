@@ -121,7 +121,7 @@ impl Local {
     /// Computes flow and temperature of all cells. Also returns the flow of each cell, the
     /// velocities about the flow by particle, freed of the loss of spread by the fit, and the cells
     /// of all particles.
-    fn of(particles: &Particles) -> (Self, Vec<Flow>, Vec<Vector3<f64>>, Vec<usize>) {
+    fn local_flow(particles: &Particles) -> (Self, Vec<Flow>, Vec<Vector3<f64>>, Vec<usize>) {
         let dimension = particles.dimension;
         let volume: f64 = particles.lengths[..dimension].iter().product();
         let number: f64 = particles.all.iter().map(|one| one.weight).sum();
@@ -225,7 +225,7 @@ impl ContactObserver {
             temperature: [1.0; 2],
             history: History::new(particles.all.len()),
         };
-        contacts.local = Local::of(particles).0;
+        contacts.local = Local::local_flow(particles).0;
         contacts.temperature = [particles.temperature(); 2];
         contacts
     }
@@ -236,8 +236,8 @@ impl ContactObserver {
     }
 
     /// Samples the gas: local flow and temperature from now on, and pairs near contact.
-    pub fn look(&mut self, time: f64, particles: &Particles) {
-        let (local, flows, own, cells) = Local::of(particles);
+    pub fn sample_gas(&mut self, time: f64, particles: &Particles) {
+        let (local, flows, own, cells) = Local::local_flow(particles);
         self.local = local;
         self.temperature = [particles.temperature(); 2];
         let inside = |span: &[f64; 2]| (span[0]..span[1]).contains(&time);
@@ -319,12 +319,12 @@ impl ContactObserver {
     }
 
     fn collision(&mut self, collision: &Collision) {
-        let past = self.history.note(collision.pair);
+        let past = self.history.record_collision(collision.pair);
         let inside = |span: &[f64; 2]| (span[0]..span[1]).contains(&collision.time);
         for (_, sums) in self.windows.iter_mut().filter(|(span, _)| inside(span)) {
             sums.physical += collision.weight;
             if let Some(past) = past {
-                sums.note(past);
+                sums.count_collision(past);
             }
             let place = self.local.places[self.local.cell(&collision.position)];
             let temperature = place.temperature * self.temperature[0] / self.temperature[1];
@@ -350,7 +350,7 @@ impl ContactObserver {
                         collision.normal_square(),
                         moment_of_chaos(2, temperature, mass),
                     ];
-                    for known in Acquaintance::of(between) {
+                    for known in Acquaintance::relations_after(between) {
                         sums.met[*known as usize].add(uniform, squares);
                     }
                 }
@@ -363,7 +363,7 @@ impl ContactObserver {
 }
 
 impl Observer for ContactObserver {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.collision(collision);
         }
@@ -396,7 +396,7 @@ mod tests {
     /// Creates a gas of points in the plane with a shear flow, at temperature 4 and mass 1.
     fn gas(stream: &mut Xoshiro256PlusPlus, count: usize, side: f64, shear: f64) -> Particles {
         let one = |_| {
-            let mut particle = Particle::of(0.5, 1.0);
+            let mut particle = Particle::at_rest(0.5, 1.0);
             particle.position = Vector3::new(
                 side * stream.random::<f64>(),
                 side * stream.random::<f64>(),
@@ -426,7 +426,7 @@ mod tests {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(7);
         let gas = gas(stream, 20_000, 200.0, 6.0);
         let mut contacts = ContactObserver::new(&[[0.0, 1.0]], &gas);
-        contacts.look(0.0, &gas);
+        contacts.sample_gas(0.0, &gas);
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); contacts.local.places.len()];
         for (who, one) in gas.all.iter().enumerate() {
             members[contacts.local.cell(&one.position)].push(who);
@@ -443,7 +443,7 @@ mod tests {
                 continue;
             }
             found += 1;
-            contacts.collisions(&[Collision {
+            contacts.on_collisions(&[Collision {
                 time: 0.5,
                 position: gas.all[i].position,
                 pair: [i as u32, j as u32],
@@ -476,7 +476,7 @@ mod tests {
         let mut gas = gas(stream, 20_000, 100.0, 6.0);
         let slopes = |gas: &Particles| {
             let mut contacts = ContactObserver::new(&[[0.0, 1.0]], gas);
-            contacts.look(0.0, gas);
+            contacts.sample_gas(0.0, gas);
             let sums = contacts.windows[0].1;
             let slope = |kind: usize| 12.0 * (sums.flux_impacts[kind] / sums.flux[kind] - 0.5);
             let across = sums.velocities[0].map(|one| one.products[1] / one.squares[1]);
@@ -549,7 +549,7 @@ mod tests {
             fast.sort_unstable();
             assert_eq!(fast, plain);
             let mut contacts = ContactObserver::new(&[[0.0, 1.0]], &gas);
-            contacts.look(0.0, &gas);
+            contacts.sample_gas(0.0, &gas);
             for (found, plain) in contacts.windows[0].1.velocities.iter().zip(sums) {
                 for axis in 0..2 {
                     // Rounding of sums of some thousand terms of order ten.

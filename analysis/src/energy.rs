@@ -29,16 +29,17 @@ impl EnergySample {
     }
 
     /// Computes the moments of particles after `pair_collisions` pair collisions of them.
-    pub fn of(particles: &Particles, pair_collisions: u64) -> Self {
+    pub fn of_particles(particles: &Particles, pair_collisions: u64) -> Self {
         let collisions = 2.0 * pair_collisions as f64 / particles.all.len().max(1) as f64;
         let moments = particles.moments();
         Self::from_moments(particles.time, particles.dimension, &moments, collisions)
     }
 
-    /// Computes the sample of a gas from its moments, [`Simulation::moments`], without a loop over
-    /// particles.
+    /// Computes the sample of a gas from its moments, [`Simulation::velocity_moments`], without a
+    /// loop over particles.
     pub fn of_gas(gas: &dyn Simulation, moments: &VelocityMoments) -> Self {
-        let collisions = 2.0 * gas.work().collisions as f64 / gas.count().max(1) as f64;
+        let collisions =
+            2.0 * gas.work_counters().collisions as f64 / gas.particle_count().max(1) as f64;
         Self::from_moments(gas.time(), gas.dimension(), moments, collisions)
     }
 
@@ -84,7 +85,7 @@ impl Virial {
 }
 
 impl Observer for Virial {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.sum += collision.virial() * collision.weight;
         }

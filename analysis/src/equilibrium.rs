@@ -199,7 +199,7 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
-    use stosszahl_model::initial::{Arrangement, place};
+    use stosszahl_model::initial::{Arrangement, place_disks};
     use stosszahl_model::random::Streams;
     use stosszahl_model::{Domain, Interrupt, Plane};
 
@@ -207,7 +207,8 @@ mod tests {
         let side = (4096.0 * std::f64::consts::FRAC_PI_4 / 0.25_f64).sqrt();
         let domain = Domain::<Plane>::periodic([side, side].into()).expect("a box");
         let (streams, never) = (Streams::new(1, 0), Interrupt::default());
-        let placement = place(arrangement, 4096, 1.0, &domain, &streams, &never).expect("placed");
+        let placement =
+            place_disks(arrangement, 4096, 1.0, &domain, &streams, &never).expect("placed");
         (placement.positions, placement.reciprocal, [side, side])
     }
 

@@ -186,7 +186,7 @@ impl FieldSample {
     pub fn add(&mut self, species: usize, particle: &Sighting) {
         let [x, y] = particle.position;
         let place = species * self.grid.cells() + self.grid.cell(x, y);
-        self.parts.at(place).add(particle);
+        self.parts.sum_at(place).add(particle);
     }
 
     /// Ends a group.
@@ -330,7 +330,7 @@ impl FieldSums {
     }
 
     /// Adds a sample to a block.
-    pub fn take(&mut self, block: usize, sample: FieldSample) {
+    pub fn add_sample(&mut self, block: usize, sample: FieldSample) {
         let Some(samples) = self.samples.get_mut(block) else {
             return;
         };
@@ -615,7 +615,7 @@ mod tests {
                     }
                 }
                 sample.close(0);
-                fields.take(block, sample);
+                fields.add_sample(block, sample);
             }
             // Each particle collides twice: 40 (1 + column) particles, so as many collisions.
             for column in 0..4 {

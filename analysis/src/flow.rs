@@ -60,7 +60,7 @@ pub struct SpeciesFlows {
 impl ParticleReduction for SpeciesFlows {
     const NAME: &'static str = "flows";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         let place = 6 * self.grouping.group(particle.species);
         let sums = &mut self.totals.open()[place..place + 6];
         let mass = particle.weight * particle.mass;
@@ -72,11 +72,11 @@ impl ParticleReduction for SpeciesFlows {
         }
     }
 
-    fn close(&mut self, _group: u32) {
+    fn close_group(&mut self, _group: u32) {
         self.totals.close();
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.totals.merge(&other.totals);
     }
 }
@@ -125,7 +125,7 @@ pub struct Warmth {
 impl ParticleReduction for Warmth {
     const NAME: &'static str = "warmth";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         let species = self.grouping.group(particle.species);
         let flow = &self.flows[species];
         let sums = &mut self.totals.open()[5 * species..][..5];
@@ -138,11 +138,11 @@ impl ParticleReduction for Warmth {
         sums[4] += weight * free.powi(3);
     }
 
-    fn close(&mut self, _group: u32) {
+    fn close_group(&mut self, _group: u32) {
         self.totals.close();
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.totals.merge(&other.totals);
     }
 }

@@ -61,7 +61,7 @@ impl ImpactParameters {
 }
 
 impl Observer for ImpactParameters {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let u = collision.impact_square().sqrt().powi(self.dimension - 1);
             let bin = (u * self.bins.len() as f64) as usize;
@@ -88,7 +88,7 @@ mod tests {
     fn slope_of_two_collisions_by_hand() {
         let mut impact = ImpactParameters::new(2, 4);
         assert_eq!(impact.slope(), None);
-        Observer::collisions(&mut impact, &[collision(0.6), collision(0.8)]);
+        Observer::on_collisions(&mut impact, &[collision(0.6), collision(0.8)]);
         let slope = impact.slope().expect("collisions");
         // Two roundings of numbers of order one, times 12.
         assert!((slope - 12.0 * 0.2).abs() < 1e-14);
@@ -96,7 +96,7 @@ mod tests {
         assert!((error - 12.0 * 0.1 / 2.0_f64.sqrt()).abs() < 1e-14);
         assert_eq!(impact.densities(), [0.0, 0.0, 2.0, 2.0]);
         let mut spheres = ImpactParameters::new(3, 4);
-        Observer::collisions(&mut spheres, &[collision(0.6)]);
+        Observer::on_collisions(&mut spheres, &[collision(0.6)]);
         assert_eq!(spheres.densities(), [0.0, 4.0, 0.0, 0.0]);
     }
 }

@@ -308,7 +308,7 @@ impl Amplitudes {
 impl ParticleReduction for Amplitudes {
     const NAME: &'static str = "amplitudes";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         self.seen.count += 1;
         if !self.seen.is_good(particle.position) {
             return;
@@ -325,14 +325,14 @@ impl ParticleReduction for Amplitudes {
         });
     }
 
-    fn close(&mut self, _group: u32) {
+    fn close_group(&mut self, _group: u32) {
         match self.weighing {
             ModeWeights::Density => self.flush::<1>(),
             ModeWeights::Fields { .. } => self.flush::<4>(),
         }
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.seen.merge(&other.seen);
         self.totals.merge(&other.totals);
     }

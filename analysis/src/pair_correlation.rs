@@ -111,7 +111,7 @@ fn measure<const D: usize>(
     bins: usize,
     interrupt: &Interrupt,
 ) -> Result<PairCorrelation, Error> {
-    check(&lengths, range, bins)?;
+    check_range(&lengths, range, bins)?;
     Invalid::unless_positive("diameter", diameter)?;
     check_positions(positions, 2)?;
     let mut histogram = Histogram::new(lengths, range, bins);
@@ -133,7 +133,7 @@ fn like_pairs(centres: usize, points: usize) -> f64 {
     0.5 * centres as f64 * (points as f64 - 1.0)
 }
 
-fn check(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
+fn check_range(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
     check_lengths(lengths)?;
     let allowed = lengths.iter().copied().fold(f64::INFINITY, f64::min) / 2.0;
     if !(range > 0.0 && range <= allowed) {
@@ -212,7 +212,7 @@ impl PairCounts {
         bins: usize,
         interrupt: &Interrupt,
     ) -> Result<Self, Error> {
-        check(lengths, range, bins)?;
+        check_range(lengths, range, bins)?;
         Ok(Self {
             lengths: lengths.to_vec(),
             range,
@@ -268,19 +268,19 @@ impl PairCounts {
 impl ParticleReduction for PairCounts {
     const NAME: &'static str = "pairs";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         let Particle {
             position, weight, ..
         } = *particle;
         self.seen.count += usize::from(weight > 0.0);
-        let is_centre = weight > random::unit(position.into_iter());
+        let is_centre = weight > random::unit_hash(position.into_iter());
         self.centres += usize::from(is_centre);
         if self.seen.is_good(position) {
             self.open.push((position, is_centre));
         }
     }
 
-    fn close(&mut self, _strip: u32) {
+    fn close_group(&mut self, _strip: u32) {
         match *self.lengths {
             [x, y] => self.count([x, y]),
             [x, y, z] => self.count([x, y, z]),
@@ -288,7 +288,7 @@ impl ParticleReduction for PairCounts {
         }
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.seen.merge(&other.seen);
         self.centres += other.centres;
         for (sum, more) in self.neighbours.iter_mut().zip(other.neighbours) {
@@ -454,17 +454,17 @@ mod tests {
             let mut own = empty();
             for &position in positions {
                 let is_own = (position.x.sqrt() as usize).min(2) == strip;
-                ParticleReduction::add(
+                ParticleReduction::add_particle(
                     &mut own,
                     &Particle {
                         position,
                         weight: if is_own { 2.0 } else { 0.0 },
-                        ..Particle::of(0.5, 1.0)
+                        ..Particle::at_rest(0.5, 1.0)
                     },
                 );
             }
-            ParticleReduction::close(&mut own, strip as u32);
-            ParticleReduction::merge(&mut all, own);
+            ParticleReduction::close_group(&mut own, strip as u32);
+            ParticleReduction::merge_sum(&mut all, own);
         }
         all.correlation(1.0).unwrap()
     }
@@ -481,11 +481,11 @@ mod tests {
             let particle = Particle {
                 position,
                 weight,
-                ..Particle::of(0.5, 1.0)
+                ..Particle::at_rest(0.5, 1.0)
             };
-            ParticleReduction::add(&mut pairs, &particle);
+            ParticleReduction::add_particle(&mut pairs, &particle);
         }
-        ParticleReduction::close(&mut pairs, 0);
+        ParticleReduction::close_group(&mut pairs, 0);
         pairs
     }
 
@@ -509,7 +509,7 @@ mod tests {
             let pairs = of_weight(&positions, &lengths[..dimension], range, 0.1);
             let (mut centres, mut neighbours) = (0, vec![0; 20]);
             for (i, one) in positions.iter().enumerate() {
-                if random::unit(one.iter()) >= 0.1 {
+                if random::unit_hash(one.iter()) >= 0.1 {
                     continue;
                 }
                 centres += 1;

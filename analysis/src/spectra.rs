@@ -148,13 +148,13 @@ impl Shells {
     pub fn measure(&self, disks: &[SpectrumDisk]) -> Result<Spectra, Error> {
         self.measure_gas(&mut |sum| {
             for disk in disks {
-                sum.add(&Particle {
+                sum.add_particle(&Particle {
                     position: disk.position.push(0.0),
                     velocity: disk.velocity.push(0.0),
-                    ..Particle::of(0.0, disk.mass)
+                    ..Particle::at_rest(0.0, disk.mass)
                 });
             }
-            sum.close(0);
+            sum.close_group(0);
         })
     }
 

@@ -64,7 +64,7 @@ impl KineticStress {
 impl ParticleReduction for KineticStress {
     const NAME: &'static str = "kinetic stress";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         let (mass, v) = (particle.weight * particle.mass, particle.velocity);
         let terms = [
             1.0,
@@ -83,11 +83,11 @@ impl ParticleReduction for KineticStress {
         }
     }
 
-    fn close(&mut self, _group: u32) {
+    fn close_group(&mut self, _group: u32) {
         self.totals.close();
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.totals.merge(&other.totals);
     }
 }
@@ -199,7 +199,7 @@ impl StressRecorder {
     }
 
     /// Sets the kinetic sum that was measured at time `now`.
-    pub fn look(&mut self, now: f64, kinetic: Matrix3<f64>) {
+    pub fn set_kinetic(&mut self, now: f64, kinetic: Matrix3<f64>) {
         self.advance(now);
         self.kinetic = kinetic;
     }
@@ -245,7 +245,7 @@ impl StressRecorder {
 }
 
 impl Observer for StressRecorder {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for one in batch {
             self.advance(one.time);
             if let Some(number) = self.block(one.time) {
@@ -279,7 +279,7 @@ mod tests {
         let particle = |(velocity, mass)| Particle {
             velocity,
             mass,
-            ..Particle::of(0.5, 1.0)
+            ..Particle::at_rest(0.5, 1.0)
         };
         velocities.into_iter().zip(masses).map(particle).collect()
     }
@@ -305,9 +305,9 @@ mod tests {
         for groups in [1, 3] {
             let found = kinetic_stress(&mut |sum| {
                 for (index, one) in all.iter().enumerate() {
-                    sum.add(one);
+                    sum.add_particle(one);
                     if groups == 3 || index == 2 {
-                        sum.close(index as u32);
+                        sum.close_group(index as u32);
                     }
                 }
             });
@@ -352,9 +352,9 @@ mod tests {
         let kick = line * (1.5 * relative.dot(&line));
         all[0].1 -= kick * (2.0 / 3.0);
         all[1].1 += kick * (1.0 / 3.0);
-        recorder.collisions(&[collision]);
+        recorder.on_collisions(&[collision]);
         expected += integral(&all, 1.0);
-        recorder.look(3.0, Matrix3::zeros());
+        recorder.set_kinetic(3.0, Matrix3::zeros());
         let found = recorder.blocks()[0].kinetic;
         assert!((found - expected).norm() < 1e-13, "{found} {expected}");
     }
@@ -375,8 +375,8 @@ mod tests {
             weight: 2.0,
             ..Collision::at_contact(relative, Vector3::x(), 0.5, law)
         };
-        recorder.collisions(&[collision]);
-        recorder.look(3.5, Matrix3::zeros());
+        recorder.on_collisions(&[collision]);
+        recorder.set_kinetic(3.5, Matrix3::zeros());
         let after = vector![1.25, 1.0, 0.0];
         let change: Matrix3<f64> = after * after.transpose() - relative * relative.transpose();
         let later = Matrix3::identity() + change;

@@ -337,7 +337,7 @@ impl StructureFactorPlan {
     }
 
     /// Memory of the lattice and of the list of modes in a box with sides `lengths` \[bytes\].
-    pub fn bytes(lengths: [f64; 2], options: LatticeOptions) -> f64 {
+    pub fn memory_bytes(lengths: [f64; 2], options: LatticeOptions) -> f64 {
         let ([rows, columns], sites) = shape(lengths, options);
         let [x, y] = sites.map(|sites| sites as f64);
         let lattice = size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (columns + 1) as f64 * x);
@@ -361,7 +361,7 @@ impl StructureFactorPlan {
         check_positions(positions, 1)?;
         let mut lattice = self.lattice_of(positions.len());
         for position in positions {
-            lattice.place(*position);
+            lattice.add_point(*position);
         }
         self.measure_on(lattice, weight)
     }
@@ -499,7 +499,7 @@ const MAGIC: f64 = 6_755_399_441_055_744.0;
 
 impl LatticePoints {
     /// Adds a point to the lattice.
-    pub fn place(&mut self, position: Vector2<f64>) {
+    pub fn add_point(&mut self, position: Vector2<f64>) {
         let [m_x, m_y] = self.sites;
         self.seen.count += 1;
         if !self.seen.is_good(position.push(0.0)) {
@@ -547,11 +547,11 @@ impl LatticePoints {
 impl ParticleReduction for LatticePoints {
     const NAME: &'static str = "lattice";
 
-    fn add(&mut self, particle: &Particle) {
-        self.place(particle.position.xy());
+    fn add_particle(&mut self, particle: &Particle) {
+        self.add_point(particle.position.xy());
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.seen.merge(&other.seen);
         if self.rows.is_empty() {
             self.rows = other.rows;

@@ -190,7 +190,7 @@ pub struct VelocityCounts {
 impl ParticleReduction for VelocityCounts {
     const NAME: &'static str = "velocities";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         let Self {
             bins,
             species: all,
@@ -220,11 +220,11 @@ impl ParticleReduction for VelocityCounts {
         sums[number + 2] += particle.weight * square * square * square;
     }
 
-    fn close(&mut self, _group: u32) {
+    fn close_group(&mut self, _group: u32) {
         self.totals.close();
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.totals.merge(&other.totals);
     }
 }
@@ -257,9 +257,9 @@ mod tests {
         let mut reduce = |sum: &mut dyn Sum| {
             for (group, some) in particles.chunks(1000).enumerate() {
                 for one in some {
-                    sum.add(one);
+                    sum.add_particle(one);
                 }
-                sum.close(group as u32);
+                sum.close_group(group as u32);
             }
         };
         bins.measure(Grouping::new(1, None), &mut reduce).remove(0)
@@ -281,7 +281,7 @@ mod tests {
             Particle {
                 velocity: thermal + vector![2.0, 1.0, 0.0],
                 weight: 3.0,
-                ..Particle::of(0.5, mass)
+                ..Particle::at_rest(0.5, mass)
             }
         };
         (0..count).map(one).collect()
@@ -373,7 +373,7 @@ mod tests {
         let bins = bins(VelocityQuantity::Speed, 2);
         let still = Particle {
             velocity: Vector3::x(),
-            ..Particle::of(0.5, 1.0)
+            ..Particle::at_rest(0.5, 1.0)
         };
         assert_eq!(measure(bins, &[]), None);
         assert_eq!(measure(bins, &[still]), None);

@@ -276,7 +276,7 @@ pub fn pooled(
 }
 
 impl Observer for CollisionWindows {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.collision(collision);
         }

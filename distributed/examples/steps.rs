@@ -48,7 +48,7 @@ fn equal<S: Space>(radius: f64, restitution: f64) -> Equal<S> {
 
 /// Creates uniform positions, and velocities of a temperature of about one.
 fn start<S: Space>(count: usize, domain: Domain<S>) -> State<Equal<S>> {
-    let mut stream = Streams::new(1, 0).at(Purpose::Placement, [0, 0]);
+    let mut stream = Streams::new(1, 0).stream_at(Purpose::Placement, [0, 0]);
     let mut body = || {
         let (mut position, mut velocity) = (S::Vector::default(), S::Vector::default());
         for axis in 0..S::DIMENSION {
@@ -91,12 +91,12 @@ fn in_a_box(count: usize, packing: f64, scheme: Scheme) -> DsmcEngine<Equal<Plan
 fn elastic<S: Space>(count: usize) -> DsmcEngine<Equal<S>> {
     const PER_CELL: f64 = 10.0;
     let (path, dimension) = (S::mean_free_path(1.0, 1.0), S::DIMENSION as f64);
-    let power = (0.5 * path).powf(dimension) / (S::ball(0.5) * PER_CELL);
+    let power = (0.5 * path).powf(dimension) / (S::particle_volume(0.5) * PER_CELL);
     let packing = power.powf(1.0 / (dimension - 1.0));
     let cell = 0.5 * path / packing;
     let cells = (count as f64 / PER_CELL).powf(1.0 / dimension).round();
     let side = cell * cells;
-    let domain = Domain::periodic(S::vector(|_| side)).expect("a box");
+    let domain = Domain::periodic(S::from_components(|_| side)).expect("a box");
     let state = start((PER_CELL * cells.powf(dimension)).round() as usize, domain);
     let parameters = parameters(Scheme::Boltzmann, Some(cell));
     let (scene, streams) = (equal(0.5, 1.0), Streams::new(1, 0));
@@ -148,7 +148,7 @@ fn measure<P: ParticleModel>(
     looks: usize,
 ) {
     if world.size() > 1 {
-        engine.share(world.clone());
+        engine.distribute_among(world.clone());
     }
     engine.advance(f64::INFINITY, 3 * steps.min(20), &mut ());
     let before = world.traffic();

@@ -14,11 +14,11 @@ use stosszahl::study::RunOptions;
 use stosszahl::study::decomposed::{run_decomposed, serve_subdomains};
 
 use crate::heartbeat::Heartbeat;
-use crate::messages::{CaseMessage, read, write};
+use crate::messages::{CaseMessage, read, to_message};
 use crate::world::{Traffic, World};
 
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
-pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
+pub fn run_decomposed(arguments: &RunArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
     let _heartbeat = Heartbeat::start(&world, patience);
     let ranks: Arc<dyn Ranks> = world.clone();
@@ -30,7 +30,7 @@ pub fn run(arguments: &RunArguments, patience: Duration) -> ExitCode {
         ExitCode::SUCCESS
     };
     let seconds = began.elapsed().as_secs_f64();
-    let all = gather_from_all(&*ranks, write(&world.traffic()));
+    let all = gather_from_all(&*ranks, to_message(&world.traffic()));
     if world.rank() == 0 && !arguments.printed.quiet {
         for (rank, bytes) in all.iter().enumerate() {
             if let Some(traffic) = read::<Traffic>(bytes) {
@@ -52,8 +52,8 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
     let stop = listen(STOPPED_RUN);
     let file = commands::read(&arguments.case);
     let case = file.as_ref().ok();
-    let case = case.map(|file| CaseMessage::of(file, &arguments.case));
-    from_first(&**ranks, write(&case));
+    let case = case.map(|file| CaseMessage::from_case(file, &arguments.case));
+    from_first(&**ranks, to_message(&case));
     let done = file.and_then(|file| {
         let display = Display::new();
         commands::run(arguments, &file, &stop, &display, |file, options| {

@@ -77,7 +77,7 @@ fn beat(world: &World, patience: Duration, is_over: &AtomicBool) {
     let mut peers: Vec<Peer> = ranks.map(peer).collect();
     loop {
         let ends = is_over.load(Ordering::SeqCst);
-        tell(world, &peers, if ends { LEAVING } else { ALIVE });
+        send_heartbeats(world, &peers, if ends { LEAVING } else { ALIVE });
         if ends {
             return;
         }
@@ -98,7 +98,7 @@ fn beat(world: &World, patience: Duration, is_over: &AtomicBool) {
 }
 
 /// Sends heartbeats of one byte at once, without waiting.
-fn tell(world: &World, peers: &[Peer], what: u8) {
+fn send_heartbeats(world: &World, peers: &[Peer], what: u8) {
     for peer in peers.iter().filter(|peer| !peer.has_left) {
         world.call(|world| {
             world.process_at_rank(peer.rank).send_with_tag(&what, BEATS);

@@ -21,7 +21,7 @@ pub struct CaseMessage {
 
 impl CaseMessage {
     /// Creates the message of a case that the root has read.
-    pub fn of(file: &CaseFile, arguments: &CaseArguments) -> Self {
+    pub fn from_case(file: &CaseFile, arguments: &CaseArguments) -> Self {
         Self {
             program: VERSION.to_owned(),
             path: file.path.clone(),
@@ -44,7 +44,7 @@ impl CaseMessage {
 }
 
 /// Serialises a message.
-pub fn write<T: Serialize>(message: &T) -> Vec<u8> {
+pub fn to_message<T: Serialize>(message: &T) -> Vec<u8> {
     // Fails only for types without a length, of which there is none here.
     postcard::to_stdvec(message).unwrap_or_default()
 }

@@ -98,7 +98,7 @@ impl World {
                 process.immediate_matched_probe_with_tag(GAS)
             });
             match found {
-                Some(found) => coming[next].take(&self.receive(found)),
+                Some(found) => coming[next].add_part(&self.receive(found)),
                 None => rest(began),
             }
         }
@@ -127,7 +127,7 @@ impl Coming {
     }
 
     /// Adds a part; the first begins with the length.
-    fn take(&mut self, part: &[u8]) {
+    fn add_part(&mut self, part: &[u8]) {
         let mut part = part;
         if self.length.is_none()
             && let Some((length, rest)) = part.split_first_chunk::<8>()

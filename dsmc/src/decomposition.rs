@@ -21,7 +21,7 @@ mod subdomain;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use bytes::{read, write};
+pub(crate) use bytes::{from_bytes, to_bytes};
 pub use ranks::{Ranks, all_gather as gather_from_all, broadcast as from_first};
 pub(crate) use ranks::{all_gather, all_reduce, broadcast, reduce};
 pub(crate) use shards::{Shard, read_all};

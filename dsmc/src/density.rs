@@ -567,7 +567,10 @@ impl<S: Space> Density<S> {
     pub(crate) fn bytes(&self) -> usize {
         8 * (self.table.capacity() + 2 * self.crowding.capacity())
             + 4 * (self.lines.capacity() + self.sums.capacity())
-            + self.cut_windows.as_ref().map_or(0, CutWindows::bytes)
+            + self
+                .cut_windows
+                .as_ref()
+                .map_or(0, CutWindows::memory_bytes)
     }
 }
 

@@ -47,12 +47,12 @@ struct SimulatorIndices {
 impl SimulatorIndices {
     /// Index of a simulator, the `order`-th visited.
     fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
-        match self.next.get_mut(sizes.block(tag) as usize) {
+        match self.next.get_mut(sizes.block_of(tag) as usize) {
             Some(next) => {
                 *next += 1;
                 *next - 1
             }
-            None => Z::index(tag, order),
+            None => Z::index_of(tag, order),
         }
     }
 }
@@ -128,7 +128,7 @@ where
         let mut counts = Vec::new();
         if !P::Sizes::UNIFORM && !P::Sizes::INDIVIDUAL {
             for simulator in self.ordered() {
-                let block = self.scene.sizes().block(simulator.tag) as usize;
+                let block = self.scene.sizes().block_of(simulator.tag) as usize;
                 if counts.len() <= block {
                     counts.resize(block + 1, 0);
                 }
@@ -232,7 +232,7 @@ where
     /// partners by the scheme are included.
     pub fn displacements(&self) -> Vec<VectorOf<P>> {
         let mut ways = vec![VectorOf::<P>::default(); self.simulators];
-        self.each_in_place(|index, simulator, _| ways[index] = F::way(simulator.mark));
+        self.each_in_place(|index, simulator, _| ways[index] = F::displacement_of(simulator.mark));
         ways
     }
 
@@ -350,7 +350,7 @@ where
     }
 
     /// Memory of the engine \[bytes\].
-    pub fn bytes(&self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         let boxes = self.departing.iter().chain(&self.arriving);
         size_of::<Self>()
             + self.tiles.iter().map(Tile::bytes).sum::<usize>()
@@ -358,10 +358,13 @@ where
                 .map(|outbox| size_of::<SendBuffer<P, F>>() + outbox.bytes())
                 .sum::<usize>()
             + self.far.capacity() * size_of::<(u32, Migrant<P, F>)>()
-            + self.pool.bytes(Scratch::bytes)
-            + self.halo_copies.bytes(HaloCopy::bytes)
+            + self.pool.lent_bytes(Scratch::bytes)
+            + self.halo_copies.lent_bytes(HaloCopy::bytes)
             + self.density.bytes()
-            + self.surroundings.as_ref().map_or(0, GridBoundaries::bytes)
+            + self
+                .surroundings
+                .as_ref()
+                .map_or(0, GridBoundaries::memory_bytes)
             + self.rates.as_ref().map_or(0, Rates::bytes)
             + self.grid.bytes()
     }

@@ -45,7 +45,7 @@ impl<'a, P: ParticleModel> FreeFlight<'a, P> {
         let has_obstacles = |passage: &Passage<'_, P>| passage.surroundings.obstacles().is_some();
         match &self.passage {
             // Obstacles may block the path across a periodic face.
-            Some(passage) if has_obstacles(passage) => P::Space::vector(|_| f64::INFINITY),
+            Some(passage) if has_obstacles(passage) => P::Space::from_components(|_| f64::INFINITY),
             // Images in a shear flow are displaced.
             _ if self.grid.domain().images().shear().is_some() => VectorOf::<P>::default(),
             _ => self.grid.images(),
@@ -55,7 +55,9 @@ impl<'a, P: ParticleModel> FreeFlight<'a, P> {
     /// Largest deviation of the path from a straight line along each axis, |a| t^2/8 \[length\].
     fn bend(&self) -> VectorOf<P> {
         let acceleration = self.scene.field().acceleration();
-        P::Space::vector(|axis| 0.125 * acceleration[axis].abs() * self.duration * self.duration)
+        P::Space::from_components(|axis| {
+            0.125 * acceleration[axis].abs() * self.duration * self.duration
+        })
     }
 }
 
@@ -118,10 +120,10 @@ where
                     spin,
                 } = *simulator;
                 let way = way::<P>(field, velocity, duration);
-                field.drift(&mut position, &mut velocity, duration);
-                F::moved(&mut mark, way);
+                field.move_particle(&mut position, &mut velocity, duration);
+                F::add_displacement(&mut mark, way);
                 let mut inside = true;
-                let position = P::Space::vector(|axis| {
+                let position = P::Space::from_components(|axis| {
                     let x = position[axis];
                     let x = x + if x < 0.0 { lengths[axis] } else { 0.0 };
                     // A tiny negative coordinate becomes the length itself.
@@ -290,8 +292,8 @@ where
         let mut moved = *simulator;
         let field = flight.scene.field();
         let way = way::<P>(field, moved.velocity, flight.duration);
-        field.drift(&mut moved.position, &mut moved.velocity, flight.duration);
-        F::moved(&mut moved.mark, way);
+        field.move_particle(&mut moved.position, &mut moved.velocity, flight.duration);
+        F::add_displacement(&mut moved.mark, way);
         let (from, to, place) = (simulator.position, moved.position, &self.place);
         let is_clear = (0..P::Space::DIMENSION).all(|axis| {
             let within = |x: f64| low[axis] <= x && x <= high[axis];

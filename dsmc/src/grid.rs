@@ -87,7 +87,7 @@ impl<S: Space> Grid<S> {
             let exact = f64::from(counts[axis]) / domain.lengths()[axis];
             scale[axis] = exact * (1.0 - 4.0 * f64::EPSILON);
         }
-        let images = S::vector(|axis| {
+        let images = S::from_components(|axis| {
             if domain.is_periodic(axis) {
                 domain.lengths()[axis]
             } else {

@@ -27,7 +27,7 @@
 //!   threads and, for pairs within cells, for any grouping of cells.
 //!
 //! With the feature `processes` several processes can hold a gas (domain decomposition,
-//! [`simulate_among`]); without it the crate compiles faster.
+//! [`simulate_distributed`]); without it the crate compiles faster.
 //!
 //! # Walls, gravity and flow
 //!
@@ -125,8 +125,8 @@ pub use scheme::{
 };
 #[cfg(not(test))]
 pub use simulate::{
-    BALANCE, CellGas, CheckpointSource, ExpectedGas, check, resume, resume_among, serve, simulate,
-    simulate_among,
+    BALANCE, CellGas, CheckpointSource, ExpectedGas, check_gas, resume, resume_distributed,
+    serve_domain, simulate, simulate_distributed,
 };
 pub use tally::{CellCount, CollisionCounters};
 

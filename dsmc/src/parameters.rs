@@ -67,7 +67,7 @@ impl Parameters {
         }
     }
 
-    pub(crate) fn check(&self) -> Result<(), DsmcError> {
+    pub(crate) fn check_values(&self) -> Result<(), DsmcError> {
         let check = |name, value: f64, good: bool, allowed| {
             Invalid::require(good, name, value, allowed).map(|_| ())
         };
@@ -165,7 +165,8 @@ impl Parameters {
             let half = 0.5 * diameter;
             let held = shell::<S>(packing_fraction, diameter, half);
             let copies = f64::from(self.simulators_per_particle);
-            let around = copies * density::<S>(packing_fraction, diameter) * S::ball(half);
+            let around =
+                copies * density::<S>(packing_fraction, diameter) * S::particle_volume(half);
             let least = half * (CHOICE / around).powf(1.0 / S::DIMENSION as f64);
             let narrow = (half * SHELL / held).max(least).min(half);
             narrow.max(0.25 * path)
@@ -292,14 +293,15 @@ impl Parameters {
 
 /// Number density of particles \[1/length^D\].
 fn density<S: Space>(packing_fraction: f64, diameter: f64) -> f64 {
-    packing_fraction.max(1e-12) / S::ball(0.5 * diameter)
+    packing_fraction.max(1e-12) / S::particle_volume(0.5 * diameter)
 }
 
 /// Mean number of particles in the shell that holds the partners of a particle, within `radius` of
 /// contact.
 fn shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
-    let outer = S::ball(diameter + radius);
-    density::<S>(packing_fraction, diameter) * (outer - S::ball((diameter - radius).max(0.0)))
+    let outer = S::particle_volume(diameter + radius);
+    density::<S>(packing_fraction, diameter)
+        * (outer - S::particle_volume((diameter - radius).max(0.0)))
 }
 
 /// Error with which an engine refuses to start or to resume.
@@ -546,16 +548,16 @@ impl DsmcError {
                 ..
             } => {
                 *coordinate *= units.length;
-                *allowed = units.place(*allowed);
+                *allowed = units.scale_position(*allowed);
             }
-            Self::InObstacle { place, .. } => *place = units.place(*place),
+            Self::InObstacle { place, .. } => *place = units.scale_position(*place),
             Self::CutCell {
                 place,
                 width,
                 enough,
                 ..
             } => {
-                *place = units.place(*place);
+                *place = units.scale_position(*place);
                 *width *= units.length;
                 *enough *= units.length;
             }

@@ -19,9 +19,9 @@ pub trait DisplacementTracking<S: Space>: Copy + Debug + Send + Sync + 'static {
         + Send
         + Sync;
     /// Adds a displacement.
-    fn moved(mark: &mut Self::DisplacementMark, by: S::Vector);
+    fn add_displacement(mark: &mut Self::DisplacementMark, by: S::Vector);
     /// Displacement so far \[length\]; zero if untracked.
-    fn way(mark: Self::DisplacementMark) -> S::Vector;
+    fn displacement_of(mark: Self::DisplacementMark) -> S::Vector;
 }
 
 /// Displacements are not tracked.
@@ -31,8 +31,8 @@ pub struct Untracked;
 impl<S: Space> DisplacementTracking<S> for Untracked {
     type DisplacementMark = ();
     #[inline(always)]
-    fn moved((): &mut (), _by: S::Vector) {}
-    fn way((): ()) -> S::Vector {
+    fn add_displacement((): &mut (), _by: S::Vector) {}
+    fn displacement_of((): ()) -> S::Vector {
         S::Vector::default()
     }
 }
@@ -44,10 +44,10 @@ pub struct Tracked;
 impl<S: Space> DisplacementTracking<S> for Tracked {
     type DisplacementMark = S::Vector;
     #[inline(always)]
-    fn moved(mark: &mut S::Vector, by: S::Vector) {
+    fn add_displacement(mark: &mut S::Vector, by: S::Vector) {
         *mark += by;
     }
-    fn way(mark: S::Vector) -> S::Vector {
+    fn displacement_of(mark: S::Vector) -> S::Vector {
         mark
     }
 }
@@ -84,7 +84,7 @@ pub(crate) fn is_good<V: Vector>(dimension: usize, vector: V) -> bool {
 /// Index in the state, where each particle has its own size; a placeholder otherwise.
 pub(crate) fn index<P: ParticleModel>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
     if P::Sizes::INDIVIDUAL {
-        P::Sizes::index(tag, 0) as u32
+        P::Sizes::index_of(tag, 0) as u32
     } else {
         Collision::ANONYMOUS
     }

@@ -52,7 +52,7 @@ where
                     continue;
                 }
                 let address = (u64::from(number) << 32) | order as u64;
-                let copies = draw_whole(1.0 / change, &mut draws.at(address));
+                let copies = draw_whole(1.0 / change, &mut draws.stream_at(address));
                 let particles = self.constants.weight * before * (copies as f64 * change - 1.0);
                 self.ledgers.balanced += 1;
                 enter::<P, F>(&self.scene, simulator, particles, &mut self.ledgers.balance);

@@ -17,7 +17,7 @@ pub(crate) fn coarse_of_sets<P: ParticleModel, F: DisplacementTracking<P::Space>
     scene: &P,
     sets: &[State<P>],
 ) -> Vec<SimulatorOf<P, F>> {
-    let sizes = scene.sizes().repeated(sets.len());
+    let sizes = scene.sizes().repeat_sizes(sets.len());
     let bodies = sets
         .iter()
         .flat_map(|set| set.bodies.iter().map(move |body| (set, body)));
@@ -26,7 +26,7 @@ pub(crate) fn coarse_of_sets<P: ParticleModel, F: DisplacementTracking<P::Space>
         .map(|(index, (set, body))| Simulator {
             position: set.domain.wrap(body.position),
             velocity: body.velocity,
-            tag: sizes.tag(index),
+            tag: sizes.tag_of(index),
             mark: F::DisplacementMark::default(),
             spin: body.spin,
         })
@@ -41,13 +41,13 @@ pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     streams: Streams,
 ) -> Vec<SimulatorOf<P, F>> {
     let copies = parameters.simulators_per_particle as usize;
-    let sizes = scene.sizes().repeated(copies);
+    let sizes = scene.sizes().repeat_sizes(copies);
     let count = state.bodies.len();
     let mut simulators = Vec::with_capacity(count * copies);
     let flow = (copies > 1 && parameters.copies == SimulatorStart::Coherent)
-        .then(|| Flow::of(scene, state));
+        .then(|| Flow::block_averages(scene, state));
     for copy in 0..copies {
-        let mut stream = streams.at(Purpose::Simulators, [copy as u64, 0]);
+        let mut stream = streams.stream_at(Purpose::Simulators, [copy as u64, 0]);
         let bodies: Vec<ParticleState<P>> = match &flow {
             _ if copy == 0 => state.bodies.clone(),
             Some(flow) => flow.copy(scene, state, &mut stream),
@@ -57,7 +57,7 @@ pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         simulators.extend(bodies.map(|(index, body)| Simulator {
             position: state.domain.wrap(body.position),
             velocity: body.velocity,
-            tag: sizes.tag(copy * count + index),
+            tag: sizes.tag_of(copy * count + index),
             mark: F::DisplacementMark::default(),
             spin: body.spin,
         }));
@@ -82,8 +82,8 @@ fn independent<P: ParticleModel>(
     let turn = P::Space::random_turn(stream);
     let turned = |body: &ParticleState<P>| ParticleState {
         position: body.position + shift,
-        velocity: P::Space::turned(turn, body.velocity),
-        spin: scene.surface().turned(turn, body.spin),
+        velocity: P::Space::rotate_vector(turn, body.velocity),
+        spin: scene.surface().rotate_spin(turn, body.spin),
     };
     state.bodies.iter().map(turned).collect()
 }
@@ -107,7 +107,7 @@ struct Flow<V> {
 
 impl<V: Vector> Flow<V> {
     /// Averages over blocks of three by three cells around the cell of each particle.
-    fn of<P: ParticleModel>(scene: &P, state: &State<P>) -> Self
+    fn block_averages<P: ParticleModel>(scene: &P, state: &State<P>) -> Self
     where
         P::Space: Space<Vector = V>,
     {
@@ -133,7 +133,7 @@ impl<V: Vector> Flow<V> {
         let mut sums = vec![(V::default(), 0.0); counts.iter().product()];
         let sizes = scene.sizes();
         for (index, body) in state.bodies.iter().enumerate() {
-            let mass = sizes.mass(sizes.tag(index));
+            let mass = sizes.mass(sizes.tag_of(index));
             let (momentum, total) = &mut sums[number(place(body.position))];
             *momentum += body.velocity * mass;
             *total += mass;
@@ -182,17 +182,17 @@ impl<V: Vector> Flow<V> {
             .zip(&self.means)
             .map(|(body, &mean)| {
                 let turn = P::Space::random_turn(stream);
-                let own = P::Space::turned(turn, body.velocity - mean);
+                let own = P::Space::rotate_vector(turn, body.velocity - mean);
                 ParticleState {
                     position: body.position + shift,
                     velocity: mean + own,
-                    spin: scene.surface().turned(turn, body.spin),
+                    spin: scene.surface().rotate_spin(turn, body.spin),
                 }
             })
             .collect();
         // Rotated velocities have other sums: they are shifted and scaled about the mean velocity.
         let sizes = scene.sizes();
-        let mass = |index: usize| sizes.mass(sizes.tag(index));
+        let mass = |index: usize| sizes.mass(sizes.tag_of(index));
         let sums = |velocities: &mut dyn Iterator<Item = V>| {
             let (mut momentum, mut total, mut twice_energy) = (V::default(), 0.0, 0.0);
             for (index, velocity) in velocities.enumerate() {

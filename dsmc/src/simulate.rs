@@ -8,7 +8,7 @@ mod others;
 mod refusals;
 mod tiles;
 
-pub use among::{resume_among, serve, simulate_among};
+pub use among::{resume_distributed, serve_domain, simulate_distributed};
 pub use begin::{CellGas, CheckpointSource, resume, simulate};
 pub use cells::BALANCE;
-pub use refusals::{ExpectedGas, check};
+pub use refusals::{ExpectedGas, check_gas};

@@ -92,7 +92,7 @@ where
         boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
     ) -> Result<Self, DsmcError> {
-        parameters.check()?;
+        parameters.check_values()?;
         if parameters.simulators_per_particle > 1 && !boundaries.obstacles.is_empty() {
             return Err(DsmcError::Boundary {
                 scheme: parameters.scheme.name(),
@@ -121,7 +121,7 @@ where
         boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
     ) -> Result<Self, DsmcError> {
-        parameters.check()?;
+        parameters.check_values()?;
         let wanted = parameters.simulators_per_particle as usize;
         let alike = |a: &State<P>, b: &State<P>| {
             a.bodies.len() == b.bodies.len() && a.time == b.time && a.domain == b.domain
@@ -158,14 +158,14 @@ where
     ) -> Result<Self, DsmcError> {
         let sizes = scene
             .sizes()
-            .repeated(parameters.simulators_per_particle as usize);
-        let means = Means::of::<P>(&sizes, simulators.len(), &boundaries.inflows);
+            .repeat_sizes(parameters.simulators_per_particle as usize);
+        let means = Means::over_simulators::<P>(&sizes, simulators.len(), &boundaries.inflows);
         let checkpoint = DsmcCheckpoint {
             time: state.time,
             offset: (state.domain.images().shear()).map_or(0.0, |shear| shear.offset),
             simulators,
             stock: StepBounds::default(),
-            unit: EnergyUnit::of(0.0),
+            unit: EnergyUnit::for_total(0.0),
             tally: CollisionCounters::default(),
             arm: ContactDistance::default(),
             ledgers: Ledgers::default(),
@@ -228,7 +228,7 @@ where
     ) -> Result<Self, DsmcError> {
         check_choices(scene, parameters, &domain, boundaries)?;
         let copies = parameters.simulators_per_particle as usize;
-        let scene = scene.with_sizes(scene.sizes().repeated(copies));
+        let scene = scene.with_sizes(scene.sizes().repeat_sizes(copies));
         let DsmcCheckpoint {
             time,
             mut simulators,
@@ -267,7 +267,7 @@ where
             width: grid.narrowest(),
             diameter: mean_diameter,
             simulators_per_particle: copies as f64,
-            unit: weight * P::Space::ball(sizes.largest_radius()),
+            unit: weight * P::Space::particle_volume(sizes.largest_radius()),
             packing_fraction,
             bounded: [0, 1, 2].map(|axis| !domain.is_periodic(axis)),
             is_plain: sizes.are_equal() && surroundings.is_none(),
@@ -363,7 +363,7 @@ where
                     .filter(|&cell| surroundings.split_cell(tile.cell_at(cell)).is_some())
                     .collect();
                 let [inflows, obstacles] = surroundings.numbers();
-                tile.ledgers = Some(Box::new(Ledgers::of(inflows, obstacles)));
+                tile.ledgers = Some(Box::new(Ledgers::with_counts(inflows, obstacles)));
             }
             self.tiles.push(tile);
         }
@@ -423,7 +423,9 @@ impl<P: ParticleModel> Entry<'_, P> {
             let cell = self.grid.cell_at(simulator.position);
             let factor = surroundings.factor(self.grid.number(cell));
             let copies = if fresh.is_some() && factor != 1.0 {
-                let mut stream = self.streams.at(Purpose::Balance, [u64::MAX, index as u64]);
+                let mut stream = self
+                    .streams
+                    .stream_at(Purpose::Balance, [u64::MAX, index as u64]);
                 ledgers.balanced += 1;
                 let copies = draw_whole(1.0 / factor, &mut stream);
                 let more = self.weight * (copies as f64 * factor - 1.0);
@@ -498,8 +500,8 @@ pub(crate) fn check_choices<P: ParticleModel>(
     domain: &Domain<P::Space>,
     boundaries: &BoundaryConditions<P::Space>,
 ) -> Result<(), DsmcError> {
-    parameters.check()?;
-    boundaries.check(domain, parameters)?;
+    parameters.check_values()?;
+    boundaries.check_domain(domain, parameters)?;
     if P::Sizes::INDIVIDUAL && boundaries.is_open() {
         return Err(DsmcError::Individuals);
     }
@@ -526,7 +528,7 @@ fn check_displacement<P: ParticleModel>(
     if parameters.displacement != PartnerDisplacement::Inelastic {
         return Ok(());
     }
-    let restitution = scene.restitution().normal(1.0);
+    let restitution = scene.restitution().normal_restitution(1.0);
     if restitution <= 0.0 {
         return Err(DsmcError::NoDisplacement);
     }

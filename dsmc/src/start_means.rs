@@ -72,13 +72,13 @@ impl Means {
     /// Adds the size of this index with a weight.
     fn add<P: ParticleModel>(&mut self, sizes: &P::Sizes, index: usize, weight: f64) {
         let dimension = P::Space::DIMENSION as i32;
-        let tag = sizes.tag(index);
+        let tag = sizes.tag_of(index);
         let radius = sizes.radius(tag);
         self.count += weight;
         self.diameters += weight * 2.0 * radius;
         self.lower += weight * (2.0 * radius).powi(dimension - 1);
         self.upper += weight * (2.0 * radius).powi(dimension);
-        self.covered += weight * P::Space::ball(radius);
+        self.covered += weight * P::Space::particle_volume(radius);
         self.mass += weight * sizes.mass(tag);
         let share = radius / sizes.largest_radius();
         for (power, sum) in (dimension..=2 * dimension).zip(&mut self.powers) {
@@ -88,7 +88,7 @@ impl Means {
 
     /// Averages over the first `simulators` sizes; for an empty start over the inflows, weighted by
     /// density; without inflows over the first size.
-    pub(crate) fn of<P: ParticleModel>(
+    pub(crate) fn over_simulators<P: ParticleModel>(
         sizes: &P::Sizes,
         simulators: usize,
         inflows: &[Inflow<P::Space>],

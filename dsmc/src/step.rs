@@ -37,7 +37,7 @@ where
         if self.stop.has_ended() {
             return false;
         }
-        self.divide();
+        self.scatter_tiles();
         self.balance();
         let mut recorder = Recorder::new(observer);
         let mut left = most_steps;
@@ -76,7 +76,7 @@ where
             }
             let Some(next) = next else { break };
             if self.is_paused() {
-                self.settle();
+                self.update_density();
                 // The flight has covered half of the next step.
                 self.time = end + 0.5 * next;
                 self.pause = Some(Pause {
@@ -88,7 +88,7 @@ where
             }
             step = next;
         }
-        self.settle();
+        self.update_density();
         until <= self.time
     }
 
@@ -184,12 +184,12 @@ where
         for simulator in self.ordered() {
             total += sizes.mass(simulator.tag) * simulator.velocity.square();
         }
-        let unit = EnergyUnit::of(total);
+        let unit = EnergyUnit::for_total(total);
         let mut stock = StepBounds::default();
         for simulator in self.ordered() {
             let v = simulator.velocity;
             let twice_energy = sizes.mass(simulator.tag) * v.square();
-            stock.note(v, v, twice_energy, unit.inverse());
+            stock.add_cell(v, v, twice_energy, unit.inverse());
         }
         (self.stock, self.unit) = (stock, unit);
     }
@@ -205,7 +205,7 @@ where
         let weighs = self.weighs_anew();
         let settled = was_settled || around || across || weighs;
         if settled && !was_settled {
-            self.settle();
+            self.update_density();
         }
         if weighs {
             self.follow_number();
@@ -216,7 +216,7 @@ where
         if !self.parameters.scheme.is_cross_cell() {
             self.grid.slide(flight);
         }
-        let unit = EnergyUnit::of(self.stock.twice_energy(self.unit));
+        let unit = EnergyUnit::for_total(self.stock.twice_energy(self.unit));
         let timing = FlightTiming {
             number: 2 * self.tally.steps + 1,
             begin,
@@ -319,7 +319,7 @@ where
             // From rest or an empty box: an upper bound, which the next step improves.
             let total = self.simulators as f64 * self.constants.mean_mass;
             let most = total * self.stock.speeds.square();
-            self.unit = EnergyUnit::of(most);
+            self.unit = EnergyUnit::for_total(most);
             self.stock.set_twice_energy(most, self.unit);
         }
         self.tally.steps += 1;
@@ -355,7 +355,7 @@ where
     }
 
     /// Sorts the simulators of all tiles by cell.
-    fn settle(&mut self) {
+    fn update_density(&mut self) {
         let grid = &self.grid;
         let arrivals = Arrivals {
             boxes: &self.arriving,
@@ -406,7 +406,7 @@ where
                 counts.add(&tile.tally);
             }
             if let Some(ledgers) = &mut tile.ledgers {
-                counts.take(ledgers);
+                counts.take_ledgers(ledgers);
             }
         }
         let counts = self.exchange_with_others(counts, looks);

@@ -89,8 +89,8 @@ impl StepCounters {
     }
 
     /// Takes the ledgers of a tile and clears them.
-    pub(crate) fn take<S: Space>(&mut self, ledgers: &mut Ledgers<S>) {
-        self.ledgers.take(ledgers);
+    pub(crate) fn take_ledgers<S: Space>(&mut self, ledgers: &mut Ledgers<S>) {
+        self.ledgers.take_ledgers(ledgers);
     }
 
     /// Adds the counters of other tiles or processes.
@@ -139,7 +139,7 @@ pub(crate) struct EnergyUnit(f64);
 
 impl EnergyUnit {
     /// Unit for energies that add up to about `total`, and at most to 64 times of it.
-    pub(crate) fn of(total: f64) -> Self {
+    pub(crate) fn for_total(total: f64) -> Self {
         let exponent = (total.to_bits() >> 52) as i32 - 1023;
         let power = (exponent + 1 - 58).clamp(-1000, 1000);
         Self(f64::from_bits(((power + 1023) as u64) << 52))
@@ -155,8 +155,14 @@ impl<S: Space> StepBounds<S> {
     /// Adds the simulators of one cell: their smallest and largest velocity components, and the sum
     /// of m v^2.
     #[inline(always)]
-    pub(crate) fn note(&mut self, low: S::Vector, high: S::Vector, twice_energy: f64, units: f64) {
-        self.note_speeds(S::vector(|axis| larger(high[axis], -low[axis])));
+    pub(crate) fn add_cell(
+        &mut self,
+        low: S::Vector,
+        high: S::Vector,
+        twice_energy: f64,
+        units: f64,
+    ) {
+        self.note_speeds(S::from_components(|axis| larger(high[axis], -low[axis])));
         self.add_energy(twice_energy, units);
     }
 
@@ -164,7 +170,7 @@ impl<S: Space> StepBounds<S> {
     #[inline(always)]
     pub(crate) fn note_speeds(&mut self, fastest: S::Vector) {
         let speeds = self.speeds;
-        self.speeds = S::vector(|axis| larger(speeds[axis], fastest[axis]));
+        self.speeds = S::from_components(|axis| larger(speeds[axis], fastest[axis]));
     }
 
     /// Adds a value of m v^2.
@@ -174,7 +180,7 @@ impl<S: Space> StepBounds<S> {
     }
 
     pub(crate) fn add(&mut self, other: &Self) {
-        self.speeds = S::vector(|axis| larger(self.speeds[axis], other.speeds[axis]));
+        self.speeds = S::from_components(|axis| larger(self.speeds[axis], other.speeds[axis]));
         self.energy = self.energy.saturating_add(other.energy);
     }
 

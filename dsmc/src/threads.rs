@@ -22,7 +22,7 @@ impl<T: Default> Pool<T> {
     }
 
     /// Sum of a size over all memory lent so far.
-    pub(crate) fn bytes(&self, size: impl Fn(&T) -> usize) -> usize {
+    pub(crate) fn lent_bytes(&self, size: impl Fn(&T) -> usize) -> usize {
         let pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         pool.iter().map(size).sum()
     }

@@ -222,9 +222,9 @@ where
             } else {
                 sizes.mass(member.tag)
             };
-            low = P::Space::vector(|axis| smaller(velocity[axis], low[axis]));
-            high = P::Space::vector(|axis| larger(velocity[axis], high[axis]));
-            squares = P::Space::vector(|axis| {
+            low = P::Space::from_components(|axis| smaller(velocity[axis], low[axis]));
+            high = P::Space::from_components(|axis| larger(velocity[axis], high[axis]));
+            squares = P::Space::from_components(|axis| {
                 let square = velocity[axis] * velocity[axis];
                 squares[axis]
                     + if sizes.are_equal() {
@@ -234,11 +234,11 @@ where
                     }
             });
         }
-        let mut twice_energy = squares.inner(&P::Space::vector(|_| 1.0));
+        let mut twice_energy = squares.inner(&P::Space::from_components(|_| 1.0));
         if sizes.are_equal() {
             twice_energy *= sizes.mass(members[0].tag);
         }
-        stock.note(low, high, twice_energy, self.units);
+        stock.add_cell(low, high, twice_energy, self.units);
         (high - low).square().sqrt()
     }
 
@@ -289,7 +289,7 @@ where
             return self.collide_in_flow::<F>(members, cell, majorant, report);
         }
         let count = members.len() as u64;
-        let mut stream = self.streams.at(cell.address);
+        let mut stream = self.streams.stream_at(cell.address);
         let ordered = (count * (count - 1)) as f64;
         let trials = draw_whole(0.5 * ordered * cell.rate * majorant, &mut stream);
         let mut collisions = 0;
@@ -347,7 +347,7 @@ where
         // The product n_x n_y is at most a half.
         let mut majorant = majorant + self.flow.rate.abs() * sizes.largest_radius();
         let count = members.len() as u64;
-        let mut stream = self.streams.at(cell.address);
+        let mut stream = self.streams.stream_at(cell.address);
         let ordered = (count * (count - 1)) as f64;
         let directions = P::Space::SOLID_ANGLE / P::Space::cross_section(1.0);
         let trials = draw_whole(
@@ -492,7 +492,7 @@ where
         };
         let mut velocities = before;
         velocities[0][0] += slip;
-        let kinds = [i, j].map(|who| sizes.kind(members[who].tag));
+        let kinds = [i, j].map(|who| sizes.species_of(members[who].tag));
         let law = (self.scene.restitution()).separation(kinds, approach);
         let pair = CollidingPair {
             velocities,
@@ -532,7 +532,7 @@ where
             transfer = Some(line.spatial() * carried.spatial().transpose());
             for (who, by) in [(i, line), (j, -line)] {
                 members[who].position += by;
-                F::moved(&mut members[who].mark, by);
+                F::add_displacement(&mut members[who].mark, by);
             }
         }
         report.tally.virial += weight * virial;

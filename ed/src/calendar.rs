@@ -92,7 +92,7 @@ pub trait Calendar: Sized + Send + Sync {
     fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<CalendarEntry>;
 
     /// Memory held \[bytes\].
-    fn bytes(&self) -> usize;
+    fn memory_bytes(&self) -> usize;
 }
 
 /// Returns all events of an agenda.
@@ -142,7 +142,7 @@ impl Calendar for Sorted {
         self.0.pop_first()
     }
 
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         // Nodes of a B-tree are at least half full.
         2 * self.0.len() * size_of::<CalendarEntry>()
     }
@@ -275,7 +275,7 @@ impl Buckets {
             self.waiting[self.waits % WAITING] = (number, entry.disk);
             self.waits += 1;
             if self.waits == WAITING {
-                self.settle();
+                self.sort_bucket();
             }
         } else {
             self.far.push(entry);
@@ -283,7 +283,7 @@ impl Buckets {
     }
 
     /// Writes waiting events into their buckets.
-    fn settle(&mut self) {
+    fn sort_bucket(&mut self) {
         for &(number, disk) in &self.waiting[..std::mem::take(&mut self.waits).min(WAITING)] {
             self.near += 1;
             let slot = (number & (self.ring.len() as u64 - 1)) as usize;
@@ -353,7 +353,7 @@ impl Buckets {
     /// Advances to the next bucket; false if there is no event at all.
     #[inline(always)]
     fn turn(&mut self, agenda: &impl EventTimes) -> bool {
-        self.settle();
+        self.sort_bucket();
         if self.near == 0 {
             // Stale events are dropped first, because the earliest may be stale.
             self.far
@@ -372,7 +372,7 @@ impl Buckets {
             self.current = self.bucket(first.time).saturating_sub(1);
             (self.popped, self.since) = (0, self.current);
             self.refile();
-            self.settle();
+            self.sort_bucket();
         }
         self.current = self.current.saturating_add(1);
         if self.current.is_multiple_of(self.quarter()) {
@@ -389,7 +389,7 @@ impl Buckets {
                 }
             }
             self.refile();
-            self.settle();
+            self.sort_bucket();
         }
         let slot = (self.current & self.mask()) as usize;
         if agenda.foresighted() {
@@ -551,7 +551,7 @@ impl Calendar for Buckets {
         }
     }
 
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         self.ring.capacity() * size_of::<Bucket>()
             + self.counts.capacity()
             + self.times.capacity() * size_of::<f64>()

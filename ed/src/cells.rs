@@ -268,7 +268,7 @@ impl CellLists {
     /// Returns the parts of the indices in memory of the cells around one: each index is the sum of
     /// one of three for the column and one of three for the row.
     #[inline(always)]
-    pub(crate) fn around(&self, cell: CellCoordinates) -> ([u32; 3], [u32; 3]) {
+    pub(crate) fn cells_around(&self, cell: CellCoordinates) -> ([u32; 3], [u32; 3]) {
         let [x, y] = cell.map(usize::from);
         let (columns, rows) = (&self.columns[x + 1..x + 4], &self.rows[y + 1..y + 4]);
         (
@@ -363,7 +363,11 @@ impl CellLists {
     /// Returns the vector from the corner of the second cell to that of the first, over the nearest
     /// image.
     #[inline(always)]
-    pub(crate) fn between(&self, first: CellCoordinates, second: CellCoordinates) -> Vector2<f64> {
+    pub(crate) fn corner_offset(
+        &self,
+        first: CellCoordinates,
+        second: CellCoordinates,
+    ) -> Vector2<f64> {
         let mut shift = Vector2::zeros();
         for axis in 0..2 {
             let count = self.around[axis];
@@ -490,7 +494,7 @@ impl CellLists {
     }
 
     /// Memory held \[bytes\].
-    pub(crate) fn bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         4 * (self.firsts.capacity() + self.columns.capacity() + self.rows.capacity())
     }
 }

@@ -109,7 +109,7 @@ impl<P: ParticleModel> EventDrivenCheckpoint<P> {
     }
 
     /// Memory held \[bytes\].
-    pub(crate) fn bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         self.state.bodies.capacity() * size_of::<ParticleState<P>>()
             + self.last_contact.capacity() * 8
             + self.image_flags.capacity() * 8

@@ -53,7 +53,7 @@ where
         ];
         let relative = velocities[0] - velocities[1];
         let approach = -relative.dot(&line) / line.norm();
-        let kinds = [first, second].map(|disk| sizes.kind(self.tags[disk as usize]));
+        let kinds = [first, second].map(|disk| sizes.species_of(self.tags[disk as usize]));
         let law = self.restitution([first, second], kinds, approach * self.speed);
         let mut pair = CollidingPair {
             velocities,
@@ -69,7 +69,7 @@ where
         };
         pair.velocities = after.velocities;
         if (pair.velocities[0] - pair.velocities[1]).dot(&line) < 0.0 {
-            part(&mut pair);
+            separate_pair(&mut pair);
         }
         if P::Field::SHEARED {
             self.enter_contact(&pair, velocities, after.spins);
@@ -151,7 +151,7 @@ where
         let masses = tags.map(|tag| sizes.mass(tag));
         recorder.record(|| Collision {
             time: self.epoch + self.now / self.speed,
-            position: self.disks.place(pair[0], self.now).spatial(),
+            position: self.disks.wrapped_position(pair[0], self.now).spatial(),
             relative_velocity: (relative * self.speed).spatial(),
             line: line.spatial(),
             reduced_mass: masses[0] * masses[1] / (masses[0] + masses[1]),
@@ -160,7 +160,7 @@ where
             momentum_transfer: line.spatial() * (gained * self.speed).spatial().transpose(),
             weight: 1.0,
             pair: pair.map(|disk| self.names[disk as usize]),
-            species: tags.map(|tag| sizes.kind(tag)),
+            species: tags.map(|tag| sizes.species_of(tag)),
         });
     }
 
@@ -208,7 +208,7 @@ where
     pub(crate) fn recent_contacts(&self) -> RecentContacts {
         let name = |disk: u32| self.names[disk as usize] as usize;
         let disks = |pair: [u32; 2]| pair.into_iter().filter(|&disk| disk != NONE).map(name);
-        let mut recent = RecentContacts::of(self.progress.recent().map(disks));
+        let mut recent = RecentContacts::from_contacts(self.progress.recent().map(disks));
         let busiest = recent.busiest.first().copied();
         let disk = self
             .progress
@@ -216,7 +216,9 @@ where
             .flatten()
             .find(|&disk| disk != NONE && Some(name(disk)) == busiest);
         if let Some(disk) = disk {
-            let place = self.domain.wrap(self.disks.place(disk, self.now));
+            let place = self
+                .domain
+                .wrap(self.disks.wrapped_position(disk, self.now));
             recent.place = place.spatial().into();
         }
         recent
@@ -232,7 +234,10 @@ where
             collisions: self.progress.stalled(self.tally.contacts()),
             pair: pair.map(name),
             cluster: self.cluster(),
-            place: self.domain.wrap(self.disks.place(pair[0], self.now)).into(),
+            place: self
+                .domain
+                .wrap(self.disks.wrapped_position(pair[0], self.now))
+                .into(),
         }
     }
 }
@@ -241,7 +246,7 @@ where
 /// their velocities: they would overlap otherwise. Their velocities change by the least difference,
 /// which changes the energy by the square of that.
 #[cold]
-fn part<W: Copy>(pair: &mut CollidingPair<Vector2<f64>, W>) {
+fn separate_pair<W: Copy>(pair: &mut CollidingPair<Vector2<f64>, W>) {
     pair.velocities = bounce(pair, 1.0).velocities;
     let total = pair.masses[0] + pair.masses[1];
     let normal = pair.line.normalize();

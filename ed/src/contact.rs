@@ -166,7 +166,7 @@ impl Candidates {
 
     /// Returns all candidates and their contact times, also those left to the other disk, and
     /// removes them.
-    pub(crate) fn all(
+    pub(crate) fn all_candidates(
         &mut self,
         slides: impl Fn(u32, f64) -> bool,
     ) -> impl Iterator<Item = (f64, u32)> {

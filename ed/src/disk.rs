@@ -36,7 +36,11 @@ const NEAR: usize = 20_000;
 
 impl<F: Field<Plane>> DiskSystem<F> {
     /// Creates the collection of disks that are in a grid already.
-    pub(crate) fn of(all: Vec<DiskRecord>, motion: FlightMotion<F>, cells: CellLists) -> Self {
+    pub(crate) fn from_grid(
+        all: Vec<DiskRecord>,
+        motion: FlightMotion<F>,
+        cells: CellLists,
+    ) -> Self {
         Self {
             all,
             motion,
@@ -57,8 +61,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
     fn listed(&mut self, who: u32) -> (&mut CellLists, usize) {
         let home = self.home(who);
         match &mut self.levels {
-            Some(levels) if levels.of(who) > 0 => {
-                let level = levels.of(who);
+            Some(levels) if levels.level_of(who) > 0 => {
+                let level = levels.level_of(who);
                 let grid = levels.coarse_mut(level);
                 let place = grid.place(GridHierarchy::parent(home, level), 1, 1);
                 (grid, place)
@@ -114,8 +118,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
 
     /// Returns the position relative to the corner of the cell at a time.
     #[inline]
-    fn at(&self, who: u32, time: f64) -> Vector2<f64> {
-        self.motion.at(&self.all[who as usize], time)
+    fn position_at(&self, who: u32, time: f64) -> Vector2<f64> {
+        self.motion.position_at(&self.all[who as usize], time)
     }
 
     /// Returns the velocity at a time; in a shear flow, relative to it.
@@ -124,7 +128,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let disk = &self.all[who as usize];
         let mut velocity = self.motion.velocity(disk, time);
         if F::SHEARED {
-            velocity[0] -= self.rows.flow(self.motion.at(disk, time)[1]);
+            velocity[0] -= self.rows.flow(self.motion.position_at(disk, time)[1]);
         }
         velocity
     }
@@ -173,8 +177,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
     }
 
     /// Returns the position in the plane at the given time, modulo the sides of the box.
-    pub(crate) fn place(&self, who: u32, time: f64) -> Vector2<f64> {
-        let mut place = self.cells.corner(self.home(who)) + self.at(who, time);
+    pub(crate) fn wrapped_position(&self, who: u32, time: f64) -> Vector2<f64> {
+        let mut place = self.cells.corner(self.home(who)) + self.position_at(who, time);
         if F::SHEARED {
             place[0] += self.rows.way(self.home(who)[1], time);
         }
@@ -191,7 +195,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         if F::SHEARED {
             return self.sheared_line(one, other, distance);
         }
-        let line = one.position - other.position + self.cells.between(one.home, other.home);
+        let line = one.position - other.position + self.cells.corner_offset(one.home, other.home);
         let line = if self.cells.narrow() {
             let relative = one.velocity - other.velocity;
             let images = self.cells.images_of(line);
@@ -217,14 +221,14 @@ impl<F: Field<Plane>> DiskSystem<F> {
     /// direction of their separation is rounded. `b` is r . g of their separation and relative
     /// velocity.
     #[cold]
-    fn slide(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
+    fn is_sliding(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
         let own = &self.all[first as usize];
         let relative = own.velocity - self.motion.velocity(&self.all[second as usize], own.clock);
         let speed = relative.norm() + self.rows.slip().abs();
         -b <= 8.0 * f64::EPSILON * distance * speed
     }
 
-    /// Returns [`Self::slide`] as a function of the candidates of one disk.
+    /// Returns [`Self::is_sliding`] as a function of the candidates of one disk.
     #[inline(always)]
     pub(crate) fn slides<S: Sizes>(
         &self,
@@ -234,7 +238,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
     ) -> impl Fn(u32, f64) -> bool {
         move |other, b| {
             let radii = [who, other].map(|disk| sizes.radius(tags[disk as usize]));
-            self.slide(who, other, b, radii[0] + radii[1])
+            self.is_sliding(who, other, b, radii[0] + radii[1])
         }
     }
 
@@ -247,7 +251,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
             self.open_sliding(&mut lists, home, time, [true; 3]);
             return lists;
         }
-        let (x, y) = self.cells.around(home);
+        let (x, y) = self.cells.cells_around(home);
         for (row, up) in y.into_iter().enumerate() {
             for (column, right) in x.into_iter().enumerate() {
                 let first = self.cells.first((right + up) as usize);
@@ -258,7 +262,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
     }
 
     /// Returns the disks in the nine cells around one, and itself.
-    pub(crate) fn around(&self, who: u32) -> impl Iterator<Item = (u32, &DiskRecord)> {
+    pub(crate) fn disks_around(&self, who: u32) -> impl Iterator<Item = (u32, &DiskRecord)> {
         let mut lists = self.open(self.home(who), 0.0);
         iter::from_fn(move || lists.next(&self.all)).map(|(number, _, disk)| (number, disk))
     }
@@ -315,7 +319,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
             && let Some(levels) = &self.levels
         {
             let mut found = (None, 0);
-            if levels.of(who) == 0 {
+            if levels.level_of(who) == 0 {
                 found = self.search_cells::<S, false>(candidates, who, beyond, sizes, tags);
                 self.expect_first(who, found.0);
             }
@@ -407,7 +411,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
             let square = distance * distance;
             candidates.add(other, separation, relative, square, until_its_own);
             predictions += 1;
-            let found = candidates.earliest(limit, |_, b| self.slide(who, other, b, distance));
+            let found = candidates.earliest(limit, |_, b| self.is_sliding(who, other, b, distance));
             if let Some((time, _)) = found {
                 limit = time;
                 best = found;
@@ -427,15 +431,15 @@ impl<F: Field<Plane>> DiskSystem<F> {
         mut visit: impl FnMut(u32, Vector2<f64>),
     ) {
         let Some(levels) = &self.levels else { return };
-        let (home, level) = (self.home(who), levels.of(who));
-        let at = self.at(who, time);
+        let (home, level) = (self.home(who), levels.level_of(who));
+        let at = self.position_at(who, time);
         let mut look = |nearby: Nearby| {
             let mut other = levels.grid(&self.cells, nearby.level).first(nearby.place);
             while other != NONE {
                 let disk = &self.all[other as usize];
                 let shift =
                     grid_hierarchy::shift(&self.cells, home, self.home(other), nearby.boxes);
-                visit(other, at - self.motion.at(disk, time) - shift);
+                visit(other, at - self.motion.position_at(disk, time) - shift);
                 other = disk.next;
             }
         };
@@ -521,7 +525,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         loop {
             let mut more = false;
             while !more && let Some((other, cell, disk)) = lists.next(&self.all) {
-                let position = self.motion.at(disk, clock);
+                let position = self.motion.position_at(disk, clock);
                 let separation = frames.separation(cell, position);
                 let relative = frames.relative(cell, velocity - self.motion.velocity(disk, clock));
                 let square = distance(other) * distance(other);
@@ -558,7 +562,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
             return worst;
         }
         let lists = self.open(self.home(who), time);
-        let at = self.at(who, time);
+        let at = self.position_at(who, time);
         if F::SHEARED {
             let frames = self.sliding(self.home(who), at, time);
             self.overlap_in(&frames, lists, who, time, distance)
@@ -580,7 +584,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let mut worst = 0.0_f64;
         while let Some((other, cell, disk)) = lists.next(&self.all) {
             if other != who {
-                let apart = frames.separation(cell, self.motion.at(disk, time));
+                let apart = frames.separation(cell, self.motion.position_at(disk, time));
                 worst = worst.max(distance(other) - apart.norm());
             }
         }
@@ -588,10 +592,10 @@ impl<F: Field<Plane>> DiskSystem<F> {
     }
 
     /// Memory held \[bytes\].
-    pub(crate) fn bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         self.all.capacity() * size_of::<DiskRecord>()
-            + self.cells.bytes()
-            + self.levels.as_ref().map_or(0, GridHierarchy::bytes)
+            + self.cells.memory_bytes()
+            + self.levels.as_ref().map_or(0, GridHierarchy::memory_bytes)
     }
 }
 

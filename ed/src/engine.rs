@@ -19,7 +19,7 @@ use crate::disk::DiskSystem;
 use crate::error::EventDrivenError;
 use crate::image_flags::{self, ImageFlags};
 use crate::motion::FlightMotion;
-use crate::start::{ROUNDING, check, check_boundaries, check_overlaps};
+use crate::start::{ROUNDING, check_boundaries, check_checkpoint, check_overlaps};
 use crate::strip_log::StripLog;
 use crate::surroundings::{BoundaryGeometry, DiskBoundaries, EngineUnits};
 
@@ -140,7 +140,7 @@ where
     ) -> Result<Self, EventDrivenError> {
         let start = start.into();
         let diameter = 2.0 * scene.sizes().largest_radius();
-        check(&scene, &start, diameter)?;
+        check_checkpoint(&scene, &start, diameter)?;
         check_boundaries(
             &start.state.domain,
             boundaries,
@@ -171,7 +171,7 @@ where
             .filter(|&who| depth(who) > most)
             .min_by_key(|&who| self.names[who as usize]);
         let Some(first) = first else { return Ok(()) };
-        let place = |who: u32| self.domain.wrap(self.disks.place(who, self.now));
+        let place = |who: u32| self.domain.wrap(self.disks.wrapped_position(who, self.now));
         let gap = |other: &u32| {
             let apart = self.domain.displacement(place(first), place(*other));
             apart.norm() - self.contact_distance(first, *other)
@@ -218,7 +218,7 @@ where
             let ParticleState {
                 position, velocity, ..
             } = state.bodies[index];
-            let radius = sizes.radius(sizes.tag(name(index) as usize));
+            let radius = sizes.radius(sizes.tag_of(name(index) as usize));
             (state.domain.wrap(position), velocity / speed, radius)
         };
         let motion = FlightMotion::new(scene.field(), speed);
@@ -261,7 +261,7 @@ where
         // Memory released before the following needs as much again.
         drop(state);
         let names: Vec<u32> = order.iter().map(|&index| name(index as usize)).collect();
-        let tag = |&name: &u32| scene.sizes().tag(name as usize);
+        let tag = |&name: &u32| scene.sizes().tag_of(name as usize);
         let mut engine = Self {
             tags: names.iter().map(tag).collect(),
             scene,
@@ -391,7 +391,7 @@ where
         let nothing = ParticleState::new(Vector2::zeros(), Vector2::zeros());
         let domain = self.domain_now();
         let body = |disk: usize| {
-            let position = self.disks.place(disk as u32, self.now);
+            let position = self.disks.wrapped_position(disk as u32, self.now);
             let velocity = self.disks.velocity(disk as u32, self.now) * self.speed;
             let mut body = ParticleState::new(domain.wrap(position), velocity);
             body.spin = scaled::<P>(self.spin(disk as u32), self.speed);
@@ -459,7 +459,7 @@ where
         let last = |disk: usize| self.last_contact[disk] / self.speed + self.epoch;
         let winding = |disk: usize| {
             // Where the state wraps a position, the winding follows. Under shear there are none.
-            let position = self.disks.place(disk as u32, self.now);
+            let position = self.disks.wrapped_position(disk as u32, self.now);
             image_flags::add(
                 self.image_flags[disk],
                 image_flags::wound(&self.domain, position),
@@ -515,7 +515,7 @@ where
             let radius = self.scene.sizes().radius(self.tags[who as usize]);
             worst = worst.max(self.disks.overlap(who, self.now, radius, distance));
             if !self.surroundings.is_empty() {
-                let place = self.domain.wrap(self.disks.place(who, self.now));
+                let place = self.domain.wrap(self.disks.wrapped_position(who, self.now));
                 let inside = self
                     .surroundings
                     .overlap(&self.domain, place, radius, self.now);
@@ -526,10 +526,10 @@ where
     }
 
     /// Memory held \[bytes\].
-    pub fn bytes(&self) -> usize {
-        self.disks.bytes()
-            + self.calendar.bytes()
-            + self.surroundings.bytes()
+    pub fn memory_bytes(&self) -> usize {
+        self.disks.memory_bytes()
+            + self.calendar.memory_bytes()
+            + self.surroundings.memory_bytes()
             + self.spins.capacity() * size_of::<SpinOf<P>>()
             + (self.names.capacity() + self.rebounds.capacity()) * 4
             + self.last_contact.capacity() * 8
@@ -576,7 +576,7 @@ fn energy_of<P: ParticleModel<Space = Plane>>(
 ) -> f64 {
     let sizes = scene.sizes();
     let energy = |(index, body): (usize, &ParticleState<P>)| {
-        let tag = sizes.tag(which.map_or(index, |which| which[index] as usize));
+        let tag = sizes.tag_of(which.map_or(index, |which| which[index] as usize));
         let (mass, radius) = (sizes.mass(tag), sizes.radius(tag));
         let spinning = scene.surface().spin_energy(mass, radius, body.spin);
         0.5 * mass * body.velocity.norm_squared() + spinning
@@ -630,7 +630,7 @@ fn counted(counts: &[u32], names: &[u32]) -> Vec<u32> {
 
 /// Converts a spin to another unit.
 fn scaled<P: ParticleModel<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
-    <P::Surface as Surface<Plane>>::scaled(spin, factor)
+    <P::Surface as Surface<Plane>>::scale_spin(spin, factor)
 }
 
 /// Placeholder for the events of disks while there are no predictions.

@@ -83,7 +83,7 @@ pub enum EventDrivenError {
         side: usize,
     },
     /// The box of the state is not the one of the boundaries.
-    #[error("axis {axis}: the box of the state {}, the boundaries say that it {}; allowed are the same", around(*state), around(!state))]
+    #[error("axis {axis}: the box of the state {}, the boundaries say that it {}; allowed are the same", boundary_word(*state), boundary_word(!state))]
     UnlikeBox {
         /// Axis, from 0.
         axis: usize,
@@ -249,7 +249,7 @@ impl EventDrivenError {
         match &mut self {
             Self::BoxTooSmall { diameter, lengths } => {
                 *diameter *= units.length;
-                *lengths = units.place(*lengths);
+                *lengths = units.scale_position(*lengths);
             }
             Self::BadNumber {
                 quantity, value, ..
@@ -273,7 +273,7 @@ impl EventDrivenError {
             }
             Self::OverlappingDisks { depth, .. } => *depth *= units.length,
             Self::Overlap { place, depth, .. } => {
-                *place = units.place(*place);
+                *place = units.scale_position(*place);
                 *depth *= units.length;
             }
             Self::Escaped { time, .. }
@@ -283,7 +283,7 @@ impl EventDrivenError {
             Self::WallCollapse { time, place, .. }
             | Self::InelasticCollapse { time, place, .. } => {
                 *time *= units.time;
-                *place = units.place(*place);
+                *place = units.scale_position(*place);
             }
             Self::BadSpin { .. }
             | Self::WrongLedgers { .. }
@@ -340,7 +340,7 @@ impl fmt::Display for Touchable {
 }
 
 /// Returns the word for a periodic or a closed box.
-fn around(periodic: bool) -> &'static str {
+fn boundary_word(periodic: bool) -> &'static str {
     if periodic { "is periodic" } else { "has walls" }
 }
 

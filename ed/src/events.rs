@@ -26,7 +26,7 @@ pub(crate) struct Goal {
 pub(crate) trait Leap<P: ParticleModel, Q: Calendar> {
     /// Moves an engine towards a goal, as far as that pays. True if its time was reached, with
     /// fewer collisions than its last.
-    fn leap(
+    fn leap_towards(
         &mut self,
         engine: &mut EventDrivenEngine<P, Q>,
         goal: &Goal,
@@ -34,18 +34,23 @@ pub(crate) trait Leap<P: ParticleModel, Q: Calendar> {
     ) -> bool;
 
     /// Drops the data kept for the next leap: the engine advances without it.
-    fn forget(&mut self);
+    fn drop_kept(&mut self);
 }
 
 /// Method without leaps: event by event.
 struct Alone;
 
 impl<P: ParticleModel, Q: Calendar> Leap<P, Q> for Alone {
-    fn leap(&mut self, _: &mut EventDrivenEngine<P, Q>, _: &Goal, _: &mut Recorder<'_>) -> bool {
+    fn leap_towards(
+        &mut self,
+        _: &mut EventDrivenEngine<P, Q>,
+        _: &Goal,
+        _: &mut Recorder<'_>,
+    ) -> bool {
         false
     }
 
-    fn forget(&mut self) {}
+    fn drop_kept(&mut self) {}
 }
 
 impl<P, Q> EventDrivenEngine<P, Q>
@@ -85,7 +90,7 @@ where
         let last = self.tally.collisions.saturating_add(most_collisions);
         while self.tally.collisions < last && !self.stop.has_ended() {
             if self.tally.collisions >= self.refresh || self.now >= self.horizon {
-                leaps.forget();
+                leaps.drop_kept();
                 self.rebase_epoch(until)?;
             }
             if self.advance_segment(leaps, until, last.min(self.refresh), &mut recorder)? {
@@ -109,9 +114,9 @@ where
             ends: until.is_finite(),
             last,
         };
-        let there = leaps.leap(self, &goal, recorder) || {
-            leaps.forget();
-            self.run(&goal, recorder)?
+        let there = leaps.leap_towards(self, &goal, recorder) || {
+            leaps.drop_kept();
+            self.run_events(&goal, recorder)?
         };
         if there {
             // A gas without events stays where it is rather than move for an infinite time.
@@ -128,7 +133,7 @@ where
     /// event before the time of the goal.
     ///
     /// The result has the same bits on every processor: products and sums are never contracted.
-    pub(crate) fn run(
+    pub(crate) fn run_events(
         &mut self,
         goal: &Goal,
         recorder: &mut Recorder<'_>,
@@ -157,7 +162,7 @@ where
         }
     }
 
-    /// Advances as [`Self::run`], while rows of cells keep their neighbours.
+    /// Advances as [`Self::run_events`], while rows of cells keep their neighbours.
     fn run_between_steps(
         &mut self,
         goal: &Goal,
@@ -185,7 +190,7 @@ where
         self.events(goal, recorder)
     }
 
-    /// Runs the loop over events of [`Self::run`].
+    /// Runs the loop over events of [`Self::run_events`].
     #[inline(always)]
     fn events(
         &mut self,
@@ -285,7 +290,7 @@ mod tests {
             last,
         };
         either
-            .run(&goal, &mut Recorder::new(&mut ()))
+            .run_events(&goal, &mut Recorder::new(&mut ()))
             .expect("time");
         plain.recall_events();
         plain

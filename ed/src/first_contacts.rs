@@ -39,7 +39,7 @@ where
     pub(crate) fn look_at_all(&mut self) {
         let count = self.disks.all.len();
         if self.disks.hierarchical() || self.disks.cells.wide() {
-            (0..count as u32).for_each(|disk| self.look_around(disk));
+            (0..count as u32).for_each(|disk| self.predict_from_scratch(disk));
             return;
         }
         let shared = self.parallel;
@@ -92,7 +92,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
     ) -> u64 {
         let lists = self.open(self.home(who), self.all[who as usize].clock);
         self.gather::<S, false>(lists, candidates, who, sizes, tags, |candidates| {
-            all.extend(candidates.all(self.slides(who, sizes, tags)));
+            all.extend(candidates.all_candidates(self.slides(who, sizes, tags)));
         })
     }
 
@@ -144,7 +144,7 @@ mod tests {
         };
         forget(&mut engine);
         for disk in 0..engine.disks.all.len() as u32 {
-            engine.look_around(disk);
+            engine.predict_from_scratch(disk);
         }
         let one_by_one = known(&engine);
         for parallel in [false, true] {

@@ -98,7 +98,7 @@ impl GridHierarchy {
 
     /// Returns the level of a disk.
     #[inline]
-    pub(crate) fn of(&self, disk: u32) -> usize {
+    pub(crate) fn level_of(&self, disk: u32) -> usize {
         usize::from(self.of[disk as usize])
     }
 
@@ -211,8 +211,13 @@ impl GridHierarchy {
     }
 
     /// Memory held \[bytes\].
-    pub(crate) fn bytes(&self) -> usize {
-        self.of.capacity() + self.grids.iter().map(CellLists::bytes).sum::<usize>()
+    pub(crate) fn memory_bytes(&self) -> usize {
+        self.of.capacity()
+            + self
+                .grids
+                .iter()
+                .map(CellLists::memory_bytes)
+                .sum::<usize>()
     }
 }
 

@@ -170,7 +170,7 @@ where
 
     /// Returns a hash of the disks in the cells around one: their numbers and their states.
     fn candidates_of(&self, who: u32) -> u64 {
-        self.disks.around(who).fold(0, |sum, (number, disk)| {
+        self.disks.disks_around(who).fold(0, |sum, (number, disk)| {
             let real = [
                 disk.position[0],
                 disk.position[1],

@@ -49,7 +49,7 @@ impl<F: Field<Plane>> FlightMotion<F> {
 
     /// Returns the position of a disk, relative to the corner of its cell, at a time.
     #[inline(always)]
-    pub(crate) fn at(&self, disk: &DiskRecord, time: f64) -> Vector2<f64> {
+    pub(crate) fn position_at(&self, disk: &DiskRecord, time: f64) -> Vector2<f64> {
         let flight = time - disk.clock;
         if F::FREE {
             disk.position + disk.velocity * flight
@@ -71,7 +71,7 @@ impl<F: Field<Plane>> FlightMotion<F> {
     /// Advances a disk to a time.
     #[inline(always)]
     pub(crate) fn advance(&self, disk: &mut DiskRecord, time: f64) {
-        disk.position = self.at(disk, time);
+        disk.position = self.position_at(disk, time);
         disk.velocity = self.velocity(disk, time);
         disk.clock = time;
     }

@@ -98,7 +98,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let mut twice = 0;
         while let Some((disk, cell, candidate)) = lists.next(&self.all) {
             twice += u64::from(shared >> cell & 1);
-            let position: Vector2<f64> = self.motion.at(candidate, clock);
+            let position: Vector2<f64> = self.motion.position_at(candidate, clock);
             let speed = self.motion.velocity(candidate, clock);
             let corners = frames.corners(cell);
             let separation = [

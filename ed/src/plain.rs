@@ -45,7 +45,7 @@ pub struct PlainContact {
 /// For each, the contact times of all pairs over many periodic images are computed, the earliest is
 /// taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N boxes away are
 /// seen: the fewer the disks, the farther one flies before it collides.
-pub fn run<P: ParticleModel<Space = Plane>>(
+pub fn run_collisions<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     collisions: usize,
@@ -80,7 +80,7 @@ pub fn run_between<P: ParticleModel<Space = Plane>>(
         };
         state.time += next.wait;
         for body in &mut state.bodies {
-            (scene.field()).drift(&mut body.position, &mut body.velocity, next.wait);
+            (scene.field()).move_particle(&mut body.position, &mut body.velocity, next.wait);
         }
         state.domain.advance(next.wait);
         for body in &mut state.bodies {
@@ -124,7 +124,7 @@ fn next_pair<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> Op
     let mut next: Option<Next> = None;
     for (i, one) in state.bodies.iter().enumerate() {
         for (j, other) in state.bodies.iter().enumerate().skip(i + 1) {
-            let distance = sizes.radius(sizes.tag(i)) + sizes.radius(sizes.tag(j));
+            let distance = sizes.radius(sizes.tag_of(i)) + sizes.radius(sizes.tag_of(j));
             let nearest = state.domain.displacement(one.position, other.position);
             for column in -reach[0]..=reach[0] {
                 for row in -reach[1]..=reach[1] {
@@ -160,7 +160,7 @@ fn next_boundary<P: ParticleModel<Space = Plane>>(
     let pull = scene.field().acceleration();
     let mut next = None;
     for (disk, body) in state.bodies.iter().enumerate() {
-        let radius = sizes.radius(sizes.tag(disk));
+        let radius = sizes.radius(sizes.tag_of(disk));
         for face in 0..FACES {
             let (axis, side) = (face / 2, face % 2);
             let Some(wall) = boundaries.walls.wall(axis, side) else {
@@ -213,9 +213,9 @@ fn meet<P: ParticleModel<Space = Plane>>(
     // In the frame in which the second is, in a shear flow.
     let flow = state.domain.images().flow(line[1]);
     velocities[0][0] += flow;
-    let masses = [sizes.mass(sizes.tag(i)), sizes.mass(sizes.tag(j))];
+    let masses = [sizes.mass(sizes.tag_of(i)), sizes.mass(sizes.tag_of(j))];
     let approach = -(velocities[0] - velocities[1]).dot(&line) / line.norm();
-    let kinds = [i, j].map(|disk| sizes.kind(sizes.tag(disk)));
+    let kinds = [i, j].map(|disk| sizes.species_of(sizes.tag_of(disk)));
     let law = (scene.restitution()).separation(kinds, approach.max(0.0));
     let after = collide(
         scene,
@@ -223,7 +223,7 @@ fn meet<P: ParticleModel<Space = Plane>>(
             velocities,
             spins: [state.bodies[i].spin, state.bodies[j].spin],
             masses,
-            radii: [sizes.radius(sizes.tag(i)), sizes.radius(sizes.tag(j))],
+            radii: [sizes.radius(sizes.tag_of(i)), sizes.radius(sizes.tag_of(j))],
             line,
         },
         law,
@@ -256,12 +256,12 @@ fn rebound<P: ParticleModel<Space = Plane>>(
     let touch = Touch {
         normal,
         wall: velocity,
-        mass: sizes.mass(sizes.tag(disk)),
-        radius: sizes.radius(sizes.tag(disk)),
+        mass: sizes.mass(sizes.tag_of(disk)),
+        radius: sizes.radius(sizes.tag_of(disk)),
     };
     let body = &mut state.bodies[disk];
     let address = [number as u64, disk as u64];
     law.apply(scene, &touch, &mut body.velocity, &mut body.spin, || {
-        boundaries.streams.at(Purpose::Walls, address)
+        boundaries.streams.stream_at(Purpose::Walls, address)
     });
 }

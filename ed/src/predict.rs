@@ -60,7 +60,7 @@ where
     }
 
     /// Predicts the next contact of a disk that is up to date, from scratch.
-    pub(crate) fn look_around(&mut self, who: u32) {
+    pub(crate) fn predict_from_scratch(&mut self, who: u32) {
         self.disks.expect_contact(who, f64::INFINITY, NONE);
         self.search(who, None);
     }
@@ -75,9 +75,9 @@ where
             self.tally.predictions += predictions / 2;
             self.look_at_surroundings(who);
         } else {
-            self.look_around(who);
+            self.predict_from_scratch(who);
         }
-        self.schedule(who);
+        self.push_event(who);
     }
 
     /// Predicts the next contacts of two disks that have just collided.
@@ -88,8 +88,8 @@ where
             self.tally.predictions += predictions;
             self.look_at_surroundings(first);
             self.look_at_surroundings(second);
-            self.schedule(first);
-            self.schedule(second);
+            self.push_event(first);
+            self.push_event(second);
         } else {
             self.predict(first);
             self.predict(second);
@@ -97,7 +97,7 @@ where
     }
 
     #[inline(always)]
-    fn schedule(&mut self, who: u32) {
+    fn push_event(&mut self, who: u32) {
         let time = self.disks.time(who);
         self.tally.pushes += u64::from(time.is_finite());
         self.calendar.push(CalendarEntry { time, disk: who });
@@ -127,7 +127,7 @@ where
                     let (sizes, candidates) = (self.scene.sizes(), &mut self.candidates);
                     self.tally.predictions +=
                         self.disks.search_newest(candidates, who, sizes, &self.tags);
-                    self.schedule(who);
+                    self.push_event(who);
                 }
             }
         }
@@ -162,7 +162,7 @@ where
             }
         }
         self.search(who, Some((axis, forward)));
-        self.schedule(who);
+        self.push_event(who);
         if self.window.is_some() {
             self.log_crossing();
             return Ok(());
@@ -196,11 +196,12 @@ mod tests {
             let count = disks.all.len();
             for (one, other) in (0..count).flat_map(|one| (0..one).map(move |other| (one, other))) {
                 let (a, b) = (&disks.all[one], &disks.all[other]);
-                let shift = disks.cells.between(a.home, b.home);
+                let shift = disks.cells.corner_offset(a.home, b.home);
                 if (shift.component_div(&width)).amax() > 1.5 {
                     continue;
                 }
-                let separation = disks.motion.at(a, now) - disks.motion.at(b, now) + shift;
+                let separation =
+                    disks.motion.position_at(a, now) - disks.motion.position_at(b, now) + shift;
                 let least = leaves(one).min(leaves(other));
                 let Some(wait) = time_to_contact(separation, a.velocity - b.velocity, 1.0, least)
                 else {
@@ -227,7 +228,7 @@ mod tests {
             let mut engine = gas::<Buckets>(20.0, bodies);
             let disk = |name: u32| engine.names.iter().position(|&its| its == name);
             let [hit, falls] = [0, 2].map(|name| disk(name).expect("a disk") as u32);
-            engine.look_around(falls);
+            engine.predict_from_scratch(falls);
             let partner = engine.disks.all[falls as usize].partner;
             assert_eq!(partner, if left { NONE } else { hit });
             let known = engine.disks.all[hit as usize].contact.is_finite();
@@ -247,10 +248,13 @@ mod tests {
             let first = round % 144;
             let disks = &engine.disks;
             let second = (0..144).find(|&other| {
-                let shift = disks.cells.between(disks.home(first), disks.home(other));
+                let shift = disks
+                    .cells
+                    .corner_offset(disks.home(first), disks.home(other));
                 let [one, two] = [first, other].map(|who| &disks.all[who as usize]);
-                let separation =
-                    disks.motion.at(one, engine.now) - disks.motion.at(two, engine.now) + shift;
+                let separation = disks.motion.position_at(one, engine.now)
+                    - disks.motion.position_at(two, engine.now)
+                    + shift;
                 shift.component_div(&disks.cells.width()).amax() < 1.5
                     && separation.dot(&(one.velocity - two.velocity)) > 0.0
             });

@@ -110,7 +110,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
     /// Prefetches the lists of the cells around one.
     #[inline(always)]
     fn prefetch_cells(&self, home: CellCoordinates) {
-        let (x, y) = self.cells.around(home);
+        let (x, y) = self.cells.cells_around(home);
         for row in y {
             self.cells.prefetch((x[0] + row) as usize);
             self.cells.prefetch((x[2] + row) as usize);
@@ -120,7 +120,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
     /// Prefetches the first disks of the cells around one.
     #[inline(always)]
     fn prefetch_neighbours(&self, home: CellCoordinates) {
-        let (x, y) = self.cells.around(home);
+        let (x, y) = self.cells.cells_around(home);
         for row in y {
             for column in x {
                 self.prefetch_first(column + row);

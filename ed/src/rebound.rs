@@ -33,7 +33,7 @@ where
     ) -> Result<(), EventDrivenError> {
         let (now, speed) = (self.now, self.speed);
         self.disks.meet(who, now);
-        let place = self.disks.place(who, now);
+        let place = self.disks.wrapped_position(who, now);
         let touched = self.surroundings.touched(what, place, now);
         let sizes = self.scene.sizes();
         let tag = self.tags[who as usize];
@@ -56,7 +56,7 @@ where
         *count = count.wrapping_add(1);
         let streams = self.surroundings.boundaries.streams;
         law.apply(&self.scene, &touch, &mut velocity, &mut spin, || {
-            streams.at(Purpose::Walls, address)
+            streams.stream_at(Purpose::Walls, address)
         });
         self.send_off(&touched, &mut velocity);
         self.tally.rebounds += 1;
@@ -73,7 +73,8 @@ where
         };
         self.disks.all[who as usize].velocity = velocity / speed;
         if P::Surface::ROUGH {
-            self.spins[who as usize] = <P::Surface as Surface<Plane>>::scaled(spin, 1.0 / speed);
+            self.spins[who as usize] =
+                <P::Surface as Surface<Plane>>::scale_spin(spin, 1.0 / speed);
         }
         self.predict(who);
 
@@ -104,7 +105,7 @@ where
 
     /// Returns the angular velocity of a disk in absolute units.
     fn absolute_spin(&self, who: u32) -> SpinOf<P> {
-        <P::Surface as Surface<Plane>>::scaled(self.spin(who), self.speed)
+        <P::Surface as Surface<Plane>>::scale_spin(self.spin(who), self.speed)
     }
 
     /// Returns the law that acts: that of the wall, or an elastic one.
@@ -160,7 +161,10 @@ where
             disk: self.names[who as usize] as usize,
             what: Touchable::of_ledger(touched.ledger),
             cluster: self.cluster(),
-            place: self.domain.wrap(self.disks.place(who, self.now)).into(),
+            place: self
+                .domain
+                .wrap(self.disks.wrapped_position(who, self.now))
+                .into(),
         }
     }
 

@@ -42,7 +42,7 @@ pub fn strips_for(threads: usize, disks: usize) -> usize {
 /// #     use stosszahl_model::{Particle, Vector};
 /// #     let at = |x: f64, v: f64| Particle {
 /// #         position: nalgebra::vector![x, 5.0, 0.0], velocity: nalgebra::vector![v, 0.0, 0.0],
-/// #         ..Particle::of(0.5, 1.0)
+/// #         ..Particle::at_rest(0.5, 1.0)
 /// #     };
 /// #     Particles { time: 0.0, dimension: 2, lengths: [10.0, 10.0, 0.0], periodic: [true; 3],
 /// #         all: vec![at(2.0, 1.0), at(6.0, -1.0)] }
@@ -52,7 +52,7 @@ pub fn strips_for(threads: usize, disks: usize) -> usize {
 /// let boundaries = DiskBoundaries::periodic();
 /// let mut gas = simulate(&grains, DissipationRule::Scene, &boundaries, &particles())?;
 /// gas.advance(2.0, Budget::Unlimited, &mut ())?;
-/// assert_eq!(gas.work().collisions, 1);
+/// assert_eq!(gas.work_counters().collisions, 1);
 /// assert!((gas.temperature() - 0.5 * 0.25).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -76,9 +76,9 @@ pub fn simulate(
     begin.choose(grains, start.all.len())
 }
 
-/// Resumes from [`Simulation::checkpoint`]; all other arguments must be those of the start. The
-/// last collisions before it, up to four of each disk or 100 000 in all, are repeated, which the
-/// interrupt can break off.
+/// Resumes from [`Simulation::save_checkpoint`]; all other arguments must be those of the start.
+/// The last collisions before it, up to four of each disk or 100 000 in all, are repeated, which
+/// the interrupt can break off.
 ///
 /// # Errors
 /// As [`simulate`]; and [`EventDrivenError::Checkpoint`] if the bytes are none of this engine.
@@ -129,13 +129,15 @@ impl Begin<'_> {
         }
         match (&grains.sizes, grains.rough) {
             (SizeDistribution::Equal(sizes), _) if grains.is_plain() => {
-                self.run(grains.plain(*sizes))
+                self.begin_engine(grains.plain(*sizes))
             }
             (SizeDistribution::Each(sizes), _) if grains.is_plain() => {
-                self.run(grains.plain(sizes.clone()))
+                self.begin_engine(grains.plain(sizes.clone()))
             }
-            (_, Some(rough)) if cfg!(feature = "rough") => self.run(grains.scene(rough, count)?),
-            _ => self.run(grains.scene(Smooth, count)?),
+            (_, Some(rough)) if cfg!(feature = "rough") => {
+                self.begin_engine(grains.scene(rough, count)?)
+            }
+            _ => self.begin_engine(grains.scene(Smooth, count)?),
         }
     }
 
@@ -149,13 +151,17 @@ impl Begin<'_> {
             return Err(EventDrivenError::NoShear);
         }
         match (&grains.sizes, grains.rough) {
-            (SizeDistribution::Equal(sizes), None) => self.run(grains.sheared_smooth(*sizes)?),
-            (_, Some(rough)) if cfg!(feature = "rough") => self.run(grains.sheared(rough, count)?),
-            _ => self.run(grains.sheared(Smooth, count)?),
+            (SizeDistribution::Equal(sizes), None) => {
+                self.begin_engine(grains.sheared_smooth(*sizes)?)
+            }
+            (_, Some(rough)) if cfg!(feature = "rough") => {
+                self.begin_engine(grains.sheared(rough, count)?)
+            }
+            _ => self.begin_engine(grains.sheared(Smooth, count)?),
         }
     }
 
-    fn run<P: ParticleModel<Space = Plane>>(
+    fn begin_engine<P: ParticleModel<Space = Plane>>(
         self,
         scene: P,
     ) -> Result<Box<dyn Simulation>, EventDrivenError> {
@@ -285,7 +291,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
             *leg = None;
             self.recent = Some(engine.engine().recent_contacts());
             let gas = engine.land();
-            self.bytes = engine.bytes();
+            self.bytes = engine.memory_bytes();
             self.spread = engine.settings().clone();
             self.stage = Stage::Between(Box::new(gas));
         }
@@ -335,7 +341,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
 
     /// Number of collisions that are left of the leg, or of a new one.
     fn left_of_leg(&mut self) -> u64 {
-        let all = (LEG * self.count() as u64).max(LEAST_LEG);
+        let all = (LEG * self.particle_count() as u64).max(LEAST_LEG);
         let now = self.tally().collisions;
         match &self.stage {
             Stage::Flying(_, Some(leg)) => all - (now - leg.from.tally.collisions),
@@ -427,7 +433,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
     fn show(&self, state: &State<P>, look: &mut dyn FnMut(&Particle)) {
         let (sizes, surface) = (self.scene.sizes(), self.scene.surface());
         for (index, body) in state.bodies.iter().enumerate() {
-            let tag = sizes.tag(index);
+            let tag = sizes.tag_of(index);
             let (radius, mass) = (sizes.radius(tag), sizes.mass(tag));
             look(&Particle {
                 position: body.position.spatial(),
@@ -436,7 +442,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
                 radius,
                 mass,
                 spin_energy: surface.spin_energy(mass, radius, body.spin),
-                species: sizes.kind(tag),
+                species: sizes.species_of(tag),
                 weight: 1.0,
             });
         }
@@ -455,14 +461,14 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         2
     }
 
-    fn count(&self) -> usize {
+    fn particle_count(&self) -> usize {
         match &self.stage {
             Stage::Between(gas) => gas.state.bodies.len(),
             Stage::Flying(engine, _) => engine.engine().names.len(),
         }
     }
 
-    fn weight(&self) -> f64 {
+    fn mean_weight(&self) -> f64 {
         1.0
     }
 
@@ -494,7 +500,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn use_threads(&mut self, threads: usize) {
-        self.spread.strips = strips_for(threads, self.count());
+        self.spread.strips = strips_for(threads, self.particle_count());
         if let Stage::Flying(engine, _) = &mut self.stage {
             engine.spread_over(self.spread.strips);
         }
@@ -504,18 +510,18 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         self.stop.has_ended()
     }
 
-    fn visit(&self, look: &mut dyn FnMut(&Particle)) {
+    fn visit_particles(&self, look: &mut dyn FnMut(&Particle)) {
         self.show(self.state(), look);
     }
 
-    fn moments(&self) -> VelocityMoments {
+    fn velocity_moments(&self) -> VelocityMoments {
         VelocityMoments::of_state(&self.scene, self.state())
     }
 
     fn particles(&self) -> Particles {
         let domain = self.state().domain;
-        let mut all = Vec::with_capacity(self.count());
-        self.visit(&mut |particle| all.push(*particle));
+        let mut all = Vec::with_capacity(self.particle_count());
+        self.visit_particles(&mut |particle| all.push(*particle));
         Particles {
             time: self.time(),
             dimension: 2,
@@ -525,7 +531,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         }
     }
 
-    fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
+    fn add_velocities(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
         self.drive(|bodies| {
             for (body, change) in bodies.iter_mut().zip(changes) {
                 body.velocity += flat(*change);
@@ -544,7 +550,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         Ok(())
     }
 
-    fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
+    fn save_checkpoint(&self) -> Result<Vec<u8>, Failure> {
         let (gas, stops) = match &self.stage {
             Stage::Flying(_, Some(leg)) => (Cow::Borrowed(&leg.from), &leg.stops[..]),
             _ => (self.now(), &[][..]),
@@ -553,7 +559,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         postcard::to_stdvec(&kept).map_err(Failure::new)
     }
 
-    fn work(&self) -> WorkCounters {
+    fn work_counters(&self) -> WorkCounters {
         let tally = self.tally();
         let each = |count: u64| count as f64 / tally.collisions.max(1) as f64;
         let numbers = [
@@ -584,11 +590,11 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         }
     }
 
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         match &self.stage {
             Stage::Between(_) => self.bytes,
             Stage::Flying(engine, leg) => {
-                engine.bytes() + leg.as_ref().map_or(0, |leg| leg.from.bytes())
+                engine.memory_bytes() + leg.as_ref().map_or(0, |leg| leg.from.memory_bytes())
             }
         }
     }
@@ -623,7 +629,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
         Some(disks.map(way).collect())
     }
 
-    fn boundaries(&self) -> Vec<BoundaryFlux> {
+    fn boundary_fluxes(&self) -> Vec<BoundaryFlux> {
         let ledgers = match &self.stage {
             Stage::Between(gas) => &gas.ledgers[..],
             Stage::Flying(engine, _) => engine.engine().ledgers(),

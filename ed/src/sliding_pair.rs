@@ -119,9 +119,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let hidden = pair.map(|disk| self.hide(disk));
         let mut lists = CellListWalk::<{ ROWS * COLUMNS }>::new();
         let lowest = if step < 0 { homes[1] } else { homes[0] };
-        let (_, around) = self.cells.around(lowest);
+        let (_, around) = self.cells.cells_around(lowest);
         let highest = if step > 0 { homes[1] } else { homes[0] };
-        let (_, around_highest) = self.cells.around(highest);
+        let (_, around_highest) = self.cells.cells_around(highest);
         let places = [around[0], around[1], around[2], around_highest[2]];
         for (row, (base, start, end)) in cells.into_iter().enumerate() {
             for (number, column) in (start..end).enumerate() {

@@ -181,7 +181,7 @@ impl SlidingRows {
     /// Returns the vectors from the corner of the second cell to that of the first over the images
     /// in adjacent rows, one for each way around the box. Each comes with the velocity of the first
     /// row less that of the second.
-    pub(crate) fn between(
+    pub(crate) fn corner_offsets(
         &self,
         first: CellCoordinates,
         second: CellCoordinates,
@@ -196,7 +196,7 @@ impl SlidingRows {
             .map(move |step| this.in_row(first, second, step, now))
     }
 
-    /// Returns the one vector of [`Self::between`] in a box of at least three rows, between cells
+    /// Returns the one vector of [`Self::corner_offsets`] in a box of at least three rows, between cells
     /// in the same row or in adjacent ones.
     #[inline(always)]
     pub(crate) fn nearest_between(

@@ -22,7 +22,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         time: f64,
         wanted: [bool; 3],
     ) {
-        let (columns, rows) = self.cells.around(home);
+        let (columns, rows) = self.cells.cells_around(home);
         if wanted[1] {
             for (column, right) in columns.into_iter().enumerate() {
                 lists.open(
@@ -63,7 +63,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
             self.open_sliding(lists, home, time, [true, false, true]);
             return;
         }
-        let (columns, rows) = self.cells.around(home);
+        let (columns, rows) = self.cells.cells_around(home);
         let own = 2 * usize::from(forward);
         let first = self.cells.first((columns[own] + rows[1]) as usize);
         lists.open(first, 4 + own, true);
@@ -107,7 +107,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let (home, clock) = (self.home(who), self.all[who as usize].clock);
         let mut lists = CellListWalk::new();
         let first = self.rows.first_above(home, clock).0 as usize;
-        let row = self.cells.around(home).1[2] as usize;
+        let row = self.cells.cells_around(home).1[2] as usize;
         self.open_one_of_four(&mut lists, [first, self.rows.newest()], [1, row]);
         let (found, predictions) = self.earliest::<S, false>(lists, candidates, who, sizes, tags);
         self.expect_first(who, found);
@@ -119,7 +119,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
     pub(crate) fn has_newest(&self, home: CellCoordinates, now: f64) -> bool {
         let first = self.rows.first_above(home, now).0;
         let right = self.cells.four_columns(first)[self.rows.newest()];
-        let row = self.cells.around(home).1[2];
+        let row = self.cells.cells_around(home).1[2];
         self.cells.first((right + row) as usize) != NONE
     }
 
@@ -163,7 +163,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let apart = one.position - other.position;
         let (line, slip) = if self.cells.narrow() || self.cells.counts()[1] < 3 {
             let relative = one.velocity - other.velocity;
-            let between = self.rows.between(one.home, other.home, one.clock);
+            let between = self.rows.corner_offsets(one.home, other.home, one.clock);
             let images = between.flat_map(|(shift, slip)| {
                 let relative = relative + vector![slip, 0.0];
                 self.cells

@@ -11,7 +11,7 @@ use crate::surroundings::{DiskBoundaries, FACES, above, images, overlap_of};
 pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// Checks that the engine can start from a checkpoint.
-pub(crate) fn check<P: ParticleModel<Space = Plane>>(
+pub(crate) fn check_checkpoint<P: ParticleModel<Space = Plane>>(
     scene: &P,
     start: &EventDrivenCheckpoint<P>,
     diameter: f64,
@@ -43,7 +43,10 @@ pub(crate) fn check<P: ParticleModel<Space = Plane>>(
     }
     for (index, body) in state.bodies.iter().enumerate() {
         let sizes = scene.sizes();
-        let (mass, radius) = (sizes.mass(sizes.tag(index)), sizes.radius(sizes.tag(index)));
+        let (mass, radius) = (
+            sizes.mass(sizes.tag_of(index)),
+            sizes.radius(sizes.tag_of(index)),
+        );
         if !(scene.surface())
             .spin_energy(mass, radius, body.spin)
             .is_finite()
@@ -132,7 +135,7 @@ pub(crate) fn check_overlaps<P: ParticleModel<Space = Plane>>(
 ) -> Result<(), EventDrivenError> {
     let sizes = scene.sizes();
     for (disk, body) in state.bodies.iter().enumerate() {
-        let radius = sizes.radius(sizes.tag(disk));
+        let radius = sizes.radius(sizes.tag_of(disk));
         let place = state.domain.wrap(body.position);
         let refuse = |ledger: usize, depth: f64| {
             if depth <= 2.0 * radius * ROUNDING {

@@ -362,7 +362,7 @@ impl BoundaryGeometry {
     }
 
     /// Memory held \[bytes\].
-    pub(crate) fn bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         self.near.capacity() * size_of::<Near>()
             + self.lists.capacity() * 4
             + self.parts.capacity() * size_of::<Part>()

@@ -142,7 +142,8 @@ impl Bath {
                 let index = copy * size + place;
                 let mass = mass(index);
                 let spread = (energy / mass).sqrt();
-                let mut stream = streams.at(Purpose::StochasticDrive, [number, index as u64]);
+                let mut stream =
+                    streams.stream_at(Purpose::StochasticDrive, [number, index as u64]);
                 for axis in 0..dimension {
                     let normal: f64 = StandardNormal.sample(&mut stream);
                     kick[axis] = spread * normal;

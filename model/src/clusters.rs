@@ -63,14 +63,14 @@ impl Sizes for Clusters {
     type Tag = u32;
 
     #[inline]
-    fn tag(&self, index: usize) -> u32 {
+    fn tag_of(&self, index: usize) -> u32 {
         self.start.get(index).copied().unwrap_or(1)
     }
     #[inline]
-    fn index(_tag: u32, order: usize) -> usize {
+    fn index_of(_tag: u32, order: usize) -> usize {
         order
     }
-    fn repeated(&self, times: usize) -> Self {
+    fn repeat_sizes(&self, times: usize) -> Self {
         Self {
             start: self.start.repeat(times).into(),
             ..self.clone()
@@ -108,7 +108,7 @@ mod tests {
             // Square and cube roots round once.
             assert!((clusters.radius(k) / radius - 1.0).abs() < 4e-16);
             assert_eq!(clusters.mass(k), 2.0 * f64::from(k));
-            assert_eq!((clusters.tag(0), clusters.tag(1)), (3, 1));
+            assert_eq!((clusters.tag_of(0), clusters.tag_of(1)), (3, 1));
         }
         assert!(Clusters::new(0.5, 1.0, 4, Vec::new()).is_err());
         assert!(Clusters::new(0.5, 1.0, 3, vec![0]).is_err());

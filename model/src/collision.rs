@@ -157,7 +157,7 @@ pub fn collide<P: ParticleModel>(
     law: impl Into<Separation>,
 ) -> PostCollision<VectorOf<P>, SpinOf<P>> {
     let mut after = bounce(pair, law);
-    scene.surface().rub(pair, &mut after);
+    scene.surface().apply_friction(pair, &mut after);
     after
 }
 

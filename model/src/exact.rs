@@ -48,7 +48,7 @@ impl ExactSum {
             _ => (biased as u32 - 1, fraction | 1 << 52),
         };
         let wide = u128::from(mantissa) << (shift % BITS);
-        let first = self.place((shift / BITS) as usize, 3);
+        let first = self.chunk_index((shift / BITS) as usize, 3);
         let sign = if number < 0.0 { -1 } else { 1 };
         for (chunk, part) in self.chunks[first..first + 3].iter_mut().zip(0..) {
             *chunk += sign * ((wide >> (BITS * part)) as i64 & MASK);
@@ -64,7 +64,7 @@ impl ExactSum {
         }
         let mut other = other.clone();
         other.carry();
-        let first = self.place(usize::from(other.low), other.chunks.len());
+        let first = self.chunk_index(usize::from(other.low), other.chunks.len());
         for (chunk, more) in self.chunks[first..].iter_mut().zip(&other.chunks) {
             *chunk += more;
         }
@@ -118,7 +118,7 @@ impl ExactSum {
 
     /// Returns the index of `chunk` in the buffer, grown so that `count` chunks fit from there.
     #[inline(always)]
-    fn place(&mut self, chunk: usize, count: usize) -> usize {
+    fn chunk_index(&mut self, chunk: usize, count: usize) -> usize {
         if self.chunks.is_empty() {
             self.low = chunk as u8;
         }
@@ -193,7 +193,7 @@ mod tests {
 
     /// Numbers of any size and sign, many of which cancel.
     fn numbers(seed: u64) -> Vec<f64> {
-        let mut draw = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
+        let mut draw = Streams::new(seed, 0).stream_at(Purpose::Placement, [0, 0]);
         let widest = [4, 60, 1000][seed as usize % 3];
         let mut all: Vec<f64> = (0..200)
             .map(|_| {

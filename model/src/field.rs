@@ -9,7 +9,7 @@ use crate::space::Space;
 /// Motion of particles between contacts.
 ///
 /// A uniform field cancels in the relative motion of a pair, so the prediction of a collision does
-/// not depend on it; only [`Field::drift`] does.
+/// not depend on it; only [`Field::move_particle`] does.
 pub trait Field<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// True where flight is along straight lines.
     const FREE: bool;
@@ -27,7 +27,7 @@ pub trait Field<S: Space>: Copy + Debug + Send + Sync + 'static {
     fn acceleration(&self) -> S::Vector;
 
     /// Moves one particle by the time `duration`.
-    fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64);
+    fn move_particle(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64);
 }
 
 /// Straight lines at constant speed.
@@ -43,7 +43,7 @@ impl<S: Space> Field<S> for Free {
     }
 
     #[inline]
-    fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
+    fn move_particle(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
         *position += *velocity * duration;
     }
 }
@@ -77,7 +77,7 @@ impl<S: Space> Field<S> for Gravity<S> {
     }
 
     #[inline]
-    fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
+    fn move_particle(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
         let gained = self.acceleration * duration;
         *position += (*velocity + gained * 0.5) * duration;
         *velocity += gained;
@@ -118,7 +118,7 @@ impl<S: Space> Field<S> for Sheared {
     /// Advances a particle. Neither the velocity in the frame of the box nor that along the
     /// gradient changes; the flow at the particle does.
     #[inline]
-    fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
+    fn move_particle(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
         let mut fixed = *velocity;
         fixed[0] += self.rate * position[1];
         *position += fixed * duration;
@@ -143,7 +143,7 @@ mod tests {
         };
         let start = energy(position, velocity);
         for step in 0..100 {
-            field.drift(&mut position, &mut velocity, 0.01 * f64::from(step));
+            field.move_particle(&mut position, &mut velocity, 0.01 * f64::from(step));
         }
         let scale = position.norm() * 2.0 + velocity.norm_squared();
         assert!((energy(position, velocity) - start).abs() < 1e-14 * scale);

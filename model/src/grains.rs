@@ -74,7 +74,7 @@ impl ParticleSpec {
             SizeDistribution::Each(all) => {
                 let pairs = all.pairs().iter();
                 let each = pairs.map(|&(radius, mass)| kind(radius, mass, 1));
-                let numbers = (0..all.pairs().len()).map(|index| all.kind(all.tag(index)));
+                let numbers = (0..all.pairs().len()).map(|index| all.species_of(all.tag_of(index)));
                 Species::new(each.collect())?.of_kinds(numbers.collect())
             }
         }
@@ -148,7 +148,7 @@ impl ParticleSpec {
 
     fn field<S: Space>(&self) -> Result<Gravity<S>, Invalid> {
         let pull = self.gravity.unwrap_or_default();
-        Gravity::new(S::vector(|axis| pull[axis]))
+        Gravity::new(S::from_components(|axis| pull[axis]))
     }
 }
 

@@ -134,7 +134,7 @@ impl<S: Space> Images<S> {
     /// Displacement and velocity of the image in the box that is `boxes` away along each axis.
     #[inline]
     pub fn image(&self, boxes: [f64; 3]) -> Image<S::Vector> {
-        let mut position = S::vector(|axis| boxes[axis] * self.lengths[axis]);
+        let mut position = S::from_components(|axis| boxes[axis] * self.lengths[axis]);
         let mut velocity = S::Vector::default();
         if let Some(shear) = self.shear {
             position[0] += boxes[1] * shear.offset;
@@ -188,7 +188,7 @@ impl<S: Space> Images<S> {
         if self.shear.is_some() {
             return self.nearest(difference);
         }
-        S::vector(|axis| {
+        S::from_components(|axis| {
             let (x, length) = (difference[axis], self.lengths[axis]);
             if x.abs() > 0.5 * length && self.periodic[axis] {
                 nearest(x, length)

@@ -7,7 +7,7 @@
 /// use stosszahl_model::MessageUnits;
 ///
 /// let millimetres = MessageUnits { length: 1e-3, time: 1.0, speed: 1e-3 };
-/// assert_eq!(millimetres.place([2.0, 500.0]), [0.002, 0.5]);
+/// assert_eq!(millimetres.scale_position([2.0, 500.0]), [0.002, 0.5]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MessageUnits {
@@ -22,7 +22,7 @@ pub struct MessageUnits {
 impl MessageUnits {
     /// Scales the coordinates of a point \[length\].
     #[must_use]
-    pub fn place<const D: usize>(&self, place: [f64; D]) -> [f64; D] {
+    pub fn scale_position<const D: usize>(&self, place: [f64; D]) -> [f64; D] {
         place.map(|coordinate| coordinate * self.length)
     }
 }

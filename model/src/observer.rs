@@ -16,7 +16,7 @@ use crate::collision::Collision;
 /// struct Grazing(u64);
 ///
 /// impl Observer for Grazing {
-///     fn collisions(&mut self, batch: &[Collision]) {
+///     fn on_collisions(&mut self, batch: &[Collision]) {
 ///         self.0 += batch.iter().filter(|one| one.impact_square() > 0.81).count() as u64;
 ///     }
 /// }
@@ -24,65 +24,65 @@ use crate::collision::Collision;
 pub trait Observer {
     /// Receives collisions in order of time. At the end of [`crate::Simulation::advance`] all
     /// collisions of that call have been received.
-    fn collisions(&mut self, batch: &[Collision]);
+    fn on_collisions(&mut self, batch: &[Collision]);
 
     /// Returns true if the observer needs collisions; otherwise engines record none. Read at the
     /// beginning of each advance.
-    fn looks(&self) -> bool {
+    fn is_active(&self) -> bool {
         true
     }
 }
 
 /// Observer that needs no collisions.
 impl Observer for () {
-    fn collisions(&mut self, _batch: &[Collision]) {}
+    fn on_collisions(&mut self, _batch: &[Collision]) {}
 
-    fn looks(&self) -> bool {
+    fn is_active(&self) -> bool {
         false
     }
 }
 
 impl<A: Observer + ?Sized> Observer for &mut A {
-    fn collisions(&mut self, batch: &[Collision]) {
-        (**self).collisions(batch);
+    fn on_collisions(&mut self, batch: &[Collision]) {
+        (**self).on_collisions(batch);
     }
 
-    fn looks(&self) -> bool {
-        (**self).looks()
+    fn is_active(&self) -> bool {
+        (**self).is_active()
     }
 }
 
 impl<T: Observer + ?Sized> Observer for Box<T> {
-    fn collisions(&mut self, batch: &[Collision]) {
-        (**self).collisions(batch);
+    fn on_collisions(&mut self, batch: &[Collision]) {
+        (**self).on_collisions(batch);
     }
 
-    fn looks(&self) -> bool {
-        (**self).looks()
+    fn is_active(&self) -> bool {
+        (**self).is_active()
     }
 }
 
 /// Pair of observers that receive the same collisions.
 impl<A: Observer, B: Observer> Observer for (A, B) {
-    fn collisions(&mut self, batch: &[Collision]) {
-        self.0.collisions(batch);
-        self.1.collisions(batch);
+    fn on_collisions(&mut self, batch: &[Collision]) {
+        self.0.on_collisions(batch);
+        self.1.on_collisions(batch);
     }
 
-    fn looks(&self) -> bool {
-        self.0.looks() || self.1.looks()
+    fn is_active(&self) -> bool {
+        self.0.is_active() || self.1.is_active()
     }
 }
 
 impl<A: Observer> Observer for [A] {
-    fn collisions(&mut self, batch: &[Collision]) {
-        for one in self.iter_mut().filter(|one| Observer::looks(*one)) {
-            one.collisions(batch);
+    fn on_collisions(&mut self, batch: &[Collision]) {
+        for one in self.iter_mut().filter(|one| Observer::is_active(*one)) {
+            one.on_collisions(batch);
         }
     }
 
-    fn looks(&self) -> bool {
-        self.iter().any(Observer::looks)
+    fn is_active(&self) -> bool {
+        self.iter().any(Observer::is_active)
     }
 }
 
@@ -90,7 +90,7 @@ impl<A: Observer> Observer for [A] {
 pub struct EachCollision<F>(pub F);
 
 impl<F: FnMut(&Collision)> Observer for EachCollision<F> {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         batch.iter().for_each(&mut self.0);
     }
 }
@@ -108,7 +108,7 @@ pub struct Recorder<'a> {
 impl<'a> Recorder<'a> {
     /// Creates a recorder for an observer; it stores nothing if the observer needs no collisions.
     pub fn new(observer: &'a mut dyn Observer) -> Self {
-        let looks = observer.looks();
+        let looks = observer.is_active();
         Self {
             observer,
             looks,
@@ -142,14 +142,14 @@ impl<'a> Recorder<'a> {
     pub fn pass(&mut self, batch: &[Collision]) {
         if self.looks && !batch.is_empty() {
             self.flush();
-            self.observer.collisions(batch);
+            self.observer.on_collisions(batch);
         }
     }
 
     /// Passes on the remaining collisions; engines call it at the end of an advance.
     pub fn flush(&mut self) {
         if !self.batch.is_empty() {
-            self.observer.collisions(&self.batch);
+            self.observer.on_collisions(&self.batch);
             self.batch.clear();
         }
     }
@@ -177,7 +177,7 @@ mod tests {
     fn all_collisions_arrive_in_order_and_once() {
         struct Log<'a>(&'a mut Vec<f64>, &'a mut usize);
         impl Observer for Log<'_> {
-            fn collisions(&mut self, batch: &[Collision]) {
+            fn on_collisions(&mut self, batch: &[Collision]) {
                 *self.1 += 1;
                 self.0.extend(batch.iter().map(|one| one.time));
             }
@@ -201,6 +201,6 @@ mod tests {
         let mut recorder = Recorder::new(&mut silent);
         recorder.record(|| panic!("not asked for"));
         assert_eq!(recorder.batch.capacity(), 0);
-        assert!(!((), ()).looks());
+        assert!(!((), ()).is_active());
     }
 }

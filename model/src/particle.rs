@@ -26,7 +26,7 @@ pub struct Particle {
 
 impl Particle {
     /// Creates a particle of a radius \[length\] and mass at rest at the origin.
-    pub fn of(radius: f64, mass: f64) -> Self {
+    pub fn at_rest(radius: f64, mass: f64) -> Self {
         Self {
             position: Vector3::zeros(),
             velocity: Vector3::zeros(),

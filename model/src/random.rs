@@ -64,7 +64,7 @@ const fn absorb(state: u64, word: u64) -> u64 {
 
 /// Returns a number in \[0, 1) that is a hash of the bits of others: for a choice that depends on
 /// nothing else.
-pub fn unit<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
+pub fn unit_hash<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
     let hash = numbers.fold(0, |state, number| absorb(state, number.to_bits()));
     // The 53 bits of a fraction.
     (hash >> 11) as f64 * (0.5 * f64::EPSILON)
@@ -88,7 +88,7 @@ impl Streams {
 
     /// Returns the stream at an address.
     #[inline]
-    pub fn at(&self, purpose: Purpose, address: [u64; 2]) -> Stream {
+    pub fn stream_at(&self, purpose: Purpose, address: [u64; 2]) -> Stream {
         let key = absorb(
             absorb(absorb(self.root, purpose as u64), address[0]),
             address[1],
@@ -119,7 +119,7 @@ pub struct StreamBundle {
 impl StreamBundle {
     /// Returns the stream at the second half of the address.
     #[inline]
-    pub fn at(&self, second: u64) -> ShortStream {
+    pub fn stream_at(&self, second: u64) -> ShortStream {
         let place = second.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         ShortStream::new(self.roots.map(|root| mix(root.wrapping_add(place))))
     }
@@ -183,7 +183,7 @@ mod tests {
     /// Short streams give the bits of the generator of another crate.
     #[test]
     fn short_streams_are_xoroshiro128() {
-        let mut stream = Streams::new(1, 0).at(Purpose::StochasticDrive, [0, 0]);
+        let mut stream = Streams::new(1, 0).stream_at(Purpose::StochasticDrive, [0, 0]);
         let drawn = (0..1000).map(|_| stream.random());
         for words in [[0, 0], [0, 1], [1, 0]].into_iter().chain(drawn) {
             let mut short = ShortStream::new(words);
@@ -204,8 +204,9 @@ mod tests {
     #[test]
     fn addresses_are_repeatable_and_distinct() {
         let streams = Streams::new(7, 3);
-        let first =
-            |streams: Streams, purpose, address| -> u64 { streams.at(purpose, address).random() };
+        let first = |streams: Streams, purpose, address| -> u64 {
+            streams.stream_at(purpose, address).random()
+        };
         let reference = first(streams, Purpose::Collisions, [5, 9]);
         assert_eq!(reference, first(streams, Purpose::Collisions, [5, 9]));
         assert_ne!(reference, first(streams, Purpose::Collisions, [9, 5]));
@@ -220,7 +221,7 @@ mod tests {
     fn bundles_are_repeatable_and_distinct() {
         let draw = |seed, purpose, first, second| -> u64 {
             let bundle = Streams::new(seed, 0).bundle(purpose, first);
-            bundle.at(second).random()
+            bundle.stream_at(second).random()
         };
         let reference = draw(1, Purpose::Collisions, 5, 9);
         assert_eq!(reference, draw(1, Purpose::Collisions, 5, 9));
@@ -241,14 +242,14 @@ mod tests {
         let streams = Streams::new(1, 0);
         let count = 200_000_u64;
         check_independence((0..count).map(|cell| {
-            let mut stream = streams.at(Purpose::Collisions, [cell / 1000, cell % 1000]);
+            let mut stream = streams.stream_at(Purpose::Collisions, [cell / 1000, cell % 1000]);
             stream.random()
         }));
         // The first and the third draw of short streams.
         for skip in [0, 2] {
             check_independence((0..count).map(|cell| {
                 let bundle = streams.bundle(Purpose::Collisions, cell / 1000);
-                let mut stream = bundle.at(cell % 1000);
+                let mut stream = bundle.stream_at(cell % 1000);
                 for _ in 0..skip {
                     stream.random::<u64>();
                 }

@@ -24,12 +24,14 @@ impl RecentContacts {
     /// use stosszahl_model::RecentContacts;
     ///
     /// let contacts = [vec![7, 3], vec![7, 4], vec![7], vec![7, 3], vec![1, 2]];
-    /// let recent = RecentContacts::of(contacts);
+    /// let recent = RecentContacts::from_contacts(contacts);
     /// // The particle 7 makes up four of nine participations, and 3 two more.
     /// assert_eq!((recent.contacts, recent.involved), (5, 5));
     /// assert_eq!(recent.busiest, [7, 3]);
     /// ```
-    pub fn of<C: IntoIterator<Item = usize>>(contacts: impl IntoIterator<Item = C>) -> Self {
+    pub fn from_contacts<C: IntoIterator<Item = usize>>(
+        contacts: impl IntoIterator<Item = C>,
+    ) -> Self {
         let (mut number, mut counts) = (0, BTreeMap::<usize, usize>::new());
         for contact in contacts {
             number += 1;

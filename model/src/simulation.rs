@@ -52,7 +52,7 @@ impl Particles {
     pub fn moments(&self) -> VelocityMoments {
         let mut moments = VelocityMoments::default();
         for particle in &self.all {
-            ParticleReduction::add(&mut moments, particle);
+            ParticleReduction::add_particle(&mut moments, particle);
         }
         moments
     }
@@ -96,7 +96,10 @@ impl VelocityMoments {
     pub fn of_state<P: ParticleModel>(scene: &P, state: &State<P>) -> Self {
         let (sizes, mut moments) = (scene.sizes(), Self::default());
         for (index, body) in state.bodies.iter().enumerate() {
-            moments.add(1.0, sizes.mass(sizes.tag(index)) * body.velocity.square());
+            moments.add(
+                1.0,
+                sizes.mass(sizes.tag_of(index)) * body.velocity.square(),
+            );
         }
         moments
     }
@@ -124,12 +127,12 @@ impl VelocityMoments {
 impl ParticleReduction for VelocityMoments {
     const NAME: &'static str = "moments";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         let square = particle.mass * particle.velocity.norm_squared();
         self.add(particle.weight, square);
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.count.merge(&other.count);
         self.second.merge(&other.second);
         self.fourth.merge(&other.fourth);
@@ -254,10 +257,10 @@ pub trait Simulation: Send {
     fn dimension(&self) -> usize;
 
     /// Number of particles, or of simulators.
-    fn count(&self) -> usize;
+    fn particle_count(&self) -> usize;
 
     /// Number of particles that a simulator stands for, on average; 1 in exact dynamics.
-    fn weight(&self) -> f64;
+    fn mean_weight(&self) -> f64;
 
     /// Advances to a time, or until the budget is spent. True if the time was reached; never if it
     /// was interrupted.
@@ -290,15 +293,15 @@ pub trait Simulation: Send {
     fn is_interrupted(&self) -> bool;
 
     /// Calls `look` for every particle, in storage order (event-driven: in index order).
-    fn visit(&self, look: &mut dyn FnMut(&Particle));
+    fn visit_particles(&self, look: &mut dyn FnMut(&Particle));
 
     /// Returns the gas at the current time, in the order of indices.
     fn particles(&self) -> Particles;
 
     /// Adds all particles to an empty sum, on all processes.
     fn reduce_particles(&self, sum: &mut dyn Sum) {
-        self.visit(&mut |particle| sum.add(particle));
-        sum.close(0);
+        self.visit_particles(&mut |particle| sum.add_particle(particle));
+        sum.close_group(0);
     }
 
     /// Adds all particles to an empty sum that also needs neighbours up to a distance `reach`
@@ -309,7 +312,7 @@ pub trait Simulation: Send {
     }
 
     /// Returns the moments of the velocities.
-    fn moments(&self) -> VelocityMoments {
+    fn velocity_moments(&self) -> VelocityMoments {
         let mut moments = VelocityMoments::default();
         self.reduce_particles(&mut moments);
         moments
@@ -317,7 +320,7 @@ pub trait Simulation: Send {
 
     /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
     fn temperature(&self) -> f64 {
-        self.moments().temperature(self.dimension())
+        self.velocity_moments().temperature(self.dimension())
     }
 
     /// Adds a change \[length/time\] to the velocity of each particle, in the order of
@@ -325,7 +328,7 @@ pub trait Simulation: Send {
     ///
     /// # Errors
     /// [`Failure`] if a velocity is no finite number afterwards.
-    fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure>;
+    fn add_velocities(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure>;
 
     /// Multiplies all velocities by `factor`.
     ///
@@ -338,7 +341,7 @@ pub trait Simulation: Send {
     ///
     /// # Errors
     /// [`Failure`] if memory does not suffice.
-    fn checkpoint(&self) -> Result<Vec<u8>, Failure>;
+    fn save_checkpoint(&self) -> Result<Vec<u8>, Failure>;
 
     /// Returns the checkpoint of a gas that several processes hold, while each of them writes its
     /// particles into a file of its own: file names begin with the path `stem`, and files carry the
@@ -355,7 +358,7 @@ pub trait Simulation: Send {
     }
 
     /// Returns the work done so far.
-    fn work(&self) -> WorkCounters;
+    fn work_counters(&self) -> WorkCounters;
 
     /// Returns the latest contacts, of engines that go from contact to contact; `None` if they are
     /// unknown.
@@ -364,7 +367,7 @@ pub trait Simulation: Send {
     }
 
     /// Memory held \[bytes\].
-    fn bytes(&self) -> usize;
+    fn memory_bytes(&self) -> usize;
 
     /// Starts to track displacements from now on; false if this engine cannot.
     fn track_displacements(&mut self) -> bool {
@@ -396,12 +399,12 @@ pub trait Simulation: Send {
 
     /// Returns the momentum and energy that walls, obstacles, openings and inflows have given so
     /// far; empty without them.
-    fn boundaries(&self) -> Vec<BoundaryFlux> {
+    fn boundary_fluxes(&self) -> Vec<BoundaryFlux> {
         Vec::new()
     }
 
     /// Returns the cluster sizes, if particles stick and break.
-    fn census(&self) -> Option<Census> {
+    fn cluster_sizes(&self) -> Option<Census> {
         None
     }
 }

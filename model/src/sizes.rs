@@ -21,13 +21,13 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     type Tag: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
     /// Returns the tag of the particle with the given index in the state.
-    fn tag(&self, index: usize) -> Self::Tag;
+    fn tag_of(&self, index: usize) -> Self::Tag;
     /// Returns the index of a particle in the state; `order`, its place in a working order,
     /// replaces it where equal particles carry no index.
-    fn index(tag: Self::Tag, order: usize) -> usize;
+    fn index_of(tag: Self::Tag, order: usize) -> usize;
     /// Returns the sizes of `times` copies of the gas, one after the other.
     #[must_use]
-    fn repeated(&self, times: usize) -> Self;
+    fn repeat_sizes(&self, times: usize) -> Self;
     /// Radius of a particle \[length\].
     fn radius(&self, tag: Self::Tag) -> f64;
     /// Mass of a particle.
@@ -41,14 +41,14 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
     }
     /// Returns the species of a particle, from 0; 0 if there is only one.
     #[inline]
-    fn kind(&self, _tag: Self::Tag) -> u32 {
+    fn species_of(&self, _tag: Self::Tag) -> u32 {
         0
     }
     /// Number of the block of like particles in the state that a particle belongs to, where they
     /// follow each other in blocks: of a repeated mixture, each copy of a species is one.
     #[inline]
-    fn block(&self, tag: Self::Tag) -> u32 {
-        self.kind(tag)
+    fn block_of(&self, tag: Self::Tag) -> u32 {
+        self.species_of(tag)
     }
 }
 
@@ -67,12 +67,12 @@ impl Sizes for Monodisperse {
     type Tag = ();
 
     #[inline]
-    fn tag(&self, _index: usize) {}
+    fn tag_of(&self, _index: usize) {}
     #[inline]
-    fn index((): (), order: usize) -> usize {
+    fn index_of((): (), order: usize) -> usize {
         order
     }
-    fn repeated(&self, _times: usize) -> Self {
+    fn repeat_sizes(&self, _times: usize) -> Self {
         *self
     }
     #[inline]
@@ -148,14 +148,14 @@ impl Sizes for Polydisperse {
     type Tag = u32;
 
     #[inline]
-    fn tag(&self, index: usize) -> u32 {
+    fn tag_of(&self, index: usize) -> u32 {
         index as u32
     }
     #[inline]
-    fn index(tag: u32, _order: usize) -> usize {
+    fn index_of(tag: u32, _order: usize) -> usize {
         tag as usize
     }
-    fn repeated(&self, times: usize) -> Self {
+    fn repeat_sizes(&self, times: usize) -> Self {
         Self {
             sizes: self.sizes.repeat(times).into(),
             kinds: (self.kinds.as_ref()).map(|kinds| kinds.repeat(times).into()),
@@ -179,7 +179,7 @@ impl Sizes for Polydisperse {
         self.equal
     }
     #[inline]
-    fn kind(&self, tag: u32) -> u32 {
+    fn species_of(&self, tag: u32) -> u32 {
         match &self.kinds {
             Some(kinds) => kinds[tag as usize],
             None => 0,

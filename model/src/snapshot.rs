@@ -138,7 +138,7 @@ impl Write for Hashed<'_> {
 ///
 /// # Errors
 /// [`SnapshotError::File`] if the file can't be written.
-pub fn write<T: Serialize>(
+pub fn write_snapshot<T: Serialize>(
     path: &Path,
     run: &Fingerprint,
     content: &T,
@@ -192,14 +192,17 @@ fn fill<T: Serialize>(
 ///
 /// # Errors
 /// [`SnapshotError`] if the file is absent, damaged, or belongs to another run.
-pub fn read<T: DeserializeOwned>(path: &Path, run: &Fingerprint) -> Result<T, SnapshotError> {
+pub fn read_snapshot<T: DeserializeOwned>(
+    path: &Path,
+    run: &Fingerprint,
+) -> Result<T, SnapshotError> {
     Ok(read_checked(path, run)?.0)
 }
 
-/// Reads a snapshot as [`read`] does, and returns the checksum of its payload too.
+/// Reads a snapshot as [`read_snapshot`] does, and returns the checksum of its payload too.
 ///
 /// # Errors
-/// As [`read`].
+/// As [`read_snapshot`].
 pub fn read_checked<T: DeserializeOwned>(
     path: &Path,
     run: &Fingerprint,
@@ -271,26 +274,26 @@ mod tests {
         let path = folder.join("a.snapshot");
         let content = vec![0.1, -0.0, 5e-324, f64::MAX, std::f64::consts::PI];
         let run = [7; 32];
-        write(&path, &run, &content).expect("written");
-        let back: Vec<f64> = read(&path, &run).expect("read");
+        write_snapshot(&path, &run, &content).expect("written");
+        let back: Vec<f64> = read_snapshot(&path, &run).expect("read");
         let bits = |v: &[f64]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&back), bits(&content));
         assert!(matches!(
-            read::<Vec<f64>>(&path, &[8; 32]),
+            read_snapshot::<Vec<f64>>(&path, &[8; 32]),
             Err(SnapshotError::Foreign { .. })
         ));
         let whole = fs::read(&path).expect("bytes");
         for length in 0..whole.len() {
             fs::write(&path, &whole[..length]).expect("shortened");
             assert!(matches!(
-                read::<Vec<f64>>(&path, &run),
+                read_snapshot::<Vec<f64>>(&path, &run),
                 Err(SnapshotError::Damaged { .. })
             ));
         }
         let mut other = whole.clone();
         other[8] ^= 1;
         fs::write(&path, &other).expect("of another format");
-        let said = read::<Vec<f64>>(&path, &run).map_err(|error| error.to_string());
+        let said = read_snapshot::<Vec<f64>>(&path, &run).map_err(|error| error.to_string());
         let expected = format!("format {}; expected format {FORMAT}", FORMAT ^ 1);
         assert!(
             said.as_ref().is_err_and(|said| said.contains(&expected)),
@@ -300,7 +303,10 @@ mod tests {
             let mut bytes = whole.clone();
             bytes[position] ^= 16;
             fs::write(&path, &bytes).expect("damaged");
-            assert!(read::<Vec<f64>>(&path, &run).is_err(), "byte {position}");
+            assert!(
+                read_snapshot::<Vec<f64>>(&path, &run).is_err(),
+                "byte {position}"
+            );
         }
         fs::remove_dir_all(&folder).expect("removed");
     }
@@ -312,7 +318,7 @@ mod tests {
         let path = folder.path().join("a.snapshot");
         // Content longer than the write buffer.
         let content: Vec<u64> = (0..3 * BUFFER as u64).collect();
-        write(&path, &[7; 32], &content).expect("written");
+        write_snapshot(&path, &[7; 32], &content).expect("written");
         let payload = postcard::to_stdvec(&content).expect("bytes");
         let mut whole = MAGIC.to_vec();
         whole.extend(FORMAT.to_le_bytes());
@@ -329,7 +335,7 @@ mod tests {
     fn a_full_disk_is_named() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.snapshot");
-        write(&path, &[7; 32], &1_u64).expect("written");
+        write_snapshot(&path, &[7; 32], &1_u64).expect("written");
         let mut full = File::options()
             .write(true)
             .open("/dev/full")
@@ -338,7 +344,7 @@ mod tests {
         let failed = when_complete(&path, |_| fill(&path, &mut full, &[7; 32], &long));
         let said = failed.expect_err("a full disk").to_string();
         assert!(said.contains("No space left"), "{said}");
-        assert_eq!(read::<u64>(&path, &[7; 32]).expect("read"), 1);
+        assert_eq!(read_snapshot::<u64>(&path, &[7; 32]).expect("read"), 1);
     }
 
     /// Devices and pipes are refused without blocking, `/dev/null` in place of all, because it
@@ -349,7 +355,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.snapshot");
         std::os::unix::fs::symlink("/dev/null", &path).expect("a link");
-        let said = read::<u64>(&path, &[7; 32]).expect_err("no file");
+        let said = read_snapshot::<u64>(&path, &[7; 32]).expect_err("no file");
         assert!(said.to_string().contains("expected a file"), "{said}");
     }
 
@@ -380,9 +386,9 @@ mod tests {
         let [path, other] = ["a.snapshot", "other"].map(|name| folder.path().join(name));
         fs::write(&other, "of another program").expect("written");
         std::os::unix::fs::symlink(&other, &path).expect("a link");
-        write(&path, &[7; 32], &1_u64).expect("written");
+        write_snapshot(&path, &[7; 32], &1_u64).expect("written");
         assert_eq!(fs::read(&other).expect("bytes"), b"of another program");
         assert!(!path.is_symlink());
-        assert_eq!(read::<u64>(&path, &[7; 32]).expect("read"), 1);
+        assert_eq!(read_snapshot::<u64>(&path, &[7; 32]).expect("read"), 1);
     }
 }

@@ -74,15 +74,15 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     const INERTIA: f64;
 
     /// Velocity w x r at the end of an arm that turns.
-    fn cross(spin: Self::Spin, arm: Self::Vector) -> Self::Vector;
+    fn arm_velocity(spin: Self::Spin, arm: Self::Vector) -> Self::Vector;
     /// Moment r x F of what acts at the end of an arm.
-    fn moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin;
+    fn arm_moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin;
 
     /// Returns the vector whose component i is `component(i)`. Written out, it stays in registers
     /// where a loop over components would go through memory.
-    fn vector(component: impl FnMut(usize) -> f64) -> Self::Vector;
+    fn from_components(component: impl FnMut(usize) -> f64) -> Self::Vector;
     /// Area or volume of a particle, pi r^2 or 4 pi r^3/3 \[length^D\].
-    fn ball(radius: f64) -> f64;
+    fn particle_volume(radius: f64) -> f64;
     /// Cross-section of two particles at a contact distance: 2 d or pi d^2 \[length^(D-1)\].
     fn cross_section(distance: f64) -> f64;
     /// Draws a unit vector along the line of centres, from the second partner to the first, for an
@@ -97,7 +97,7 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// Draws a rotation, all equally likely.
     fn random_turn(stream: &mut impl Rng) -> Self::Turn;
     /// Rotates a vector.
-    fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
+    fn rotate_vector(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
     /// Rotates an angular velocity.
     fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin;
     /// Returns an angular velocity as a vector in space; that of a disk is along the third axis.
@@ -136,20 +136,20 @@ impl Space for Plane {
     const INERTIA: f64 = 0.5;
 
     #[inline(always)]
-    fn cross(spin: Self::Spin, arm: Self::Vector) -> Self::Vector {
+    fn arm_velocity(spin: Self::Spin, arm: Self::Vector) -> Self::Vector {
         vector![-spin[0] * arm[1], spin[0] * arm[0]]
     }
     #[inline(always)]
-    fn moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin {
+    fn arm_moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin {
         vector![arm[0] * force[1] - arm[1] * force[0]]
     }
 
     #[inline(always)]
-    fn vector(mut component: impl FnMut(usize) -> f64) -> Self::Vector {
+    fn from_components(mut component: impl FnMut(usize) -> f64) -> Self::Vector {
         vector![component(0), component(1)]
     }
     #[inline]
-    fn ball(radius: f64) -> f64 {
+    fn particle_volume(radius: f64) -> f64 {
         PI * radius * radius
     }
     #[inline]
@@ -178,7 +178,7 @@ impl Space for Plane {
     fn random_turn(stream: &mut impl Rng) -> Self::Turn {
         (TAU * stream.random::<f64>()).sin_cos()
     }
-    fn turned((sine, cosine): Self::Turn, v: Self::Vector) -> Self::Vector {
+    fn rotate_vector((sine, cosine): Self::Turn, v: Self::Vector) -> Self::Vector {
         vector![cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1]]
     }
     fn turned_spin(_turn: Self::Turn, spin: Self::Spin) -> Self::Spin {
@@ -216,20 +216,20 @@ impl Space for Volume {
     const INERTIA: f64 = 0.4;
 
     #[inline(always)]
-    fn cross(spin: Self::Spin, arm: Self::Vector) -> Self::Vector {
+    fn arm_velocity(spin: Self::Spin, arm: Self::Vector) -> Self::Vector {
         spin.cross(&arm)
     }
     #[inline(always)]
-    fn moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin {
+    fn arm_moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin {
         arm.cross(&force)
     }
 
     #[inline(always)]
-    fn vector(mut component: impl FnMut(usize) -> f64) -> Self::Vector {
+    fn from_components(mut component: impl FnMut(usize) -> f64) -> Self::Vector {
         vector![component(0), component(1), component(2)]
     }
     #[inline]
-    fn ball(radius: f64) -> f64 {
+    fn particle_volume(radius: f64) -> f64 {
         4.0 / 3.0 * PI * radius.powi(3)
     }
     #[inline]
@@ -286,7 +286,7 @@ impl Space for Volume {
             high * second.0,
         ))
     }
-    fn turned(turn: Self::Turn, vector: Self::Vector) -> Self::Vector {
+    fn rotate_vector(turn: Self::Turn, vector: Self::Vector) -> Self::Vector {
         turn * vector
     }
     fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin {
@@ -361,12 +361,12 @@ mod tests {
         let mut sum = SVector::<f64, 3>::zeros();
         for _ in 0..20_000 {
             let turn = Volume::random_turn(&mut stream);
-            let v = Volume::turned(turn, vector![0.0, 0.0, 2.0]);
+            let v = Volume::rotate_vector(turn, vector![0.0, 0.0, 2.0]);
             assert!((v.norm() - 2.0).abs() < 1e-14);
             // A rotation turns w x r as it turns w and r.
             let (spin, arm) = (vector![0.3, -1.0, 0.5], vector![0.0, 0.0, 2.0]);
-            let whole = Volume::turned(turn, Volume::cross(spin, arm));
-            let parts = Volume::cross(Volume::turned_spin(turn, spin), v);
+            let whole = Volume::rotate_vector(turn, Volume::arm_velocity(spin, arm));
+            let parts = Volume::arm_velocity(Volume::turned_spin(turn, spin), v);
             assert!((whole - parts).norm() < 1e-14);
             sum += v;
         }

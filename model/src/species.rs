@@ -29,8 +29,8 @@ pub struct Species {
     largest: f64,
     /// True if all particles have one radius and mass.
     equal: bool,
-    /// Species of each entry of `kinds`, as [`Sizes::kind`] returns it: its index, unless several
-    /// entries are of one species.
+    /// Species of each entry of `kinds`, as [`Sizes::species_of`] returns it: its index, unless
+    /// several entries are of one species.
     numbers: Arc<[u32]>,
 }
 
@@ -101,15 +101,15 @@ impl Sizes for Species {
     const INDIVIDUAL: bool = false;
     type Tag = u32;
 
-    fn tag(&self, index: usize) -> u32 {
+    fn tag_of(&self, index: usize) -> u32 {
         let after = self.first.partition_point(|&first| first <= index);
         (after.min(self.kinds.len()) - 1) as u32
     }
     #[inline]
-    fn index(_tag: u32, order: usize) -> usize {
+    fn index_of(_tag: u32, order: usize) -> usize {
         order
     }
-    fn repeated(&self, times: usize) -> Self {
+    fn repeat_sizes(&self, times: usize) -> Self {
         let kinds: Vec<SpeciesProperties> = (0..times)
             .flat_map(|_| self.kinds.iter().copied())
             .collect();
@@ -141,11 +141,11 @@ impl Sizes for Species {
         self.equal
     }
     #[inline]
-    fn kind(&self, tag: u32) -> u32 {
+    fn species_of(&self, tag: u32) -> u32 {
         self.numbers[tag as usize]
     }
     #[inline]
-    fn block(&self, tag: u32) -> u32 {
+    fn block_of(&self, tag: u32) -> u32 {
         tag
     }
 }
@@ -198,16 +198,16 @@ mod tests {
         let species = Species::new(vec![kind(1.0, 0), kind(2.0, 2), kind(3.0, 0), kind(4.0, 1)])
             .expect("a mixture");
         assert_eq!(species.count(), 3);
-        let tags: Vec<u32> = (0..3).map(|index| species.tag(index)).collect();
+        let tags: Vec<u32> = (0..3).map(|index| species.tag_of(index)).collect();
         assert_eq!(tags, [1, 1, 3]);
         assert_eq!(species.radius(3), 4.0);
         assert_eq!(species.largest_radius(), 4.0);
-        let twice = species.repeated(2);
-        let tags: Vec<u32> = (0..6).map(|index| twice.tag(index)).collect();
+        let twice = species.repeat_sizes(2);
+        let tags: Vec<u32> = (0..6).map(|index| twice.tag_of(index)).collect();
         assert_eq!(tags, [1, 1, 3, 5, 5, 7]);
-        let kinds = tags.iter().map(|&tag| twice.kind(tag));
+        let kinds = tags.iter().map(|&tag| twice.species_of(tag));
         assert!(kinds.eq([1, 1, 3, 1, 1, 3]));
-        assert_eq!((twice.radius(7), twice.block(7)), (4.0, 7));
+        assert_eq!((twice.radius(7), twice.block_of(7)), (4.0, 7));
         assert!(Species::new(vec![kind(-1.0, 1)]).is_err());
         assert!(Species::new(Vec::new()).is_err());
     }

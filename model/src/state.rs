@@ -89,7 +89,7 @@ impl<P: ParticleModel> State<P> {
             .bodies
             .iter()
             .enumerate()
-            .map(|(index, body)| sizes.mass(sizes.tag(index)) * body.velocity.square())
+            .map(|(index, body)| sizes.mass(sizes.tag_of(index)) * body.velocity.square())
             .sum();
         0.5 * twice
     }
@@ -100,7 +100,7 @@ impl<P: ParticleModel> State<P> {
         let bodies = self.bodies.iter().enumerate();
         bodies
             .map(|(index, body)| {
-                let tag = sizes.tag(index);
+                let tag = sizes.tag_of(index);
                 let (mass, radius) = (sizes.mass(tag), sizes.radius(tag));
                 scene.surface().spin_energy(mass, radius, body.spin)
             })
@@ -118,7 +118,7 @@ impl<P: ParticleModel> State<P> {
         let sizes = scene.sizes();
         let mut total = VectorOf::<P>::default();
         for (index, body) in self.bodies.iter().enumerate() {
-            total += body.velocity * sizes.mass(sizes.tag(index));
+            total += body.velocity * sizes.mass(sizes.tag_of(index));
         }
         total
     }
@@ -133,7 +133,7 @@ impl<P: ParticleModel> State<P> {
     pub fn packing_fraction(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();
         let covered: f64 = (0..self.bodies.len())
-            .map(|index| P::Space::ball(sizes.radius(sizes.tag(index))))
+            .map(|index| P::Space::particle_volume(sizes.radius(sizes.tag_of(index))))
             .sum();
         covered / self.domain.volume()
     }

@@ -19,54 +19,54 @@ pub trait ParticleReduction: Serialize + DeserializeOwned {
     const NAME: &'static str;
 
     /// Adds a particle to the open group.
-    fn add(&mut self, particle: &Particle);
+    fn add_particle(&mut self, particle: &Particle);
 
     /// Ends a group.
-    fn close(&mut self, _group: u32) {}
+    fn close_group(&mut self, _group: u32) {}
 
     /// Adds another sum.
-    fn merge(&mut self, other: Self);
+    fn merge_sum(&mut self, other: Self);
 }
 
 /// Object-safe form of [`ParticleReduction`], as an engine uses it.
 pub trait Sum {
     /// Name of the kind of sum.
-    fn name(&self) -> &'static str;
+    fn kind_name(&self) -> &'static str;
 
-    /// Adds a particle to the open group, by [`ParticleReduction::add`].
-    fn add(&mut self, particle: &Particle);
+    /// Adds a particle to the open group, by [`ParticleReduction::add_particle`].
+    fn add_particle(&mut self, particle: &Particle);
 
-    /// Ends a group, by [`ParticleReduction::close`].
-    fn close(&mut self, group: u32);
+    /// Ends a group, by [`ParticleReduction::close_group`].
+    fn close_group(&mut self, group: u32);
 
     /// Serialises the options and content of the sum, for another process.
-    fn save(&self) -> Vec<u8>;
+    fn save_bytes(&self) -> Vec<u8>;
 
     /// Adds a sum that another process has saved; false if the bytes are not of such a sum.
     fn add_saved(&mut self, bytes: &[u8]) -> bool;
 }
 
 impl<T: ParticleReduction> Sum for T {
-    fn name(&self) -> &'static str {
+    fn kind_name(&self) -> &'static str {
         T::NAME
     }
 
-    fn add(&mut self, particle: &Particle) {
-        ParticleReduction::add(self, particle);
+    fn add_particle(&mut self, particle: &Particle) {
+        ParticleReduction::add_particle(self, particle);
     }
 
-    fn close(&mut self, group: u32) {
-        ParticleReduction::close(self, group);
+    fn close_group(&mut self, group: u32) {
+        ParticleReduction::close_group(self, group);
     }
 
-    fn save(&self) -> Vec<u8> {
+    fn save_bytes(&self) -> Vec<u8> {
         // Fails only for types without a length.
         postcard::to_stdvec(self).unwrap_or_default()
     }
 
     fn add_saved(&mut self, bytes: &[u8]) -> bool {
         let other = postcard::from_bytes(bytes);
-        other.map(|other| self.merge(other)).is_ok()
+        other.map(|other| self.merge_sum(other)).is_ok()
     }
 }
 
@@ -160,7 +160,7 @@ impl<T: Copy + Default> SparseSums<T> {
     /// # Panics
     /// Beyond the last place.
     #[inline]
-    pub fn at(&mut self, place: usize) -> &mut T {
+    pub fn sum_at(&mut self, place: usize) -> &mut T {
         if self.open.is_empty() {
             self.open = vec![None; self.places];
         }
@@ -223,18 +223,18 @@ mod tests {
     impl ParticleReduction for Both {
         const NAME: &'static str = "both";
 
-        fn add(&mut self, particle: &Particle) {
+        fn add_particle(&mut self, particle: &Particle) {
             let place = particle.species as usize;
             self.totals.open()[place] += particle.weight;
-            *self.parts.at(place) += particle.weight;
+            *self.parts.sum_at(place) += particle.weight;
         }
 
-        fn close(&mut self, group: u32) {
+        fn close_group(&mut self, group: u32) {
             self.totals.close();
             self.parts.close(group);
         }
 
-        fn merge(&mut self, other: Self) {
+        fn merge_sum(&mut self, other: Self) {
             self.totals.merge(&other.totals);
             self.parts.merge(other.parts);
         }
@@ -247,17 +247,17 @@ mod tests {
         let show = |sum: &mut dyn Sum, group: u32| {
             for number in 0..50 {
                 let seed = f64::from(group * 50 + number + 1);
-                sum.add(&Particle {
+                sum.add_particle(&Particle {
                     species: (group + number / 40) % 3,
                     weight: (seed * 1.7).sin() * 10_f64.powi((seed * 0.7).cos() as i32 * 9),
-                    ..Particle::of(1.0, 1.0)
+                    ..Particle::at_rest(1.0, 1.0)
                 });
             }
-            sum.close(group);
+            sum.close_group(group);
         };
         let mut alone = Both::new();
         (0..30).for_each(|group| show(&mut alone, group));
-        let asked = Sum::save(&Both::new());
+        let asked = Sum::save_bytes(&Both::new());
         let mut hands: Vec<_> = (0..3)
             .map(|_| made::<Both>("both", &asked).expect("a sum"))
             .collect();
@@ -266,7 +266,7 @@ mod tests {
         }
         let mut all = Both::new();
         for hand in [1, 2, 0] {
-            assert!(all.add_saved(&hands[hand].save()));
+            assert!(all.add_saved(&hands[hand].save_bytes()));
         }
         assert!(!all.add_saved(&[1]));
         let [wanted, found] = [alone.values(), all.values()]

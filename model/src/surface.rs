@@ -25,7 +25,7 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
 
     /// Adds the tangential impulse of a contact to the velocities after the normal one, and changes
     /// the spins.
-    fn rub(
+    fn apply_friction(
         &self,
         pair: &CollidingPair<S::Vector, Self::Spin>,
         after: &mut PostCollision<S::Vector, Self::Spin>,
@@ -34,7 +34,7 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// Applies the tangential impulse of a wall. The `normal` is a unit vector into the gas, and
     /// `velocity` is relative to the wall. The tangential velocity of the contact after it over
     /// that before is `slip`, from -1 to 1, where 1 is no friction.
-    fn slide(
+    fn apply_wall_friction(
         &self,
         normal: S::Vector,
         slip: f64,
@@ -56,10 +56,10 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
     fn spin_energy(&self, mass: f64, radius: f64, spin: Self::Spin) -> f64;
 
     /// Multiplies a spin by a number, to convert units.
-    fn scaled(spin: Self::Spin, factor: f64) -> Self::Spin;
+    fn scale_spin(spin: Self::Spin, factor: f64) -> Self::Spin;
 
     /// Rotates a spin.
-    fn turned(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
+    fn rotate_spin(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
 
     /// Returns a spin as a vector in space; that of a disk is along the third axis.
     fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
@@ -80,10 +80,15 @@ impl<S: Space> Surface<S> for Smooth {
     const ROUGH: bool = false;
 
     #[inline(always)]
-    fn rub(&self, _pair: &CollidingPair<S::Vector>, _after: &mut PostCollision<S::Vector>) {}
+    fn apply_friction(
+        &self,
+        _pair: &CollidingPair<S::Vector>,
+        _after: &mut PostCollision<S::Vector>,
+    ) {
+    }
 
     #[inline]
-    fn slide(
+    fn apply_wall_friction(
         &self,
         normal: S::Vector,
         slip: f64,
@@ -105,10 +110,10 @@ impl<S: Space> Surface<S> for Smooth {
     }
 
     #[inline(always)]
-    fn scaled((): (), _factor: f64) {}
+    fn scale_spin((): (), _factor: f64) {}
 
     #[inline]
-    fn turned(&self, _turn: S::Turn, (): ()) {}
+    fn rotate_spin(&self, _turn: S::Turn, (): ()) {}
 
     fn spin_in_space((): ()) -> Vector3<f64> {
         Vector3::zeros()
@@ -172,7 +177,7 @@ impl Rough {
 
     /// Effective mass of a tangential impulse over that of a normal one, q/(1 + q).
     #[inline]
-    fn share(&self) -> f64 {
+    fn mass_share(&self) -> f64 {
         self.inertia / (1.0 + self.inertia)
     }
 }
@@ -183,21 +188,21 @@ impl<S: Space> Surface<S> for Rough {
     const ROUGH: bool = true;
 
     #[inline]
-    fn rub(
+    fn apply_friction(
         &self,
         pair: &CollidingPair<S::Vector, S::Spin>,
         after: &mut PostCollision<S::Vector, S::Spin>,
     ) {
         let normal = pair.line * (1.0 / pair.line.square().sqrt());
         let turning = pair.spins[0] * pair.radii[0] + pair.spins[1] * pair.radii[1];
-        let contact = pair.velocities[0] - pair.velocities[1] - S::cross(turning, normal);
+        let contact = pair.velocities[0] - pair.velocities[1] - S::arm_velocity(turning, normal);
         let [m, n] = pair.masses;
         let reduced = m * n / (m + n);
-        let factor = -reduced * self.share() * (1.0 + self.tangential_restitution);
+        let factor = -reduced * self.mass_share() * (1.0 + self.tangential_restitution);
         let impulse = tangential(contact, normal) * factor;
         after.velocities[0] += impulse * (1.0 / m);
         after.velocities[1] -= impulse * (1.0 / n);
-        let torque = S::moment(normal, impulse);
+        let torque = S::arm_moment(normal, impulse);
         for who in 0..2 {
             let inertia = self.inertia * pair.masses[who] * pair.radii[who];
             after.spins[who] -= torque * (1.0 / inertia);
@@ -205,7 +210,7 @@ impl<S: Space> Surface<S> for Rough {
     }
 
     #[inline]
-    fn slide(
+    fn apply_wall_friction(
         &self,
         normal: S::Vector,
         slip: f64,
@@ -214,10 +219,10 @@ impl<S: Space> Surface<S> for Rough {
         spin: &mut S::Spin,
     ) {
         if slip != 1.0 {
-            let contact = *velocity - S::cross(*spin * radius, normal);
-            let change = tangential(contact, normal) * (-self.share() * (1.0 - slip));
+            let contact = *velocity - S::arm_velocity(*spin * radius, normal);
+            let change = tangential(contact, normal) * (-self.mass_share() * (1.0 - slip));
             *velocity += change;
-            *spin -= S::moment(normal, change) * (1.0 / (self.inertia * radius));
+            *spin -= S::arm_moment(normal, change) * (1.0 / (self.inertia * radius));
         }
     }
 
@@ -243,12 +248,12 @@ impl<S: Space> Surface<S> for Rough {
     }
 
     #[inline(always)]
-    fn scaled(spin: S::Spin, factor: f64) -> S::Spin {
+    fn scale_spin(spin: S::Spin, factor: f64) -> S::Spin {
         spin * factor
     }
 
     #[inline]
-    fn turned(&self, turn: S::Turn, spin: S::Spin) -> S::Spin {
+    fn rotate_spin(&self, turn: S::Turn, spin: S::Spin) -> S::Spin {
         S::turned_spin(turn, spin)
     }
 
@@ -317,7 +322,7 @@ mod tests {
     ) -> S::Vector {
         let normal = pair.line * (1.0 / pair.line.square().sqrt());
         let arms = [normal * -pair.radii[0], normal * pair.radii[1]];
-        let surface = |who: usize| velocities[who] + S::cross(spins[who], arms[who]);
+        let surface = |who: usize| velocities[who] + S::arm_velocity(spins[who], arms[who]);
         surface(0) - surface(1)
     }
 
@@ -345,7 +350,7 @@ mod tests {
 
             let inertia = [0, 1].map(|who| S::INERTIA * pair.masses[who] * pair.radii[who].powi(2));
             let angular = |v: [S::Vector; 2], spins: [S::Spin; 2]| {
-                S::moment(-pair.line, v[1] * pair.masses[1])
+                S::arm_moment(-pair.line, v[1] * pair.masses[1])
                     + spins[0] * inertia[0]
                     + spins[1] * inertia[1]
             };
@@ -401,7 +406,7 @@ mod tests {
             let after = collide(&scene, &pair, 1.0);
             let (mut velocity, mut spin) = (pair.velocities[0], pair.spins[0]);
             velocity -= normal * (2.0 * velocity.inner(&normal));
-            Surface::<S>::slide(
+            Surface::<S>::apply_wall_friction(
                 &scene.surface,
                 normal,
                 slip,

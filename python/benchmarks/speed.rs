@@ -14,9 +14,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gas = Gas::disks(disks).packing_fraction(0.25).seed(7).build()?;
     let mut exact = EventDriven::new(&gas)?;
     exact.equilibrate(5.0)?;
-    let (before, begin) = (exact.work().collisions, Instant::now());
+    let (before, begin) = (exact.work_counters().collisions, Instant::now());
     exact.advance(until, &mut ())?;
     let seconds = begin.elapsed().as_secs_f64();
-    println!("{} {seconds:?}", exact.work().collisions - before);
+    println!("{} {seconds:?}", exact.work_counters().collisions - before);
     Ok(())
 }

@@ -42,9 +42,9 @@ impl Given {
         let format = format();
         let read = match &self.text {
             Some(text) => format.from_text(&self.path, text, &self.overrides),
-            None => BUNDLE.read(&format, &self.path, &self.overrides),
+            None => BUNDLE.read_case(&format, &self.path, &self.overrides),
         };
-        let file = read.map_err(Raise::raise)?;
+        let file = read.map_err(Raise::into_exception)?;
         for text in &file.notes {
             let text = CString::new(text.as_str())?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 3)?;
@@ -63,7 +63,7 @@ pub fn bundled() -> Vec<(&'static str, String)> {
 /// Returns the text of a case file, or of the bundled case of that name.
 #[pyfunction]
 pub fn case_text(path: PathBuf) -> PyResult<String> {
-    BUNDLE.text(&path).map_err(Raise::raise)
+    BUNDLE.text(&path).map_err(Raise::into_exception)
 }
 
 /// Returns the JSON Schema of case files.
@@ -85,7 +85,7 @@ pub fn toml_of_json(text: &str) -> PyResult<String> {
 pub fn check(py: Python<'_>, case: Given, threads: Option<usize>) -> PyResult<String> {
     let file = case.read(py)?;
     let threads = threads.unwrap_or_else(available_threads);
-    let planned = stosszahl_study::check(&file).map_err(Raise::raise)?;
+    let planned = stosszahl_study::check_case(&file).map_err(Raise::into_exception)?;
     let outlines = planned.iter().map(|one| {
         let outline = one.outline(threads);
         let derived = outline
@@ -128,7 +128,7 @@ impl Seen {
 }
 
 impl Progress for Seen {
-    fn begin(&self, point: usize, _name: &str, work: ProgressEstimate) {
+    fn begin_point(&self, point: usize, _name: &str, work: ProgressEstimate) {
         let points = &mut self.lock().points;
         if points.len() <= point {
             points.resize_with(point + 1, || None);
@@ -136,21 +136,21 @@ impl Progress for Seen {
         points[point] = Some(work);
     }
 
-    fn tell(&self, point: usize, part: usize, share: f64, collisions: u64) {
+    fn tell_share(&self, point: usize, part: usize, share: f64, collisions: u64) {
         let mut far = self.lock();
         far.collisions += collisions;
         if let Some(Some(work)) = far.points.get_mut(point) {
-            work.tell(part, share, Instant::now());
+            work.record_share(part, share, Instant::now());
         }
     }
 
-    fn end(&self, point: usize) {
+    fn end_point(&self, point: usize) {
         if let Some(Some(work)) = self.lock().points.get_mut(point) {
             work.end();
         }
     }
 
-    fn note(&self, text: &str) {
+    fn show_note(&self, text: &str) {
         self.lock().notes.push(text.to_owned());
     }
 }
@@ -181,7 +181,11 @@ pub fn run(
             return Ok(());
         };
         let mut far = seen.lock();
-        let done = far.points.iter_mut().flatten().map(ProgressEstimate::share);
+        let done = far
+            .points
+            .iter_mut()
+            .flatten()
+            .map(ProgressEstimate::done_share);
         let share = done.sum::<f64>() / number as f64;
         let (collisions, notes) = (far.collisions, std::mem::take(&mut far.notes));
         drop(far);
@@ -204,24 +208,24 @@ pub fn run(
         if error.is_interruption() {
             PyKeyboardInterrupt::new_err("stopped")
         } else {
-            error.raise()
+            error.into_exception()
         }
     })?;
     tell(py)?;
-    write_held_report(&summary.held).map_err(Raise::raise)?;
+    write_held_report(&summary.held).map_err(Raise::into_exception)?;
     Ok((summary.folder, summary.is_sweep))
 }
 
 /// Rebuilds the report of a folder.
 #[pyfunction]
 pub fn report(folder: PathBuf) -> PyResult<PathBuf> {
-    write_report(&folder).map_err(Raise::raise)
+    write_report(&folder).map_err(Raise::into_exception)
 }
 
 /// Returns the figures of a folder that can be drawn for a paper: names and titles.
 #[pyfunction]
 pub fn print_names(folder: PathBuf) -> PyResult<Vec<(String, String)>> {
-    let figures = print_figures(&folder).map_err(Raise::raise)?;
+    let figures = print_figures(&folder).map_err(Raise::into_exception)?;
     let named = figures.iter();
     let named = named.map(|one| (one.name().to_owned(), one.title().to_owned()));
     Ok(named.collect())
@@ -240,8 +244,8 @@ type Drawing = (String, [f64; 2], String, Cow<'static, [u8]>, String);
 /// Draws a figure of a folder for a paper with a width \[mm\].
 #[pyfunction]
 pub fn print_drawing(folder: PathBuf, name: &str, width: f64) -> PyResult<Drawing> {
-    let figure = print_figure(&folder, name).map_err(Raise::raise)?;
-    let drawing = figure.draw(width).map_err(Raise::raise)?;
+    let figure = print_figure(&folder, name).map_err(Raise::into_exception)?;
+    let drawing = figure.draw(width).map_err(Raise::into_exception)?;
     Ok((
         figure.title().to_owned(),
         drawing.size(),
@@ -254,10 +258,10 @@ pub fn print_drawing(folder: PathBuf, name: &str, width: f64) -> PyResult<Drawin
 /// Returns the manifest of a finished run as JSON, and the files that were changed since.
 #[pyfunction]
 pub fn manifest(folder: PathBuf) -> PyResult<(String, Vec<String>)> {
-    let read = Stored::read(&folder).map_err(Raise::raise)?;
+    let read = Stored::read(&folder).map_err(Raise::into_exception)?;
     let Stored {
         manifest, changed, ..
-    } = read.ok_or_else(|| ReportError::NoResults { folder }.raise())?;
+    } = read.ok_or_else(|| ReportError::NoResults { folder }.into_exception())?;
     let text = |manifest: &Manifest| serde_json::to_string(manifest).unwrap_or_default();
     Ok((text(&manifest), changed))
 }
@@ -271,6 +275,6 @@ pub fn engines() -> Vec<(&'static str, &'static str)> {
 /// Returns the index of a sweep as JSON, if the folder is one.
 #[pyfunction]
 pub fn sweep(folder: PathBuf) -> PyResult<Option<String>> {
-    let read = Sweep::read(&folder).map_err(Raise::raise)?;
+    let read = Sweep::read(&folder).map_err(Raise::into_exception)?;
     Ok(read.map(|index| serde_json::to_string(&index).unwrap_or_default()))
 }

@@ -71,7 +71,7 @@ impl Batches {
 }
 
 impl Observer for Batches {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for one in batch {
             write_collision(one, &mut self.bytes);
             if self.bytes.len() >= 8 * WORDS * self.size {
@@ -89,8 +89,8 @@ pub struct PyImpactParameters(Mutex<stosszahl_analysis::impact::ImpactParameters
 struct Shared<'a>(&'a PyImpactParameters);
 
 impl Observer for Shared<'_> {
-    fn collisions(&mut self, batch: &[Collision]) {
-        Observer::collisions(&mut *self.0.lock(), batch);
+    fn on_collisions(&mut self, batch: &[Collision]) {
+        Observer::on_collisions(&mut *self.0.lock(), batch);
     }
 }
 
@@ -182,14 +182,14 @@ fn scheme(name: &str, stiffness: Option<f64>, radius: Option<f64>) -> PyResult<S
 impl PyEngine {
     #[staticmethod]
     fn event_driven(gas: &PyGas) -> PyResult<Self> {
-        let engine = EventDriven::new(&gas.0).map_err(Raise::raise)?;
+        let engine = EventDriven::new(&gas.0).map_err(Raise::into_exception)?;
         Ok(Self::of(Kind::Exact(engine)))
     }
 
     /// Creates Monte Carlo of a gas without positions.
     #[staticmethod]
     fn without_positions(gas: &PyGas) -> PyResult<Self> {
-        let engine = MonteCarlo::new(&gas.0).map_err(Raise::raise)?;
+        let engine = MonteCarlo::new(&gas.0).map_err(Raise::into_exception)?;
         Ok(Self::of(Kind::Chaos(engine)))
     }
 
@@ -213,7 +213,7 @@ impl PyEngine {
             max_contact_value: max_contact_value.unwrap_or(defaults.max_contact_value),
             ..defaults
         };
-        let engine = MonteCarlo::with(&gas.0, parameters).map_err(Raise::raise)?;
+        let engine = MonteCarlo::with(&gas.0, parameters).map_err(Raise::into_exception)?;
         Ok(Self::of(Kind::Chaos(engine)))
     }
 
@@ -255,7 +255,7 @@ impl PyEngine {
             None => Ok(()),
         };
         let done = wait(py, &stop, work, hear, |_| Ok(()))?;
-        done.map_err(Raise::raise)?;
+        done.map_err(Raise::into_exception)?;
         Ok(())
     }
 
@@ -269,7 +269,7 @@ impl PyEngine {
         let stop = PyInterrupt::default();
         let work = |_: Messages<()>| engine.equilibrate_unless(collisions_per_particle, &stop.soon);
         let done = wait(py, &stop, work, |_, ()| Ok(()), |_| Ok(()))?;
-        done.map_err(Raise::raise)?;
+        done.map_err(Raise::into_exception)?;
         Ok(())
     }
 
@@ -290,7 +290,7 @@ impl PyEngine {
     }
 
     fn count(&self) -> PyResult<usize> {
-        Ok(self.lock()?.count())
+        Ok(self.lock()?.particle_count())
     }
 
     fn dimension(&self) -> PyResult<usize> {
@@ -303,13 +303,13 @@ impl PyEngine {
 
     /// Returns the number of collisions, and named counts of work.
     fn work(&self) -> PyResult<(u64, BTreeMap<String, f64>)> {
-        let work = self.lock()?.work();
+        let work = self.lock()?.work_counters();
         Ok((work.collisions, work.numbers))
     }
 
     /// Returns what each boundary gave: name, particles, momentum, energy.
     fn boundaries(&self) -> PyResult<Vec<Flux>> {
-        let all = self.lock()?.boundaries();
+        let all = self.lock()?.boundary_fluxes();
         let each = all.into_iter();
         Ok(each
             .map(|one| (one.name, one.particles, one.momentum, one.energy))
@@ -324,13 +324,13 @@ impl PyEngine {
             .map(Vector3::from)
             .collect();
         engine
-            .kick(&changes)
-            .map_err(|error| GasError::from(error).raise())
+            .add_velocities(&changes)
+            .map_err(|error| GasError::from(error).into_exception())
     }
 
     fn scale_velocities(&self, factor: f64) -> PyResult<()> {
         let done = self.lock()?.scale_velocities(factor);
-        done.map_err(|error| GasError::from(error).raise())
+        done.map_err(|error| GasError::from(error).into_exception())
     }
 
     fn track_displacements(&self) -> PyResult<bool> {

@@ -14,7 +14,7 @@ use stosszahl_study::RunError;
 /// Error that can be raised in Python.
 pub trait Raise {
     /// Converts the error to an exception.
-    fn raise(self) -> PyErr;
+    fn into_exception(self) -> PyErr;
 }
 
 /// Creates the exception of a class of `stosszahl/errors.py`, which all take a message first.
@@ -47,7 +47,7 @@ fn explained(error: &dyn Error) -> String {
 }
 
 impl Raise for GasError {
-    fn raise(self) -> PyErr {
+    fn into_exception(self) -> PyErr {
         let class = match self {
             Self::Memory { .. } => "OutOfMemoryError",
             _ => "GasError",
@@ -57,19 +57,19 @@ impl Raise for GasError {
 }
 
 impl Raise for ResultsError {
-    fn raise(self) -> PyErr {
+    fn into_exception(self) -> PyErr {
         raised("ResultsError", &explained(&self))
     }
 }
 
 impl Raise for ReportError {
-    fn raise(self) -> PyErr {
+    fn into_exception(self) -> PyErr {
         raised("ResultsError", &explained(&self))
     }
 }
 
 impl Raise for CaseError {
-    fn raise(self) -> PyErr {
+    fn into_exception(self) -> PyErr {
         let report = self.report(false);
         let message = report.strip_prefix("error: ").unwrap_or(&report);
         let refusal = self.refusal();
@@ -80,10 +80,10 @@ impl Raise for CaseError {
 }
 
 impl Raise for RunError {
-    fn raise(self) -> PyErr {
+    fn into_exception(self) -> PyErr {
         match self {
-            Self::Case(error) => error.raise(),
-            Self::Results(error) => error.raise(),
+            Self::Case(error) => error.into_exception(),
+            Self::Results(error) => error.into_exception(),
             other => raised("RunError", &explained(&other)),
         }
     }

@@ -143,7 +143,7 @@ impl Start {
                     spin
                 },
                 weight: weights.get(index).map_or(1.0, |weight| weight[0]),
-                ..Particle::of(0.0, 0.0)
+                ..Particle::at_rest(0.0, 0.0)
             }
         });
         Particles {
@@ -205,7 +205,7 @@ impl PyGas {
         let stop = PyInterrupt::default();
         let work = |_: Messages<()>| build(&description, start.as_ref(), &stop);
         let gas = wait(py, &stop, work, |_, ()| Ok(()), |_| Ok(()))?;
-        Ok(Self(gas.map_err(Raise::raise)?))
+        Ok(Self(gas.map_err(Raise::into_exception)?))
     }
 
     /// Returns a column of all particles.

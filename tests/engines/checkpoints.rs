@@ -27,7 +27,7 @@ fn checkpoints(folder: &Path) -> Vec<Vec<u8>> {
                 .advance(f64::INFINITY, 20, &mut ())
                 .expect("collisions");
             let path = folder.join("valid");
-            snapshot::write(&path, &RUN, &engine.checkpoint()).expect("written");
+            snapshot::write_snapshot(&path, &RUN, &engine.checkpoint()).expect("written");
             fs::read(&path).expect("read")
         })
         .collect()
@@ -44,7 +44,7 @@ fn damaged_checkpoints() {
     let path = folder.path().join("checkpoint");
     fuzz(3000, &valid, |bytes| {
         fs::write(&path, bytes).expect("written");
-        match snapshot::read::<EventDrivenCheckpoint<Disks>>(&path, &RUN) {
+        match snapshot::read_snapshot::<EventDrivenCheckpoint<Disks>>(&path, &RUN) {
             Err(error @ (SnapshotError::Damaged { .. } | SnapshotError::Foreign { .. })) => {
                 clear(&error.to_string(), &path)
             }
@@ -78,7 +78,7 @@ fn wrong_checkpoints() {
         bytes.extend_from_slice(blake3::hash(payload).as_bytes());
         bytes.extend_from_slice(payload);
         fs::write(&path, bytes).expect("written");
-        match snapshot::read::<EventDrivenCheckpoint<Disks>>(&path, &RUN) {
+        match snapshot::read_snapshot::<EventDrivenCheckpoint<Disks>>(&path, &RUN) {
             Err(error) => clear(&error.to_string(), &path),
             Ok(checkpoint) => {
                 // States that the engine does not refuse, see `EventDrivenEngine::new`, are left

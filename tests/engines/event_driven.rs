@@ -18,7 +18,7 @@ use crate::support::{Disks, Mixture, disks, gas};
 struct Journal(Vec<(f64, Vector3<f64>, Vector3<f64>)>);
 
 impl Observer for Journal {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.0
                 .push((collision.time, collision.line, collision.relative_velocity));
@@ -74,7 +74,7 @@ fn engine_finds_the_collisions_of_all_pairs() {
         let start = gas(Arrangement::Disordered, count, packing, 5);
         let collisions = each * count / 2;
         let mut slow_state = start.clone();
-        let slow = plain::run(&scene, &mut slow_state, collisions);
+        let slow = plain::run_collisions(&scene, &mut slow_state, collisions);
         let (fast, fast_state) = run::<Buckets>(&scene, start, collisions as u64);
         assert_eq!(fast.0.len(), slow.len());
         for (number, (ours, theirs)) in fast.0.iter().zip(&slow).enumerate() {
@@ -184,8 +184,9 @@ fn legs_are_functions_of_their_checkpoint() {
             .expect("collisions");
         let checkpoint = first.checkpoint();
         let path = folder.path().join("checkpoint");
-        snapshot::write(&path, &[1; 32], &checkpoint).expect("written");
-        let read: EventDrivenCheckpoint<Disks> = snapshot::read(&path, &[1; 32]).expect("read");
+        snapshot::write_snapshot(&path, &[1; 32], &checkpoint).expect("written");
+        let read: EventDrivenCheckpoint<Disks> =
+            snapshot::read_snapshot(&path, &[1; 32]).expect("read");
         let finish = |checkpoint| {
             let mut engine = EventDrivenEngine::<_>::new(scene.clone(), dissipation, checkpoint)
                 .expect("an engine");
@@ -357,7 +358,7 @@ fn very_unequal_disks_follow_all_pairs() {
         .sum();
     let side = (area / 0.35).sqrt();
     let domain = Domain::periodic(Vector2::new(side, side)).expect("a box");
-    let mut stream = Streams::new(6, 0).at(Purpose::Velocities, [0, 0]);
+    let mut stream = Streams::new(6, 0).stream_at(Purpose::Velocities, [0, 0]);
     let mut positions: Vec<Vector2<f64>> = Vec::new();
     // The largest first.
     let sizes: Vec<(f64, f64)> = diameters.iter().rev().map(|d| (0.5 * d, d * d)).collect();
@@ -388,7 +389,7 @@ fn very_unequal_disks_follow_all_pairs() {
     };
     initial::maxwellian(&scene, &mut state, 1.0, &mut stream);
     let energy = state.kinetic_energy(&scene);
-    let events = plain::run(&scene, &mut state.clone(), 150);
+    let events = plain::run_collisions(&scene, &mut state.clone(), 150);
     let mut engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, state)
         .expect("an engine");
     let mut journal = Journal::default();
@@ -444,7 +445,7 @@ fn work_per_collision_is_bounded() {
             .expect("collisions");
         let after = counts(&engine);
         let found: [f64; 5] = std::array::from_fn(|which| after[which] - before[which]);
-        let bytes = engine.bytes() / 4000;
+        let bytes = engine.memory_bytes() / 4000;
         println!("packing {packing}: {found:.2?} a collision, {bytes} bytes a disk");
         for (found, most) in found.iter().zip(most) {
             assert!(

@@ -31,7 +31,7 @@ struct Sums {
 }
 
 impl Observer for Sums {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let b = collision.impact_square().sqrt();
             self.bins[((10.0 * b) as usize).min(9)] += 1.0;
@@ -214,7 +214,7 @@ fn one_species_is_a_gas_of_equal_disks() {
     let all = state.bodies.iter().map(|body| Particle {
         position: body.position.spatial(),
         velocity: body.velocity.spatial(),
-        ..Particle::of(0.5, 1.0)
+        ..Particle::at_rest(0.5, 1.0)
     });
     let start = Particles {
         time: 0.0,
@@ -246,7 +246,7 @@ fn one_species_is_a_gas_of_equal_disks() {
             let mut particles = gas.particles();
             // Species stand copy by copy, equal disks cell by cell.
             (particles.all).sort_by(|a, b| a.position[0].total_cmp(&b.position[0]));
-            (particles, gas.work())
+            (particles, gas.work_counters())
         };
         let (plain, species) = (after(false), after(true));
         let is_idle = scheme == Scheme::Collisionless;

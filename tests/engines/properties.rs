@@ -151,7 +151,7 @@ struct Laws {
 }
 
 impl Observer for Laws {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let approach = -collision.relative_velocity.dot(&collision.line);
             // A contact that grazes is where the square root of a difference of terms of 1e-14
@@ -299,7 +299,7 @@ fn collisions_of_smooth_disks() {
 struct Seen(Option<Collision>);
 
 impl Observer for Seen {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.0 = Some(*collision);
         }
@@ -394,7 +394,7 @@ fn next_collision_is_that_of_all_pairs() {
             let mut seen = Seen(None);
             run(&mut engine, 1, &mut seen)?;
             let mut plain_state = before.clone();
-            let slow = plain::run(&scene, &mut plain_state, 1);
+            let slow = plain::run_collisions(&scene, &mut plain_state, 1);
             let at_rest = slow
                 .first()
                 .is_some_and(|event| is_at_rest(&before, event.pair));

@@ -73,7 +73,7 @@ pub fn gas(
     let streams = Streams::new(seed, 0);
     let never = Interrupt::default();
     let placement =
-        initial::place(arrangement, count, 1.0, &domain, &streams, &never).expect("a gas");
+        initial::place_disks(arrangement, count, 1.0, &domain, &streams, &never).expect("a gas");
     let bodies = placement.positions.into_iter();
     let mut state = State {
         time: 0.0,
@@ -82,7 +82,7 @@ pub fn gas(
             .map(|at| ParticleState::new(at, vector![0.0, 0.0]))
             .collect(),
     };
-    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
     initial::maxwellian(&disks(1.0), &mut state, 1.0, &mut stream);
     state
 }

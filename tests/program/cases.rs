@@ -36,7 +36,7 @@ fn every_case_is_valid_and_asks_a_question() {
             assert_eq!(times.first(), Some(&0.0), "{name}");
             assert_eq!(times.last(), Some(&point.case.run.until), "{name}");
             assert!(times.is_sorted_by(|a, b| a < b), "{name}");
-            assert!(plan.share(plan.case.run.until) > 0.999, "{name}");
+            assert!(plan.done_share(plan.case.run.until) > 0.999, "{name}");
             let kept = vec![[0.0; 2]; plan.engines.len()];
             let cost = plan.cost(2, &kept, &Looks::default(), 0.0);
             assert!(cost.bytes > 0.0 && cost.seconds(1) > 0.0, "{name}");
@@ -73,7 +73,7 @@ fn assert_finished(folder: &Path) {
                 .chain(&figure.panels);
             for column in all {
                 assert!(
-                    table.find(column).is_some(),
+                    table.find_column(column).is_some(),
                     "{name}: {}: {column}",
                     table.name
                 );

@@ -38,11 +38,11 @@ fn damaged_start_files() {
         let path = folder.path().join(format!("start.{ending}"));
         for whole in valid.iter().filter(|_| times > 1000) {
             fs::write(&path, whole).expect("written");
-            initial::read(&path).expect("a valid file");
+            initial::read_start_file(&path).expect("a valid file");
         }
         fuzz(times, valid, |bytes| {
             fs::write(&path, bytes).expect("written");
-            match initial::read(&path) {
+            match initial::read_start_file(&path) {
                 Err(error) => clear(&error.to_string(), &path),
                 Ok(start) => {
                     let count = start.count();
@@ -74,7 +74,7 @@ fn damaged_start_files() {
 fn look(path: &Path, text: &str, set: &[String]) -> Result<(), TestCaseError> {
     let planned = format().from_text(path, text, set).and_then(|mut file| {
         file.points.truncate(2);
-        for planned in study::check(&file)? {
+        for planned in study::check_case(&file)? {
             let outline = planned.outline(2);
             assert!(
                 outline.cost.bytes >= 0.0 && !outline.engines.is_empty(),

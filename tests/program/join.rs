@@ -156,7 +156,7 @@ fn processes_are_killed_at_fifty_moments() {
 struct Begun(std::sync::Mutex<Vec<(usize, usize)>>);
 
 impl Progress for Begun {
-    fn tell(&self, point: usize, part: usize, share: f64, _collisions: u64) {
+    fn tell_share(&self, point: usize, part: usize, share: f64, _collisions: u64) {
         let mut begun = self.0.lock().expect("no panic");
         if share < 1.0 && !begun.contains(&(point, part)) {
             begun.push((point, part));

@@ -124,7 +124,7 @@ fn the_estimate_is_what_the_process_takes() {
             let text = format!("format = 2\ntitle = \"{name}\"\nreplicas = {replicas}\n{text}");
             let work = TestFolder::new(&text);
             let file = overridden(&work.path("case.toml"), &text, &[]);
-            let planned = study::check(&file).expect("a plan");
+            let planned = study::check_case(&file).expect("a plan");
             let told = planned[0].outline(threads).cost.bytes / MIB;
             let found = peak(&work, &format!("run case.toml --force --threads {threads}")) / MIB;
             let line = format!(

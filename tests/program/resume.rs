@@ -41,7 +41,7 @@ impl Legs {
 }
 
 impl Progress for Legs {
-    fn tell(&self, _point: usize, _part: usize, share: f64, _collisions: u64) {
+    fn tell_share(&self, _point: usize, _part: usize, share: f64, _collisions: u64) {
         // A finished part also reports, with a share of 1.
         if share < 1.0 && self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
             self.stop.raise();

@@ -106,7 +106,7 @@ fn species_of_a_file_are_species() {
     let work = TestFolder::new(&format!("{drawn}[box]\n"));
     work.write("start.csv", two_sizes("", |_| String::new()));
     let case = overridden(&work.path("case.toml"), &work.text("case.toml"), &[]);
-    let mut planned = study::check(&case).expect("a plan");
+    let mut planned = study::check_case(&case).expect("a plan");
     let found = planned.remove(0).plan;
     let twin = plan(
         "format = 2\ntitle = \"twin\"\n[gas]\nrestitution = 0.9\n[[species]]\nnumber = 86\n[[species]]\nnumber = 14\n\
@@ -135,7 +135,7 @@ fn species_of_a_file_are_species() {
     let table = Columns::read(&work.path("out"), "partial_temperature");
     let names: BTreeSet<&String> = table.texts("species").iter().collect();
     assert_eq!(names.into_iter().collect::<Vec<_>>(), ["1", "2"]);
-    let known: Vec<String> = study::check(&overridden(
+    let known: Vec<String> = study::check_case(&overridden(
         &work.path("case.toml"),
         &work.text("case.toml"),
         &[],
@@ -171,7 +171,7 @@ fn continuous_sizes_of_a_file_are_classes() {
     work.write("start.csv", text);
     let case = work.path("case.toml");
     let file = format().read(&case, &[]).expect("a case");
-    let planned = study::check(&file).expect("a plan");
+    let planned = study::check_case(&file).expect("a plan");
     let plan = &planned[0].plan;
     assert_eq!(plan.species.len(), 1);
     assert!(plan.classes.len() > 12, "{}", plan.classes.len());

@@ -79,7 +79,7 @@ pub(crate) fn command(asked: &Calibrate) -> Done {
         ..Effort::default()
     };
     let chosen = chosen(TRIALS, |trial| trial.name, "part", &asked.part)?;
-    let reports = chosen.iter().map(|trial| trial.run(&effort));
+    let reports = chosen.iter().map(|trial| trial.run_trial(&effort));
     let bad = reports
         .inspect(|report| say(&report.to_string()))
         .filter(|report| !report.passed());
@@ -227,7 +227,7 @@ fn bends(
         window(stream, collisions as u64, slope + a, 0.5 * b)
     };
     let windows: Vec<CollisionWindow> = (0..replicas).map(draw).collect();
-    let tests = [ImpactTest::of(
+    let tests = [ImpactTest::test_window(
         [0.0, 1.0],
         &windows.iter().collect::<Vec<_>>(),
     )];

@@ -9,7 +9,7 @@ use crate::terminal::say;
 use crate::{Done, calibrate, docs, stress, validate};
 
 fn bench(work: &dyn BenchWork, json: bool) -> Done {
-    say(&work.measure()?.text(json));
+    say(&work.measure_speed()?.text(json));
     Ok(())
 }
 

@@ -123,7 +123,7 @@ pub(crate) fn particles_of(state: &State<EqualDisks>) -> stosszahl_model::Partic
     let particle = |body: &ParticleState<EqualDisks>| Particle {
         position: body.position.spatial(),
         velocity: body.velocity.spatial(),
-        ..Particle::of(UNIT.radius, UNIT.mass)
+        ..Particle::at_rest(UNIT.radius, UNIT.mass)
     };
     stosszahl_model::Particles {
         time: state.time,
@@ -144,14 +144,14 @@ pub(crate) fn warm<P: ParticleModel>(
 ) -> State<P> {
     let places = places.into_iter();
     let mut state = state(domain, places.map(|at| (at, VectorOf::<P>::default())));
-    let mut stream = Streams::new(seed, 0).at(Purpose::Velocities, [0, 0]);
+    let mut stream = Streams::new(seed, 0).stream_at(Purpose::Velocities, [0, 0]);
     initial::maxwellian(scene, &mut state, 1.0, &mut stream);
     state
 }
 
 /// Creates the random numbers of a trial.
 pub(crate) fn random(seed: u64) -> Stream {
-    Streams::new(seed, 0).at(Purpose::Placement, [0, 0])
+    Streams::new(seed, 0).stream_at(Purpose::Placement, [0, 0])
 }
 
 /// Draws positions uniform in a rectangle, overlapping or not.
@@ -174,7 +174,7 @@ pub(crate) fn place_by_trial<Z: Sizes>(
     attempts: usize,
     stream: &mut Stream,
 ) -> Option<Vec<Vector2<f64>>> {
-    let radius = |index: usize| sizes.radius(sizes.tag(index));
+    let radius = |index: usize| sizes.radius(sizes.tag_of(index));
     let lengths = domain.lengths();
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|&a, &b| radius(b).total_cmp(&radius(a)));
@@ -205,7 +205,7 @@ pub(crate) fn fluid(
     let domain = domain(width, area / width)?;
     let streams = Streams::new(seed, 0);
     let never = Interrupt::default();
-    let placed = initial::place(arrangement, disks, 1.0, &domain, &streams, &never)?;
+    let placed = initial::place_disks(arrangement, disks, 1.0, &domain, &streams, &never)?;
     let scene = particles(Constant::ELASTIC, UNIT);
     Ok(warm(&scene, domain, placed.positions, seed))
 }
@@ -243,7 +243,7 @@ pub(crate) fn without_positions<P: SmoothPhysics, S: SelectionMethod<P>>(
     seed: u64,
 ) -> Result<homogeneous::HomogeneousEngine<P, S>, TrialError> {
     let streams = Streams::new(seed, 0);
-    let mut start = streams.at(Purpose::Velocities, [0, 0]);
+    let mut start = streams.stream_at(Purpose::Velocities, [0, 0]);
     let gas = homogeneous::HomogeneousGas::maxwellian(
         scene,
         contact,

@@ -4,7 +4,7 @@
 //!
 //! They stand on the public interface of the engines, as any other program would, and no user's
 //! program contains them. A [`TrialRow`] is a row in a table: its name, what is tried, what must hold,
-//! and a function that finds out. All trials run in one loop, [`TrialRow::run`]; what they find is
+//! and a function that finds out. All trials run in one loop, [`TrialRow::run_trial`]; what they find is
 //! text, faults and [rows](table::TrialTableRow) of claims. Gases are made in one place, [`gas`].
 
 #[macro_use]

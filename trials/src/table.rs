@@ -89,7 +89,7 @@ impl RowPlace {
 
     /// Returns this place for claims that must hold only if `default` is true.
     #[must_use]
-    pub fn of(self, default: bool) -> Self {
+    pub fn only_default(self, default: bool) -> Self {
         Self { default, ..self }
     }
 
@@ -225,7 +225,7 @@ pub fn against(found: Estimate, other: Estimate) -> Estimate {
 }
 
 /// Divides an estimate by an exact number.
-pub fn over(found: Estimate, unit: f64) -> Estimate {
+pub fn divided_by(found: Estimate, unit: f64) -> Estimate {
     Estimate {
         value: found.value / unit,
         standard_error: found.standard_error.map(|error| error / unit.abs()),
@@ -278,8 +278,10 @@ pub(crate) fn table(rows: &[TrialTableRow]) -> results::Table {
     for row in rows {
         let (part, scheme, setting, packing) = row.place.names();
         let error = row.standard_error;
-        let found =
-            results::TableEstimate::of(row.found, Some(error).filter(|one| one.is_finite()));
+        let found = results::TableEstimate::with_error(
+            row.found,
+            Some(error).filter(|one| one.is_finite()),
+        );
         table.add((
             (part, scheme, setting),
             (packing, &*row.quantity),
@@ -315,7 +317,10 @@ mod tests {
         let ratio = against(estimate(2.0, 0.06), estimate(4.0, 0.16));
         assert!((ratio.value - 0.5).abs() < 1e-15);
         assert!((ratio.standard_error.unwrap_or(0.0) - 0.025).abs() < 1e-15);
-        assert_eq!(over(estimate(2.0, 0.5), 4.0).standard_error, Some(0.125));
+        assert_eq!(
+            divided_by(estimate(2.0, 0.5), 4.0).standard_error,
+            Some(0.125)
+        );
     }
 
     #[test]

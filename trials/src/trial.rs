@@ -54,7 +54,7 @@ macro_rules! trials {
         /// All trials of the table, in the order in which they are run.
         pub const TRIALS: &[$crate::TrialRow] = &[$({
             let trial = $crate::TrialRow::new($name, $body, $tried, $required);
-            $(let trial = trial.within($limit);)?
+            $(let trial = trial.with_limit($limit);)?
             trial
         }),+];
     };
@@ -112,14 +112,14 @@ impl TrialRow {
     }
 
     /// Returns this trial with another time limit \[s\].
-    pub(crate) const fn within(mut self, seconds: u64) -> Self {
+    pub(crate) const fn with_limit(mut self, seconds: u64) -> Self {
         self.limit = Duration::from_secs(seconds);
         self
     }
 
     /// Runs the trial in its own thread with a time limit. Neither a panic nor an endless loop in
     /// it harms the caller, but an endless loop keeps a thread busy until the program ends.
-    pub fn run(self, effort: &Effort) -> TrialReport {
+    pub fn run_trial(self, effort: &Effort) -> TrialReport {
         let began = Instant::now();
         let (sender, receiver) = channel();
         let mut findings = TrialLog::new(self.name, effort.clone());
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn faults_panics_and_endless_loops_fail() {
         let trial = |body| TrialRow::new("trial", body, "", "");
-        let fault = |trial: TrialRow| trial.run(&Effort::default()).faults.join("; ");
+        let fault = |trial: TrialRow| trial.run_trial(&Effort::default()).faults.join("; ");
         let wrong = trial(|log| {
             log.at_most("size", f64::NAN, 1.0);
             Ok(())
@@ -260,6 +260,6 @@ mod tests {
             thread::sleep(Duration::from_secs(5));
             Ok(())
         });
-        assert!(fault(endless.within(0)).contains("no end"));
+        assert!(fault(endless.with_limit(0)).contains("no end"));
     }
 }

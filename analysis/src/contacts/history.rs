@@ -63,7 +63,7 @@ impl History {
     }
 
     /// Records a collision; `None` if its partners have no index.
-    pub(super) fn note(&mut self, pair: [u32; 2]) -> Option<Past> {
+    pub(super) fn record_collision(&mut self, pair: [u32; 2]) -> Option<Past> {
         let [i, j] = pair.map(|who| who as usize);
         if i.max(j) >= self.partners.len() {
             return None;
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn meetings_are_remembered() {
         let mut history = History::new(30);
-        let mut between = |pair| history.note(pair).map(|past| past.between);
+        let mut between = |pair| history.record_collision(pair).map(|past| past.between);
         assert_eq!(between([1, 2]), Some(None));
         assert_eq!(between([2, 1]), Some(Some(0)));
         assert_eq!(between([1, 3]), Some(None));
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn rings_close() {
         let mut history = History::new(8);
-        let mut ring = |pair| history.note(pair).and_then(|past| past.ring);
+        let mut ring = |pair| history.record_collision(pair).and_then(|past| past.ring);
         assert_eq!(ring([0, 1]), None);
         assert_eq!(ring([1, 0]), Some(2));
         assert_eq!(ring([1, 2]), None);
@@ -213,7 +213,9 @@ mod tests {
                 }
             }
             let ring = ring.filter(|&length| length <= LONGEST_RING);
-            let found = history.note([i as u32, j as u32]).expect("known");
+            let found = history
+                .record_collision([i as u32, j as u32])
+                .expect("known");
             assert_eq!(found.ring, ring, "event {}", all.len());
             lengths[ring.unwrap_or(0)] += 1;
             all.push([last[i], last[j]]);
@@ -226,11 +228,11 @@ mod tests {
     #[test]
     fn old_events_are_forgotten() {
         let mut history = History::new(4);
-        history.note([0, 1]);
+        history.record_collision([0, 1]);
         for _ in 0..2 * EVENTS * 4 {
-            assert_ne!(history.note([2, 3]), None);
+            assert_ne!(history.record_collision([2, 3]), None);
         }
-        let past = history.note([0, 1]).expect("known");
+        let past = history.record_collision([0, 1]).expect("known");
         assert_eq!((past.between, past.ring), (Some(0), None));
     }
 }

@@ -58,7 +58,7 @@ pub struct ContactSums {
 
 impl ContactSums {
     /// Counts a collision by the past of its partners.
-    pub(super) fn note(&mut self, past: Past) {
+    pub(super) fn count_collision(&mut self, past: Past) {
         self.named += 1.0;
         if let Some(between) = past.between {
             self.again += f64::from(u8::from(between == 0));
@@ -112,7 +112,7 @@ pub enum Acquaintance {
 
 impl Acquaintance {
     /// Returns the relations of two partners with `between` collisions of both since they met.
-    pub(super) fn of(between: Option<usize>) -> &'static [Self] {
+    pub(super) fn relations_after(between: Option<usize>) -> &'static [Self] {
         match between {
             None => &[Self::New],
             Some(0) => &[Self::Returned, Self::Again],

@@ -148,7 +148,7 @@ impl<const D: usize> ByCell<D> {
     }
 
     /// Returns the index range of the points in some cells of a line.
-    fn run(&self, line: usize, cells: Range<usize>) -> Range<usize> {
+    fn index_range(&self, line: usize, cells: Range<usize>) -> Range<usize> {
         let begin = line * self.sides[0];
         self.starts[begin + cells.start]..self.starts[begin + cells.end]
     }
@@ -243,7 +243,7 @@ fn count<const D: usize>(
     let mut runs = Vec::new();
     for line in 0..rows * layers {
         for column in 0..columns {
-            let members = points.run(line, column..column + 1);
+            let members = points.index_range(line, column..column + 1);
             if !points.is_centre[members.clone()].contains(&true) {
                 continue;
             }
@@ -256,10 +256,10 @@ fn count<const D: usize>(
                 }
                 let is_own = are_all && there == line;
                 let first = if is_own { column + 1 } else { 0 };
-                for cells in within(column, *reach, columns) {
+                for cells in cells_within(column, *reach, columns) {
                     let begin = cells.start.max(first);
                     if begin < cells.end {
-                        runs.push(points.run(there, begin..cells.end));
+                        runs.push(points.index_range(there, begin..cells.end));
                     }
                 }
             }
@@ -290,7 +290,7 @@ fn count<const D: usize>(
 
 /// Returns the cells of a line of `columns` that are within `reach` of one of them, around the box:
 /// at most two ranges.
-fn within(column: usize, reach: usize, columns: usize) -> [Range<usize>; 2] {
+fn cells_within(column: usize, reach: usize, columns: usize) -> [Range<usize>; 2] {
     let (low, high) = (column + columns - reach.min(columns), column + reach + 1);
     if 2 * reach + 1 >= columns {
         [0..columns, 0..0]

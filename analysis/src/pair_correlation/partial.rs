@@ -4,7 +4,7 @@ use nalgebra::{SVector, Vector3};
 use stosszahl_model::{Interrupt, Invalid};
 
 use super::by_cells::{Histogram, count_by_cells};
-use super::{PairCorrelation, check, correlation, like_pairs};
+use super::{PairCorrelation, check_range, correlation, like_pairs};
 use crate::Error;
 use crate::error::check_positions;
 
@@ -30,7 +30,7 @@ pub fn of_species(
     interrupt: &Interrupt,
 ) -> Result<Vec<PairCorrelation>, Error> {
     let all: Vec<Vector3<f64>> = species.iter().flatten().copied().collect();
-    check(lengths, range, bins)?;
+    check_range(lengths, range, bins)?;
     Invalid::unless_positive("diameter", diameter)?;
     check_positions(&all, 2)?;
     let count = |points: &mut dyn Iterator<Item = &Vector3<f64>>| match *lengths {

@@ -35,7 +35,11 @@ impl CoolingFactors {
     /// # Errors
     /// [`TheoryError`] if the dimension, the restitution or the order is out of range, or the
     /// expansion does not converge.
-    pub fn of(dimension: usize, restitution: f64, orders: usize) -> Result<Self, TheoryError> {
+    pub fn for_restitution(
+        dimension: usize,
+        restitution: f64,
+        orders: usize,
+    ) -> Result<Self, TheoryError> {
         let law = Constant::new(restitution)?;
         let particle = Component {
             mass: 1.0,
@@ -56,13 +60,13 @@ impl CoolingFactors {
         let found = gas.expand(orders, &[1.0], &times)?;
         let [before, after] = [&found[0], &found[1]]
             .map(|moment| [moment.time, moment.temperatures[0], moment.collisions[0]]);
-        Ok(Self::between(before, after, share, cooling))
+        Ok(Self::fitted_between(before, after, share, cooling))
     }
 
     /// Computes the factors from the time, temperature and collisions per particle of a cooling gas
     /// at two times: the logarithm of the temperature falls by `share` with each collision of
     /// Maxwellian velocities, and its inverse root grows by `cooling/2` with time.
-    fn between(before: [f64; 3], after: [f64; 3], share: f64, cooling: f64) -> Self {
+    fn fitted_between(before: [f64; 3], after: [f64; 3], share: f64, cooling: f64) -> Self {
         let [time, temperature, collisions] = after;
         let fall = (before[1] / temperature).ln();
         let growth = temperature.powf(-0.5) - before[1].powf(-0.5);

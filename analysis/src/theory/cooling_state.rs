@@ -29,7 +29,7 @@ impl CoolingState {
     /// # Errors
     /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the ratios
     /// do not settle.
-    pub fn of<R: Restitution>(
+    pub fn at_temperature<R: Restitution>(
         mixture: &MaxwellianMixture<R>,
         mean: f64,
     ) -> Result<Self, TheoryError> {

@@ -109,7 +109,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         }
         let constant = (0..count as u32).all(|k| {
             (0..count as u32).all(|i| {
-                let at = |g| law.between([k, i], g);
+                let at = |g| law.pair_restitution([k, i], g);
                 let first = at(0.1);
                 [0.0, 1e-6, 1.0, 50.0].iter().all(|&g| at(g) == first)
             })
@@ -152,18 +152,18 @@ impl<R: Restitution> MaxwellianMixture<R> {
 
     /// Coefficient of restitution of a pair.
     pub(super) fn between(&self, kinds: [u32; 2], speed: f64) -> f64 {
-        self.law.between(kinds, speed)
+        self.law.pair_restitution(kinds, speed)
     }
 
     /// Returns the means of 1 + e and of its square over the collisions of a pair.
     fn means(&self, kinds: [u32; 2], spread: f64) -> [f64; 2] {
         if self.constant {
-            let once = 1.0 + self.law.between(kinds, 1.0);
+            let once = 1.0 + self.law.pair_restitution(kinds, 1.0);
             return [once, once * once];
         }
         let mut sums = [0.0; 2];
         for &(speed, weight) in &self.nodes {
-            let once = 1.0 + self.law.between(kinds, speed * spread);
+            let once = 1.0 + self.law.pair_restitution(kinds, speed * spread);
             sums[0] += weight * once;
             sums[1] += weight * once * once;
         }

@@ -99,7 +99,7 @@ impl RoughGas {
         let share = 0.5 * (S::DIMENSION - 1) as f64;
         let degrees = S::DIMENSION as f64 / S::ROTATIONS as f64;
         // G is 4/D times the collisions of one particle in the time 1/sqrt(T).
-        let packing_fraction = density * S::ball(0.5 * diameter);
+        let packing_fraction = density * S::particle_volume(0.5 * diameter);
         let collisions =
             S::collision_rate(packing_fraction, contact_value) / (diameter * mass.sqrt());
         Ok(Self {

@@ -52,7 +52,7 @@ fn binary_mixture_from_equal_temperatures() {
         near(moment.displacements[0], light.0, light.1);
         near(moment.displacements[1], heavy.0, heavy.1);
     }
-    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     near(state.temperatures[1] / state.temperatures[0], 40.694, 1e-3);
 }
 
@@ -60,7 +60,7 @@ fn binary_mixture_from_equal_temperatures() {
 fn closed_form_is_the_integral_of_the_equations() {
     let mixture = MaxwellianMixture::new(3, solid(&[0.1, 0.001]), half(), ContactValues::Dilute)
         .expect("a mixture");
-    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     near(state.temperatures[0], 0.55407, 1e-5);
     near(state.temperatures[1], 45.593, 1e-3);
     near(state.time, 19.256, 2e-3);
@@ -85,7 +85,7 @@ fn closed_form_is_the_integral_of_the_equations() {
 fn ternary_mixture_in_its_cooling_state() {
     let mixture = MaxwellianMixture::new(3, solid(&[0.1; 3]), half(), ContactValues::Dilute)
         .expect("a mixture");
-    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     near(state.time, 1.8368, 1e-4);
     for (k, temperature, relaxation, displacement) in [
         (0, 0.048_152, 0.3611, 0.7318),
@@ -105,7 +105,7 @@ fn tracers_and_their_time_averages() {
     let law = |e| Constant::new(e).expect("a coefficient");
     let mixture = MaxwellianMixture::new(3, solid(&[0.1, 0.0]), law(0.5), ContactValues::Dilute)
         .expect("a mixture");
-    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     near(state.temperatures[1], 412.9277, 1e-3);
     near(state.time, 11.2838, 1e-4);
     near(state.relaxation[1], 1212.016, 1e-1);
@@ -171,7 +171,7 @@ fn one_species_is_haff_in_two_and_three_dimensions() {
             let decay = kinetic::velocity_decay(phi, chi, r) * unit;
             assert!((rates.velocity / decay - 1.0).abs() < 1e-14);
         }
-        let state = CoolingState::of(&mixture, 0.9).expect("it cools");
+        let state = CoolingState::at_temperature(&mixture, 0.9).expect("it cools");
         // Velocities of one species decay by (1 + r)/(1 - r) for each factor e of Haff's time.
         assert!((state.time / state.relaxation[0] - (1.0 + r) / (1.0 - r)).abs() < 1e-12);
         let correlation = state.velocity_correlation(0, 0.0);
@@ -263,7 +263,7 @@ fn impossible_mixtures_are_refused() {
         ContactValues::Dilute,
     )
     .expect("a gas");
-    assert!(CoolingState::of(&elastic, 1.0).is_err());
+    assert!(CoolingState::at_temperature(&elastic, 1.0).is_err());
 }
 
 /// Tolerance of an integration: some hundred steps of 1e-6 or better.
@@ -382,7 +382,8 @@ fn fourth_cumulants_of_the_cooling_gas_are_those_of_the_literature() {
 #[test]
 fn factors_of_the_cooling_state_follow_its_fourth_cumulant() {
     for (dimension, r) in [(2, 0.5), (2, 0.6), (2, 0.9), (3, 0.8)] {
-        let factors = |orders| CoolingFactors::of(dimension, r, orders).expect("factors");
+        let factors =
+            |orders| CoolingFactors::for_restitution(dimension, r, orders).expect("factors");
         let a2 = kinetic::fourth_cumulant_of_montanero_santos(dimension, r);
         let parts = |factors: CoolingFactors| {
             [
@@ -413,9 +414,12 @@ fn factors_of_the_cooling_state_follow_its_fourth_cumulant() {
         let found = more[3].0;
         assert!((found - published).abs() < 2e-3, "{r}: {found}");
     }
-    let elastic = CoolingFactors::of(2, 1.0, 6).expect("factors");
+    let elastic = CoolingFactors::for_restitution(2, 1.0, 6).expect("factors");
     assert_eq!([elastic.collision_rate, elastic.pair_speed], [1.0; 2]);
-    assert!(CoolingFactors::of(4, 0.5, 6).is_err() && CoolingFactors::of(2, 1.5, 6).is_err());
+    assert!(
+        CoolingFactors::for_restitution(4, 0.5, 6).is_err()
+            && CoolingFactors::for_restitution(2, 1.5, 6).is_err()
+    );
 }
 
 /// Equal species that are called two are one, and so are tracers that are like the particles of the
@@ -446,7 +450,7 @@ fn species_of_equals_are_one() {
 fn averages_over_time_are_those_of_the_closed_form() {
     let gas = MaxwellianMixture::new(3, solid(&[0.1, 0.001]), half(), ContactValues::Dilute)
         .expect("a mixture");
-    let state = CoolingState::of(&gas, 1.0).expect("it cools");
+    let state = CoolingState::at_temperature(&gas, 1.0).expect("it cools");
     let (lags, total) = ([0.1, 3.0, 100.0, 1000.0], 1e4);
     let found = gas
         .time_averaged(1, &state.temperatures, &lags, total)

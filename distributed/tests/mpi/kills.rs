@@ -45,7 +45,7 @@ const LEGS: usize = 8;
 fn assert_survives(case: &str, seed: u64, kills: usize) {
     let scratch = Scratch::new(case);
     let wanted = scratch.alone();
-    let mut draw = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
+    let mut draw = Streams::new(seed, 0).stream_at(Purpose::Placement, [0, 0]);
     let (mut killed, mut chain) = (0, 0);
     for leg in 0.. {
         assert!(leg < LEGS * kills, "{killed} of {kills} kills ended a job");

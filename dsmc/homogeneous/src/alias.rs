@@ -79,7 +79,7 @@ impl Alias {
     }
 
     /// Memory held \[bytes\].
-    pub fn bytes(&self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         self.columns.capacity() * size_of::<(u64, u32)>()
             + (self.small.capacity() + self.large.capacity()) * size_of::<u32>()
             + self.scaled.capacity() * size_of::<f64>()

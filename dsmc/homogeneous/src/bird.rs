@@ -36,7 +36,7 @@ impl Bird {
         let own = self.classes[number];
         for other in &self.classes {
             let speeds = own.square.sqrt() + other.square.sqrt();
-            let pair = gas.kernel().of(own.radius, other.radius) * speeds;
+            let pair = gas.kernel().rate_coefficient(own.radius, other.radius) * speeds;
             self.majorant = self.majorant.max(pair);
         }
         self.listed = gas.particles.len() as u32;
@@ -58,7 +58,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for Bird {
         }
     }
 
-    fn rebuild(&mut self, gas: &mut HomogeneousGas<P>) {
+    fn rebuild_bounds(&mut self, gas: &mut HomogeneousGas<P>) {
         gas.sort();
         self.classes.clear();
         for particle in &mut gas.particles {
@@ -79,12 +79,12 @@ impl<P: SmoothPhysics> SelectionMethod<P> for Bird {
         }
     }
 
-    fn rate(&self) -> f64 {
+    fn proposal_rate(&self) -> f64 {
         self.rate
     }
 
     #[inline]
-    fn draw(&self, stream: &mut impl Rng) -> PairIndices {
+    fn draw_proposal(&self, stream: &mut impl Rng) -> PairIndices {
         let (first, _) = split(stream.next_u64(), self.listed);
         let (other, _) = split(stream.next_u64(), self.listed - 1);
         PairIndices {
@@ -100,12 +100,18 @@ impl<P: SmoothPhysics> SelectionMethod<P> for Bird {
     }
 
     #[inline]
-    fn resolve(&self, gas: &HomogeneousGas<P>, draw: &PairIndices) -> Option<CandidatePair> {
+    fn resolve_proposal(
+        &self,
+        gas: &HomogeneousGas<P>,
+        draw: &PairIndices,
+    ) -> Option<CandidatePair> {
         let [first, second] = [draw.first, draw.second].map(|index| &gas.particles[index as usize]);
         if (first.mark == GONE) | (second.mark == GONE) {
             return None;
         }
-        let pair = gas.kernel.of(gas.radius(first), gas.radius(second));
+        let pair = gas
+            .kernel
+            .rate_coefficient(gas.radius(first), gas.radius(second));
         Some(CandidatePair {
             first: draw.first,
             second: draw.second,
@@ -114,7 +120,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for Bird {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
+    fn velocity_changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let Some(number) = raised(gas, index, &mut self.classes) else {
             return ProposalValidity::Kept;
         };
@@ -122,7 +128,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for Bird {
         ProposalValidity::Changed
     }
 
-    fn added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
+    fn particle_added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let Some((number, radius)) = joined(gas, index, &self.classes) else {
             return ProposalValidity::Outdated;
         };
@@ -132,11 +138,11 @@ impl<P: SmoothPhysics> SelectionMethod<P> for Bird {
         ProposalValidity::Changed
     }
 
-    fn lifetime(&self) -> f64 {
+    fn rebuild_interval(&self) -> f64 {
         1.0
     }
 
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         self.classes.capacity() * size_of::<ClassBounds>()
     }
 }

@@ -78,15 +78,15 @@ pub trait ContactRule<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
     const SIZES_CHANGE: bool;
 
     /// Prepares the gas at the start of a run.
-    fn prepare(&self, _gas: &mut HomogeneousGas<P>) {}
+    fn prepare_gas(&self, _gas: &mut HomogeneousGas<P>) {}
 
     /// Returns true if a species is among those that conserve their common momentum.
-    fn conserves(&self, _kind: u32) -> bool {
+    fn conserves_momentum(&self, _kind: u32) -> bool {
         true
     }
 
     /// Applies the contact to the two partners.
-    fn meet(
+    fn apply_contact(
         &mut self,
         gas: &mut HomogeneousGas<P>,
         meeting: &CollidingParticles<VectorOf<P>>,
@@ -104,7 +104,7 @@ pub(crate) fn bounce<P: SmoothPhysics>(
     let sizes = gas.scene.sizes();
     let along = meeting.relative.inner(&meeting.line);
     let approach = (along * along / meeting.line.square()).sqrt();
-    let kinds = partners.map(|particle| sizes.kind(particle.tag));
+    let kinds = partners.map(|particle| sizes.species_of(particle.tag));
     let law = gas.scene.restitution().separation(kinds, approach);
     let encounter = CollidingPair {
         velocities: partners.map(|particle| particle.velocity),
@@ -126,7 +126,7 @@ impl<P: SmoothPhysics> ContactRule<P> for Bounce {
     const SIZES_CHANGE: bool = false;
 
     #[inline]
-    fn meet(
+    fn apply_contact(
         &mut self,
         gas: &mut HomogeneousGas<P>,
         meeting: &CollidingParticles<VectorOf<P>>,
@@ -149,26 +149,26 @@ impl<P: SmoothPhysics> ContactRule<P> for Bounce {
 impl<P: SmoothPhysics> ContactRule<P> for Option<Tracers> {
     const SIZES_CHANGE: bool = false;
 
-    fn prepare(&self, gas: &mut HomogeneousGas<P>) {
+    fn prepare_gas(&self, gas: &mut HomogeneousGas<P>) {
         if let Some(tracers) = self {
-            tracers.prepare(gas);
+            tracers.prepare_gas(gas);
         }
     }
 
-    fn conserves(&self, kind: u32) -> bool {
+    fn conserves_momentum(&self, kind: u32) -> bool {
         self.is_none_or(|tracers| kind != tracers.kind)
     }
 
     #[inline]
-    fn meet(
+    fn apply_contact(
         &mut self,
         gas: &mut HomogeneousGas<P>,
         meeting: &CollidingParticles<VectorOf<P>>,
         stream: &mut impl Rng,
     ) -> ContactOutcome {
         match self {
-            None => Bounce.meet(gas, meeting, stream),
-            Some(tracers) => tracers.meet(gas, meeting, stream),
+            None => Bounce.apply_contact(gas, meeting, stream),
+            Some(tracers) => tracers.apply_contact(gas, meeting, stream),
         }
     }
 }
@@ -187,16 +187,16 @@ impl<P: SmoothPhysics> ContactRule<P> for Tracers {
     const SIZES_CHANGE: bool = false;
 
     /// Removes the drift of the bath, which would never decay while it cools.
-    fn prepare(&self, gas: &mut HomogeneousGas<P>) {
+    fn prepare_gas(&self, gas: &mut HomogeneousGas<P>) {
         gas.remove_drift_of(|kind| kind != self.kind);
     }
 
-    fn conserves(&self, kind: u32) -> bool {
+    fn conserves_momentum(&self, kind: u32) -> bool {
         kind != self.kind
     }
 
     #[inline]
-    fn meet(
+    fn apply_contact(
         &mut self,
         gas: &mut HomogeneousGas<P>,
         meeting: &CollidingParticles<VectorOf<P>>,
@@ -204,7 +204,7 @@ impl<P: SmoothPhysics> ContactRule<P> for Tracers {
     ) -> ContactOutcome {
         let is_tracer = meeting.pair.map(|index| {
             let tag = gas.particles[index as usize].tag;
-            gas.scene.sizes().kind(tag) == self.kind
+            gas.scene.sizes().species_of(tag) == self.kind
         });
         if is_tracer == [true; 2] {
             return ContactOutcome::Passed;

@@ -52,7 +52,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         let stay = !(motion.is_tracked() && C::SIZES_CHANGE);
         let name = "number of tracked particles in a gas that sticks or breaks";
         Invalid::require(stay, name, gas.count() as f64, "0")?;
-        contacts.prepare(&mut gas);
+        contacts.prepare_gas(&mut gas);
         Ok(Self {
             gas,
             selection: S::new(),
@@ -100,10 +100,10 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
     }
 
     /// Memory held for the particles, the selection and the recorded motion \[bytes\].
-    pub fn bytes(&self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         self.gas.particles.capacity() * size_of::<GasParticle<P>>()
-            + self.selection.bytes()
-            + self.motion.bytes()
+            + self.selection.memory_bytes()
+            + self.motion.memory_bytes()
     }
 
     /// Sets an interrupt that breaks an advance off, after some dozen proposals:
@@ -173,7 +173,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         } else {
             self.clock.advances += 1;
             self.streams
-                .at(Purpose::Pairs, [self.clock.advances - 1, 0])
+                .stream_at(Purpose::Pairs, [self.clock.advances - 1, 0])
         };
         let last = self.tally.collisions.saturating_add(collisions);
         while self.clock.time < until {
@@ -184,7 +184,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
                 return Ok(StopReason::Collisions);
             }
             self.refit()?;
-            let rate = self.selection.rate();
+            let rate = self.selection.proposal_rate();
             let allowed = "a finite number: speeds or densities are too large";
             Invalid::require(rate.is_finite(), "rate of proposals", rate, allowed)?;
             if rate == 0.0 || self.gas.count() < 2 {
@@ -204,16 +204,17 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
 
     /// Rebuilds the bounds if it is due.
     fn refit(&mut self) -> Result<(), HomogeneousError> {
-        let due = 0.5 * self.selection.lifetime() * self.gas.count() as f64;
+        let due = 0.5 * self.selection.rebuild_interval() * self.gas.count() as f64;
         if self.clock.outdated || self.clock.since as f64 > due.max(8.0) {
             if C::SIZES_CHANGE {
                 self.gas.measure_contacts()?;
             }
             if self.tally.rebuilds % 64 == 63 {
                 let contacts = &self.contacts;
-                self.gas.remove_rounding(|kind| contacts.conserves(kind));
+                self.gas
+                    .remove_rounding(|kind| contacts.conserves_momentum(kind));
             }
-            self.selection.rebuild(&mut self.gas);
+            self.selection.rebuild_bounds(&mut self.gas);
             self.clock.since = 0;
             self.clock.outdated = false;
             self.tally.rebuilds += 1;
@@ -256,7 +257,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
             }
             let batch = left.min(BATCH as u64) as usize;
             for draw in &mut draws[..batch] {
-                *draw = self.selection.draw(stream);
+                *draw = self.selection.draw_proposal(stream);
                 self.selection.prefetch_index(draw);
             }
             for draw in &draws[..batch.min(AHEAD)] {
@@ -271,7 +272,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
                 }
                 left -= 1;
                 let draw = draws[number];
-                let Some(candidate) = self.selection.resolve(&self.gas, &draw) else {
+                let Some(candidate) = self.selection.resolve_proposal(&self.gas, &draw) else {
                     continue;
                 };
                 if !self.accept(&candidate, now, stream)? {
@@ -346,21 +347,21 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
             return ProposalValidity::Kept;
         }
         for (index, velocity) in pair.iter().zip(&before) {
-            self.motion.collided(*index, velocity, time);
+            self.motion.record_flight(*index, velocity, time);
         }
         let meeting = CollidingParticles {
             pair,
             relative,
             line,
         };
-        match self.contacts.meet(&mut self.gas, &meeting, stream) {
+        match self.contacts.apply_contact(&mut self.gas, &meeting, stream) {
             ContactOutcome::Passed => ProposalValidity::Kept,
             ContactOutcome::Bounced { changed, law } => {
                 self.record(&meeting, time, law, recorder);
                 let mut worst = ProposalValidity::Kept;
                 for side in 0..2 {
                     if changed[side] {
-                        let standing = self.selection.changed(&mut self.gas, pair[side]);
+                        let standing = self.selection.velocity_changed(&mut self.gas, pair[side]);
                         worst = worse(worst, standing);
                     }
                 }
@@ -375,7 +376,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
                 self.gas.gone += 2;
                 let mut worst = ProposalValidity::Kept;
                 for index in from..self.gas.particles.len() {
-                    let standing = self.selection.added(&mut self.gas, index as u32);
+                    let standing = self.selection.particle_added(&mut self.gas, index as u32);
                     worst = worse(worst, standing);
                     if worst == ProposalValidity::Outdated {
                         break;
@@ -417,7 +418,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         let collision = Collision {
             time,
             pair: meeting.pair,
-            species: partners.map(|particle| self.gas.scene.sizes().kind(particle.tag)),
+            species: partners.map(|particle| self.gas.scene.sizes().species_of(particle.tag)),
             momentum_transfer: nalgebra::Matrix3::zeros(),
             ..Collision::at_contact(meeting.relative.spatial(), line, reduced_mass, law)
         };

@@ -164,24 +164,24 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
     ) -> Result<Self, HomogeneousError> {
         let sizes = scene.sizes().clone();
         let particles = (0..count).map(|index| {
-            let tag = sizes.tag(index);
-            let spread = (temperature(sizes.kind(tag)) / sizes.mass(tag)).sqrt();
+            let tag = sizes.tag_of(index);
+            let spread = (temperature(sizes.species_of(tag)) / sizes.mass(tag)).sqrt();
             (law.draw::<P::Space>(spread, stream), tag)
         });
         let mut gas = Self::new(scene, contact, volume, particles)?;
-        gas.settle(temperature);
+        gas.set_temperatures(temperature);
         Ok(gas)
     }
 
     /// Removes the drift and gives every species its temperature exactly, if it has more than two
     /// particles.
-    fn settle(&mut self, temperature: impl Fn(u32) -> f64) {
+    fn set_temperatures(&mut self, temperature: impl Fn(u32) -> f64) {
         for _ in 0..3 {
             self.remove_drift();
             let mut species: Vec<(usize, f64)> = Vec::new();
             let sizes = self.scene.sizes();
             for particle in &self.particles {
-                let kind = sizes.kind(particle.tag) as usize;
+                let kind = sizes.species_of(particle.tag) as usize;
                 if kind >= species.len() {
                     species.resize(kind + 1, (0, 0.0));
                 }
@@ -201,7 +201,7 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
                 })
                 .collect();
             for particle in &mut self.particles {
-                let kind = self.scene.sizes().kind(particle.tag) as usize;
+                let kind = self.scene.sizes().species_of(particle.tag) as usize;
                 particle.velocity = particle.velocity * factors[kind];
             }
         }
@@ -228,8 +228,9 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
     /// and their mean squared speed, is true.
     fn remove_drift_if(&mut self, chosen: impl Fn(u32) -> bool, remove: impl Fn(f64, f64) -> bool) {
         let sizes = self.scene.sizes();
-        let among =
-            |particle: &GasParticle<P>| !particle.is_gone() && chosen(sizes.kind(particle.tag));
+        let among = |particle: &GasParticle<P>| {
+            !particle.is_gone() && chosen(sizes.species_of(particle.tag))
+        };
         let (mut mass, mut energy) = (0.0, 0.0);
         let mut momentum = VectorOf::<P>::default();
         for particle in self.particles.iter().filter(|particle| among(particle)) {
@@ -267,7 +268,7 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         let radii = self.alive().map(|particle| self.radius(particle));
         let kernel = CollisionKernel::of_gas(self.contact, P::Space::DIMENSION, self.volume, radii);
         let largest = self.scene.sizes().largest_radius();
-        let found = kernel.of(largest, largest);
+        let found = kernel.rate_coefficient(largest, largest);
         let mut coefficients = kernel.coefficients().iter().flatten();
         let is_good = found.is_finite() && coefficients.all(|&m| m >= 0.0);
         let name = "collision rate of the largest pair per speed";

@@ -101,7 +101,7 @@ impl CollisionKernel {
 
     /// Returns k(a, b).
     #[inline]
-    pub fn of(&self, a: f64, b: f64) -> f64 {
+    pub fn rate_coefficient(&self, a: f64, b: f64) -> f64 {
         let m = &self.coefficients;
         let (sum, product) = (a + b, a * b);
         let squares = sum * sum - 2.0 * product;
@@ -172,21 +172,27 @@ mod tests {
                 let close = |found: f64, exact: f64| {
                     assert!((found / exact - 1.0).abs() < 4e-15, "{found} {exact}");
                 };
-                close(CollisionKernel::dilute(2, volume).of(a, b), plane);
-                close(CollisionKernel::dilute(3, volume).of(a, b), space);
                 close(
-                    CollisionKernel::dense(2, volume, moments).of(a, b),
+                    CollisionKernel::dilute(2, volume).rate_coefficient(a, b),
+                    plane,
+                );
+                close(
+                    CollisionKernel::dilute(3, volume).rate_coefficient(a, b),
+                    space,
+                );
+                close(
+                    CollisionKernel::dense(2, volume, moments).rate_coefficient(a, b),
                     plane * chi_plane(a, b),
                 );
                 let dense = CollisionKernel::dense(3, volume, moments);
-                close(dense.of(a, b), space * chi_space(a, b));
+                close(dense.rate_coefficient(a, b), space * chi_space(a, b));
                 let by_powers: f64 = dense
                     .partner_weights(a)
                     .iter()
                     .zip(powers(b))
                     .map(|(w, p)| w * p)
                     .sum();
-                close(by_powers, dense.of(a, b));
+                close(by_powers, dense.rate_coefficient(a, b));
             }
         }
     }

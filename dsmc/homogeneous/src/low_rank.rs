@@ -100,7 +100,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
         }
     }
 
-    fn rebuild(&mut self, gas: &mut HomogeneousGas<P>) {
+    fn rebuild_bounds(&mut self, gas: &mut HomogeneousGas<P>) {
         gas.sort();
         self.classes.clear();
         for (index, particle) in gas.particles.iter_mut().enumerate() {
@@ -134,12 +134,12 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
         self.weigh_terms(gas);
     }
 
-    fn rate(&self) -> f64 {
+    fn proposal_rate(&self) -> f64 {
         self.rate
     }
 
     #[inline]
-    fn draw(&self, stream: &mut impl Rng) -> Members {
+    fn draw_proposal(&self, stream: &mut impl Rng) -> Members {
         let mut place = stream.random::<f64>() * self.rate;
         let mut term = 0;
         for (number, &rate) in self.terms.iter().enumerate() {
@@ -152,8 +152,8 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
             }
         }
         let classes = [
-            self.first[term / 3].find(stream.random()) as u32,
-            self.second[term % 3].find(stream.random()) as u32,
+            self.first[term / 3].find_weight(stream.random()) as u32,
+            self.second[term % 3].find_weight(stream.random()) as u32,
         ];
         let members = classes.map(|class| {
             let count = self.classes[class as usize].members.len() as u32;
@@ -182,7 +182,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
     }
 
     #[inline]
-    fn resolve(&self, gas: &HomogeneousGas<P>, draw: &Members) -> Option<CandidatePair> {
+    fn resolve_proposal(&self, gas: &HomogeneousGas<P>, draw: &Members) -> Option<CandidatePair> {
         let classes = draw.classes.map(|class| &self.classes[class as usize]);
         let [first, second] = [0, 1].map(|side| classes[side].members[draw.members[side] as usize]);
         let gone = |index: u32| gas.particles[index as usize].mark == GONE;
@@ -192,10 +192,10 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
         let mut bound = classes[0].bounds.square.sqrt() + classes[1].bounds.square.sqrt();
         if !(classes[0].exact & classes[1].exact) {
             let radius = |index: u32| gas.radius(&gas.particles[index as usize]);
-            let pair = gas.kernel.of(radius(first), radius(second));
+            let pair = gas.kernel.rate_coefficient(radius(first), radius(second));
             bound *= gas
                 .kernel
-                .of(classes[0].bounds.radius, classes[1].bounds.radius)
+                .rate_coefficient(classes[0].bounds.radius, classes[1].bounds.radius)
                 / pair;
         }
         Some(CandidatePair {
@@ -206,7 +206,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
+    fn velocity_changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let Some(number) = raised(gas, index, &mut self.classes) else {
             return ProposalValidity::Kept;
         };
@@ -215,7 +215,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
         ProposalValidity::Changed
     }
 
-    fn added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
+    fn particle_added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let Some((number, radius)) = joined(gas, index, &self.classes) else {
             return ProposalValidity::Outdated;
         };
@@ -229,11 +229,11 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
         ProposalValidity::Changed
     }
 
-    fn lifetime(&self) -> f64 {
+    fn rebuild_interval(&self) -> f64 {
         1.0
     }
 
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         self.classes
             .iter()
             .map(|class| size_of::<Class>() + class.members.capacity() * size_of::<u32>())
@@ -242,7 +242,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for LowRank {
                 .first
                 .iter()
                 .chain(&self.second)
-                .map(SumTree::bytes)
+                .map(SumTree::memory_bytes)
                 .sum::<usize>()
     }
 }

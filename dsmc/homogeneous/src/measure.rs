@@ -67,7 +67,7 @@ pub fn moments_by<P: SmoothPhysics>(
         if particle.is_gone() {
             continue;
         }
-        let number = group(sizes.kind(particle.tag));
+        let number = group(sizes.species_of(particle.tag));
         if number >= sums.len() {
             sums.resize(number + 1, Sums::default());
         }
@@ -77,7 +77,7 @@ pub fn moments_by<P: SmoothPhysics>(
         own.second += square;
         own.fourth += square * square;
         if let Some((paths, time)) = displacement {
-            let place = paths.at(index, &particle.velocity, time);
+            let place = paths.displacement_at(index, &particle.velocity, time);
             let (square, along) = (place.square(), place.inner(&particle.velocity));
             own.displacement += square;
             own.displacement_fourth += square * square;

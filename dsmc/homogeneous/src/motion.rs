@@ -11,10 +11,10 @@ pub trait PathRecord<P: ParticleModel>: Clone + Serialize + DeserializeOwned {
 
     /// Records that the particle with this index flew until `time` with this velocity and now
     /// collides.
-    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64);
+    fn record_flight(&mut self, index: u32, velocity: &VectorOf<P>, time: f64);
 
     /// Memory held \[bytes\].
-    fn bytes(&self) -> usize;
+    fn memory_bytes(&self) -> usize;
 }
 
 /// Motion without any record.
@@ -23,8 +23,8 @@ impl<P: ParticleModel> PathRecord<P> for () {
         false
     }
     #[inline]
-    fn collided(&mut self, _index: u32, _velocity: &VectorOf<P>, _time: f64) {}
-    fn bytes(&self) -> usize {
+    fn record_flight(&mut self, _index: u32, _velocity: &VectorOf<P>, _time: f64) {}
+    fn memory_bytes(&self) -> usize {
         0
     }
 }
@@ -46,7 +46,7 @@ impl<P: ParticleModel> DisplacementRecord<P> {
 
     /// Displacement of a particle with this velocity at a time not before its last collision.
     #[inline]
-    pub fn at(&self, index: usize, velocity: &VectorOf<P>, time: f64) -> VectorOf<P> {
+    pub fn displacement_at(&self, index: usize, velocity: &VectorOf<P>, time: f64) -> VectorOf<P> {
         let (place, since) = self.places[index];
         place + *velocity * (time - since)
     }
@@ -58,12 +58,12 @@ impl<P: ParticleModel> PathRecord<P> for DisplacementRecord<P> {
     }
 
     #[inline]
-    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
+    fn record_flight(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
         let (place, since) = &mut self.places[index as usize];
         *place += *velocity * (time - *since);
         *since = time;
     }
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         self.places.capacity() * size_of::<(VectorOf<P>, f64)>()
     }
 }
@@ -75,13 +75,13 @@ impl<P: ParticleModel, M: PathRecord<P>> PathRecord<P> for Option<M> {
     }
 
     #[inline]
-    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
+    fn record_flight(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
         if let Some(motion) = self {
-            motion.collided(index, velocity, time);
+            motion.record_flight(index, velocity, time);
         }
     }
-    fn bytes(&self) -> usize {
-        self.as_ref().map_or(0, PathRecord::bytes)
+    fn memory_bytes(&self) -> usize {
+        self.as_ref().map_or(0, PathRecord::memory_bytes)
     }
 }
 
@@ -91,11 +91,11 @@ impl<P: ParticleModel, A: PathRecord<P>, B: PathRecord<P>> PathRecord<P> for (A,
     }
 
     #[inline]
-    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
-        self.0.collided(index, velocity, time);
-        self.1.collided(index, velocity, time);
+    fn record_flight(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
+        self.0.record_flight(index, velocity, time);
+        self.1.record_flight(index, velocity, time);
     }
-    fn bytes(&self) -> usize {
-        self.0.bytes() + self.1.bytes()
+    fn memory_bytes(&self) -> usize {
+        self.0.memory_bytes() + self.1.memory_bytes()
     }
 }

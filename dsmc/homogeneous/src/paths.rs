@@ -30,7 +30,7 @@ impl<P: ParticleModel> Trajectories<P> {
     }
 
     /// Returns the index of the path of a particle, if it has one.
-    pub fn of(&self, particle: u32) -> Option<usize> {
+    pub fn path_of(&self, particle: u32) -> Option<usize> {
         let path = *self.path_of.get(particle as usize)?;
         (path != u32::MAX).then_some(path as usize)
     }
@@ -47,7 +47,7 @@ impl<P: ParticleModel> PathRecord<P> for Trajectories<P> {
     }
 
     #[inline]
-    fn collided(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
+    fn record_flight(&mut self, index: u32, velocity: &VectorOf<P>, time: f64) {
         let path = self.path_of[index as usize];
         if path == u32::MAX {
             return;
@@ -57,7 +57,7 @@ impl<P: ParticleModel> PathRecord<P> for Trajectories<P> {
             corners.push((time, place + *velocity * (time - since)));
         }
     }
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         self.path_of.capacity() * size_of::<u32>()
             + self
                 .corners
@@ -92,7 +92,7 @@ pub fn time_averaged<V: Vector>(corners: &[(f64, V)], lag: f64) -> f64 {
         let next = tail.leg_end().min(head.leg_end() - lag).min(end);
         // Legs shorter than rounding must not stop the clock.
         let next = if next > now { next } else { now.next_up() };
-        let square = |s: f64| (head.at(s + lag) - tail.at(s)).square();
+        let square = |s: f64| (head.position_at(s + lag) - tail.position_at(s)).square();
         let middle = 0.5 * (now + next);
         sum += (next - now) / 6.0 * (square(now) + 4.0 * square(middle) + square(next));
         now = next;
@@ -118,7 +118,7 @@ impl<V: Vector> Walker<'_, V> {
         self.corners[self.leg + 1].0
     }
 
-    fn at(&self, time: f64) -> V {
+    fn position_at(&self, time: f64) -> V {
         let (begin, from) = self.corners[self.leg];
         let (end, to) = self.corners[self.leg + 1];
         let span = end - begin;

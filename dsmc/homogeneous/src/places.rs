@@ -111,7 +111,7 @@ fn edge(key: u64) -> f64 {
 }
 
 impl Layout {
-    pub fn bytes(&self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         self.classes.capacity() * size_of::<SizeClass>()
             + self.groups.capacity() * size_of::<Group>()
             + (self.order.capacity() + self.joined.capacity() + self.bins.capacity())
@@ -119,7 +119,7 @@ impl Layout {
     }
 
     /// Finds a place in a class for a particle that is faster than its group allows.
-    pub fn place<P: SmoothPhysics>(
+    pub fn find_place<P: SmoothPhysics>(
         &mut self,
         particle: &mut GasParticle<P>,
         index: u32,
@@ -214,7 +214,7 @@ impl Layout {
         }
         self.joined[(class.join_first + class.joined) as usize] = index;
         class.joined += 1;
-        self.place(particle, index, number as u32, particle.velocity.square())
+        self.find_place(particle, index, number as u32, particle.velocity.square())
     }
 }
 

@@ -33,11 +33,11 @@ pub enum ProposalValidity {
 /// Method to propose pairs, each at a known rate that is at least its collision rate.
 ///
 /// Between two changes, proposals form a Poisson process of constant rate
-/// [`SelectionMethod::rate`], each drawn independently from one law. A proposal may turn out to be
-/// nothing ([`SelectionMethod::resolve`] gives `None`): it takes its share of time and has no other
-/// effect. So the law may be kept simple and still be exact, and proposals may be drawn ahead in
-/// batches, which hides the latency of memory. Proposals drawn before a change of the law are
-/// discarded; this is exact because draws do not depend on events in between.
+/// [`SelectionMethod::proposal_rate`], each drawn independently from one law. A proposal may turn
+/// out to be nothing ([`SelectionMethod::resolve_proposal`] gives `None`): it takes its share of
+/// time and has no other effect. So the law may be kept simple and still be exact, and proposals
+/// may be drawn ahead in batches, which hides the latency of memory. Proposals drawn before a
+/// change of the law are discarded; this is exact because draws do not depend on events in between.
 pub trait SelectionMethod<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
     /// Proposal that is drawn ahead.
     type Draw: Copy + Default;
@@ -49,13 +49,13 @@ pub trait SelectionMethod<P: SmoothPhysics>: Clone + Serialize + DeserializeOwne
     fn new() -> Self;
 
     /// Adapts all bounds to the current state.
-    fn rebuild(&mut self, gas: &mut HomogeneousGas<P>);
+    fn rebuild_bounds(&mut self, gas: &mut HomogeneousGas<P>);
 
     /// Rate of proposals, null ones included \[1/time\].
-    fn rate(&self) -> f64;
+    fn proposal_rate(&self) -> f64;
 
     /// Draws one proposal; the rate is above zero.
-    fn draw(&self, stream: &mut impl Rng) -> Self::Draw;
+    fn draw_proposal(&self, stream: &mut impl Rng) -> Self::Draw;
 
     /// Prefetches the memory that [`SelectionMethod::prefetch_particles`] reads.
     #[inline]
@@ -65,18 +65,19 @@ pub trait SelectionMethod<P: SmoothPhysics>: Clone + Serialize + DeserializeOwne
     fn prefetch_particles(&self, gas: &HomogeneousGas<P>, draw: &Self::Draw);
 
     /// Returns the particles that are now at the places of a proposal; `None` for a null proposal.
-    fn resolve(&self, gas: &HomogeneousGas<P>, draw: &Self::Draw) -> Option<CandidatePair>;
+    fn resolve_proposal(&self, gas: &HomogeneousGas<P>, draw: &Self::Draw)
+    -> Option<CandidatePair>;
 
     /// Updates the selection for a new velocity of a particle.
-    fn changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity;
+    fn velocity_changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity;
 
     /// Updates the selection for a particle that was added at the end of the list. Sizes never
     /// change: particles that merge or break are gone, and their successors are added.
-    fn added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity;
+    fn particle_added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity;
 
     /// Collisions per particle after which the bounds are rebuilt.
-    fn lifetime(&self) -> f64;
+    fn rebuild_interval(&self) -> f64;
 
     /// Memory held \[bytes\].
-    fn bytes(&self) -> usize;
+    fn memory_bytes(&self) -> usize;
 }

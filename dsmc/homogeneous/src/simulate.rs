@@ -115,7 +115,7 @@ impl HomogeneousSettings<'_> {
         self.choose(None)
     }
 
-    /// Resumes from [`Simulation::checkpoint`]; all settings must be those of the start.
+    /// Resumes from [`Simulation::save_checkpoint`]; all settings must be those of the start.
     ///
     /// # Errors
     /// As [`Self::simulate`]; and [`HomogeneousError::Checkpoint`] if the bytes are none of this
@@ -256,7 +256,7 @@ impl HomogeneousSettings<'_> {
                 self.count,
                 |kind| temperature(kind).unwrap_or(1.0),
                 self.velocities,
-                &mut self.streams.at(Purpose::Velocities, [0, 0]),
+                &mut self.streams.stream_at(Purpose::Velocities, [0, 0]),
             )?;
             let leg = ((LEG * gas.count() as f64) as u64).max(LEAST_LEG);
             let motion = motion(&gas);
@@ -362,11 +362,11 @@ where
         P::Space::DIMENSION
     }
 
-    fn count(&self) -> usize {
+    fn particle_count(&self) -> usize {
         self.engine.gas().count()
     }
 
-    fn weight(&self) -> f64 {
+    fn mean_weight(&self) -> f64 {
         1.0
     }
 
@@ -401,21 +401,21 @@ where
         self.engine.is_interrupted()
     }
 
-    fn visit(&self, look: &mut dyn FnMut(&stosszahl_model::Particle)) {
+    fn visit_particles(&self, look: &mut dyn FnMut(&stosszahl_model::Particle)) {
         let gas = self.engine.gas();
         for particle in gas.alive() {
             let (radius, mass) = (gas.radius(particle), gas.mass(particle));
             look(&stosszahl_model::Particle {
                 velocity: particle.velocity.spatial(),
-                species: gas.scene().sizes().kind(particle.tag),
-                ..stosszahl_model::Particle::of(radius, mass)
+                species: gas.scene().sizes().species_of(particle.tag),
+                ..stosszahl_model::Particle::at_rest(radius, mass)
             });
         }
     }
 
     fn particles(&self) -> Particles {
-        let mut all = Vec::with_capacity(self.count());
-        self.visit(&mut |particle| all.push(*particle));
+        let mut all = Vec::with_capacity(self.particle_count());
+        self.visit_particles(&mut |particle| all.push(*particle));
         Particles {
             time: self.time(),
             dimension: P::Space::DIMENSION,
@@ -425,8 +425,8 @@ where
         }
     }
 
-    fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
-        let flat = |change: &Vector3<f64>| P::Space::vector(|axis| change[axis]);
+    fn add_velocities(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
+        let flat = |change: &Vector3<f64>| P::Space::from_components(|axis| change[axis]);
         self.engine.kick(changes.iter().map(flat));
         Ok(())
     }
@@ -435,7 +435,7 @@ where
         self.engine.scale_velocities(factor).map_err(Failure::new)
     }
 
-    fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
+    fn save_checkpoint(&self) -> Result<Vec<u8>, Failure> {
         let kept = Kept {
             gas: self.engine.checkpoint(),
             leg: self.leg,
@@ -443,7 +443,7 @@ where
         postcard::to_stdvec(&kept).map_err(Failure::new)
     }
 
-    fn work(&self) -> WorkCounters {
+    fn work_counters(&self) -> WorkCounters {
         let tally = self.engine.tally();
         let each = |count: u64| count as f64 / tally.collisions.max(1) as f64;
         let numbers: BTreeMap<String, f64> = [
@@ -460,8 +460,8 @@ where
         }
     }
 
-    fn bytes(&self) -> usize {
-        self.engine.bytes()
+    fn memory_bytes(&self) -> usize {
+        self.engine.memory_bytes()
     }
 
     fn track_displacements(&mut self) -> bool {
@@ -473,7 +473,9 @@ where
         let now = self.engine.time();
         let particles = self.engine.gas().alive().enumerate();
         let way = |(index, particle): (usize, &super::gas::GasParticle<P>)| {
-            places.at(index, &particle.velocity, now).spatial()
+            places
+                .displacement_at(index, &particle.velocity, now)
+                .spatial()
         };
         Some(particles.map(way).collect())
     }
@@ -487,7 +489,7 @@ where
         let velocities: Vec<VectorOf<P>> = self.engine.gas().alive().map(|p| p.velocity).collect();
         let mut sums = vec![[0.0; 2]; lags.len()];
         for &index in particles {
-            let mut corners = paths.corners(paths.of(index)?).to_vec();
+            let mut corners = paths.corners(paths.path_of(index)?).to_vec();
             if let Some(&(since, place)) = corners.last() {
                 let end = self.engine.time();
                 let velocity = *velocities.get(index as usize)?;
@@ -502,7 +504,7 @@ where
         Some(sums)
     }
 
-    fn census(&self) -> Option<Census> {
+    fn cluster_sizes(&self) -> Option<Census> {
         self.engine.contacts().census(self.engine.gas())
     }
 }

@@ -96,17 +96,17 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
         }
     }
 
-    fn rebuild(&mut self, gas: &mut HomogeneousGas<P>) {
+    fn rebuild_bounds(&mut self, gas: &mut HomogeneousGas<P>) {
         places::arrange(&mut self.layout, gas);
         self.weigh(gas);
     }
 
-    fn rate(&self) -> f64 {
+    fn proposal_rate(&self) -> f64 {
         self.rate
     }
 
     #[inline]
-    fn draw(&self, stream: &mut impl Rng) -> SlotPair {
+    fn draw_proposal(&self, stream: &mut impl Rng) -> SlotPair {
         let number = self.first.draw(stream);
         let group = &self.layout.groups[number as usize];
         let (offset, _) = split(stream.next_u64(), group.capacity);
@@ -140,7 +140,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn resolve(&self, gas: &HomogeneousGas<P>, draw: &SlotPair) -> Option<CandidatePair> {
+    fn resolve_proposal(&self, gas: &HomogeneousGas<P>, draw: &SlotPair) -> Option<CandidatePair> {
         let group = &self.layout.groups[draw.group as usize];
         if draw.place - group.first >= group.length {
             return None;
@@ -165,8 +165,8 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
         let own = &self.layout.classes[group.class as usize];
         if !(own.exact & class.exact) {
             let radius = |index: u32| gas.radius(&gas.particles[index as usize]);
-            let pair = gas.kernel.of(radius(first), radius(second));
-            bound *= gas.kernel.of(own.radius, class.radius) / pair;
+            let pair = gas.kernel.rate_coefficient(radius(first), radius(second));
+            bound *= gas.kernel.rate_coefficient(own.radius, class.radius) / pair;
         }
         Some(CandidatePair {
             first,
@@ -176,7 +176,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
     }
 
     #[inline]
-    fn changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
+    fn velocity_changed(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let particle = &mut gas.particles[index as usize];
         let square = particle.velocity.square();
         let group = &self.layout.groups[particle.mark as usize];
@@ -184,14 +184,14 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
             return ProposalValidity::Kept;
         }
         let class = group.class;
-        let standing = self.layout.place(particle, index, class, square);
+        let standing = self.layout.find_place(particle, index, class, square);
         if standing == ProposalValidity::Changed {
             self.weigh_groups();
         }
         standing
     }
 
-    fn added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
+    fn particle_added(&mut self, gas: &mut HomogeneousGas<P>, index: u32) -> ProposalValidity {
         let radius = gas.radius(&gas.particles[index as usize]);
         let particle = &mut gas.particles[index as usize];
         let standing = self.layout.join(particle, index, radius);
@@ -201,14 +201,14 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
         standing
     }
 
-    fn lifetime(&self) -> f64 {
+    fn rebuild_interval(&self) -> f64 {
         0.25
     }
 
-    fn bytes(&self) -> usize {
-        self.layout.bytes()
-            + self.first.bytes()
-            + self.second.iter().map(Alias::bytes).sum::<usize>()
+    fn memory_bytes(&self) -> usize {
+        self.layout.memory_bytes()
+            + self.first.memory_bytes()
+            + self.second.iter().map(Alias::memory_bytes).sum::<usize>()
     }
 }
 

@@ -203,7 +203,7 @@ pub fn shards<S: Space>(count: u32, square: f64, stream: &mut impl Rng) -> Vec<S
 impl<P: SmoothPhysics<Sizes = Clusters>> ContactRule<P> for Sticking {
     const SIZES_CHANGE: bool = true;
 
-    fn meet(
+    fn apply_contact(
         &mut self,
         gas: &mut HomogeneousGas<P>,
         meeting: &CollidingParticles<VectorOf<P>>,
@@ -240,7 +240,7 @@ impl<P: SmoothPhysics<Sizes = Clusters>> ContactRule<P> for Sticking {
                 gas.particles.extend(whole);
                 ContactOutcome::Replaced { from }
             }
-            Fate::Bounce => Bounce.meet(gas, meeting, stream),
+            Fate::Bounce => Bounce.apply_contact(gas, meeting, stream),
         }
     }
 }

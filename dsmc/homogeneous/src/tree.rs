@@ -37,7 +37,7 @@ impl SumTree {
     /// Returns the weight in which the share `u`, from 0 to below 1, of the total lies. The total
     /// must be above zero; weights of zero are never found.
     #[inline]
-    pub fn find(&self, u: f64) -> usize {
+    pub fn find_weight(&self, u: f64) -> usize {
         let leaves = self.nodes.len() / 2;
         let mut place = u * self.total();
         let mut node = 1;
@@ -55,7 +55,7 @@ impl SumTree {
     }
 
     /// Memory held \[bytes\].
-    pub fn bytes(&self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<f64>()
     }
 }
@@ -81,8 +81,8 @@ mod tests {
                 sum += weight;
                 u * 8.0 < sum
             });
-            assert_eq!(Some(tree.find(u)), plain, "u = {u}");
+            assert_eq!(Some(tree.find_weight(u)), plain, "u = {u}");
         }
-        assert_eq!(tree.find(1.0), 6);
+        assert_eq!(tree.find_weight(1.0), 6);
     }
 }

@@ -32,7 +32,7 @@ fn constant(r: f64) -> Constant {
 }
 
 fn stream(seed: u64) -> Stream {
-    Streams::new(seed, 0).at(Purpose::Velocities, [0, 0])
+    Streams::new(seed, 0).stream_at(Purpose::Velocities, [0, 0])
 }
 
 /// Radii from 0.1 to 10, some equal and some nearly equal.
@@ -84,7 +84,7 @@ fn pairs_follow_their_rates<S: Space, Pick: SelectionMethod<Of<S, Constant, Poly
     for i in 0..count {
         for j in 0..i {
             let radius = |index: usize| engine.gas().radius(&before[index]);
-            rates[i * count + j] = kernel.of(radius(i), radius(j))
+            rates[i * count + j] = kernel.rate_coefficient(radius(i), radius(j))
                 * (before[i].velocity - before[j].velocity).square().sqrt();
         }
     }
@@ -192,7 +192,7 @@ fn mergers_follow_their_rates<Pick: SelectionMethod<Of<Volume, Constant, Cluster
         for other in &before[..i] {
             let radius = |particle| engine.gas().radius(particle);
             let speed = (one.velocity - other.velocity).square().sqrt();
-            let rate = kernel.of(radius(one), radius(other)) * speed;
+            let rate = kernel.rate_coefficient(radius(one), radius(other)) * speed;
             rates.insert(one.tag + other.tag, (rate, 0.0));
         }
     }
@@ -303,7 +303,7 @@ fn selections_agree_on_a_polydisperse_gas() {
     let each = |count: u64| count as f64 / tally.collisions as f64;
     assert!(each(tally.trials) < 1.55, "{}", each(tally.trials));
     assert!(each(tally.proposals) < 2.1, "{}", each(tally.proposals));
-    assert!(own.bytes() as f64 / n < 64.0);
+    assert!(own.memory_bytes() as f64 / n < 64.0);
     // Energy lost is recorded, to one rounding per collision.
     let start = 0.5 * 3.0 * n;
     let booked = own.gas().kinetic_energy() + tally.energy_lost;
@@ -395,7 +395,7 @@ fn haff<S: Space>(space: S) {
         theory::ContactValues::Enskog,
     )
     .expect("a gas");
-    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     let a2 = stosszahl_model::kinetic::fourth_cumulant(S::DIMENSION, r);
     let error = (2.0 / (d * count as f64)).sqrt();
     for tau in [1.0, 4.0] {
@@ -558,7 +558,7 @@ fn tracers_follow_the_tracer_limit() {
         theory::ContactValues::Dilute,
     )
     .expect("a mixture");
-    let state = CoolingState::of(&mixture, 1.0).expect("it cools");
+    let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     let gas = HomogeneousGas::maxwellian(
         scene(Volume, constant(0.9), species),
         PairCorrelationFactor::Dilute,
@@ -606,7 +606,7 @@ fn tracers_follow_the_tracer_limit() {
             let last = engine
                 .motion()
                 .0
-                .at(index as usize, &particle.velocity, end);
+                .displacement_at(index as usize, &particle.velocity, end);
             corners.push((end, last));
             sum += time_averaged(&corners, lag);
         }

@@ -66,8 +66,9 @@ impl<S: Space> BoundaryConditions<S> {
     /// Packing fraction of the densest inflow.
     pub(crate) fn densest<Z: Sizes>(&self, sizes: &Z) -> f64 {
         let inflows = self.inflows.iter();
-        let packing =
-            |inflow: &Inflow<S>| inflow.density * S::ball(sizes.radius(sizes.tag(inflow.like)));
+        let packing = |inflow: &Inflow<S>| {
+            inflow.density * S::particle_volume(sizes.radius(sizes.tag_of(inflow.like)))
+        };
         // A NaN is dropped here and refused when the inflow is checked.
         inflows.map(packing).fold(0.0, f64::max)
     }
@@ -87,12 +88,12 @@ impl<S: Space> BoundaryConditions<S> {
         let periodic = [0, 1].map(|axis| domain.is_periodic(axis));
         let area = FreeArea::new(&self.obstacles, sides, periodic, clearance);
         // A box without room counts as almost full; its particles are then refused one by one.
-        let share = area.between([0.0; 2], sides) / (sides[0] * sides[1]);
+        let share = area.rectangle_between([0.0; 2], sides) / (sides[0] * sides[1]);
         all * share.max(LEAST_SHARE)
     }
 
     /// Checks that walls, inflows, weights and obstacles fit the box and the scheme.
-    pub(crate) fn check(
+    pub(crate) fn check_domain(
         &self,
         domain: &Domain<S>,
         Parameters {

@@ -208,8 +208,8 @@ impl CutCells {
     }
 
     /// Memory of the cut cells \[bytes\].
-    pub(super) fn bytes(&self) -> usize {
-        4 * self.indices.capacity() + self.cells.iter().map(CutCell::bytes).sum::<usize>()
+    pub(super) fn memory_bytes(&self) -> usize {
+        4 * self.indices.capacity() + self.cells.iter().map(CutCell::memory_bytes).sum::<usize>()
     }
 }
 
@@ -293,7 +293,7 @@ impl CutCell {
     }
 
     /// Coordinates of the cell along the first two axes.
-    pub(super) fn at(&self) -> [u32; 2] {
+    pub(super) fn cell_coordinates(&self) -> [u32; 2] {
         self.at
     }
 
@@ -310,7 +310,7 @@ impl CutCell {
 
     /// Free area of a sub-cell over the area of a cell; 0 where no particle centre fits.
     #[inline]
-    pub(crate) fn share(&self, sub_cell: usize) -> f64 {
+    pub(crate) fn free_share(&self, sub_cell: usize) -> f64 {
         match self.sub_cells.get(sub_cell) {
             Some(one) if one.share > 0.0 => one.share.max(LEAST_ROOM),
             _ => 0.0,
@@ -349,7 +349,7 @@ impl CutCell {
         }
     }
 
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         let corners = self
             .parts
             .iter()
@@ -541,7 +541,7 @@ mod tests {
     fn points_of_a_sub_cell_see_each_other() {
         let (obstacles, grid) = standing(straight());
         let cuts = cuts(&obstacles, &grid, 0.0);
-        let mut stream = Streams::new(1, 0).at(Purpose::Placement, [0, 0]);
+        let mut stream = Streams::new(1, 0).stream_at(Purpose::Placement, [0, 0]);
         let mut found = std::collections::BTreeMap::new();
         let mut tried = std::collections::BTreeMap::new();
         for _ in 0..200_000 {
@@ -556,7 +556,7 @@ mod tests {
                 continue;
             }
             let sub_cell = cut.sub_cell_at(point.into());
-            assert!(cut.share(sub_cell) > 0.0, "{point}");
+            assert!(cut.free_share(sub_cell) > 0.0, "{point}");
             found
                 .entry((cell, sub_cell))
                 .or_insert_with(Vec::new)
@@ -571,7 +571,7 @@ mod tests {
                 );
             }
             let (share, count) = (
-                cuts.get(*cell).map_or(0.0, |cut| cut.share(*sub_cell)),
+                cuts.get(*cell).map_or(0.0, |cut| cut.free_share(*sub_cell)),
                 tried[cell],
             );
             let error = 5.0 * (share * (1.0 - share) / count).sqrt();

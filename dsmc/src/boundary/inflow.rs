@@ -97,7 +97,7 @@ impl<P: ParticleModel> InflowSource<P> {
             }
         }
         let sizes = scene.sizes();
-        let tag = sizes.tag(inflow.like);
+        let tag = sizes.tag_of(inflow.like);
         let mass = sizes.mass(tag);
         let inwards = if side == 0 { 1.0 } else { -1.0 };
         let drift = inwards * inflow.velocity[axis];
@@ -160,14 +160,14 @@ impl<P: ParticleModel> InflowSource<P> {
             ..
         } = self.inflow;
         let spread = (temperature / self.mass).sqrt();
-        let mut velocity = P::Space::vector(|component| {
+        let mut velocity = P::Space::from_components(|component| {
             let normal: f64 = StandardNormal.sample(stream);
             drift[component] + spread * normal
         });
         let inwards = if side == 0 { 1.0 } else { -1.0 };
         velocity[axis] = inwards * crossing_speed(inwards * drift[axis], spread, stream);
         let mut position =
-            P::Space::vector(|at| low[at] + (high[at] - low[at]) * stream.random::<f64>());
+            P::Space::from_components(|at| low[at] + (high[at] - low[at]) * stream.random::<f64>());
         position[axis] = if side == 0 { low[axis] } else { high[axis] };
         let surface = scene.surface();
         Simulator {

@@ -61,7 +61,7 @@ pub struct Ledgers<S: Space> {
 
 impl<S: Space> Ledgers<S> {
     /// Creates empty ledgers for these numbers of inflows and obstacles.
-    pub(crate) fn of(inflows: usize, obstacles: usize) -> Self {
+    pub(crate) fn with_counts(inflows: usize, obstacles: usize) -> Self {
         Self {
             inflows: vec![Transfer::default(); inflows],
             obstacles: vec![WallLedger::default(); obstacles],
@@ -112,7 +112,7 @@ pub(crate) struct ExactLedgers {
 
 impl ExactLedgers {
     /// Adds the entries of a tile and clears them there.
-    pub(crate) fn take<S: Space>(&mut self, other: &mut Ledgers<S>) {
+    pub(crate) fn take_ledgers<S: Space>(&mut self, other: &mut Ledgers<S>) {
         let mut place = 0;
         other.sums(|sum| {
             if place == self.sums.len() {

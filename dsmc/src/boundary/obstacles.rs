@@ -102,7 +102,7 @@ impl ObstacleMap {
         let (image, hit) =
             self.all
                 .first_contact(position, velocity, acceleration, radius, limit)?;
-        Some((&self.all.all()[image], self.originals[image], hit))
+        Some((&self.all.obstacle_list()[image], self.originals[image], hit))
     }
 
     /// Number of the obstacle that a particle overlaps; `None` if it overlaps none.
@@ -141,7 +141,7 @@ impl ObstacleMap {
     /// circle.
     pub(super) fn edges(&self, sagitta: f64) -> Vec<[Point; 2]> {
         let mut edges = Vec::new();
-        for obstacle in self.all.all() {
+        for obstacle in self.all.obstacle_list() {
             let points = match obstacle.outline() {
                 ObstacleShape::Segment { ends } => ends.to_vec(),
                 ObstacleShape::Polyline { points } => points.clone(),
@@ -190,14 +190,20 @@ impl<'a> ClosedRegion<'a> {
 
     /// Distance of a point from the closed region \[length\]; negative inside.
     fn gap(&self, point: Point) -> f64 {
-        let near = self.near.iter().map(|&number| &self.all.all.all()[number]);
+        let near = self
+            .near
+            .iter()
+            .map(|&number| &self.all.all.obstacle_list()[number]);
         let distances = near.map(|obstacle| obstacle.clearance(point));
         distances.fold(f64::INFINITY, f64::min) - self.clearance
     }
 
     /// Returns true if the closed region has straight edges only.
     fn is_straight(&self) -> bool {
-        let mut near = self.near.iter().map(|&number| &self.all.all.all()[number]);
+        let mut near = self
+            .near
+            .iter()
+            .map(|&number| &self.all.all.obstacle_list()[number]);
         self.clearance == 0.0
             && near.all(|obstacle| !matches!(obstacle.outline(), ObstacleShape::Circle { .. }))
     }

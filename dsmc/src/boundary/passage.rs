@@ -98,7 +98,7 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
             duration: self.duration - after,
             particles: self.weight * self.surroundings.factor(origin.cell),
         };
-        let mut draws = Draws::at(self.walls, origin.address());
+        let mut draws = Draws::stream_at(self.walls, origin.address());
         trip.travel::<F>(simulator, &mut draws, ledgers)
     }
 
@@ -115,7 +115,7 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
             return 1;
         }
         ledgers.balanced += 1;
-        let mut stream = self.balance.at(origin.address());
+        let mut stream = self.balance.stream_at(origin.address());
         let copies = draw_whole(before / after, &mut stream);
         let particles = self.weight * (copies as f64 * after - before);
         enter::<P, F>(self.scene, simulator, particles, &mut ledgers.balance);
@@ -152,7 +152,7 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
                 .product();
             let mean = source.flux() * area * self.duration / particles;
             let address = u64::from(origin.cell) | (number as u64) << 32;
-            let mut stream = self.inflow.at(address);
+            let mut stream = self.inflow.stream_at(address);
             for _ in 0..draw_whole(mean, &mut stream) {
                 let mut simulator = source.draw::<F>(self.scene, corners, &mut stream);
                 let after = self.duration * uniform(&mut stream);

@@ -34,7 +34,7 @@ pub(super) fn cut_windows<S: Space>(
     let mut near = vec![false; grid.counts()[0] as usize * grid.counts()[1] as usize];
     let number = |[x, y]: [u32; 2]| (x + grid.counts()[0] * y) as usize;
     for cell in cuts.cells() {
-        for (other, _) in neighbours.around(cell.at()) {
+        for (other, _) in neighbours.cells_around(cell.cell_coordinates()) {
             near[number(other)] = true;
         }
     }
@@ -63,7 +63,7 @@ struct SightLines<'a, S: Space> {
 
 impl<S: Space> SightLines<'_, S> {
     /// Cells around a cell, each with the number of boxes by which its image is shifted.
-    fn around(&self, [x, y]: [u32; 2]) -> impl Iterator<Item = ([u32; 2], [i64; 2])> + '_ {
+    fn cells_around(&self, [x, y]: [u32; 2]) -> impl Iterator<Item = ([u32; 2], [i64; 2])> + '_ {
         let [along_x, along_y] = self.reach.map(|reach| -reach..=reach);
         let steps = along_y.flat_map(move |up| along_x.clone().map(move |right| [right, up]));
         steps.filter_map(move |step| {
@@ -94,7 +94,7 @@ impl<S: Space> SightLines<'_, S> {
         let windows = self.parts(cell).into_iter().filter_map(|(part, from)| {
             let mut members = Vec::new();
             let mut sees_all = true;
-            for (other, boxes) in self.around(cell) {
+            for (other, boxes) in self.cells_around(cell) {
                 let (shift, images) = (self.shift(boxes), self.images(boxes));
                 for (sub_cell, inside) in self.parts(other) {
                     let is_here = (other, sub_cell) == (cell, part);

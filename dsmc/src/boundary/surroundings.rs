@@ -205,7 +205,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
     /// Fraction of a cell that a sub-cell offers to particle centres; 0 where no centre fits.
     #[inline]
     pub(crate) fn room_in(&self, cut: &CutCell, sub_cell: usize, layer: u32) -> f64 {
-        cut.share(sub_cell) * share_of(&self.columns[2], layer)
+        cut.free_share(sub_cell) * share_of(&self.columns[2], layer)
     }
 
     /// Passes the free fractions of cells to the local density. Schemes that pair within a cell use
@@ -240,10 +240,13 @@ impl<P: ParticleModel> GridBoundaries<P> {
     }
 
     /// Memory \[bytes\].
-    pub(crate) fn bytes(&self) -> usize {
+    pub(crate) fn memory_bytes(&self) -> usize {
         let columns = self.columns.iter().chain(&self.bodies);
         let numbers = columns.map(Vec::capacity).sum::<usize>() + self.factors.capacity();
-        let cuts = self.cuts.as_ref().map_or(0, |(cuts, _)| cuts.bytes());
+        let cuts = self
+            .cuts
+            .as_ref()
+            .map_or(0, |(cuts, _)| cuts.memory_bytes());
         size_of::<Self>() + 8 * numbers + cuts
     }
 
@@ -388,8 +391,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         if !self.are_obstacles_far_from(place, bend) {
             return None;
         }
-        let mut low = P::Space::vector(|_| f64::NEG_INFINITY);
-        let mut high = P::Space::vector(|_| f64::INFINITY);
+        let mut low = P::Space::from_components(|_| f64::NEG_INFINITY);
+        let mut high = P::Space::from_components(|_| f64::INFINITY);
         for &(axis, side) in &self.faces {
             let inset = self.depths[axis][side] + bend[axis];
             if side == 0 {
@@ -433,7 +436,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         let clearance = self.clearance(source.particle().1);
         let width = grid.width();
         let mut corners = [0, 1].map(|more| {
-            P::Space::vector(|axis| {
+            P::Space::from_components(|axis| {
                 let edge = cell[axis] + more;
                 if edge == grid.counts()[axis] {
                     self.lengths[axis]
@@ -546,7 +549,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         let mut speeds = VectorOf::<P>::default();
         let sizes = scene.sizes();
         for inflow in inflows {
-            let mass = sizes.mass(sizes.tag(inflow.like));
+            let mass = sizes.mass(sizes.tag_of(inflow.like));
             for axis in 0..P::Space::DIMENSION {
                 let thermal = 3.0 * (inflow.temperature / mass).sqrt();
                 speeds[axis] = speeds[axis].max(inflow.velocity[axis].abs() + thermal);
@@ -562,7 +565,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
             speeds[axis] = speeds[axis].max(speed);
             if let Rebound::Diffuse { temperature } = wall.rebound {
                 let thermal = 3.0 * (temperature / mean_mass).sqrt();
-                speeds = P::Space::vector(|axis| speeds[axis].max(thermal));
+                speeds = P::Space::from_components(|axis| speeds[axis].max(thermal));
             }
         }
         speeds
@@ -610,7 +613,7 @@ fn factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
     for z in 0..layers {
         for y in 0..rows {
             for x in 0..columns {
-                factors.push(weights.at(middle(grid.counts(), [x, y, z])));
+                factors.push(weights.factor_at(middle(grid.counts(), [x, y, z])));
             }
         }
     }

@@ -40,7 +40,7 @@ pub(crate) struct Draws {
 
 impl Draws {
     /// Creates the stream of an address, without drawing from it.
-    pub(crate) fn at(bundle: StreamBundle, address: u64) -> Self {
+    pub(crate) fn stream_at(bundle: StreamBundle, address: u64) -> Self {
         Self {
             bundle,
             address,
@@ -51,7 +51,7 @@ impl Draws {
     /// Stream of random numbers, seeded on first use.
     pub(crate) fn stream(&mut self) -> &mut ShortStream {
         self.stream
-            .get_or_insert_with(|| self.bundle.at(self.address))
+            .get_or_insert_with(|| self.bundle.stream_at(self.address))
     }
 }
 
@@ -256,7 +256,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         draws: &mut Draws,
         ledgers: &mut Ledgers<P::Space>,
     ) {
-        let normal = P::Space::vector(|axis| normal.get(axis).copied().unwrap_or(0.0));
+        let normal = P::Space::from_components(|axis| normal.get(axis).copied().unwrap_or(0.0));
         let touch = Touch {
             normal,
             wall: VectorOf::<P>::default(),
@@ -307,7 +307,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
     ) {
         let way = (simulator.velocity + self.acceleration * (0.5 * time)) * time;
         simulator.position += way;
-        F::moved(&mut simulator.mark, way);
+        F::add_displacement(&mut simulator.mark, way);
         simulator.velocity += self.acceleration * time;
         self.now += time;
         self.left -= time;

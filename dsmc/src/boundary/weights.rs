@@ -136,7 +136,7 @@ impl SimulatorWeights {
     }
 
     /// Factor at a point of the box, given as a fraction of its sides.
-    pub fn at(&self, shares: [f64; 3]) -> f64 {
+    pub fn factor_at(&self, shares: [f64; 3]) -> f64 {
         let block = self.block(shares);
         self.factors.get(block).copied().unwrap_or(1.0)
     }
@@ -161,13 +161,13 @@ mod tests {
     fn blocks_are_found_by_their_place() {
         let weights =
             SimulatorWeights::table([2, 3, 1], vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).expect("fit");
-        assert_eq!(weights.at([0.2, 0.1, 0.0]), 1.0);
-        assert_eq!(weights.at([0.7, 0.1, 0.0]), 2.0);
-        assert_eq!(weights.at([0.2, 0.99, 0.0]), 5.0);
-        assert_eq!(weights.at([1.0, 1.0, 1.0]), 6.0);
-        assert_eq!(SimulatorWeights::uniform().at([0.5; 3]), 1.0);
+        assert_eq!(weights.factor_at([0.2, 0.1, 0.0]), 1.0);
+        assert_eq!(weights.factor_at([0.7, 0.1, 0.0]), 2.0);
+        assert_eq!(weights.factor_at([0.2, 0.99, 0.0]), 5.0);
+        assert_eq!(weights.factor_at([1.0, 1.0, 1.0]), 6.0);
+        assert_eq!(SimulatorWeights::uniform().factor_at([0.5; 3]), 1.0);
         let slices = SimulatorWeights::along(1, vec![1.0, 4.0]).expect("fit");
-        assert_eq!(slices.at([0.9, 0.6, 0.0]), 4.0);
+        assert_eq!(slices.factor_at([0.9, 0.6, 0.0]), 4.0);
         assert!(!slices.is_uniform() && SimulatorWeights::uniform().is_uniform());
     }
 
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(changes, [1.0, 0.5, 1.0, 1.0, 2.0]);
         let far = weights.with_factors(&[1.0, 1.0 / 1024.0, 1.0, 1.0, 1024.0]);
         assert_eq!(far.changes(&[0, 1, 9, 9, 900], 10.0), [1.0; 5]);
-        assert_eq!(far.at([0.0, 0.99, 0.0]), 1024.0);
+        assert_eq!(far.factor_at([0.0, 0.99, 0.0]), 1024.0);
         assert!(SimulatorWeights::following(0, 0).is_err());
     }
 

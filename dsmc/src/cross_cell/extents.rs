@@ -21,7 +21,7 @@ impl<S: Space> VelocityBox<S> {
     #[inline(always)]
     pub(super) fn empty() -> Self {
         Self {
-            most: [S::vector(|_| f64::MIN); 2],
+            most: [S::from_components(|_| f64::MIN); 2],
         }
     }
 
@@ -79,7 +79,7 @@ impl<S: Space> VelocityBox<S> {
     #[inline(always)]
     pub(super) fn sides(&self) -> S::Vector {
         let [low, high] = self.most;
-        S::vector(|axis| larger(high[axis] + low[axis], 0.0))
+        S::from_components(|axis| larger(high[axis] + low[axis], 0.0))
     }
 
     /// Largest speed `-u . k` of the velocities u in the box; a large negative number if it is
@@ -87,7 +87,7 @@ impl<S: Space> VelocityBox<S> {
     #[inline(always)]
     pub(super) fn against(&self, k: S::Vector) -> f64 {
         let ends = [0, 1, 2].map(|axis| usize::from(axis < S::DIMENSION && k[axis] < 0.0));
-        self.along(ends, S::vector(|axis| k[axis].abs()))
+        self.along(ends, S::from_components(|axis| k[axis].abs()))
     }
 
     /// Largest speed as in [`Self::against`], for known ends of the box along each axis and

@@ -147,7 +147,7 @@ impl<P: ParticleModel> HaloCopy<P> {
             .any(|axis| grid.domain().is_periodic(axis) && self.counts[axis] < within);
         self.has_images =
             (0..P::Space::DIMENSION).any(|axis| self.counts[axis] < self.sides[axis] as i64);
-        self.scale = P::Space::vector(|axis| 1.0 / grid.width()[axis]);
+        self.scale = P::Space::from_components(|axis| 1.0 / grid.width()[axis]);
         self.clear();
         for z in 0..self.sides[2] {
             for y in 0..self.sides[1] {
@@ -446,7 +446,7 @@ impl<P: ParticleModel> HaloCopy<P> {
     /// Position of a particle, as seen from the tile \[length\].
     #[inline(always)]
     pub(super) fn position(&self, index: usize) -> VectorOf<P> {
-        P::Space::vector(|axis| self.positions[axis][index])
+        P::Space::from_components(|axis| self.positions[axis][index])
     }
 
     /// Tile and index in it of a particle of the halo copy.

@@ -121,7 +121,7 @@ fn packing(entry: usize) -> f64 {
 
 /// Radius of a ball of this volume \[length\].
 fn radius<S: Space>(volume: f64) -> f64 {
-    (volume / S::ball(1.0)).powf(1.0 / S::DIMENSION as f64)
+    (volume / S::particle_volume(1.0)).powf(1.0 / S::DIMENSION as f64)
 }
 
 impl Window {
@@ -210,7 +210,7 @@ impl Window {
         let excess = 2_f64.powi(S::DIMENSION as i32 - 1) * packing * chi;
         let zero = S::structure_factor_at_zero(packing);
         let slope = (1.0 / zero - 1.0) / excess - 1.0;
-        let simulators = self.copies * packing / S::ball(0.5 * self.diameter);
+        let simulators = self.copies * packing / S::particle_volume(0.5 * self.diameter);
         let spread = self.radius.max(radius::<S>(NEAREST / simulators));
         let [mut missing, mut variance, mut all] = [0.0; 3];
         for wave in waves {
@@ -344,7 +344,7 @@ mod tests {
                 copies,
             };
             let found = window.lacks::<Plane>(packing, &window.waves::<Plane>());
-            let simulators = copies * packing / Plane::ball(0.5);
+            let simulators = copies * packing / Plane::particle_volume(0.5);
             let nearest = (2.0 / (std::f64::consts::PI * simulators)).sqrt();
             let spread = radius.max(nearest);
             let plain = plain(
@@ -371,9 +371,9 @@ mod tests {
         fn check<S: Space>() {
             for (side, radius, copies, densest) in [(10.0, 7.0, 1.0, 0.1), (5.0, 0.5, 8.0, 0.45)] {
                 let window = Window {
-                    volume: S::ball(0.5 * side),
-                    cell: S::ball(0.5),
-                    block: S::ball(0.5 * side),
+                    volume: S::particle_volume(0.5 * side),
+                    cell: S::particle_volume(0.5),
+                    block: S::particle_volume(0.5 * side),
                     weighing: DensityKernel::Flat,
                     diameter: 1.0,
                     radius,

@@ -66,7 +66,7 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
     ) -> Self {
         // Volumes in units of a cell: within the radius, and of the block searched.
         let side = 2 * ranges.block() + 1;
-        let within = P::Space::ball(radius) / grid.cell_volume();
+        let within = P::Space::particle_volume(radius) / grid.cell_volume();
         let around = (side * side) as f64;
         let has_many = in_cell * around >= MANY && within >= LEAST_SHARE * around;
         Self {

@@ -84,7 +84,7 @@ where
         for simulator in &tile.simulators {
             let velocity = simulator.velocity;
             let twice_energy = sizes.mass(simulator.tag) * velocity.square();
-            stock.note(velocity, velocity, twice_energy, self.units);
+            stock.add_cell(velocity, velocity, twice_energy, self.units);
         }
         tile.stock = stock;
         bounds

@@ -136,7 +136,7 @@ fn search_like_a_plain_one<P: ParticleModel<Space = Plane>>(scene: impl Fn(usize
             let reach = (ranges.near + ranges.shift) as f64;
             // Excess over the mean radius, and position, of each particle.
             let all: Vec<_> = (engine.state().bodies.iter().enumerate())
-                .map(|(index, body)| (sizes.radius(sizes.tag(index)) - mean, body.position))
+                .map(|(index, body)| (sizes.radius(sizes.tag_of(index)) - mean, body.position))
                 .collect();
             let (mut expected, mut squares) = (0.0, 0.0);
             let tiles = &mut engine.tiles;
@@ -387,7 +387,7 @@ fn lines_of_centres_have_the_density_of_the_bound() {
 fn over_enskog(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> [f64; 2] {
     let chi = Plane::contact_value(packing);
     let theory = Plane::collision_rate(packing, chi);
-    let side = (f64::from(disks) * Plane::ball(0.5) / packing).sqrt();
+    let side = (f64::from(disks) * Plane::particle_volume(0.5) / packing).sqrt();
     let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
     let temperature = state.temperature(&equal(1.0));
     let mut engine =
@@ -447,7 +447,7 @@ fn elastic_rate_and_pressure_are_enskogs() {
 /// over several waves and times.
 fn structure(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64 {
     let theory = Plane::collision_rate(packing, Plane::contact_value(packing));
-    let side = (f64::from(disks) * Plane::ball(0.5) / packing).sqrt();
+    let side = (f64::from(disks) * Plane::particle_volume(0.5) / packing).sqrt();
     let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
     let mut engine =
         DsmcEngine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
@@ -492,7 +492,7 @@ fn many_simulators_have_the_structure_of_disks() {
 /// Energy over its initial value after 1.5 Haff times at restitution 0.8.
 fn energy_left(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64 {
     let scene = equal::<Plane>(0.8);
-    let side = (f64::from(disks) * Plane::ball(0.5) / packing).sqrt();
+    let side = (f64::from(disks) * Plane::particle_volume(0.5) / packing).sqrt();
     let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
     let temperature = state.temperature(&scene);
     let mut engine =
@@ -586,7 +586,7 @@ fn unequal(count: usize) -> Unequal {
 }
 
 impl Observer for Kinds {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let mass = collision.reduced_mass;
             self.0[usize::from(mass > 0.6) + usize::from(mass > 1.0)] += 1;
@@ -604,7 +604,7 @@ fn unequal_disks_meet_at_the_rates_of_a_mixture() {
     let kinds = UNEQUAL;
     let scene = unequal(disks as usize);
     let half = f64::from(disks) / 2.0;
-    let area = half * (Plane::ball(0.5) + Plane::ball(1.0)) / packing;
+    let area = half * (Plane::particle_volume(0.5) + Plane::particle_volume(1.0)) / packing;
     let side = area.sqrt();
     // M_1/M_2 of the diameters.
     let moments = (1.0 + 2.0) / (1.0 + 4.0);

@@ -377,7 +377,7 @@ where
         velocities[0][0] += slip;
         let masses = pair.map(|simulator| sizes.mass(simulator.tag));
         let relative = velocities[0] - velocities[1];
-        let kinds = [0, 1].map(|who| sizes.kind(pair[who].tag));
+        let kinds = [0, 1].map(|who| sizes.species_of(pair[who].tag));
         let law = (kernel.scene.restitution()).separation(kinds, relative.inner(&normal));
         let encounter = CollidingPair {
             velocities,
@@ -456,7 +456,7 @@ pub(super) fn line_of_centres<S: Space>(sides: S::Vector, stream: &mut impl Rng)
             first * along + second * other,
             first * other + second * along,
         ];
-        return S::vector(|axis| both[axis]);
+        return S::from_components(|axis| both[axis]);
     }
     let chosen = if pick < sides[0] {
         0
@@ -467,7 +467,7 @@ pub(super) fn line_of_centres<S: Space>(sides: S::Vector, stream: &mut impl Rng)
     };
     let square: f64 = stream.random();
     let around = Plane::random_direction(stream) * (1.0 - square).sqrt();
-    S::vector(|axis| match (axis + 3 - chosen) % 3 {
+    S::from_components(|axis| match (axis + 3 - chosen) % 3 {
         0 => square.sqrt(),
         other => around[other - 1],
     })

@@ -106,7 +106,7 @@ where
                 layer: number / rows,
             };
             let first = kernel.grid.number(home.cell_at(cells));
-            let mut stream = kernel.streams.at(u64::from(first));
+            let mut stream = kernel.streams.stream_at(u64::from(first));
             if self.moves {
                 self.patch.bound_line([line.row, line.layer]);
             }

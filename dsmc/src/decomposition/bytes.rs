@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Serializes a value.
-pub(crate) fn write<T: Serialize>(value: &T) -> Vec<u8> {
+pub(crate) fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
     postcard::to_stdvec(value).expect("all types here have a length")
 }
 
@@ -12,6 +12,6 @@ pub(crate) fn write<T: Serialize>(value: &T) -> Vec<u8> {
 ///
 /// # Panics
 /// If the bytes come from another program: an error of the transport between processes.
-pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> T {
+pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> T {
     postcard::from_bytes(bytes).expect("the bytes of the same program")
 }

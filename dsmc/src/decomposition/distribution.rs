@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::ParticleModel;
 
-use super::bytes::{read, write};
+use super::bytes::{from_bytes, to_bytes};
 use super::owners;
 use super::ranks::{Ranks, all_gather, broadcast, gather};
 use super::subdomain::{Subdomain, TileData};
@@ -33,8 +33,8 @@ struct GasHeader<P: ParticleModel, F: DisplacementTracking<P::Space>> {
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
     /// Declares that several processes hold the gas. Each has made the engine from the same
-    /// arguments; the root process holds all tiles until [`Self::divide`].
-    pub fn share(&mut self, ranks: Arc<dyn Ranks>) {
+    /// arguments; the root process holds all tiles until [`Self::scatter_tiles`].
+    pub fn distribute_among(&mut self, ranks: Arc<dyn Ranks>) {
         self.share = Some(Subdomain::new(ranks, self.tiles.len()));
     }
 
@@ -64,7 +64,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
     }
 
     /// Scatters the tiles to their owners. Collective call; does nothing if they are scattered.
-    pub fn divide(&mut self) {
+    pub fn scatter_tiles(&mut self) {
         if !PROCESSES {
             return;
         }
@@ -80,8 +80,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
                 owners: owners::bisect(self.grid.tiles(), &costs, ranks.size()),
             }
         });
-        let bytes = header.map_or_else(Vec::new, |header| write(&header));
-        let header: GasHeader<P, F> = read(&broadcast(&*ranks, bytes));
+        let bytes = header.map_or_else(Vec::new, |header| to_bytes(&header));
+        let header: GasHeader<P, F> = from_bytes(&broadcast(&*ranks, bytes));
         self.take_over(header.gas);
         self.simulators = header.simulators;
         share.own(&self.grid, header.owners, self.margin());
@@ -91,7 +91,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
                 let own = self.tiles.iter_mut().enumerate();
                 let own = own.filter(|(number, _)| share.owners[*number] as usize == rank);
                 let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
-                (rank, write(&contents))
+                (rank, to_bytes(&contents))
             });
             let messages = messages.collect();
             ranks.exchange(messages, &[]);
@@ -102,7 +102,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         self.part_with(&mut share);
         for content in came
             .iter()
-            .flat_map(|bytes| read::<Vec<TileData<P, F>>>(bytes))
+            .flat_map(|bytes| from_bytes::<Vec<TileData<P, F>>>(bytes))
         {
             self.tiles[content.tile as usize].hold(content);
         }
@@ -126,18 +126,18 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
 
     /// Gathers all tiles, sorted, in the root process. Collective call; does nothing if they are
     /// there.
-    pub fn unite(&mut self) {
+    pub fn gather_tiles(&mut self) {
         let Some(mut share) = self.share.take_if(|share| !share.is_united) else {
             return;
         };
         let own = self.tiles.iter_mut().enumerate();
         let own = own.filter(|(_, tile)| tile.is_here && share.me() > 0);
         let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
-        let came = gather(&*share.ranks, write(&contents));
+        let came = gather(&*share.ranks, to_bytes(&contents));
         for content in came
             .iter()
             .skip(1)
-            .flat_map(|bytes| read::<Vec<TileData<P, F>>>(bytes))
+            .flat_map(|bytes| from_bytes::<Vec<TileData<P, F>>>(bytes))
         {
             self.tiles[content.tile as usize].hold(content);
         }
@@ -173,11 +173,11 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         let seconds: Vec<(u32, f64)> = own
             .map(|(number, tile)| (number as u32, std::mem::take(&mut tile.seconds)))
             .collect();
-        let all = all_gather(&*ranks, write(&seconds));
+        let all = all_gather(&*ranks, to_bytes(&seconds));
         let mut costs = vec![0.0; self.tiles.len()];
         let mut sums = Vec::new();
         for bytes in &all {
-            let some: Vec<(u32, f64)> = read(bytes);
+            let some: Vec<(u32, f64)> = from_bytes(bytes);
             sums.push(some.iter().map(|one| one.1).sum::<f64>());
             for (number, seconds) in some {
                 costs[number as usize] = seconds;
@@ -202,7 +202,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
             let own = self.tiles.iter_mut().enumerate();
             let own = own.filter(|(number, tile)| tile.is_here && moving(*number, rank));
             let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
-            (rank, write(&contents))
+            (rank, to_bytes(&contents))
         });
         let came = ranks.exchange(messages.collect(), &others);
         share.own(&self.grid, owners, self.margin());
@@ -214,7 +214,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         }
         for content in came
             .iter()
-            .flat_map(|bytes| read::<Vec<TileData<P, F>>>(bytes))
+            .flat_map(|bytes| from_bytes::<Vec<TileData<P, F>>>(bytes))
         {
             self.tiles[content.tile as usize].hold(content);
         }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, ParticleModel};
 
-use super::bytes::{read, write};
+use super::bytes::{from_bytes, to_bytes};
 use super::ranks::all_reduce;
 use super::subdomain::Subdomain;
 use crate::engine::DsmcEngine;
@@ -83,7 +83,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
                         Vec::new()
                     },
                 };
-                (rank, write(&sent))
+                (rank, to_bytes(&sent))
             })
             .collect();
         // Simulators that stay in this process.
@@ -99,7 +99,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
             }
         }
         for bytes in share.ranks.exchange(messages, &from) {
-            let sent: Sent<P, F> = read(&bytes);
+            let sent: Sent<P, F> = from_bytes(&bytes);
             self.enter(&sent.leaving);
             for (tile, log) in sent.logs {
                 self.tiles[tile as usize].log.extend(log);

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use stosszahl_model::{Collision, ParticleModel, Space};
 
-use super::bytes::{read, write};
+use super::bytes::{from_bytes, to_bytes};
 use super::ranks::{all_gather, gather};
-use super::subdomain::{Subdomain, TileData, around};
+use super::subdomain::{Subdomain, TileData, tiles_around};
 use crate::cross_cell::{ChangeOf, Distances, TileBounds, TilePeers, TileReport, colours};
 use crate::grid::Grid;
 use crate::particle::DisplacementTracking;
@@ -27,9 +27,12 @@ impl<S: Space> Subdomain<S> {
         let mut to: BTreeMap<usize, Vec<(u32, Vec<f32>)>> = BTreeMap::new();
         let mut from: Vec<usize> = Vec::new();
         for (number, tile) in tiles.iter().enumerate().filter(|(_, tile)| tile.is_here) {
-            let mut near: Vec<usize> = within(grid, number, reach).collect();
+            let mut near: Vec<usize> = tiles_within(grid, number, reach).collect();
             if is_wide {
-                near = near.iter().flat_map(|&other| around(grid, other)).collect();
+                near = near
+                    .iter()
+                    .flat_map(|&other| tiles_around(grid, other))
+                    .collect();
             }
             let owners = near.iter().map(|&other| self.owners[other] as usize);
             let mut wanted: Vec<usize> = owners.filter(|&owner| owner != self.me()).collect();
@@ -49,11 +52,11 @@ impl<S: Space> Subdomain<S> {
         // The relation is symmetric: receivers are also senders.
         from.sort_unstable();
         from.dedup();
-        let messages = to.iter().map(|(&rank, some)| (rank, write(some)));
+        let messages = to.iter().map(|(&rank, some)| (rank, to_bytes(some)));
         let came = self.ranks.exchange(messages.collect(), &from);
         let all = came
             .iter()
-            .flat_map(|bytes| read::<Vec<(u32, Vec<f32>)>>(bytes));
+            .flat_map(|bytes| from_bytes::<Vec<(u32, Vec<f32>)>>(bytes));
         all.map(|(number, values)| (number as usize, values))
             .collect()
     }
@@ -103,14 +106,14 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
                 let seer = self.seer(change.tile as usize, rank);
                 seer.is_some_and(|seer| seer.sees(change.cell))
             });
-            (rank, write(&seen.copied().collect::<Vec<_>>()))
+            (rank, to_bytes(&seen.copied().collect::<Vec<_>>()))
         });
         let messages = messages.collect();
         self.ranks
             .exchange_around(messages, from, meanwhile, &mut |came| {
                 let all = came
                     .iter()
-                    .flat_map(|bytes| read::<Vec<ChangeOf<P>>>(bytes));
+                    .flat_map(|bytes| from_bytes::<Vec<ChangeOf<P>>>(bytes));
                 then(all.collect());
             });
     }
@@ -135,8 +138,9 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
         for (tile, report) in mine {
             all[tile as usize] = Some(report);
         }
-        for bytes in all_gather(&*self.ranks, write(&counted)) {
-            for (tile, tally, distances) in read::<Vec<(u32, CollisionCounters, Distances)>>(&bytes)
+        for bytes in all_gather(&*self.ranks, to_bytes(&counted)) {
+            for (tile, tally, distances) in
+                from_bytes::<Vec<(u32, CollisionCounters, Distances)>>(&bytes)
             {
                 all[tile as usize].get_or_insert_with(|| TileReport {
                     tally,
@@ -146,12 +150,12 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
             }
         }
         let came = if looks {
-            gather(&*self.ranks, write(&logs))
+            gather(&*self.ranks, to_bytes(&logs))
         } else {
             Vec::new()
         };
         for bytes in came.iter().skip(1) {
-            for (tile, log) in read::<Vec<(u32, Vec<Collision>)>>(bytes) {
+            for (tile, log) in from_bytes::<Vec<(u32, Vec<Collision>)>>(bytes) {
                 if let Some(report) = &mut all[tile as usize] {
                     report.log = log;
                 }
@@ -169,7 +173,11 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
 }
 
 /// Tiles that have cells within `reach` cells of a tile along each axis, across periodic faces.
-fn within<S: Space>(grid: &Grid<S>, tile: usize, reach: [usize; 3]) -> impl Iterator<Item = usize> {
+fn tiles_within<S: Space>(
+    grid: &Grid<S>,
+    tile: usize,
+    reach: [usize; 3],
+) -> impl Iterator<Item = usize> {
     let place = grid.tile_place(grid.place_of(tile));
     let [columns, rows, layers] = [0, 1, 2].map(|axis| {
         let count = i64::from(grid.counts()[axis]);

@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use stosszahl_model::Sum;
 
-use super::bytes::{read, write};
+use super::bytes::{from_bytes, to_bytes};
 
 /// Transport between processes that hold one gas. All of them make the same calls in the same
 /// order.
@@ -62,11 +62,11 @@ pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
     add: impl Fn(&mut T, T),
 ) -> T {
     let (me, size) = (ranks.rank(), ranks.size());
-    let from = |rank: usize| read::<T>(&ranks.exchange(Vec::new(), &[rank])[0]);
+    let from = |rank: usize| from_bytes::<T>(&ranks.exchange(Vec::new(), &[rank])[0]);
     // Processes beyond the power of two are represented by a partner.
     let paired = 1 << size.ilog2();
     if me >= paired {
-        ranks.exchange(vec![(me - paired, write(&sum))], &[]);
+        ranks.exchange(vec![(me - paired, to_bytes(&sum))], &[]);
         return from(me - paired);
     }
     let beyond = (me + paired < size).then_some(me + paired);
@@ -76,12 +76,12 @@ pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
     let mut step = 1;
     while step < paired {
         let other = me ^ step;
-        let came = ranks.exchange(vec![(other, write(&sum))], &[other]);
-        add(&mut sum, read(&came[0]));
+        let came = ranks.exchange(vec![(other, to_bytes(&sum))], &[other]);
+        add(&mut sum, from_bytes(&came[0]));
         step *= 2;
     }
     if let Some(beyond) = beyond {
-        ranks.exchange(vec![(beyond, write(&sum))], &[]);
+        ranks.exchange(vec![(beyond, to_bytes(&sum))], &[]);
     }
     sum
 }
@@ -92,7 +92,7 @@ pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn Sum) {
     let mut step = 1;
     while step < size {
         if me & step > 0 {
-            ranks.exchange(vec![(me - step, sum.save())], &[]);
+            ranks.exchange(vec![(me - step, sum.save_bytes())], &[]);
             return;
         }
         if me + step < size {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::{self, Checksum, Fingerprint, SnapshotError};
 use stosszahl_model::{ParticleModel, VectorOf};
 
-use super::bytes::{read, write};
+use super::bytes::{from_bytes, to_bytes};
 use super::owners;
 use super::ranks::gather;
 use super::subdomain::TileData;
@@ -56,7 +56,7 @@ impl Shard {
     }
 
     /// Reads the tiles of this shard.
-    fn read<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+    fn read_tiles<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         beside: &ShardLocation,
         all: usize,
@@ -89,7 +89,7 @@ pub(crate) fn read_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 ) -> Result<Vec<SimulatorOf<P, F>>, DsmcError> {
     let mut all = Vec::new();
     for shard in shards {
-        for content in shard.read::<P, F>(beside, shards.len())? {
+        for content in shard.read_tiles::<P, F>(beside, shards.len())? {
             all.extend(content.simulators);
         }
     }
@@ -104,7 +104,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         stem: &str,
         beside: &ShardLocation,
     ) -> Result<Vec<Shard>, DsmcError> {
-        self.divide();
+        self.scatter_tiles();
         let Some(ranks) = self.share.as_ref().map(|share| share.ranks.clone()) else {
             return Ok(Vec::new());
         };
@@ -112,8 +112,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         let mine = self.write_shard(file, beside);
         let mine = mine.map_err(|error| error.to_string());
         let mut shards = Vec::new();
-        for (rank, bytes) in gather(&*ranks, write(&mine)).iter().enumerate() {
-            let one: Result<Option<Shard>, String> = read(bytes);
+        for (rank, bytes) in gather(&*ranks, to_bytes(&mine)).iter().enumerate() {
+            let one: Result<Option<Shard>, String> = from_bytes(bytes);
             let elsewhere = |why| DsmcError::Elsewhere { rank, why };
             let Some(shard) = one.map_err(elsewhere)? else {
                 continue;
@@ -140,7 +140,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         let own = own.filter(|(_, tile)| tile.is_here);
         let contents: Vec<_> = own.map(|(number, tile)| tile.content(number)).collect();
         let written = (!contents.is_empty())
-            .then(|| snapshot::write(&beside.folder.join(&file), &beside.run, &contents))
+            .then(|| snapshot::write_snapshot(&beside.folder.join(&file), &beside.run, &contents))
             .transpose();
         let count = |content: &TileData<P, F>| (content.tile, content.simulators.len() as u32);
         let tiles = contents.iter().map(count).collect();
@@ -175,7 +175,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         let mut done = Ok(());
         for shard in shards {
             if shard.tiles.iter().any(|&(tile, _)| is_mine(tile)) {
-                let contents = match shard.read::<P, F>(beside, shards.len()) {
+                let contents = match shard.read_tiles::<P, F>(beside, shards.len()) {
                     Ok(contents) => contents,
                     Err(error) => {
                         done = Err(error);

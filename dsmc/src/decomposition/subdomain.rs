@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{ParticleModel, Space};
 
-use super::bytes::{read, write};
+use super::bytes::{from_bytes, to_bytes};
 use super::ranks::Ranks;
 use crate::cross_cell::colours;
 use crate::grid::{Grid, OFFSETS, offset};
@@ -92,9 +92,9 @@ impl<S: Space> Subdomain<S> {
         &self,
         mut to: impl FnMut(usize) -> T,
     ) -> Vec<T> {
-        let messages = self.near.iter().map(|&rank| (rank, write(&to(rank))));
+        let messages = self.near.iter().map(|&rank| (rank, to_bytes(&to(rank))));
         let came = self.ranks.exchange(messages.collect(), &self.near);
-        came.iter().map(|bytes| read(bytes)).collect()
+        came.iter().map(|bytes| from_bytes(bytes)).collect()
     }
 
     /// Reader of a tile with this rank, if that process reads it.
@@ -108,7 +108,7 @@ impl<S: Space> Subdomain<S> {
         let me = self.me();
         let mut near: Vec<usize> = (0..owners.len())
             .filter(|&tile| owners[tile] as usize == me)
-            .flat_map(|tile| around(grid, tile))
+            .flat_map(|tile| tiles_around(grid, tile))
             .map(|tile| owners[tile] as usize)
             .filter(|&owner| owner != me)
             .collect();
@@ -117,11 +117,11 @@ impl<S: Space> Subdomain<S> {
         (self.near, self.owners) = (near, owners);
         self.seers = (0..self.owners.len())
             .map(|tile| {
-                let all = around(grid, tile).map(|other| self.owners[other]);
+                let all = tiles_around(grid, tile).map(|other| self.owners[other]);
                 let mut seers: Vec<u32> = all.filter(|&owner| owner as usize != me).collect();
                 seers.sort_unstable();
                 seers.dedup();
-                let is_near = || around(grid, tile).any(|other| self.is_mine(other));
+                let is_near = || tiles_around(grid, tile).any(|other| self.is_mine(other));
                 let margin = margin.filter(|_| !seers.is_empty() && is_near());
                 let seers = seers.into_iter().map(|rank| GhostReader {
                     rank,
@@ -133,7 +133,7 @@ impl<S: Space> Subdomain<S> {
             })
             .collect();
         self.tells = (0..self.owners.len())
-            .map(|tile| around(grid, tile).any(|other| !self.seers[other].is_empty()))
+            .map(|tile| tiles_around(grid, tile).any(|other| !self.seers[other].is_empty()))
             .collect();
         let sorted = |mut list: Vec<usize>| {
             list.sort_unstable();
@@ -146,10 +146,10 @@ impl<S: Space> Subdomain<S> {
                 let (mut to, mut from) = (Vec::new(), Vec::new());
                 for &tile in group {
                     let owner = self.owners[tile as usize] as usize;
-                    for other in around(grid, tile as usize) {
+                    for other in tiles_around(grid, tile as usize) {
                         if owner == me {
                             to.extend(self.seers[other].iter().map(|seer| seer.rank as usize));
-                        } else if around(grid, other).any(|next| self.is_mine(next)) {
+                        } else if tiles_around(grid, other).any(|next| self.is_mine(next)) {
                             from.push(owner);
                         }
                     }
@@ -161,7 +161,10 @@ impl<S: Space> Subdomain<S> {
 }
 
 /// Numbers of a tile and its neighbours.
-pub(crate) fn around<S: Space>(grid: &Grid<S>, tile: usize) -> impl Iterator<Item = usize> + '_ {
+pub(crate) fn tiles_around<S: Space>(
+    grid: &Grid<S>,
+    tile: usize,
+) -> impl Iterator<Item = usize> + '_ {
     let place = grid.place_of(tile);
     (0..OFFSETS).map(move |number| grid.tile_number(grid.neighbour(place, offset(number))))
 }

@@ -126,7 +126,7 @@ fn sums_over_processes_are_put_together_in_the_first() {
 struct Seen(u64, f64);
 
 impl Observer for Seen {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for one in batch {
             self.0 += 1;
             self.1 += one.time * one.normal_square() + 0.5 * self.1.sin() * one.position.norm();
@@ -153,13 +153,13 @@ fn run<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     }
     let first = ranks.as_ref().is_none_or(|ranks| ranks.rank() == 0);
     if let Some(ranks) = ranks {
-        engine.share(ranks);
+        engine.distribute_among(ranks);
     }
     let mut seen = Seen::default();
     for leg in 0..legs.count {
         // Every second segment continues with scattered tiles.
         if leg % 2 == 1 {
-            engine.unite();
+            engine.gather_tiles();
             if first {
                 engine.scale_velocities(0.99);
             }
@@ -171,9 +171,9 @@ fn run<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         }
         assert!(!engine.is_interrupted());
     }
-    engine.unite();
+    engine.gather_tiles();
     if first {
-        (write(&engine.checkpoint()), seen)
+        (to_bytes(&engine.checkpoint()), seen)
     } else {
         (Vec::new(), seen)
     }
@@ -395,7 +395,7 @@ fn tiles_that_change_hands_change_nothing() {
         let first = ranks.rank() == 0;
         let mut engine = make();
         engine.retile(100);
-        engine.share(ranks);
+        engine.distribute_among(ranks);
         let mut seen = Seen::default();
         for step in 0..legs.steps {
             // The first estimate counts simulators.
@@ -413,10 +413,10 @@ fn tiles_that_change_hands_change_nothing() {
                 owners.lock().expect("a lock").push(now);
             }
         }
-        engine.unite();
+        engine.gather_tiles();
         (
             if first {
-                write(&engine.checkpoint())
+                to_bytes(&engine.checkpoint())
             } else {
                 Vec::new()
             },
@@ -433,7 +433,7 @@ fn tiles_that_change_hands_change_nothing() {
         for _ in 0..legs.steps {
             engine.advance(f64::INFINITY, 1, &mut seen);
         }
-        (write(&engine.checkpoint()), seen)
+        (to_bytes(&engine.checkpoint()), seen)
     };
     assert!(single == found);
 }
@@ -447,9 +447,9 @@ fn goes_on<F: DisplacementTracking<Plane>>(
     first: bool,
 ) -> Vec<u8> {
     engine.advance(f64::INFINITY, 6, &mut ());
-    engine.unite();
+    engine.gather_tiles();
     if first {
-        write(&engine.checkpoint())
+        to_bytes(&engine.checkpoint())
     } else {
         Vec::new()
     }
@@ -540,17 +540,17 @@ impl Channel {
             let first = ranks.rank() == 0;
             let mut engine = self.begins();
             self.tile(&mut engine);
-            engine.share(ranks);
+            engine.distribute_among(ranks);
             engine.advance(f64::INFINITY, 5, &mut ());
             let shards = engine.write_shards("gas.a-", beside).expect("written");
             let manifest: Manifest<_, _> = (engine.without_simulators(), shards);
-            (write(&manifest), goes_on(engine, first))
+            (to_bytes(&manifest), goes_on(engine, first))
         })
     }
 
     /// Reads the checkpoint in one process and continues.
     fn read_by_one(&self, manifest: &[u8], beside: &ShardLocation) -> Result<Vec<u8>, DsmcError> {
-        let (mut gas, shards): Manifest<Disks, Untracked> = read(manifest);
+        let (mut gas, shards): Manifest<Disks, Untracked> = from_bytes(manifest);
         gas.hold(read_all::<Disks, Untracked>(&shards, beside)?);
         let mut engine = self.resumes(gas);
         self.tile(&mut engine);
@@ -565,14 +565,14 @@ impl Channel {
         beside: &ShardLocation,
     ) -> Result<Vec<u8>, String> {
         among(size, |ranks| {
-            let (gas, shards): Manifest<Disks, Untracked> = read(manifest);
+            let (gas, shards): Manifest<Disks, Untracked> = from_bytes(manifest);
             let mut engine = self.resumes(gas);
             self.tile(&mut engine);
-            engine.share(ranks.clone());
+            engine.distribute_among(ranks.clone());
             let done = engine.read_shards(&shards, beside);
             let why = done.err().map(|error| error.to_string());
-            let all = all_gather(&*ranks, write(&why));
-            match all.iter().find_map(|why| read::<Option<String>>(why)) {
+            let all = all_gather(&*ranks, to_bytes(&why));
+            match all.iter().find_map(|why| from_bytes::<Option<String>>(why)) {
                 Some(why) => Err(why),
                 None => Ok(goes_on(engine, ranks.rank() == 0)),
             }
@@ -634,7 +634,7 @@ fn a_shard_that_cannot_be_used_is_named() {
     among(3, |ranks| {
         let mut engine = channel.begins();
         channel.tile(&mut engine);
-        engine.share(ranks);
+        engine.distribute_among(ranks);
         engine.advance(f64::INFINITY, 8, &mut ());
         engine.write_shards("gas.a-", &again).expect("written");
     });
@@ -688,7 +688,7 @@ fn a_folder_that_is_not_there_is_an_error() {
         let first = ranks.rank() == 0;
         let mut engine = channel.begins();
         channel.tile(&mut engine);
-        engine.share(ranks);
+        engine.distribute_among(ranks);
         engine.advance(f64::INFINITY, 5, &mut ());
         let said = engine.write_shards("gas.a-", &beside).map(drop);
         let before = engine.time();

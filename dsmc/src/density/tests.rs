@@ -124,7 +124,7 @@ fn neighbourhood_packing_is_the_plain_sum() {
 
 #[test]
 fn crowded_cells_are_limited_and_say_so() {
-    let gas = gas([2, 1, 1], Plane::ball(0.5));
+    let gas = gas([2, 1, 1], Plane::particle_volume(0.5));
     let density = Density::<Plane>::new(Scheme::FreeVolume, &gas);
     let (chi, limited, packing) = density.contact_value([0; 3], 2.0);
     let known = std::f64::consts::FRAC_PI_4 / 2.0;

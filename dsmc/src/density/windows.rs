@@ -51,7 +51,7 @@ pub(crate) struct CellLayers {
 
 impl CellLayers {
     /// Layers in a window around a layer.
-    fn around(self, layer: usize) -> impl Iterator<Item = usize> {
+    fn layers_around(self, layer: usize) -> impl Iterator<Item = usize> {
         let Self {
             count,
             reach,
@@ -120,7 +120,7 @@ impl CutWindows {
             })
             .collect();
         let sum = |window: &CutWindow<usize>, layer| -> f64 {
-            let layers = self.layers.around(layer).map(|layer| &values[layer]);
+            let layers = self.layers.layers_around(layer).map(|layer| &values[layer]);
             let sums =
                 layers.map(|values| window.members.iter().map(|&one| values[one]).sum::<f64>());
             sums.sum()
@@ -158,7 +158,7 @@ impl CutWindows {
     }
 
     /// Memory \[bytes\].
-    pub(super) fn bytes(&self) -> usize {
+    pub(super) fn memory_bytes(&self) -> usize {
         let members = self.windows.iter().map(|window| window.members.capacity());
         size_of::<WindowMember>() * self.members.capacity()
             + size_of::<CutWindow<usize>>() * self.windows.capacity()

@@ -1,6 +1,6 @@
 //! Domain-decomposed gas behind the common interface.
 //!
-//! The root process drives the gas ([`simulate_among`]); the others serve it ([`serve`]). While the
+//! The root process drives the gas ([`simulate_distributed`]); the others serve it ([`serve_domain`]). While the
 //! gas advances each process holds its part. Reductions over particles ([`Simulation::reduce_particles`]) and
 //! checkpoints involve all processes. Any other access to the particles, and kicks, gather all
 //! simulators in the root process.
@@ -21,19 +21,19 @@ use super::begin::{CellGas, CheckpointSource, Keep, Shards, StartSource, begin};
 use super::cells::{CellSimulation, CheckpointContent};
 use super::others::{Others, RootCommand};
 use crate::decomposition::{
-    Ranks, ShardLocation, all_gather, all_reduce, broadcast, read, reduce, write,
+    Ranks, ShardLocation, all_gather, all_reduce, broadcast, from_bytes, reduce, to_bytes,
 };
 use crate::features::PROCESSES;
 use crate::parameters::DsmcError;
 use crate::particle::DisplacementTracking;
 
 /// Starts a gas as [`super::simulate`], decomposed over several processes. Called by the root
-/// process; the others call [`serve`].
+/// process; the others call [`serve_domain`].
 ///
 /// # Errors
 /// As [`super::simulate`]; if another process cannot hold its part; and
 /// [`DsmcError::OneProcess`].
-pub fn simulate_among(
+pub fn simulate_distributed(
     gas: &CellGas<'_>,
     starts: &[Particles],
     ranks: &Arc<dyn Ranks>,
@@ -42,12 +42,12 @@ pub fn simulate_among(
 }
 
 /// Resumes a gas as [`super::resume`], decomposed over several processes. Called by the root
-/// process; the others call [`serve`]. The checkpoint may come from any number of processes; each
+/// process; the others call [`serve_domain`]. The checkpoint may come from any number of processes; each
 /// reads its part of a sharded one.
 ///
 /// # Errors
 /// As [`super::resume`]; if another process cannot hold its part; and [`DsmcError::OneProcess`].
-pub fn resume_among(
+pub fn resume_distributed(
     gas: &CellGas<'_>,
     left: CheckpointSource<'_>,
     ranks: &Arc<dyn Ranks>,
@@ -75,7 +75,7 @@ fn lead(
         begin(gas, source, &Lead(ranks.clone()))
     };
     let header = led.as_ref().ok().map(|led| &led.header);
-    broadcast(&**ranks, write(&header));
+    broadcast(&**ranks, to_bytes(&header));
     let led = led?;
     agree(&**ranks, Ok(()))?;
     (led.gas)()
@@ -84,11 +84,11 @@ fn lead(
 /// Shares errors between processes: returns the own error, else the first of another process.
 fn agree(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError> {
     let why = mine.as_ref().err().map(ToString::to_string);
-    let all = all_gather(ranks, write(&why));
+    let all = all_gather(ranks, to_bytes(&why));
     mine?;
     let mut all = all
         .iter()
-        .map(|bytes| read::<Option<String>>(bytes))
+        .map(|bytes| from_bytes::<Option<String>>(bytes))
         .enumerate();
     match all.find_map(|(rank, why)| Some(DsmcError::Elsewhere { rank, why: why? })) {
         Some(error) => Err(error),
@@ -106,7 +106,7 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError
 ///
 /// # Panics
 /// If the root process asks for a sum that `make` does not know.
-pub fn serve(
+pub fn serve_domain(
     gas: &CellGas<'_>,
     count: usize,
     lengths: [f64; 3],
@@ -117,7 +117,7 @@ pub fn serve(
     if !PROCESSES {
         return Err(DsmcError::OneProcess);
     }
-    let Some(header) = read::<Option<GasHeader>>(&broadcast(&**ranks, Vec::new())) else {
+    let Some(header) = from_bytes::<Option<GasHeader>>(&broadcast(&**ranks, Vec::new())) else {
         // The root process could not start the gas and reports why.
         return Ok(());
     };
@@ -155,12 +155,12 @@ struct GasHeader {
 impl Keep for Lead {
     type Kept = Led;
     const SHARES: bool = true;
-    fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+    fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         mut cells: CellSimulation<P, F>,
         shards: Shards,
     ) -> Led {
-        let kept = write(&CheckpointContent {
+        let kept = to_bytes(&CheckpointContent {
             gas: cells.engine.without_simulators(),
             follows: cells.follows,
             shards: shards.as_ref().map_or_else(Vec::new, |all| all.0.clone()),
@@ -188,7 +188,7 @@ fn begin_among<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     ranks: &Arc<dyn Ranks>,
     shards: Shards,
 ) -> Result<(), DsmcError> {
-    cells.engine.share(ranks.clone());
+    cells.engine.distribute_among(ranks.clone());
     let Some((list, beside)) = shards else {
         return Ok(());
     };
@@ -260,21 +260,21 @@ fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     }
     let own = std::mem::take(&mut strips[me]);
     let others: Vec<usize> = (0..size).filter(|&rank| rank != me).collect();
-    let messages = others.iter().map(|&rank| (rank, write(&strips[rank])));
+    let messages = others.iter().map(|&rank| (rank, to_bytes(&strips[rank])));
     let came = ranks.exchange(messages.collect(), &others);
     let came = came
         .iter()
-        .flat_map(|bytes| read::<Vec<(f64, Vec<Vector3<f64>>)>>(bytes));
+        .flat_map(|bytes| from_bytes::<Vec<(f64, Vec<Vector3<f64>>)>>(bytes));
     for (weight, run) in own.into_iter().chain(came) {
         for position in run {
-            sum.add(&Particle {
+            sum.add_particle(&Particle {
                 position,
                 weight,
-                ..Particle::of(0.0, 0.0)
+                ..Particle::at_rest(0.0, 0.0)
             });
         }
     }
-    sum.close(me as u32);
+    sum.close_group(me as u32);
 }
 
 /// Worker process: executes the commands of the root process.
@@ -283,7 +283,7 @@ struct Serve(Arc<dyn Ranks>, Interrupt, ReductionFactory);
 impl Keep for Serve {
     type Kept = Box<dyn FnOnce() -> Result<(), DsmcError>>;
     const SHARES: bool = true;
-    fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+    fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         mut cells: CellSimulation<P, F>,
         shards: Shards,
@@ -295,14 +295,14 @@ impl Keep for Serve {
             begin_among(&mut cells, &ranks, shards)?;
             loop {
                 let engine = &mut cells.engine;
-                match read(&broadcast(&*ranks, Vec::new())) {
+                match from_bytes(&broadcast(&*ranks, Vec::new())) {
                     RootCommand::Advance(until, steps, true) => {
                         engine.advance(until, steps, &mut Looks);
                     }
                     RootCommand::Advance(until, steps, false) => {
                         engine.advance(until, steps, &mut ());
                     }
-                    RootCommand::Unite => engine.unite(),
+                    RootCommand::Unite => engine.gather_tiles(),
                     RootCommand::AddUp(reach, name, empty) => {
                         let sum = make(&name, &empty);
                         let mut sum = sum.expect("a sum that this program makes");
@@ -329,7 +329,7 @@ impl Keep for Serve {
 struct Looks;
 
 impl Observer for Looks {
-    fn collisions(&mut self, _batch: &[stosszahl_model::Collision]) {}
+    fn on_collisions(&mut self, _batch: &[stosszahl_model::Collision]) {}
 }
 
 /// Decomposed gas in the root process.
@@ -347,7 +347,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Among<P, F> {
 
     /// Reduces a sum over all processes.
     fn add_by_all(&self, reach: Option<f64>, sum: &mut dyn Sum) {
-        RootCommand::AddUp(reach, sum.name().to_owned(), sum.save()).give(&*self.ranks);
+        RootCommand::AddUp(reach, sum.kind_name().to_owned(), sum.save_bytes()).give(&*self.ranks);
         add_all(&self.part(), reach, sum, &*self.ranks);
     }
 
@@ -356,7 +356,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Among<P, F> {
         let mut cells = self.part();
         if !cells.engine.is_whole() {
             RootCommand::Unite.give(&*self.ranks);
-            cells.engine.unite();
+            cells.engine.gather_tiles();
         }
         cells
     }
@@ -377,12 +377,12 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
         self.part().dimension()
     }
 
-    fn count(&self) -> usize {
-        self.part().count()
+    fn particle_count(&self) -> usize {
+        self.part().particle_count()
     }
 
-    fn weight(&self) -> f64 {
-        self.part().weight()
+    fn mean_weight(&self) -> f64 {
+        self.part().mean_weight()
     }
 
     fn advance(
@@ -406,8 +406,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
         self.part().is_interrupted()
     }
 
-    fn visit(&self, look: &mut dyn FnMut(&Particle)) {
-        self.whole().visit(look);
+    fn visit_particles(&self, look: &mut dyn FnMut(&Particle)) {
+        self.whole().visit_particles(look);
     }
 
     fn reduce_particles(&self, sum: &mut dyn Sum) {
@@ -422,16 +422,16 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
         self.whole().particles()
     }
 
-    fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
-        self.whole().kick(changes)
+    fn add_velocities(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
+        self.whole().add_velocities(changes)
     }
 
     fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure> {
         self.whole().scale_velocities(factor)
     }
 
-    fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
-        self.whole().checkpoint()
+    fn save_checkpoint(&self) -> Result<Vec<u8>, Failure> {
+        self.whole().save_checkpoint()
     }
 
     fn checkpoint_in_shards(
@@ -457,12 +457,12 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
         postcard::to_stdvec(&kept).map(Some).map_err(Failure::new)
     }
 
-    fn work(&self) -> WorkCounters {
-        self.part().work()
+    fn work_counters(&self) -> WorkCounters {
+        self.part().work_counters()
     }
 
-    fn bytes(&self) -> usize {
-        self.part().bytes()
+    fn memory_bytes(&self) -> usize {
+        self.part().memory_bytes()
     }
 
     fn track_displacements(&mut self) -> bool {
@@ -484,7 +484,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
         cells.mean_of(&squares)
     }
 
-    fn boundaries(&self) -> Vec<BoundaryFlux> {
-        self.part().boundaries()
+    fn boundary_fluxes(&self) -> Vec<BoundaryFlux> {
+        self.part().boundary_fluxes()
     }
 }

@@ -49,7 +49,7 @@ pub struct CheckpointSource<'a> {
     pub count: usize,
     /// Sides of the box \[length\]; the third is 0 for disks.
     pub lengths: [f64; 3],
-    /// Bytes of [`Simulation::checkpoint`] or [`Simulation::checkpoint_in_shards`].
+    /// Bytes of [`Simulation::save_checkpoint`] or [`Simulation::checkpoint_in_shards`].
     pub checkpoint: &'a [u8],
     /// Location of the shards; `None` for a checkpoint without shards.
     pub beside: Option<&'a ShardLocation>,
@@ -72,7 +72,7 @@ pub(super) trait Keep {
     type Kept;
     /// True if shards stay unread, for the processes that own their tiles.
     const SHARES: bool;
-    fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+    fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         cells: CellSimulation<P, F>,
         shards: Shards,
@@ -88,7 +88,7 @@ struct Alone;
 impl Keep for Alone {
     type Kept = Box<dyn Simulation>;
     const SHARES: bool = false;
-    fn keep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+    fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         cells: CellSimulation<P, F>,
         _: Shards,
@@ -175,7 +175,7 @@ impl<K: Keep> Begin<'_, K> {
         } = *self.gas;
         let shear = self.gas.grains.shear();
         let domain = |lengths: [f64; 3], time: f64| -> Result<Domain<P::Space>, Invalid> {
-            let lengths = P::Space::vector(|axis| lengths[axis]);
+            let lengths = P::Space::from_components(|axis| lengths[axis]);
             (boundaries.walls).domain(lengths)?.in_flow(shear, time)
         };
         let (engine, follows, shards) = match self.source {
@@ -222,12 +222,12 @@ impl<K: Keep> Begin<'_, K> {
             follows,
             others: None,
         };
-        Ok(self.keep.keep(cells, shards))
+        Ok(self.keep.keep_engine(cells, shards))
     }
 }
 
 fn body<P: ParticleModel>(particle: &Particle) -> ParticleState<P> {
-    let vector = |of: Vector3<f64>| P::Space::vector(|axis| of[axis]);
+    let vector = |of: Vector3<f64>| P::Space::from_components(|axis| of[axis]);
     ParticleState {
         position: vector(particle.position),
         velocity: vector(particle.velocity),

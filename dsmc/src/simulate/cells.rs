@@ -21,7 +21,7 @@ const LEG: u64 = 5_000_000;
 /// Smallest number of time steps in one segment.
 const LEAST_LEG: u64 = 20;
 
-/// Name of the splitting and merging entry of [`Simulation::boundaries`].
+/// Name of the splitting and merging entry of [`Simulation::boundary_fluxes`].
 pub const BALANCE: &str = "splitting and merging";
 
 /// Contents of a checkpoint.
@@ -50,7 +50,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CellSimulation<P, F> {
     /// Calls [`DsmcEngine::advance`] in all processes.
     fn go(&mut self, until: f64, steps: u64, observer: &mut dyn Observer) -> bool {
         if let Some(others) = &self.others {
-            others.advance(until, steps, observer.looks());
+            others.advance(until, steps, observer.is_active());
         }
         self.engine.advance(until, steps, observer)
     }
@@ -60,7 +60,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CellSimulation<P, F> {
         let mut squares = Totals::new(1);
         for tile in self.engine.tiles_here() {
             self.engine.each_in(tile, |simulator, _| {
-                squares.open()[0] += F::way(simulator.mark).square();
+                squares.open()[0] += F::displacement_of(simulator.mark).square();
             });
             squares.close();
         }
@@ -71,7 +71,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CellSimulation<P, F> {
     /// simulators.
     pub(super) fn mean_of(&self, squares: &Totals) -> Option<f64> {
         let sum: f64 = squares.values().iter().sum();
-        (self.count() > 0).then(|| sum / self.count() as f64)
+        (self.particle_count() > 0).then(|| sum / self.particle_count() as f64)
     }
 
     fn particle(&self, simulator: &SimulatorOf<P, F>, weight: f64) -> Particle {
@@ -85,7 +85,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CellSimulation<P, F> {
             radius,
             mass,
             spin_energy: scene.surface().spin_energy(mass, radius, simulator.spin),
-            species: sizes.kind(simulator.tag),
+            species: sizes.species_of(simulator.tag),
             weight,
         }
     }
@@ -100,11 +100,11 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         P::Space::DIMENSION
     }
 
-    fn count(&self) -> usize {
+    fn particle_count(&self) -> usize {
         self.engine.simulators()
     }
 
-    fn weight(&self) -> f64 {
+    fn mean_weight(&self) -> f64 {
         self.engine.weight()
     }
 
@@ -117,7 +117,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         Ok(match budget {
             Budget::Unlimited => self.go(until, u64::MAX, observer),
             Budget::Leg => {
-                let steps = LEG / self.count().max(1) as u64;
+                let steps = LEG / self.particle_count().max(1) as u64;
                 self.go(until, steps.max(LEAST_LEG), observer)
             }
             Budget::Collisions(most) => {
@@ -147,7 +147,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         self.engine.is_interrupted()
     }
 
-    fn visit(&self, look: &mut dyn FnMut(&Particle)) {
+    fn visit_particles(&self, look: &mut dyn FnMut(&Particle)) {
         self.engine
             .each(|simulator, weight| look(&self.particle(simulator, weight)));
     }
@@ -155,20 +155,20 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
     fn reduce_particles(&self, sum: &mut dyn Sum) {
         for tile in self.engine.tiles_here() {
             (self.engine).each_in(tile, |simulator, weight| {
-                sum.add(&self.particle(simulator, weight));
+                sum.add_particle(&self.particle(simulator, weight));
             });
-            sum.close(tile as u32);
+            sum.close_group(tile as u32);
         }
     }
 
     fn reduce_neighbourhoods(&self, _reach: f64, sum: &mut dyn Sum) {
-        self.visit(&mut |particle| sum.add(particle));
-        sum.close(0);
+        self.visit_particles(&mut |particle| sum.add_particle(particle));
+        sum.close_group(0);
     }
 
     fn particles(&self) -> Particles {
         let domain = self.engine.grid().domain();
-        let mut all = vec![Particle::of(0.0, 0.0); self.count()];
+        let mut all = vec![Particle::at_rest(0.0, 0.0); self.particle_count()];
         self.engine.each_in_place(|index, simulator, weight| {
             all[index] = self.particle(simulator, weight);
         });
@@ -181,8 +181,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         }
     }
 
-    fn kick(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
-        let flat = |change: &Vector3<f64>| P::Space::vector(|axis| change[axis]);
+    fn add_velocities(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
+        let flat = |change: &Vector3<f64>| P::Space::from_components(|axis| change[axis]);
         let changes: Vec<VectorOf<P>> = changes.iter().map(flat).collect();
         self.engine.kick(&changes);
         Ok(())
@@ -194,7 +194,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         Ok(())
     }
 
-    fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
+    fn save_checkpoint(&self) -> Result<Vec<u8>, Failure> {
         let kept = CheckpointContent {
             gas: self.engine.checkpoint(),
             follows: self.follows,
@@ -203,7 +203,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         postcard::to_stdvec(&kept).map_err(Failure::new)
     }
 
-    fn work(&self) -> WorkCounters {
+    fn work_counters(&self) -> WorkCounters {
         let tally = self.engine.tally();
         let over = |a: f64, b: u64| a / b.max(1) as f64;
         let simulators = self.engine.simulators() as u64;
@@ -252,8 +252,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         }
     }
 
-    fn bytes(&self) -> usize {
-        self.engine.bytes()
+    fn memory_bytes(&self) -> usize {
+        self.engine.memory_bytes()
     }
 
     fn track_displacements(&mut self) -> bool {
@@ -274,7 +274,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         self.mean_of(&squares)
     }
 
-    fn boundaries(&self) -> Vec<BoundaryFlux> {
+    fn boundary_fluxes(&self) -> Vec<BoundaryFlux> {
         let ledgers = self.engine.ledgers();
         let mut entries = Vec::new();
         for (axis, names) in FACES.iter().enumerate() {

@@ -34,10 +34,10 @@ impl<S: Space> Field<S> for UniformField<S> {
     }
 
     #[inline]
-    fn drift(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
+    fn move_particle(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
         match self {
-            Self::Gravity(gravity) => gravity.drift(position, velocity, duration),
-            Self::Sheared(flow) => Field::<S>::drift(flow, position, velocity, duration),
+            Self::Gravity(gravity) => gravity.move_particle(position, velocity, duration),
+            Self::Sheared(flow) => Field::<S>::move_particle(flow, position, velocity, duration),
         }
     }
 }

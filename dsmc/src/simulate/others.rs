@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::decomposition::{Ranks, ShardLocation, broadcast, write};
+use crate::decomposition::{Ranks, ShardLocation, broadcast, to_bytes};
 
 /// Command of the root process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -28,7 +28,7 @@ pub(super) enum RootCommand {
 
 impl RootCommand {
     pub(super) fn give(&self, ranks: &dyn Ranks) {
-        broadcast(ranks, write(self));
+        broadcast(ranks, to_bytes(self));
     }
 }
 

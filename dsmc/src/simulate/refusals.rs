@@ -30,7 +30,7 @@ pub struct ExpectedGas {
 ///
 /// # Errors
 /// [`DsmcError`] if the parts do not go together.
-pub fn check(gas: &CellGas<'_>, expected: &ExpectedGas) -> Result<(), DsmcError> {
+pub fn check_gas(gas: &CellGas<'_>, expected: &ExpectedGas) -> Result<(), DsmcError> {
     let grains = &ParticleSpec {
         sizes: match &gas.grains.sizes {
             // Only the largest size matters, and a list of all may be long.
@@ -66,7 +66,7 @@ fn of<P: ParticleModel>(
     boundaries: &BoundaryConditions<P::Space>,
     expected: &ExpectedGas,
 ) -> Result<(), DsmcError> {
-    let lengths = P::Space::vector(|axis| expected.lengths[axis]);
+    let lengths = P::Space::from_components(|axis| expected.lengths[axis]);
     let domain = boundaries.walls.domain(lengths)?;
     check_choices(scene, gas.parameters, &domain, boundaries)?;
     let (radius, densest) = (expected.mean_radius, boundaries.densest(scene.sizes()));

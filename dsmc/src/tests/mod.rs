@@ -47,7 +47,7 @@ fn mixture(count: usize) -> Mixture {
 
 /// State with positions uniform in a box, and velocity components uniform from -1 to 1.
 pub(crate) fn start<P: ParticleModel>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
-    let mut stream = Streams::new(seed, 0).at(Purpose::Placement, [0, 0]);
+    let mut stream = Streams::new(seed, 0).stream_at(Purpose::Placement, [0, 0]);
     let mut vector = |low: f64, high: VectorOf<P>| {
         let mut vector = VectorOf::<P>::default();
         for axis in 0..P::Space::DIMENSION {
@@ -111,7 +111,7 @@ where
             let found = engine.state();
             let mut bodies = found.bodies.clone();
             for (order, (position, velocity, index)) in plain.members.iter().enumerate() {
-                let index = P::Sizes::index(scene.sizes().tag(*index), order);
+                let index = P::Sizes::index_of(scene.sizes().tag_of(*index), order);
                 bodies[index] = ParticleState::new(*position, *velocity);
             }
             assert_eq!(found.bodies, bodies, "tiles {:?}", engine.grid().tiles());
@@ -178,7 +178,7 @@ fn mixtures_are_those_of_the_plain_engine() {
 pub(crate) struct Seen(pub(crate) Vec<Collision>);
 
 impl Observer for Seen {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         self.0.extend_from_slice(batch);
     }
 }
@@ -275,7 +275,7 @@ fn a_simulator_takes_at_most_48_bytes() {
             .expect("an engine");
         for _ in 0..3 {
             engine.advance(f64::INFINITY, 20, &mut ());
-            let each = engine.bytes() as f64 / count as f64;
+            let each = engine.memory_bytes() as f64 / count as f64;
             assert!(each <= 48.0, "{each} bytes with {scheme:?}");
         }
     }
@@ -323,7 +323,7 @@ fn spheres_collide_at_the_rate_of_theory() {
     for seed in 0..16 {
         let sides = nalgebra::Vector3::new(side, side, side);
         let mut state = start::<Equal<Volume>>(count, sides, seed);
-        let mut stream = Streams::new(seed, 0).at(Purpose::Velocities, [0, 0]);
+        let mut stream = Streams::new(seed, 0).stream_at(Purpose::Velocities, [0, 0]);
         let scene = equal::<Volume>(1.0);
         stosszahl_model::initial::maxwellian(&scene, &mut state, 1.0, &mut stream);
         let parameters = Parameters {

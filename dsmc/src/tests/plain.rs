@@ -100,12 +100,12 @@ impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
                 apart.min(self.counts[axis] - apart) <= reach
             });
             if near {
-                let share = sizes.radius(sizes.tag(*index)) / sizes.largest_radius();
+                let share = sizes.radius(sizes.tag_of(*index)) / sizes.largest_radius();
                 covered += share.powi(P::Space::DIMENSION as i32);
             }
         }
         let cells = ((2 * reach + 1) as f64).powi(P::Space::DIMENSION as i32);
-        covered * (P::Space::ball(sizes.largest_radius()) / (volume * cells))
+        covered * (P::Space::particle_volume(sizes.largest_radius()) / (volume * cells))
     }
 
     fn collide(&mut self, number: u64, step: f64) -> u64 {
@@ -139,7 +139,7 @@ impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
                 .scheme
                 .contact_value::<P::Space>(packing)
                 .min(self.parameters.max_contact_value);
-            let mut stream = bundle.at(cell as u64);
+            let mut stream = bundle.stream_at(cell as u64);
             total += self.collide_cell(range, step / volume, [chi, packing], &mut stream);
         }
         total
@@ -161,7 +161,7 @@ impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
             diagonal[axis] = all.clone().fold(f64::MIN, f64::max) - all.fold(f64::MAX, f64::min);
         }
         let mut majorant = diagonal.square().sqrt();
-        let moments = (0..members_of(&sizes)).map(|i| 2.0 * sizes.radius(sizes.tag(i)));
+        let moments = (0..members_of(&sizes)).map(|i| 2.0 * sizes.radius(sizes.tag_of(i)));
         let ratio = moments
             .clone()
             .map(|d| d.powi(dimension as i32 - 1))
@@ -186,7 +186,7 @@ impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
             let (i, j) = ((first >> 64) as usize, (second >> 64) as usize);
             let j = if j >= i { j + 1 } else { j };
             let relative = members[i].1 - members[j].1;
-            let diameters = [i, j].map(|who| 2.0 * sizes.radius(sizes.tag(members[who].2)));
+            let diameters = [i, j].map(|who| 2.0 * sizes.radius(sizes.tag_of(members[who].2)));
             let mut threshold = majorant * stream.random::<f64>();
             let speed = relative.square().sqrt();
             majorant = majorant.max(speed);
@@ -201,11 +201,11 @@ impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
             let pair = CollidingPair {
                 velocities: [members[i].1, members[j].1],
                 spins: [(); 2],
-                masses: [i, j].map(|who| sizes.mass(sizes.tag(members[who].2))),
+                masses: [i, j].map(|who| sizes.mass(sizes.tag_of(members[who].2))),
                 radii: diameters.map(|diameter| 0.5 * diameter),
                 line: normal * (0.5 * (diameters[0] + diameters[1])),
             };
-            let restitution = self.scene.restitution().normal(-along * speed);
+            let restitution = self.scene.restitution().normal_restitution(-along * speed);
             let [u, v] = collide(&self.scene, &pair, restitution).velocities;
             (members[i].1, members[j].1) = (u, v);
             let share = match self.parameters.displacement {

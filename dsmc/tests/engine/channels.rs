@@ -54,7 +54,7 @@ fn channel(packing: f64, width: f64, count: usize) -> (BoundaryConditions<Plane>
         clearance: WallClearance::Radius,
         ..BoundaryConditions::default()
     };
-    let length = count as f64 * Plane::ball(0.5) / packing / width;
+    let length = count as f64 * Plane::particle_volume(0.5) / packing / width;
     let domain = boundaries
         .walls
         .domain(vector![length, width])

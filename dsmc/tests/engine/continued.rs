@@ -221,7 +221,7 @@ fn a_long_step_can_be_broken_off() {
 struct Tenth(Interrupt, Arc<AtomicU64>);
 
 impl Restitution for Tenth {
-    fn normal(&self, _approach: f64) -> f64 {
+    fn normal_restitution(&self, _approach: f64) -> f64 {
         if self.1.fetch_add(1, Ordering::Relaxed) == 9 {
             self.0.raise();
         }

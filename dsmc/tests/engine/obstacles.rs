@@ -108,7 +108,7 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
             (left - count * share).abs() < 4.4 * (count * share).sqrt(),
             "{left}"
         );
-        let packing = count * Plane::ball(0.1) / room;
+        let packing = count * Plane::particle_volume(0.1) / room;
         let pairs = 0.5 * count * Plane::collision_rate(packing, 1.0) / 0.2;
         let found = engine.tally().collisions as f64;
         let error = (4.4 / pairs.sqrt()).hypot(0.01);
@@ -407,7 +407,7 @@ fn default_cells_follow_the_free_area() {
         let engine: DsmcEngine<Disks> =
             DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
                 .expect("an engine");
-        let packing = state.bodies.len() as f64 * Plane::ball(0.05) / (40.0 * width);
+        let packing = state.bodies.len() as f64 * Plane::particle_volume(0.05) / (40.0 * width);
         let wanted = parameters.cells(&domain, packing, 0.1);
         let found = engine.grid().counts().map(|count| count as usize);
         assert_eq!(found, wanted, "{clearance:?}");

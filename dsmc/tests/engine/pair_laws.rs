@@ -20,7 +20,7 @@ struct Laws([u64; 3]);
 const COEFFICIENTS: [f64; 3] = [0.9, 0.7, 0.5];
 
 impl Observer for Laws {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for one in batch {
             let number = (one.species[0] + one.species[1]) as usize;
             assert_eq!(one.restitution, COEFFICIENTS[number], "{:?}", one.species);
@@ -75,7 +75,7 @@ fn copies_of_species_keep_their_laws() {
         let particle = |_| Particle {
             position: vector(20.0),
             velocity: vector(1.0),
-            ..Particle::of(0.5, 1.0)
+            ..Particle::at_rest(0.5, 1.0)
         };
         let start = Particles {
             time: 0.0,

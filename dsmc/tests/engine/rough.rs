@@ -42,21 +42,21 @@ fn theory<S: Space>(gas: &Gas<S>) -> RoughGas {
 fn start<S: Space>(gas: &Gas<S>, count: usize, temperatures: Temperatures) -> State<Gas<S>> {
     let streams = Streams::new(11, 0);
     let side = (count as f64 / DENSITY).powf(1.0 / S::DIMENSION as f64);
-    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
     let mut anywhere = || {
         use rand::RngExt;
-        S::vector(|_| side * stream.random::<f64>())
+        S::from_components(|_| side * stream.random::<f64>())
     };
     let mut state = State {
         time: 0.0,
-        domain: Domain::periodic(S::vector(|_| side)).expect("a box"),
+        domain: Domain::periodic(S::from_components(|_| side)).expect("a box"),
         bodies: (0..count)
             .map(|_| ParticleState::new(anywhere(), VectorOf::<Gas<S>>::default()))
             .collect(),
     };
-    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
     initial::maxwellian(gas, &mut state, temperatures.translation, &mut stream);
-    let mut stream = streams.at(Purpose::Spins, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Spins, [0, 0]);
     for body in &mut state.bodies {
         let surface: &Rough = gas.surface();
         body.spin =

@@ -107,9 +107,9 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
     let domain = boundaries.walls.domain(vector![0.5, 0.5, HEIGHT]);
     let count = species.iter().map(|kind| kind.count).sum::<usize>();
     let mut state: State<Column> = gas(&scene, domain.expect("a box"), 0.0, count, start, 1);
-    let mut stream = Streams::new(1, 0).at(Purpose::Spins, [0, 0]);
+    let mut stream = Streams::new(1, 0).stream_at(Purpose::Spins, [0, 0]);
     for (index, body) in state.bodies.iter_mut().enumerate() {
-        let tag = scene.sizes.tag(index);
+        let tag = scene.sizes.tag_of(index);
         let (mass, radius) = (scene.sizes.mass(tag), scene.sizes.radius(tag));
         let surface: &Rough = scene.surface();
         body.spin = Surface::<Volume>::thermal_spin(surface, start, mass, radius, &mut stream);
@@ -124,7 +124,7 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
             .expect("an engine");
     let total = |state: &State<Column>| {
         let bodies = state.bodies.iter().enumerate();
-        let mass = |index| scene.sizes.mass(scene.sizes.tag(index));
+        let mass = |index| scene.sizes.mass(scene.sizes.tag_of(index));
         let potential = bodies.map(|(index, body)| PULL * mass(index) * body.position[2]);
         potential.sum::<f64>() + state.kinetic_energy(&scene) + state.spin_energy(&scene)
     };

@@ -37,7 +37,7 @@ impl Flow {
 
     /// Random positions and velocities of temperature one, without net momentum.
     fn start(self) -> Particles {
-        let mut stream = Streams::new(7, 0).at(Purpose::Placement, [0, 0]);
+        let mut stream = Streams::new(7, 0).stream_at(Purpose::Placement, [0, 0]);
         let side = self.side();
         let mut vector = |scale: f64, axes: usize| {
             Vector3::from_fn(|axis, _| {
@@ -51,10 +51,10 @@ impl Flow {
         let mut all: Vec<Particle> = (0..self.count)
             .map(|_| Particle {
                 position: vector(side, self.dimension),
-                ..Particle::of(0.5, 1.0)
+                ..Particle::at_rest(0.5, 1.0)
             })
             .collect();
-        let mut speeds = Streams::new(8, 0).at(Purpose::Velocities, [0, 0]);
+        let mut speeds = Streams::new(8, 0).stream_at(Purpose::Velocities, [0, 0]);
         for particle in &mut all {
             for axis in 0..self.dimension {
                 particle.velocity[axis] = speeds.sample(StandardNormal);
@@ -106,7 +106,7 @@ fn gas<'a>(
 /// Sums over particles: energy, and momentum fluxes xx, yy, zz, xy.
 fn moments(gas: &dyn Simulation) -> (f64, [f64; 4]) {
     let (mut energy, mut fluxes) = (0.0, [0.0; 4]);
-    gas.visit(&mut |one| {
+    gas.visit_particles(&mut |one| {
         let v = one.velocity;
         energy += one.weight * (0.5 * one.mass * v.norm_squared() + one.spin_energy);
         for (flux, product) in fluxes
@@ -128,7 +128,7 @@ struct Losses {
 }
 
 impl Observer for Losses {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for one in batch {
             self.lost += one.weight * one.energy_lost();
             self.transfer += one.weight * one.momentum_transfer[(1, 0)];
@@ -170,7 +170,7 @@ fn collisions_take_what_they_tell() {
                 let (begin, end) = (engine.time(), 1e-3 * f64::from(step));
                 let mut losses = Losses::default();
                 assert!(engine.advance(end, Budget::Leg, &mut losses).expect("time"));
-                let steps = engine.work().numbers["steps"];
+                let steps = engine.work_counters().numbers["steps"];
                 assert_eq!(steps, f64::from(step), "one step at a time");
                 let turn = flow.rate * 0.5 * (end - begin);
                 // Of the energy: -turn c_x c_y + turn^2 c_y^2/2.
@@ -375,7 +375,7 @@ fn resume_flows(scheme: Scheme) {
                 for engine in [&mut through, &mut stopped] {
                     while !engine.advance(until, Budget::Leg, &mut ()).expect("time") {}
                 }
-                let bytes = stopped.checkpoint().expect("bytes");
+                let bytes = stopped.save_checkpoint().expect("bytes");
                 let left = CheckpointSource {
                     count: flow.count,
                     lengths: start[0].lengths,
@@ -384,8 +384,11 @@ fn resume_flows(scheme: Scheme) {
                 };
                 stopped = resume(&gas, left).expect("an engine");
             }
-            assert!(through.work().collisions > 1000);
-            assert!(through.checkpoint().expect("bytes") == stopped.checkpoint().expect("bytes"));
+            assert!(through.work_counters().collisions > 1000);
+            assert!(
+                through.save_checkpoint().expect("bytes")
+                    == stopped.save_checkpoint().expect("bytes")
+            );
         }
     }
 }

@@ -181,7 +181,7 @@ struct Sides<'a> {
 }
 
 impl Observer for Sides<'_> {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for one in batch {
             let side = one.position[1] > (self.partition)(one.position[0]);
             self.found[usize::from(side)] += one.weight;
@@ -234,7 +234,7 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
                 let energies = by_side(&engine.state(), &height);
                 for (side, count) in counts.map(|count| count as f64).into_iter().enumerate() {
                     let (energy, free) = (energies[side], free[side]);
-                    let packing = count * Plane::ball(0.1) / free;
+                    let packing = count * Plane::particle_volume(0.1) / free;
                     let chi = scheme.contact_value::<Plane>(packing);
                     let temperature = energy[1] / energy[0];
                     let rate = Plane::collision_rate(packing, chi) / 0.2 * temperature.sqrt();

@@ -58,7 +58,7 @@ pub fn of_kinds<S: Space, C: Surface<S>>(
 
 /// Zero gravity.
 pub fn no_gravity<S: Space>() -> Gravity<S> {
-    Gravity::new(S::vector(|_| 0.0)).expect("finite")
+    Gravity::new(S::from_components(|_| 0.0)).expect("finite")
 }
 
 /// Diameter of disks whose mean free path is one at this density.
@@ -81,19 +81,21 @@ pub fn gas<P: ParticleModel>(
     seed: u64,
 ) -> State<P> {
     let streams = Streams::new(seed, 0);
-    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
     let lengths = domain.lengths();
     let mut anywhere = || {
-        P::Space::vector(|axis| margin + (lengths[axis] - 2.0 * margin) * stream.random::<f64>())
+        P::Space::from_components(|axis| {
+            margin + (lengths[axis] - 2.0 * margin) * stream.random::<f64>()
+        })
     };
     let mut state = State {
         time: 0.0,
         domain,
         bodies: (0..count)
-            .map(|_| ParticleState::new(anywhere(), P::Space::vector(|_| 0.0)))
+            .map(|_| ParticleState::new(anywhere(), P::Space::from_components(|_| 0.0)))
             .collect(),
     };
-    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
     initial::maxwellian(scene, &mut state, temperature, &mut stream);
     state
 }

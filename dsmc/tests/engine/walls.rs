@@ -225,7 +225,7 @@ fn density_is_that_of_the_room() {
                 .expect("an engine");
         let _: &DsmcEngine<Disks> = &engine;
         engine.advance(state.time + 1.0, u64::MAX, &mut ());
-        let packing = count as f64 * Plane::ball(0.5) / ((10.0 - 2.0 * aside) * height);
+        let packing = count as f64 * Plane::particle_volume(0.5) / ((10.0 - 2.0 * aside) * height);
         let pairs = 0.5 * (count - 1) as f64 * Plane::collision_rate(packing, 1.0);
         let found = engine.tally().collisions as f64;
         assert!(
@@ -610,7 +610,7 @@ fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
     };
     let push: f64 = (0..2).flat_map(given).sum();
     let density = middle / (24.0 * 24.0);
-    let packing = density * Plane::ball(0.5);
+    let packing = density * Plane::particle_volume(0.5);
     let bulk = density * (1.0 + 2.0 * packing * Plane::contact_value(packing));
     push / (4.0 * (side - 1.0) * f64::from(samples)) / bulk
 }

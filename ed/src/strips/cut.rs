@@ -134,7 +134,7 @@ impl<P: ParticleModel> Default for Parcel<P> {
 
 impl<P: ParticleModel<Space = Plane>> Parcel<P> {
     /// Fills the parcel with some rows of a strip.
-    fn take<Q: Calendar>(
+    fn take_rows<Q: Calendar>(
         &mut self,
         from: &EventDrivenEngine<P, Q>,
         rows: impl Iterator<Item = u16>,
@@ -145,10 +145,10 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
             self.numbers.push(number);
             self.disks.push(*disk);
         });
-        take(&self.numbers, &from.spins, &mut self.spins);
-        take(&self.numbers, &from.last_contact, &mut self.last_contact);
-        take(&self.numbers, &from.rebounds, &mut self.rebounds);
-        take(&self.numbers, &from.image_flags, &mut self.image_flags);
+        take_rows(&self.numbers, &from.spins, &mut self.spins);
+        take_rows(&self.numbers, &from.last_contact, &mut self.last_contact);
+        take_rows(&self.numbers, &from.rebounds, &mut self.rebounds);
+        take_rows(&self.numbers, &from.image_flags, &mut self.image_flags);
     }
 
     /// Adds the parcel to a strip that has no disk in these rows.
@@ -170,7 +170,7 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
 }
 
 /// Copies the values of some disks out of a list, if it is not empty.
-fn take<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
+fn take_rows<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     some.clear();
     if !all.is_empty() {
         some.extend(disks.iter().map(|&disk| all[disk as usize]));
@@ -214,7 +214,7 @@ pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
     }));
     let mut cells = whole.disks.cells.emptied();
     cells.copy_rows(&whole.disks.cells, place.rows());
-    let disks = DiskSystem::of(disks, whole.disks.motion, cells);
+    let disks = DiskSystem::from_grid(disks, whole.disks.motion, cells);
     EventDrivenEngine {
         scene: whole.scene.clone(),
         dissipation: whole.dissipation,
@@ -267,7 +267,7 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
         parcels.resize_with(from.len(), Parcel::default);
         for (its, parcel) in parcels.iter_mut().enumerate() {
             let theirs = |row: &u16| its != number && old[its].owns(*row);
-            parcel.take(&from[its], place.rows().filter(theirs));
+            parcel.take_rows(&from[its], place.rows().filter(theirs));
         }
     });
     let renewed = strips

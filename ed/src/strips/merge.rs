@@ -96,7 +96,7 @@ impl<'a> Logs<'a> {
     }
 
     /// Returns all contacts, merged by all threads.
-    fn all(&self) -> Vec<Vec<Logged>> {
+    fn merge_contacts(&self) -> Vec<Vec<Logged>> {
         each_of(true, self.parts.iter(), |_, part| merged(part.clone()))
     }
 }
@@ -172,7 +172,7 @@ pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
     let mut given: Vec<_> = windows.iter().map(|window| window.given.iter()).collect();
     let gives = given.iter().any(|given| given.len() > 0);
     if recorder.looks() || gives {
-        let contacts = logs.all();
+        let contacts = logs.merge_contacts();
         let contacts = contacts.iter().flatten();
         if recorder.looks() {
             observe(contacts.clone(), observed, recorder);
@@ -241,7 +241,7 @@ mod tests {
             let all = merged(logs.clone());
             let found = Logs::new(&logs);
             assert_eq!(found.len(), all.len());
-            assert_eq!(found.all().concat(), all);
+            assert_eq!(found.merge_contacts().concat(), all);
             for (index, (_, contact)) in all.iter().enumerate() {
                 assert_eq!(found.nth(index), *contact);
             }

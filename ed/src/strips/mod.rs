@@ -183,11 +183,11 @@ struct Keep {
 }
 
 impl Observer for Keep {
-    fn looks(&self) -> bool {
+    fn is_active(&self) -> bool {
         self.looks
     }
 
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         self.all.extend_from_slice(batch);
     }
 }
@@ -252,7 +252,7 @@ where
     pub fn spread_over(&mut self, strips: usize) {
         if strips != self.strips.settings.strips {
             self.strips.settings.cuts.clear();
-            self.strips.forget();
+            self.strips.drop_kept();
         }
         self.strips.settings.strips = strips;
         self.engine.parallel = strips > 1;
@@ -285,14 +285,18 @@ where
 
     /// Frees the memory of strips and returns all data from which the run resumes.
     pub(crate) fn land(&mut self) -> EventDrivenCheckpoint<P> {
-        self.strips.forget();
+        self.strips.drop_kept();
         self.engine.checkpoint()
     }
 
     /// Memory held \[bytes\].
-    pub fn bytes(&self) -> usize {
-        let strips = self.strips.strips.iter().map(EventDrivenEngine::bytes);
-        self.engine.bytes() + strips.sum::<usize>()
+    pub fn memory_bytes(&self) -> usize {
+        let strips = self
+            .strips
+            .strips
+            .iter()
+            .map(EventDrivenEngine::memory_bytes);
+        self.engine.memory_bytes() + strips.sum::<usize>()
     }
 }
 
@@ -303,7 +307,7 @@ where
 {
     /// Advances towards a goal in strips, as far as that pays. True if its time was reached, with
     /// fewer collisions than its last.
-    fn leap(
+    fn leap_towards(
         &mut self,
         whole: &mut EventDrivenEngine<P, Q>,
         goal: &Goal,
@@ -397,7 +401,7 @@ where
         there
     }
 
-    fn forget(&mut self) {
+    fn drop_kept(&mut self) {
         self.strips.clear();
     }
 }
@@ -534,7 +538,7 @@ where
                 all: Vec::new(),
             };
             let began = Instant::now();
-            let ended = strip.run(goal, &mut Recorder::new(&mut keep));
+            let ended = strip.run_events(goal, &mut Recorder::new(&mut keep));
             if let Some(window) = &mut strip.window {
                 window.seconds = began.elapsed().as_secs_f64();
             }

@@ -23,7 +23,7 @@ impl Case {
         let particle = |body: &ParticleState<support::Disks>| Particle {
             position: body.position.push(0.0),
             velocity: body.velocity.push(0.0),
-            ..Particle::of(0.5, 1.0)
+            ..Particle::at_rest(0.5, 1.0)
         };
         let domain = state.domain;
         Self {
@@ -95,15 +95,23 @@ fn stops_change_nothing() {
             advance(&mut *seen, stop);
             let now = seen.particles();
             assert_eq!(now.time, stop);
-            assert_eq!(seen.moments().means(), now.moments().means());
+            assert_eq!(seen.velocity_moments().means(), now.moments().means());
             assert!(now.all != before.all, "case {number} stands");
             before = now;
         }
         let least = 4 * case.start.all.len() as u64;
-        assert!(straight.work().collisions > least, "case {number}");
-        assert_eq!(straight.work(), seen.work(), "case {number}");
+        assert!(straight.work_counters().collisions > least, "case {number}");
+        assert_eq!(
+            straight.work_counters(),
+            seen.work_counters(),
+            "case {number}"
+        );
         assert_eq!(straight.particles(), seen.particles(), "case {number}");
-        assert_eq!(straight.boundaries(), seen.boundaries(), "case {number}");
+        assert_eq!(
+            straight.boundary_fluxes(),
+            seen.boundary_fluxes(),
+            "case {number}"
+        );
     }
 }
 
@@ -121,23 +129,23 @@ fn a_checkpoint_at_a_stop_is_the_gas() {
             advance(&mut *whole, until);
             advance(&mut *broken, until);
             if stop == 20 {
-                let kicks: Vec<Vector3<f64>> = (0..whole.count())
+                let kicks: Vec<Vector3<f64>> = (0..whole.particle_count())
                     .map(|disk| vector![0.1 * (disk % 7) as f64, -0.2, 0.0])
                     .collect();
-                whole.kick(&kicks).expect("velocities");
-                broken.kick(&kicks).expect("velocities");
+                whole.add_velocities(&kicks).expect("velocities");
+                broken.add_velocities(&kicks).expect("velocities");
             }
             if stop % 3 != 1 {
-                let bytes = broken.checkpoint().expect("memory");
+                let bytes = broken.save_checkpoint().expect("memory");
                 broken = case.resume(&bytes, &never);
-                assert_eq!(broken.checkpoint().expect("memory"), bytes);
+                assert_eq!(broken.save_checkpoint().expect("memory"), bytes);
             }
             let name = format!("case {number}, stop {stop}");
             assert_eq!(broken.time(), until, "{name}");
             assert_eq!(broken.particles(), whole.particles(), "{name}");
             assert_eq!(broken.displacements(), whole.displacements(), "{name}");
-            assert_eq!(broken.work(), whole.work(), "{name}");
-            assert_eq!(broken.boundaries(), whole.boundaries(), "{name}");
+            assert_eq!(broken.work_counters(), whole.work_counters(), "{name}");
+            assert_eq!(broken.boundary_fluxes(), whole.boundary_fluxes(), "{name}");
         }
     }
 }
@@ -152,7 +160,7 @@ fn legs_end_where_counts_say() {
             assert!(gas.advance(stop, Budget::Leg, &mut ()).expect("time"));
         }
         assert!(!gas.advance(1e9, Budget::Leg, &mut ()).expect("time"));
-        (gas.work().collisions, gas.particles())
+        (gas.work_counters().collisions, gas.particles())
     };
     let straight = ends(&[]);
     assert_eq!(straight.0, 100_000);
@@ -168,13 +176,13 @@ fn going_on_can_be_interrupted() {
     for stop in stops(case) {
         advance(&mut *gas, stop);
     }
-    let bytes = gas.checkpoint().expect("memory");
+    let bytes = gas.save_checkpoint().expect("memory");
     let interrupt = Interrupt::default();
     interrupt.raise();
     let mut again = case.resume(&bytes, &interrupt);
     assert!(again.is_interrupted());
     assert!(!again.advance(1e9, Budget::Leg, &mut ()).expect("an end"));
-    assert_eq!(again.checkpoint().expect("memory"), bytes);
+    assert_eq!(again.save_checkpoint().expect("memory"), bytes);
 }
 
 /// An advance in a leg that is interrupted leaves the checkpoint at the stop before it.
@@ -183,13 +191,13 @@ fn an_interrupted_leg_leaves_its_last_stop() {
     let case = &cases()[0];
     let mut gas = case.begin();
     advance(&mut *gas, 1.0);
-    let bytes = gas.checkpoint().expect("memory");
+    let bytes = gas.save_checkpoint().expect("memory");
     let interrupt = Interrupt::default();
     gas.set_stop_flag(&interrupt);
     let mut raise = EachCollision(|_: &_| interrupt.raise());
     assert!(!gas.advance(1e9, Budget::Leg, &mut raise).expect("an end"));
     assert!(gas.is_interrupted());
-    assert_eq!(gas.checkpoint().expect("memory"), bytes);
+    assert_eq!(gas.save_checkpoint().expect("memory"), bytes);
 }
 
 /// A stop between the time of a fresh start, since own times are long, and the next event, where
@@ -202,6 +210,6 @@ fn a_stop_before_a_fresh_start_changes_nothing() {
         advance(&mut *seen, 5.0 * f64::from(stop));
     }
     advance(&mut *straight, 20_000.0);
-    assert!(straight.work().collisions > 0);
+    assert!(straight.work_counters().collisions > 0);
     assert_eq!(straight.particles(), seen.particles());
 }

@@ -199,5 +199,5 @@ fn spins_are_checked_and_smooth_disks_have_none() {
     let state = start(&scene, 20.0, 20, 4);
     let spinning =
         EventDrivenEngine::<Disks>::new(scene, DissipationRule::Scene, state).expect("an engine");
-    assert_eq!(spinning.bytes() - plain.bytes(), 20 * 8);
+    assert_eq!(spinning.memory_bytes() - plain.memory_bytes(), 20 * 8);
 }

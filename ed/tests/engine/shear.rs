@@ -70,7 +70,7 @@ fn gas<P: ParticleModel<Space = Plane>>(
 ) -> State<P> {
     let mut shear = Shear::new(rate).expect("a rate");
     let streams = Streams::new(seed, 0);
-    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
     // The first seed is for a start with boxes above each other.
     shear.offset = if seed == 0 {
         0.0
@@ -82,7 +82,7 @@ fn gas<P: ParticleModel<Space = Plane>>(
         .sheared(Some(shear))
         .expect("a flow");
     let sizes = scene.sizes();
-    let radius = |disk: usize| sizes.radius(sizes.tag(disk));
+    let radius = |disk: usize| sizes.radius(sizes.tag_of(disk));
     let mut bodies: Vec<ParticleState<P>> = Vec::new();
     while bodies.len() < count {
         let at = vector![stream.random::<f64>(), stream.random::<f64>()].component_mul(&lengths);
@@ -93,7 +93,7 @@ fn gas<P: ParticleModel<Space = Plane>>(
             .all(|(disk, body)| domain.distance(body.position, at) > 1.001 * (radius(disk) + new));
         if is_free {
             let mut body = ParticleState::new(at, Vector2::zeros());
-            let mass = sizes.mass(sizes.tag(bodies.len()));
+            let mass = sizes.mass(sizes.tag_of(bodies.len()));
             body.spin = scene.surface().thermal_spin(1.0, mass, new, &mut stream);
             bodies.push(body);
         }
@@ -112,7 +112,7 @@ fn follow_plain<P: ParticleModel<Space = Plane>>(
     collisions: usize,
 ) {
     let mut slow = start.clone();
-    let events = plain::run(scene, &mut slow, collisions);
+    let events = plain::run_collisions(scene, &mut slow, collisions);
     assert_eq!(events.len(), collisions, "{name}");
     let engine = EventDrivenEngine::<P>::new(scene.clone(), DissipationRule::Scene, start.clone());
     let mut engine = engine.expect("an engine");
@@ -234,7 +234,7 @@ fn particles(count: usize) -> Particles {
     let particle = |body: &ParticleState<ShearedScene<Smooth, Monodisperse>>| Particle {
         position: body.position.push(0.0),
         velocity: body.velocity.push(0.0),
-        ..Particle::of(0.5, 1.0)
+        ..Particle::at_rest(0.5, 1.0)
     };
     Particles {
         time: 0.0,
@@ -267,7 +267,7 @@ fn resumed_runs_have_the_same_bytes() {
         let until = 1.5 * f64::from(step);
         while !gas.advance(until, Budget::Leg, &mut ()).expect("time") {}
         while !again.advance(until, Budget::Leg, &mut ()).expect("time") {}
-        let kept = again.checkpoint().expect("bytes");
+        let kept = again.save_checkpoint().expect("bytes");
         again = resume(
             &grains,
             300,
@@ -278,9 +278,13 @@ fn resumed_runs_have_the_same_bytes() {
         )
         .expect("an engine");
     }
-    assert!(gas.work().collisions > 1000, "{}", gas.work().collisions);
-    assert!(gas.work().numbers["shear_energy_imbalance"].abs() < 1e-10);
-    assert!(gas.checkpoint().expect("bytes") == again.checkpoint().expect("bytes"));
+    assert!(
+        gas.work_counters().collisions > 1000,
+        "{}",
+        gas.work_counters().collisions
+    );
+    assert!(gas.work_counters().numbers["shear_energy_imbalance"].abs() < 1e-10);
+    assert!(gas.save_checkpoint().expect("bytes") == again.save_checkpoint().expect("bytes"));
     assert!(
         !gas.track_displacements(),
         "displacements are not told from the flow"
@@ -304,7 +308,7 @@ fn the_balance_knows_what_drives_supply() {
         {}
         gas.scale_velocities(1.1).expect("a factor");
     }
-    assert!(gas.work().numbers["shear_energy_imbalance"].abs() < 1e-10);
+    assert!(gas.work_counters().numbers["shear_energy_imbalance"].abs() < 1e-10);
 }
 
 #[test]

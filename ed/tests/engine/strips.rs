@@ -34,7 +34,7 @@ fn lattice<P: ParticleModel<Space = Plane>>(
     ];
     let domain = boundaries.walls.domain(lengths).expect("a box");
     let streams = Streams::new(1, 0);
-    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
     let jitter = 0.45 * (spacing - 1.0);
     let mut bodies = Vec::new();
     for row in 0..rows {
@@ -184,7 +184,7 @@ fn a_simulation_on_two_threads() {
     let particle = |body: &ParticleState<crate::support::Disks>| Particle {
         position: body.position.push(0.0),
         velocity: body.velocity.push(0.0),
-        ..Particle::of(0.5, 1.0)
+        ..Particle::at_rest(0.5, 1.0)
     };
     let start = Particles {
         time: 0.0,
@@ -204,7 +204,7 @@ fn a_simulation_on_two_threads() {
         for budget in [Budget::Collisions(70_001), Budget::Leg] {
             assert!(!gas.advance(until, budget, &mut ()).expect("time"));
         }
-        gas.checkpoint().expect("bytes")
+        gas.save_checkpoint().expect("bytes")
     });
     assert!(alone == shared);
 }

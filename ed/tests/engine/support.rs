@@ -128,14 +128,14 @@ pub fn gas<P: ParticleModel<Space = Plane>>(
 ) -> State<P> {
     let domain = boundaries.walls.domain(lengths.into()).expect("a box");
     let streams = Streams::new(seed, 0);
-    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
     let sizes = scene.sizes();
     let mut bodies: Vec<ParticleState<P>> = Vec::new();
     for disk in 0..count {
-        let radius = sizes.radius(sizes.tag(disk));
+        let radius = sizes.radius(sizes.tag_of(disk));
         let free = |at: &Vector2<f64>| {
             let apart = |other: usize| {
-                let distance = radius + sizes.radius(sizes.tag(other));
+                let distance = radius + sizes.radius(sizes.tag_of(other));
                 domain.distance(*at, bodies[other].position) > distance
             };
             let walls = (0..4).all(|face| {
@@ -174,8 +174,8 @@ pub fn gas<P: ParticleModel<Space = Plane>>(
     }
     let mut state = maxwellian(scene, domain, bodies, streams);
     for disk in 0..count {
-        let tag = sizes.tag(disk);
-        let mut stream = streams.at(Purpose::Spins, [0, disk as u64]);
+        let tag = sizes.tag_of(disk);
+        let mut stream = streams.stream_at(Purpose::Spins, [0, disk as u64]);
         let spin =
             (scene.surface()).thermal_spin(1.0, sizes.mass(tag), sizes.radius(tag), &mut stream);
         state.bodies[disk].spin = spin;
@@ -195,7 +195,7 @@ pub fn maxwellian<P: ParticleModel<Space = Plane>>(
         domain,
         bodies,
     };
-    let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
     initial::maxwellian(scene, &mut state, 1.0, &mut stream);
     state
 }
@@ -205,7 +205,7 @@ pub fn maxwellian<P: ParticleModel<Space = Plane>>(
 pub struct Journal(pub Vec<f64>);
 
 impl Observer for Journal {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         self.0.extend(batch.iter().map(|collision| collision.time));
     }
 }

@@ -36,7 +36,7 @@ const TILTED: &str =
 ///
 /// # Errors
 /// [`FileError`] names the file, the line, what was found and what belongs there.
-pub fn read(path: &Path) -> Result<StartFile, FileError> {
+pub fn read_start_file(path: &Path) -> Result<StartFile, FileError> {
     let failed = |source| FileError::Unreadable {
         path: path.to_owned(),
         source,
@@ -152,7 +152,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("start.csv");
         std::os::unix::fs::symlink("/dev/null", &path).expect("a link");
-        let said = read(&path).expect_err("no file").to_string();
+        let said = read_start_file(&path).expect_err("no file").to_string();
         assert!(said.contains("expected a file"), "{said}");
     }
 

@@ -12,7 +12,7 @@ mod placement;
 mod sequential;
 mod velocities;
 
-pub use file::{ENDINGS, FileError, StartFile, read, read_bytes};
+pub use file::{ENDINGS, FileError, StartFile, read_bytes, read_start_file};
 pub use lattice::{Lattice, hexagonal, square};
 pub use overlap::{Overlap, first_overlap};
 pub use placement::{PlacedDisks, PlacementError};
@@ -45,7 +45,7 @@ pub fn place_unequal(
     streams: &Streams,
     interrupt: &Interrupt,
 ) -> Result<PlacedDisks, PlacementError> {
-    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
     let positions = sequential_addition_of(radii, domain, &mut stream, interrupt);
     let positions = positions.ok_or_else(|| {
         if interrupt.is_raised() {
@@ -67,7 +67,7 @@ pub fn place_unequal(
 /// # Errors
 /// [`PlacementError::TooDense`] if a lattice of that many disks does not fit;
 /// [`PlacementError::Interrupted`].
-pub fn place(
+pub fn place_disks(
     arrangement: Arrangement,
     count: usize,
     diameter: f64,
@@ -75,7 +75,7 @@ pub fn place(
     streams: &Streams,
     interrupt: &Interrupt,
 ) -> Result<PlacedDisks, PlacementError> {
-    let mut stream = streams.at(Purpose::Placement, [0, 0]);
+    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
     let packing =
         count as f64 * std::f64::consts::FRAC_PI_4 * diameter * diameter / domain.volume();
     if arrangement == Arrangement::Disordered && packing <= SEQUENTIAL_LIMIT {

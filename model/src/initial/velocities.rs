@@ -105,7 +105,7 @@ pub fn draw_velocities<P: ParticleModel>(
 ) {
     let sizes = scene.sizes();
     for (index, body) in state.bodies.iter_mut().enumerate() {
-        let spread = (temperature / sizes.mass(sizes.tag(index))).sqrt();
+        let spread = (temperature / sizes.mass(sizes.tag_of(index))).sqrt();
         body.velocity = law.draw::<P::Space>(spread, stream);
     }
     rescale(scene, state, temperature);
@@ -115,7 +115,7 @@ pub fn draw_velocities<P: ParticleModel>(
 pub fn rescale<P: ParticleModel>(scene: &P, state: &mut State<P>, temperature: f64) {
     let sizes = scene.sizes();
     let mass: f64 = (0..state.bodies.len())
-        .map(|index| sizes.mass(sizes.tag(index)))
+        .map(|index| sizes.mass(sizes.tag_of(index)))
         .sum();
     // The second pass removes what the rounding of the first left behind, the third what scaling
     // did.
@@ -148,7 +148,7 @@ pub fn thermal_spins<P: ParticleModel>(
 ) {
     let sizes = scene.sizes();
     for (index, body) in state.bodies.iter_mut().enumerate() {
-        let tag = sizes.tag(index);
+        let tag = sizes.tag_of(index);
         let (mass, radius) = (sizes.mass(tag), sizes.radius(tag));
         body.spin = scene
             .surface()
@@ -158,7 +158,7 @@ pub fn thermal_spins<P: ParticleModel>(
     if found > 0.0 {
         let factor = (temperature / found).sqrt();
         for body in &mut state.bodies {
-            body.spin = <P::Surface as Surface<P::Space>>::scaled(body.spin, factor);
+            body.spin = <P::Surface as Surface<P::Space>>::scale_spin(body.spin, factor);
         }
     }
 }
@@ -179,7 +179,7 @@ mod tests {
     fn fourth_cumulants_are_those_asked_for() {
         fn measured<S: Space>(a2: f64) -> [f64; 2] {
             let law = VelocityDistribution::new(S::DIMENSION, a2).expect("a distribution");
-            let mut stream = Streams::new(7, 0).at(Purpose::Velocities, [0, 0]);
+            let mut stream = Streams::new(7, 0).stream_at(Purpose::Velocities, [0, 0]);
             let d = S::DIMENSION as f64;
             let sample = |_: i32| {
                 let squares = (0..2000).map(|_| law.draw::<S>(3.0, &mut stream).square());
@@ -203,7 +203,7 @@ mod tests {
             }
         }
         let one = VelocityDistribution::new(2, -0.5).expect("one speed");
-        let mut stream = Streams::new(8, 0).at(Purpose::Velocities, [0, 0]);
+        let mut stream = Streams::new(8, 0).stream_at(Purpose::Velocities, [0, 0]);
         let velocity = one.draw::<Plane>(3.0, &mut stream);
         // Rounding of a unit vector.
         assert!((velocity.square() / 18.0 - 1.0).abs() < 1e-14);
@@ -234,7 +234,7 @@ mod tests {
             &scene,
             &mut state,
             2.5,
-            &mut Streams::new(1, 0).at(Purpose::Velocities, [0, 0]),
+            &mut Streams::new(1, 0).stream_at(Purpose::Velocities, [0, 0]),
         );
         assert!(state.momentum(&scene).square().sqrt() < 1e-12);
         assert!((state.temperature(&scene) / 2.5 - 1.0).abs() < 1e-14);
@@ -242,7 +242,7 @@ mod tests {
             &scene,
             &mut state,
             2.5,
-            &mut Streams::new(1, 0).at(Purpose::Spins, [0, 0]),
+            &mut Streams::new(1, 0).stream_at(Purpose::Spins, [0, 0]),
         );
         assert_eq!(state.spin_energy(&scene), 0.0);
         let rough = Scene {
@@ -262,7 +262,7 @@ mod tests {
             &rough,
             &mut spinning,
             2.5,
-            &mut Streams::new(1, 0).at(Purpose::Spins, [0, 0]),
+            &mut Streams::new(1, 0).stream_at(Purpose::Spins, [0, 0]),
         );
         assert!((spinning.spin_temperature(&rough) / 2.5 - 1.0).abs() < 1e-14);
         state.bodies.truncate(1);

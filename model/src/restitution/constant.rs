@@ -29,7 +29,7 @@ impl Constant {
 
 impl Restitution for Constant {
     #[inline]
-    fn normal(&self, _approach: f64) -> f64 {
+    fn normal_restitution(&self, _approach: f64) -> f64 {
         self.0
     }
 }
@@ -46,6 +46,9 @@ mod tests {
             "coefficient of restitution is 1.1; allowed: 0 to 1"
         );
         assert!(Constant::new(f64::NAN).is_err());
-        assert_eq!(Constant::new(0.0).expect("allowed").normal(1.0), 0.0);
+        assert_eq!(
+            Constant::new(0.0).expect("allowed").normal_restitution(1.0),
+            0.0
+        );
     }
 }

@@ -55,7 +55,7 @@ impl Restitution for DeltaModel {
     /// Quotient of the normal speeds after and before a contact, `r + 2 Delta/g`; infinite at
     /// g = 0.
     #[inline]
-    fn normal(&self, approach: f64) -> f64 {
+    fn normal_restitution(&self, approach: f64) -> f64 {
         self.coefficient + 2.0 * self.delta / approach
     }
 

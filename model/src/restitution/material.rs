@@ -61,7 +61,7 @@ impl Material {
     ///
     /// # Errors
     /// [`Invalid`] unless radii, masses and the strength are positive and finite.
-    pub fn between(&self, radii: [f64; 2], masses: [f64; 2]) -> Result<Viscoelastic, Invalid> {
+    pub fn law_between(&self, radii: [f64; 2], masses: [f64; 2]) -> Result<Viscoelastic, Invalid> {
         let effective = |[a, b]: [f64; 2]| 1.0 / (1.0 / a + 1.0 / b);
         let radius = Invalid::unless_positive("effective radius", effective(radii))?;
         let mass = Invalid::unless_positive("effective mass", effective(masses))?;
@@ -114,9 +114,9 @@ mod tests {
             let radius = radii[0] * radii[1] / (radii[0] + radii[1]);
             let mass = masses[0] * masses[1] / (masses[0] + masses[1]);
             let rho = 2.0 * 3e4 * f64::sqrt(radius) / (3.0 * (1.0 - 0.09));
-            let law = material.between(radii, masses).expect("a law");
+            let law = material.law_between(radii, masses).expect("a law");
             for approach in [0.01, 0.1] {
-                let found = law.normal(approach);
+                let found = law.normal_restitution(approach);
                 let exact = integrated(rho, material.time(), mass, approach);
                 // The series is exact to 1e-7; steps of 1e-4 of a contact miss its end, where the
                 // speed hardly changes, by less.
@@ -141,6 +141,6 @@ mod tests {
             assert!(Material::new(modulus, ratio, viscosities).is_err());
         }
         let steel = Material::new(1.0, 0.3, [1.0, 1.0]).expect("a material");
-        assert!(steel.between([0.5, 0.0], [1.0, 1.0]).is_err());
+        assert!(steel.law_between([0.5, 0.0], [1.0, 1.0]).is_err());
     }
 }

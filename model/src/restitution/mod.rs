@@ -37,12 +37,12 @@ macro_rules! laws {
 
         impl Restitution for Law {
             #[inline]
-            fn normal(&self, approach: f64) -> f64 {
-                match self { $(Self::$name(law) => law.normal(approach),)+ }
+            fn normal_restitution(&self, approach: f64) -> f64 {
+                match self { $(Self::$name(law) => law.normal_restitution(approach),)+ }
             }
             #[inline]
-            fn between(&self, kinds: [u32; 2], approach: f64) -> f64 {
-                match self { $(Self::$name(law) => law.between(kinds, approach),)+ }
+            fn pair_restitution(&self, kinds: [u32; 2], approach: f64) -> f64 {
+                match self { $(Self::$name(law) => law.pair_restitution(kinds, approach),)+ }
             }
             #[inline]
             fn separation(&self, kinds: [u32; 2], approach: f64) -> Separation {
@@ -94,7 +94,7 @@ impl Law {
         match self {
             Self::Delta(law) => Some(law.coefficient()),
             Self::Pairs(_) => None,
-            other => Some(other.normal(approach)),
+            other => Some(other.normal_restitution(approach)),
         }
     }
 
@@ -112,14 +112,20 @@ mod tests {
     fn a_law_chosen_at_run_time_is_the_law() {
         let viscoelastic = Viscoelastic::new(0.4).expect("a strength");
         let law = Law::from(viscoelastic);
-        assert_eq!(law.normal(0.7), viscoelastic.normal(0.7));
+        assert_eq!(
+            law.normal_restitution(0.7),
+            viscoelastic.normal_restitution(0.7)
+        );
         assert_eq!(law.constant(), None);
         let constant = Law::from(Constant::new(0.8).expect("a coefficient"));
-        assert_eq!(constant.between([0, 1], 3.0), 0.8);
+        assert_eq!(constant.pair_restitution([0, 1], 3.0), 0.8);
         assert_eq!(constant.constant(), Some(0.8));
         let laws = vec![law.clone(), constant.clone(), constant, law];
         let pairs = Law::from(PerPair::new(2, laws).expect("a table"));
-        assert_eq!(pairs.between([1, 0], 2.0), 0.8);
-        assert_eq!(pairs.between([1, 1], 2.0), viscoelastic.normal(2.0));
+        assert_eq!(pairs.pair_restitution([1, 0], 2.0), 0.8);
+        assert_eq!(
+            pairs.pair_restitution([1, 1], 2.0),
+            viscoelastic.normal_restitution(2.0)
+        );
     }
 }

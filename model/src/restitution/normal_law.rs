@@ -53,20 +53,20 @@ impl From<f64> for Separation {
 pub trait Restitution: Clone + Debug + Send + Sync + 'static {
     /// Coefficient of restitution, in [0, 1], at a normal approach speed `approach` >= 0
     /// \[length/time\]. A law that adds speed gives the quotient of the speeds after and before.
-    fn normal(&self, approach: f64) -> f64;
+    fn normal_restitution(&self, approach: f64) -> f64;
 
-    /// Coefficient of restitution of a pair of the given species (see [`crate::Sizes::kind`]) at a
-    /// normal approach speed `approach` \[length/time\].
+    /// Coefficient of restitution of a pair of the given species (see
+    /// [`crate::Sizes::species_of`]) at a normal approach speed `approach` \[length/time\].
     #[inline]
-    fn between(&self, _kinds: [u32; 2], approach: f64) -> f64 {
-        self.normal(approach)
+    fn pair_restitution(&self, _kinds: [u32; 2], approach: f64) -> f64 {
+        self.normal_restitution(approach)
     }
 
     /// Returns the outcome of a contact of a pair of the given species, as engines need it. Only
     /// laws that add speed override it.
     #[inline]
     fn separation(&self, kinds: [u32; 2], approach: f64) -> Separation {
-        self.between(kinds, approach).into()
+        self.pair_restitution(kinds, approach).into()
     }
 
     /// Upper bound of the speed that a contact adds to the separation of a pair \[length/time\]; 0

@@ -45,12 +45,12 @@ impl<R: Restitution> PerPair<R> {
 impl<R: Restitution> Restitution for PerPair<R> {
     /// Coefficient of the first species with itself, for engines that know no species.
     #[inline]
-    fn normal(&self, approach: f64) -> f64 {
-        self.law([0, 0]).normal(approach)
+    fn normal_restitution(&self, approach: f64) -> f64 {
+        self.law([0, 0]).normal_restitution(approach)
     }
     #[inline]
-    fn between(&self, kinds: [u32; 2], approach: f64) -> f64 {
-        self.law(kinds).normal(approach)
+    fn pair_restitution(&self, kinds: [u32; 2], approach: f64) -> f64 {
+        self.law(kinds).normal_restitution(approach)
     }
     #[inline]
     fn separation(&self, kinds: [u32; 2], approach: f64) -> Separation {
@@ -71,10 +71,10 @@ mod tests {
     fn laws_are_found_in_either_order() {
         let law = |r| Constant::new(r).expect("a coefficient");
         let table = PerPair::new(2, vec![law(0.1), law(0.2), law(0.9), law(0.4)]).expect("a table");
-        assert_eq!(table.between([0, 1], 1.0), 0.2);
-        assert_eq!(table.between([1, 0], 1.0), 0.2);
-        assert_eq!(table.between([1, 1], 1.0), 0.4);
-        assert_eq!(table.normal(1.0), 0.1);
+        assert_eq!(table.pair_restitution([0, 1], 1.0), 0.2);
+        assert_eq!(table.pair_restitution([1, 0], 1.0), 0.2);
+        assert_eq!(table.pair_restitution([1, 1], 1.0), 0.4);
+        assert_eq!(table.normal_restitution(1.0), 0.1);
         assert!(PerPair::new(2, vec![law(0.1)]).is_err());
         assert!(PerPair::<Constant>::new(0, Vec::new()).is_err());
     }

@@ -14,8 +14,8 @@ use crate::invalid::Invalid;
 /// ```
 /// use stosszahl_model::{Restitution, ThresholdModel};
 /// let law = ThresholdModel::new(0.8, 0.01).expect("a law");
-/// assert_eq!(law.normal(0.02), 0.8);
-/// assert_eq!(law.normal(0.009), 1.0);
+/// assert_eq!(law.normal_restitution(0.02), 0.8);
+/// assert_eq!(law.normal_restitution(0.009), 1.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThresholdModel {
@@ -52,7 +52,7 @@ impl ThresholdModel {
 
 impl Restitution for ThresholdModel {
     #[inline]
-    fn normal(&self, approach: f64) -> f64 {
+    fn normal_restitution(&self, approach: f64) -> f64 {
         if approach < self.threshold {
             1.0
         } else {
@@ -78,7 +78,7 @@ mod tests {
     fn a_law_chosen_at_run_time_has_the_same_threshold() {
         let law = Law::from(ThresholdModel::new(0.8, 0.5).expect("a law"));
         assert_eq!(
-            [0.4, 0.5, 0.6].map(|speed| law.normal(speed)),
+            [0.4, 0.5, 0.6].map(|speed| law.normal_restitution(speed)),
             [1.0, 0.8, 0.8]
         );
         assert_eq!((law.constant(), law.coefficient(0.6)), (None, Some(0.8)));

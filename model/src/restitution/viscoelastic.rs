@@ -58,7 +58,7 @@ impl Restitution for Viscoelastic {
     // Never inlined: its power and its polynomials would crowd the loops of engines whose law is
     // constant.
     #[inline(never)]
-    fn normal(&self, approach: f64) -> f64 {
+    fn normal_restitution(&self, approach: f64) -> f64 {
         let v = self.0 * approach.powf(0.1);
         if v <= 0.5 {
             1.0 + v * SERIES.iter().rev().fold(0.0, |sum, h| sum * v + h)
@@ -87,11 +87,11 @@ mod tests {
             (2.0, 0.092_999_59, 9e-3),
         ] {
             let law = Viscoelastic::new(v).expect("positive");
-            let found = law.normal(1.0);
+            let found = law.normal_restitution(1.0);
             assert!((found - exact).abs() < tolerance, "v* = {v}: {found}");
         }
         let law = Viscoelastic::new(0.4).expect("positive");
-        assert_eq!(law.normal(0.0), 1.0);
+        assert_eq!(law.normal_restitution(0.0), 1.0);
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub struct FlyingParticle {
 impl FlyingParticle {
     /// Returns the position after a time \[length\].
     #[inline]
-    pub fn at(&self, time: f64) -> Vector2<f64> {
+    pub fn position_at(&self, time: f64) -> Vector2<f64> {
         self.position + (self.velocity + self.acceleration * (0.5 * time)) * time
     }
 
@@ -38,13 +38,13 @@ impl FlyingParticle {
     /// Returns the lower left and upper right corner of the rectangle that contains the flight up
     /// to a time.
     pub(super) fn bounds(&self, time: f64) -> [Vector2<f64>; 2] {
-        let end = self.at(time);
+        let end = self.position_at(time);
         let (mut least, mut most) = (self.position.inf(&end), self.position.sup(&end));
         for axis in 0..2 {
             let turn = -self.velocity[axis] / self.acceleration[axis];
             // Turning point of the flight; false without acceleration, for NaN too.
             if turn > 0.0 && turn < time {
-                let there = self.at(turn)[axis];
+                let there = self.position_at(turn)[axis];
                 least[axis] = least[axis].min(there);
                 most[axis] = most[axis].max(there);
             }
@@ -200,10 +200,12 @@ impl StraightEdge {
             } else {
                 descent::of_parabola(0.0, speed, acceleration)?
             };
-            return (time < limit && over(flight.at(time))).then_some(Hit { time, normal });
+            return (time < limit && over(flight.position_at(time)))
+                .then_some(Hit { time, normal });
         }
         let time = descent::of_parabola(gap, speed, acceleration)?;
-        (time >= 0.0 && time < limit && over(flight.at(time))).then_some(Hit { time, normal })
+        (time >= 0.0 && time < limit && over(flight.position_at(time)))
+            .then_some(Hit { time, normal })
     }
 }
 
@@ -220,7 +222,7 @@ impl Round {
             bent(&flight, reach, limit)
         };
         let time = time.filter(|&time| time < limit)?;
-        let arm = flight.at(time);
+        let arm = flight.position_at(time);
         let normal = arm * (1.0 / arm.norm());
         Some(Hit { time, normal })
     }
@@ -276,10 +278,11 @@ fn bent(flight: &FlyingParticle, reach: f64, limit: f64) -> Option<f64> {
     } else {
         reach * reach
     };
-    let excess = |time: f64| flight.at(time).norm_squared() - square;
-    let slope = |time: f64| 2.0 * flight.at(time).dot(&flight.velocity_at(time));
-    let bend =
-        |time: f64| 2.0 * (flight.velocity_at(time).norm_squared() + flight.at(time).dot(&pull));
+    let excess = |time: f64| flight.position_at(time).norm_squared() - square;
+    let slope = |time: f64| 2.0 * flight.position_at(time).dot(&flight.velocity_at(time));
+    let bend = |time: f64| {
+        2.0 * (flight.velocity_at(time).norm_squared() + flight.position_at(time).dot(&pull))
+    };
     // f''/2 = 3 a^2 t^2/2 + 3 v . a t + (v^2 + r . a): where it falls, and where it rises.
     let half_bend = 0.5 * bend(0.0);
     let change = 3.0 * velocity.dot(&pull);

@@ -37,7 +37,7 @@ const GAUSS: [[f64; 2]; 4] = [
 /// let law = Rebound::Restitutive { restitution: 1.0, slip: 1.0 };
 /// let disk = Obstacle::new(ObstacleShape::Circle { centre: vector![2.0, 2.0], radius: 0.5 }, law)?;
 /// let area = FreeArea::new(&[disk], [4.0, 4.0], [true, true], 0.5);
-/// assert!((area.between([0.0, 0.0], [4.0, 4.0]) - (16.0 - std::f64::consts::PI)).abs() < 1e-9);
+/// assert!((area.rectangle_between([0.0, 0.0], [4.0, 4.0]) - (16.0 - std::f64::consts::PI)).abs() < 1e-9);
 /// # Ok::<(), stosszahl_model::walls::ObstacleError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -56,7 +56,7 @@ impl FreeArea {
     ) -> Self {
         let steps = |axis: usize| if periodic[axis] { -1..=1 } else { 0..=0 };
         let own: Vec<Shape> = (obstacles.iter())
-            .flat_map(|obstacle| Shape::all(obstacle, clearance))
+            .flat_map(|obstacle| Shape::grown_parts(obstacle, clearance))
             .collect();
         let mut shapes = Vec::new();
         for x in steps(0) {
@@ -70,7 +70,7 @@ impl FreeArea {
     }
 
     /// Free area of the rectangle between its lower left and its upper right corner \[length^2\].
-    pub fn between(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
+    pub fn rectangle_between(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
         let shapes: Vec<&Shape> = self.shapes.iter().collect();
         free(&shapes, low, high, DIVISIONS)
     }
@@ -89,7 +89,7 @@ enum Shape {
 
 impl Shape {
     /// Returns all parts of an obstacle that is grown by a clearance.
-    fn all(obstacle: &Obstacle, clearance: f64) -> Vec<Self> {
+    fn grown_parts(obstacle: &Obstacle, clearance: f64) -> Vec<Self> {
         let mut parts = Vec::new();
         if let ObstacleShape::Polygon { points } = obstacle.outline() {
             parts.push(Self::Solid(points.clone()));
@@ -325,7 +325,7 @@ mod tests {
     fn areas_are_those_of_closed_forms() {
         let whole = |obstacles: &[Obstacle], periodic, clearance| {
             let area = FreeArea::new(obstacles, [10.0, 8.0], periodic, clearance);
-            80.0 - area.between([0.0, 0.0], [10.0, 8.0])
+            80.0 - area.rectangle_between([0.0, 0.0], [10.0, 8.0])
         };
         let close = |found: f64, expected: f64| {
             assert!((found - expected).abs() < 1e-7, "{found} {expected}");
@@ -390,7 +390,7 @@ mod tests {
         for (x, y) in (0..8).flat_map(|y| (0..20).map(move |x| (x, y))) {
             let low = [0.5 * f64::from(x), f64::from(y)];
             let high = [low[0] + 0.5, low[1] + 1.0];
-            let found = area.between(low, high);
+            let found = area.rectangle_between(low, high);
             sum += found;
             let is_free = || {
                 let place = vector![
@@ -411,7 +411,7 @@ mod tests {
                 "{low:?}: {share} {expected} {error}"
             );
         }
-        let whole = area.between([0.0; 2], lengths);
+        let whole = area.rectangle_between([0.0; 2], lengths);
         assert!((whole - sum).abs() < 1e-6, "{whole} {sum}");
     }
 }

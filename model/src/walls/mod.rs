@@ -156,7 +156,7 @@ impl<S: Space> Walls<S> {
             }
             for (side, face) in pair.iter().enumerate() {
                 if let Face::Wall(wall) = face {
-                    check(wall, axis).map_err(|source| WallError::BadNumber {
+                    check_wall(wall, axis).map_err(|source| WallError::BadNumber {
                         axis,
                         side,
                         source,
@@ -210,8 +210,8 @@ impl<S: Space> Walls<S> {
 }
 
 /// Checks that the numbers of a wall across an axis are valid.
-fn check<S: Space>(wall: &Wall<S>, axis: usize) -> Result<(), Invalid> {
-    wall.rebound.check()?;
+fn check_wall<S: Space>(wall: &Wall<S>, axis: usize) -> Result<(), Invalid> {
+    wall.rebound.check_values()?;
     for component in 0..S::DIMENSION {
         let speed = wall.sliding[component];
         let is_along = component != axis || speed == 0.0;

@@ -139,7 +139,7 @@ impl Obstacle {
     /// [`ObstacleError`] if the shape has parts without length, or touches itself, or a number is
     /// out of range.
     pub fn new(outline: ObstacleShape, rebound: Rebound) -> Result<Self, ObstacleError> {
-        rebound.check()?;
+        rebound.check_values()?;
         let points = check_numbers(&outline)?;
         let features = match &outline {
             ObstacleShape::Circle { centre, radius } => vec![Feature::Round(Round {
@@ -321,7 +321,7 @@ impl Obstacles {
     }
 
     /// Returns the obstacles, in the order given.
-    pub fn all(&self) -> &[Obstacle] {
+    pub fn obstacle_list(&self) -> &[Obstacle] {
         &self.all
     }
 

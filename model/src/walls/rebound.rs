@@ -45,7 +45,7 @@ pub struct Touch<V> {
 
 impl Rebound {
     /// Checks that the numbers of the law are valid.
-    pub(super) fn check(&self) -> Result<(), Invalid> {
+    pub(super) fn check_values(&self) -> Result<(), Invalid> {
         let within = |name, number: f64, least: f64, allowed| {
             let is_within = (least..=1.0).contains(&number);
             Invalid::require(is_within, name, number, allowed).map(|_| ())
@@ -84,7 +84,7 @@ impl Rebound {
                     relative -= normal * ((1.0 + restitution) * along);
                 }
                 let radius = touch.radius;
-                (scene.surface()).slide(normal, slip, radius, &mut relative, spin);
+                (scene.surface()).apply_wall_friction(normal, slip, radius, &mut relative, spin);
                 *velocity = relative + touch.wall;
             }
             Self::Diffuse { temperature } => {

@@ -70,7 +70,7 @@ impl CaseBundle {
     ///
     /// # Errors
     /// As [`Self::text`] and [`Format::from_text`].
-    pub fn read(
+    pub fn read_case(
         self,
         format: &Format,
         path: &Path,

@@ -381,20 +381,20 @@ pub struct AccuracySpec {
 
 impl AccuracySpec {
     /// Returns the target as a number; `None` if it is not a share.
-    pub fn share(&self) -> Option<f64> {
-        share(&self.target)
+    pub fn parse_share(&self) -> Option<f64> {
+        parse_share(&self.target)
     }
 }
 
 /// Parses a share such as `1%` or `0.01`, above 0 and below 1.
 ///
 /// ```
-/// use stosszahl_case::format::share;
+/// use stosszahl_case::format::parse_share;
 ///
-/// assert_eq!([share("1%"), share("0.5 %"), share("0.02")], [Some(0.01), Some(0.005), Some(0.02)]);
-/// assert!(["", "%", "0", "-1%", "100%", "2", "nan", "inf", "one"].iter().all(|bad| share(bad).is_none()));
+/// assert_eq!(["1%", "0.5 %", "0.02"].map(parse_share), [Some(0.01), Some(0.005), Some(0.02)]);
+/// assert!(["", "%", "0", "-1%", "100%", "2", "nan", "inf", "one"].iter().all(|bad| parse_share(bad).is_none()));
 /// ```
-pub fn share(text: &str) -> Option<f64> {
+pub fn parse_share(text: &str) -> Option<f64> {
     let text = text.trim();
     let value = match text.strip_suffix('%') {
         Some(percent) => percent.trim_end().parse::<f64>().ok()? / 100.0,

@@ -191,10 +191,11 @@ impl Format {
         text: &str,
         overrides: &[String],
     ) -> Result<CaseFile, CaseError> {
-        let (mut table, mut origins) = Origins::read(path, text.trim_start_matches('\u{feff}'))?;
+        let (mut table, mut origins) =
+            Origins::parse_toml(path, text.trim_start_matches('\u{feff}'))?;
         check_version(&table).map_err(|problem| origins.refuse(problem))?;
         let read = |one: &String| {
-            let read = Override::read(path, one)?;
+            let read = Override::parse_override(path, one)?;
             // A title may look like a number.
             let as_text = self.type_of(&read.key) == Some("string");
             Ok(if as_text { read.into_text() } else { read })
@@ -273,7 +274,7 @@ impl Format {
         let read: Result<Case, _> = Value::Table(table.clone()).try_into();
         // The schema lets nothing pass that the types refuse.
         let case = read.map_err(|error| Problem::missing(&[], error.message()))?;
-        relations::check(table, &case, path.parent().unwrap_or(Path::new("")))?;
+        relations::check_relations(table, &case, path.parent().unwrap_or(Path::new("")))?;
         Ok(case)
     }
 }

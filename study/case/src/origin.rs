@@ -79,7 +79,7 @@ pub(crate) struct Origins {
 
 impl Origins {
     /// Reads a text as TOML.
-    pub(crate) fn read(path: &Path, text: &str) -> Result<(toml::Table, Self), CaseError> {
+    pub(crate) fn parse_toml(path: &Path, text: &str) -> Result<(toml::Table, Self), CaseError> {
         let mut origins = Self {
             path: path.to_owned(),
             text: text.into(),
@@ -114,7 +114,10 @@ impl Origins {
         /// Length of a source without the place in the list: `sweep`, number of the block, key.
         const TO_KEY: usize = 3;
         let axis = &source[..source.len().min(TO_KEY)];
-        let spans = [self.find(source, false).0, self.find(axis, true).0];
+        let spans = [
+            self.find_span(source, false).0,
+            self.find_span(axis, true).0,
+        ];
         if let [Some(value), Some(name)] = spans {
             let by = Replaced::Sweep(value, name);
             self.replaced.push((key.to_vec(), by));
@@ -127,7 +130,7 @@ impl Origins {
         let over = |(known, _): &&(KeyPath, Replaced)| key.starts_with(known);
         let mut replaced = self.replaced.iter().rev().find(over);
         let is_key = matches!(problem.fault, Fault::UnknownKey { .. });
-        let (span, depth) = self.find(key, is_key);
+        let (span, depth) = self.find_span(key, is_key);
         if replaced.is_none() && depth < key.len() {
             // The table exists only because a value in it was replaced.
             let beside = |(known, _): &&(KeyPath, Replaced)| known.starts_with(&key[..=depth]);
@@ -159,7 +162,7 @@ impl Origins {
 
     /// Returns the span of a key, or of the nearest table around it, and the number of steps of the
     /// key that were found.
-    fn find(&self, key: &[String], is_key: bool) -> (Option<Range<usize>>, usize) {
+    fn find_span(&self, key: &[String], is_key: bool) -> (Option<Range<usize>>, usize) {
         for depth in (1..=key.len()).rev() {
             if let Some(spans) = self.spans.get(&key[..depth]) {
                 let whole = depth == key.len() && !is_key;

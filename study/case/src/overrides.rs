@@ -21,7 +21,7 @@ pub(crate) struct Override {
 impl Override {
     /// Reads `key=value`: the key is dotted, and the value is TOML, or else a bare word taken as
     /// text.
-    pub(crate) fn read(path: &Path, argument: &str) -> Result<Self, CaseError> {
+    pub(crate) fn parse_override(path: &Path, argument: &str) -> Result<Self, CaseError> {
         let refuse = |allowed: &str| {
             Err(CaseError::Refused(Box::new(Refusal {
                 path: path.to_owned(),

@@ -210,7 +210,7 @@ impl PaperFile {
     /// # Errors
     /// As [`PaperFile::read`], but for the file itself.
     pub fn from_text(path: &Path, text: &str) -> Result<Self, CaseError> {
-        let (mut table, origins) = Origins::read(path, text.trim_start_matches('\u{feff}'))?;
+        let (mut table, origins) = Origins::parse_toml(path, text.trim_start_matches('\u{feff}'))?;
         let read = read(&mut table).map_err(|problem| origins.refuse(problem));
         let file = Self {
             path: path.to_owned(),
@@ -218,7 +218,7 @@ impl PaperFile {
             table,
             origins,
         };
-        file.check()?;
+        file.check_relations()?;
         Ok(file)
     }
 
@@ -229,7 +229,7 @@ impl PaperFile {
     }
 
     /// Relations between keys.
-    fn check(&self) -> Result<(), CaseError> {
+    fn check_relations(&self) -> Result<(), CaseError> {
         let names: Vec<&str> = self.paper.run.keys().map(String::as_str).collect();
         let known = |key: &str, name: &str| {
             let good = self.paper.run.contains_key(name);
@@ -360,7 +360,7 @@ fn read(table: &mut Table) -> Result<Paper, Problem> {
     {
         return Err(Problem::bad(&version, value, "this program reads format 1"));
     }
-    Format::of(schema_of::<Paper>()).check(table)?;
+    Format::of_type(schema_of::<Paper>()).check(table)?;
     let read: Result<Paper, _> = Value::Table(table.clone()).try_into();
     // The schema lets nothing pass that the types refuse.
     read.map_err(|error| Problem::missing(&[], error.message()))

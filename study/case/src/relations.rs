@@ -35,7 +35,7 @@ pub(crate) fn refusal(table: &Table, key: &str, allowed: impl Into<String>) -> P
 }
 
 /// Checks a case that has passed its schema. `folder` holds the case file.
-pub(crate) fn check(table: &Table, case: &Case, folder: &Path) -> Checked {
+pub(crate) fn check_relations(table: &Table, case: &Case, folder: &Path) -> Checked {
     let all = Relations { table, case };
     all.places()?;
     all.particles()?;
@@ -233,7 +233,7 @@ impl Relations<'_> {
         let case = self.case;
         let one_state = case.start.placement == PlacementSpec::File
             && case.start.velocities == VelocitiesSpec::FILE;
-        let walls = case.walls.all().filter_map(|face| match face {
+        let walls = case.walls.all_faces().filter_map(|face| match face {
             FaceSpec::Wall(wall) => wall.temperature,
             FaceSpec::Word(_) => None,
         });

@@ -54,7 +54,7 @@ impl Format {
     }
 
     /// Creates the format of another kind of file, by the schema of its type.
-    pub(crate) fn of(schema: Schema) -> Self {
+    pub(crate) fn of_type(schema: Schema) -> Self {
         Self {
             json: schema.to_value(),
         }
@@ -69,7 +69,7 @@ impl Format {
     /// missing. Whole numbers that were written as 4000.0 become whole.
     pub(crate) fn check(&self, table: &mut toml::Table) -> Result<(), Problem> {
         let mut value = Value::Table(std::mem::take(table));
-        self.within(&self.json, &mut value, &[])?;
+        self.check_within(&self.json, &mut value, &[])?;
         if let Value::Table(checked) = value {
             *table = checked;
         }
@@ -78,7 +78,7 @@ impl Format {
 
     /// Checks one table of a case.
     pub(crate) fn check_part(&self, key: &str, value: &mut Value) -> Result<(), Problem> {
-        self.within(&self.json["properties"][key], value, &[key.to_owned()])
+        self.check_within(&self.json["properties"][key], value, &[key.to_owned()])
     }
 
     /// Returns the type that the schema gives to a key.
@@ -94,7 +94,12 @@ impl Format {
         schema["type"].as_str()
     }
 
-    fn within(&self, schema: &Json, value: &mut Value, key: &[String]) -> Result<(), Problem> {
+    fn check_within(
+        &self,
+        schema: &Json,
+        value: &mut Value,
+        key: &[String],
+    ) -> Result<(), Problem> {
         if schema.is_boolean() {
             return Ok(());
         }
@@ -159,7 +164,11 @@ impl Format {
                     return refuse(value, None);
                 }
                 for (index, value) in list.iter_mut().enumerate() {
-                    self.within(&first["items"], value, &below(key, (index + 1).to_string()))?;
+                    self.check_within(
+                        &first["items"],
+                        value,
+                        &below(key, (index + 1).to_string()),
+                    )?;
                 }
             }
             Value::Table(table) => {
@@ -201,7 +210,7 @@ impl Format {
         }
         for (name, value) in table.iter_mut() {
             let schema = known.and_then(|known| known.get(name)).unwrap_or(others);
-            self.within(schema, value, &below(key, name))?;
+            self.check_within(schema, value, &below(key, name))?;
         }
         let required = schema["required"].as_array().into_iter().flatten();
         for name in required.filter_map(Json::as_str) {

@@ -64,10 +64,10 @@ impl Gas {
         };
         let (dimension, count) = (self.particles.dimension, self.particles.all.len() as f64);
         let rate = if dimension == 2 {
-            let packing = count * Plane::ball(one.radius) / self.volume;
+            let packing = count * Plane::particle_volume(one.radius) / self.volume;
             Plane::collision_rate(packing, Plane::contact_value(packing))
         } else {
-            let packing = count * Volume::ball(one.radius) / self.volume;
+            let packing = count * Volume::particle_volume(one.radius) / self.volume;
             Volume::collision_rate(packing, Volume::contact_value(packing))
         };
         // A gas without positions draws its velocities when it starts.
@@ -289,8 +289,8 @@ impl GasBuilder {
         }
         let covered = self.species.iter().map(|kind| {
             let ball = match self.dimension {
-                2 => Plane::ball(kind.radius),
-                _ => Volume::ball(kind.radius),
+                2 => Plane::particle_volume(kind.radius),
+                _ => Volume::particle_volume(kind.radius),
             };
             kind.count as f64 * ball
         });
@@ -376,7 +376,7 @@ impl GasBuilder {
         };
         let kind = |index: usize| match sizes.kinds() {
             [_] => 0,
-            _ => sizes.kind(sizes.tag(index)),
+            _ => sizes.species_of(sizes.tag_of(index)),
         };
         let particle = |(index, one): (usize, &Particle)| {
             let species = kind(index);
@@ -401,7 +401,7 @@ impl GasBuilder {
         let particle = |(kind, species): (&SpeciesProperties, u32)| {
             let one = Particle {
                 species,
-                ..Particle::of(kind.radius, kind.mass)
+                ..Particle::at_rest(kind.radius, kind.mass)
             };
             std::iter::repeat_n(one, kind.count)
         };
@@ -430,7 +430,7 @@ impl GasBuilder {
         let domain = Domain::<Plane>::periodic(inner)?;
         let count = sizes.count();
         let positions = if sizes.kinds().len() == 1 {
-            initial::place(
+            initial::place_disks(
                 Arrangement::Disordered,
                 count,
                 2.0 * largest,
@@ -439,7 +439,7 @@ impl GasBuilder {
                 &self.interrupt,
             )?
         } else {
-            let radii: Vec<f64> = (0..count).map(|i| sizes.radius(sizes.tag(i))).collect();
+            let radii: Vec<f64> = (0..count).map(|i| sizes.radius(sizes.tag_of(i))).collect();
             initial::place_unequal(&radii, &domain, &streams, &self.interrupt)?
         };
         let scene = Scene {
@@ -457,7 +457,7 @@ impl GasBuilder {
             domain,
             bodies: positions.positions.iter().map(body).collect(),
         };
-        let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+        let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
         initial::maxwellian(&scene, &mut state, self.temperature, &mut stream);
         let mut particles = self.unplaced(sizes);
         for (particle, body) in particles.all.iter_mut().zip(&state.bodies) {

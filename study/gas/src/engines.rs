@@ -78,14 +78,14 @@ impl EventDriven {
             ..self.gas.grains.clone()
         };
         let mut elastic = exact(&self.gas, &at_rest, &particles, DissipationRule::Elastic)?;
-        let pairs = 0.5 * collisions_per_particle * elastic.count() as f64;
+        let pairs = 0.5 * collisions_per_particle * elastic.particle_count() as f64;
         elastic.set_stop_flag(interrupt);
         elastic.advance(f64::INFINITY, Budget::Collisions(pairs as u64), &mut ())?;
         // The advance ends at a collision. The state is taken one mean free time later, at no
         // particular event.
-        let (passed, collisions) = (elastic.time() - time, elastic.work().collisions);
+        let (passed, collisions) = (elastic.time() - time, elastic.work_counters().collisions);
         if collisions > 0 && !elastic.is_interrupted() {
-            let free = 0.5 * passed * elastic.count() as f64 / collisions as f64;
+            let free = 0.5 * passed * elastic.particle_count() as f64 / collisions as f64;
             elastic.advance(elastic.time() + free, Budget::Unlimited, &mut ())?;
         }
         if elastic.is_interrupted() {

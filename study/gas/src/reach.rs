@@ -88,7 +88,7 @@ fn heat(gas: &Gas) -> f64 {
 /// current temperature, or that of the walls.
 fn events_per_time(gas: &Gas, engine: &dyn Simulation) -> f64 {
     let all = &gas.particles;
-    let (count, dimension) = (engine.count() as f64, all.dimension as i32);
+    let (count, dimension) = (engine.particle_count() as f64, all.dimension as i32);
     let sum = |of: fn(&stosszahl_model::Particle) -> f64| all.all.iter().map(of).sum::<f64>();
     let mean = |of| sum(of) / all.all.len().max(1) as f64;
     let (diameter, mass) = (2.0 * mean(|one| one.radius), mean(|one| one.mass));

@@ -8,7 +8,7 @@ use super::*;
 struct Enough<'a>(&'a Interrupt);
 
 impl Observer for Enough<'_> {
-    fn collisions(&mut self, _batch: &[Collision]) {
+    fn on_collisions(&mut self, _batch: &[Collision]) {
         self.0.raise();
     }
 }
@@ -30,7 +30,7 @@ fn with_pauses(engine: &mut dyn Simulation, until: f64, most: usize) -> Result<u
         let time = engine.time();
         assert!(time > before && time < until && !engine.is_interrupted());
         // Reading the gas in a pause changes nothing.
-        assert_eq!(engine.particles().all.len(), engine.count());
+        assert_eq!(engine.particles().all.len(), engine.particle_count());
     }
 }
 
@@ -81,7 +81,7 @@ fn a_paused_gas_goes_on_to_the_same_bytes() -> Result<(), GasError> {
             };
             assert!(pauses >= enough, "{}: {pauses} pauses", scheme.name());
             assert_eq!(paused.particles(), alone.particles(), "{}", scheme.name());
-            assert_eq!(paused.work(), alone.work());
+            assert_eq!(paused.work_counters(), alone.work_counters());
         }
         assert!(schemes >= 4);
         let (mut paused, mut alone) = (EventDriven::new(&gas)?, EventDriven::new(&gas)?);
@@ -272,11 +272,14 @@ fn a_sheared_gas_goes_on_from_its_state() -> Result<(), GasError> {
     let rebuilt = sheared().start_from(state.particles.clone()).build()?;
     assert_eq!(rebuilt.particles, state.particles);
     let mut again = EventDriven::new(&rebuilt)?;
-    let before = exact.work().collisions;
+    let before = exact.work_counters().collisions;
     exact.advance(3.8, &mut ())?;
     again.advance(3.8, &mut ())?;
-    assert!(again.work().collisions > 100);
-    assert_eq!(exact.work().collisions - before, again.work().collisions);
+    assert!(again.work_counters().collisions > 100);
+    assert_eq!(
+        exact.work_counters().collisions - before,
+        again.work_counters().collisions
+    );
     // Rounding of 1e-14, which some ten collisions of a disk raise by a factor of ten each at most.
     let pairs = exact.particles().all.into_iter().zip(again.particles().all);
     let far = pairs.map(|(one, other)| (one.velocity - other.velocity).norm());
@@ -286,7 +289,7 @@ fn a_sheared_gas_goes_on_from_its_state() -> Result<(), GasError> {
     let mut chaos = MonteCarlo::from_state(&state, enskog())?;
     assert_eq!(chaos.temperature(), state.temperature());
     chaos.advance(3.8, &mut ())?;
-    assert!(chaos.work().collisions > 100);
+    assert!(chaos.work_counters().collisions > 100);
     Ok(())
 }
 

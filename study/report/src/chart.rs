@@ -41,9 +41,9 @@ impl ChartAxis {
     fn frame(&self, data: Option<(f64, f64)>, exact: bool) -> AxisRange {
         if !self.names.is_empty() {
             let ends = (0.5, self.names.len() as f64 + 0.5);
-            return AxisRange::around(AxisScale::Linear, ends, true);
+            return AxisRange::range_around(AxisScale::Linear, ends, true);
         }
-        AxisRange::around(self.scale, self.span.or(data).unwrap_or((1.0, 1.0)), exact)
+        AxisRange::range_around(self.scale, self.span.or(data).unwrap_or((1.0, 1.0)), exact)
     }
 
     /// Ticks of the axis.

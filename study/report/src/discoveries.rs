@@ -29,7 +29,7 @@ pub struct Corrected {
 pub(crate) type Numbers = Vec<Option<(ComparedNumber, Corrected)>>;
 
 /// Interval of a number at a level, and its decision.
-fn at(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
+fn at_level(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
     let freedom = one.degrees_of_freedom.map(|count| count as usize);
     let interval = Interval::student(one.difference, one.standard_error, freedom, level);
     let rule = VerdictRule {
@@ -64,15 +64,15 @@ pub fn corrected(numbers: &[Option<ComparedNumber>]) -> Vec<Option<Corrected>> {
     let decided = |wanted: usize| {
         let level = |one: &ComparedNumber| one.level * share(wanted);
         let some = all.iter();
-        some.filter(|one| at(one, level(one)).1 != Test::Undecided)
+        some.filter(|one| at_level(one, level(one)).1 != Test::Undecided)
             .count()
     };
     let most = (1..=count).rev().find(|&wanted| decided(wanted) >= wanted);
     let factor = share(most.unwrap_or(1));
     let one = |number: &ComparedNumber| {
-        let (corrected, test) = at(number, factor * number.level);
+        let (corrected, test) = at_level(number, factor * number.level);
         Corrected {
-            own: at(number, number.level).0,
+            own: at_level(number, number.level).0,
             corrected,
             kind: match test {
                 Test::Agree => VerdictKind::Agree,

@@ -175,7 +175,7 @@ impl Canvas {
     }
 
     fn place(&self, x: f64, y: f64) -> Option<(f64, f64)> {
-        let (x, y) = (self.x.place(x)?, self.y.place(y)?);
+        let (x, y) = (self.x.position_of(x)?, self.y.position_of(y)?);
         // Far outside is drawn like infinity, and is shorter to write.
         let near = |place: f64| place.clamp(-50.0, 50.0);
         Some((near(x) * self.size[0], (1.0 - near(y)) * self.size[1]))

@@ -200,17 +200,17 @@ fn of_others(table: &Table, columns: &[usize], keys: &[&TableCell]) -> bool {
 }
 
 /// Positions of the columns with these names, if the table has them.
-fn find(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
+fn find_columns(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
     names
         .iter()
-        .filter_map(|name| table.find(name.as_ref()))
+        .filter_map(|name| table.find_column(name.as_ref()))
         .collect()
 }
 
 /// Draws a figure of a table; `None` if there is nothing to draw.
 pub(crate) fn draw(table: &Table, figure: &Figure) -> Option<Drawn> {
     let rows: Vec<&[TableCell]> = table.rows.iter().map(Vec::as_slice).collect();
-    let panels = find(table, &figure.panels);
+    let panels = find_columns(table, &figure.panels);
     match figure.mark {
         PointMark::Map => maps(table, figure, &rows, panels),
         _ => curves(table, figure, &rows, &panels),
@@ -277,7 +277,7 @@ fn curves(
         " Each panel has a vertical axis of its own."
     };
     (!panels.is_empty()).then(|| Drawn {
-        note: plan.note(rows) + &left_out(panels.len(), all) + own,
+        note: plan.caption_text(rows) + &left_out(panels.len(), all) + own,
         common,
         legend,
         panels,
@@ -305,8 +305,11 @@ struct Curves<'a> {
 
 impl<'a> Curves<'a> {
     fn new(table: &'a Table, figure: &'a Figure, rows: &[&[TableCell]]) -> Option<Self> {
-        let (x, y) = (table.find(&figure.x.column)?, table.find(&figure.y.column)?);
-        let keys = find(table, &figure.curves);
+        let (x, y) = (
+            table.find_column(&figure.x.column)?,
+            table.find_column(&figure.y.column)?,
+        );
+        let keys = find_columns(table, &figure.curves);
         let (engines, others): (Vec<usize>, Vec<usize>) = keys
             .into_iter()
             .partition(|column| table.columns[*column].name.starts_with("engine"));
@@ -336,7 +339,7 @@ impl<'a> Curves<'a> {
     }
 
     /// Caption sentences: the quantity, the meaning of bars and dashed lines, and what is left out.
-    fn note(&self, rows: &[&[TableCell]]) -> String {
+    fn caption_text(&self, rows: &[&[TableCell]]) -> String {
         let column = &self.table.columns[self.y];
         let mut note = String::new();
         if !column.meaning.is_empty() {
@@ -344,7 +347,7 @@ impl<'a> Curves<'a> {
         }
         let some = |place: usize| rows.iter().any(|row| row[place].number().is_some());
         if self.companion(Role::StandardError).is_some_and(some) {
-            let replicas = self.table.find("replicas");
+            let replicas = self.table.find_column("replicas");
             let counts =
                 replicas.map(|place| rows.iter().filter_map(move |row| row[place].number()));
             let counts: Vec<f64> = counts.into_iter().flatten().collect();
@@ -535,7 +538,10 @@ fn maps(
     rows: &[&[TableCell]],
     mut panels: Vec<usize>,
 ) -> Option<Drawn> {
-    let (x, y) = (table.find(&figure.x.column)?, table.find(&figure.y.column)?);
+    let (x, y) = (
+        table.find_column(&figure.x.column)?,
+        table.find_column(&figure.y.column)?,
+    );
     let first = || {
         table
             .columns
@@ -543,10 +549,10 @@ fn maps(
             .position(|column| column.role == Role::Value)
     };
     let coloured = match &figure.colour {
-        Some(axis) => table.find(&axis.column)?,
+        Some(axis) => table.find_column(&axis.column)?,
         None => first()?,
     };
-    let keys = find(table, &figure.curves);
+    let keys = find_columns(table, &figure.curves);
     panels.extend(
         keys.iter()
             .filter(|key| !figure.panels.contains(&table.columns[**key].name)),

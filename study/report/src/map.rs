@@ -71,11 +71,11 @@ impl Map {
         let edges = self.edges();
         let frames = self
             .ends()
-            .map(|ends| AxisRange::around(AxisScale::Linear, ends, true));
+            .map(|ends| AxisRange::range_around(AxisScale::Linear, ends, true));
         let shown = self
             .cells
             .iter()
-            .filter(|cell| bar.place(cell[2]).is_some());
+            .filter(|cell| bar.position_of(cell[2]).is_some());
         let placed = shown.map(|cell| {
             let around = |axis: usize| {
                 let after = edges[axis].partition_point(|edge| *edge <= cell[axis]);
@@ -93,9 +93,9 @@ impl Map {
     pub fn plot(&self, (low, high): (f64, f64), description: String) -> Plot {
         let [x, y] = self
             .ends()
-            .map(|ends| AxisRange::around(AxisScale::Linear, ends, true));
+            .map(|ends| AxisRange::range_around(AxisScale::Linear, ends, true));
         let (width, height) = (MAP_WIDTH, MAP_WIDTH * self.aspect());
-        let bar = AxisRange::around(self.scale, (low, high), high > low);
+        let bar = AxisRange::range_around(self.scale, (low, high), high > low);
         // All cells of one colour form one path.
         let mut paths = vec![String::new(); STEPS];
         for (step, [left, right, bottom, top]) in self.coloured_cells(&bar) {

@@ -36,7 +36,7 @@ pub(crate) fn extent(scale: AxisScale, values: impl Iterator<Item = f64>) -> Opt
 
 impl AxisRange {
     /// Creates a range around data with some margin, or `exact` without.
-    pub fn around(scale: AxisScale, (low, high): (f64, f64), exact: bool) -> Self {
+    pub fn range_around(scale: AxisScale, (low, high): (f64, f64), exact: bool) -> Self {
         if exact && high > low {
             return match scale {
                 AxisScale::Linear => Self { scale, low, high },
@@ -98,7 +98,7 @@ impl AxisRange {
     }
 
     /// Position of a value, from 0 to 1 inside the range; `None` if it cannot be drawn.
-    pub fn place(&self, value: f64) -> Option<f64> {
+    pub fn position_of(&self, value: f64) -> Option<f64> {
         let value = match self.scale {
             _ if !shows(self.scale, value) => return None,
             AxisScale::Linear => value,
@@ -109,7 +109,7 @@ impl AxisRange {
 
     /// Position of a value, clamped to the range.
     pub fn clamped(&self, value: f64) -> f64 {
-        self.place(value).unwrap_or(0.0).clamp(0.0, 1.0)
+        self.position_of(value).unwrap_or(0.0).clamp(0.0, 1.0)
     }
 
     /// Ticks of the axis.
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     fn labels(scale: AxisScale, low: f64, high: f64) -> Vec<String> {
-        let ticks = AxisRange::around(scale, (low, high), false).ticks();
+        let ticks = AxisRange::range_around(scale, (low, high), false).ticks();
         ticks.into_iter().filter_map(|tick| tick.1).collect()
     }
 
@@ -226,7 +226,7 @@ mod tests {
     fn no_data_breaks_a_frame() {
         for scale in [AxisScale::Linear, AxisScale::Logarithmic] {
             for (low, high) in [(1.0, 1.0), (1e-100, 1e100), (1e-12, 2e-12), (1e99, 1e100)] {
-                let frame = AxisRange::around(scale, (low, high), false);
+                let frame = AxisRange::range_around(scale, (low, high), false);
                 let ticks = frame.ticks();
                 assert!((2..100).contains(&ticks.len()), "{low} {high}: {ticks:?}");
                 for (place, _) in ticks {
@@ -234,13 +234,13 @@ mod tests {
                 }
                 assert!(
                     frame
-                        .place(low)
+                        .position_of(low)
                         .is_some_and(|place| (0.0..=1.0).contains(&place))
                 );
             }
         }
         assert_eq!(
-            AxisRange::around(AxisScale::Linear, (0.0, 0.0), false).clamped(f64::NAN),
+            AxisRange::range_around(AxisScale::Linear, (0.0, 0.0), false).clamped(f64::NAN),
             0.0
         );
     }

@@ -119,7 +119,7 @@ pub(crate) fn summary(
     let first = table.columns.len();
     for stored in points.iter().flatten() {
         for (column, _) in stored.tables.iter().flat_map(estimates) {
-            if table.find(&column.name).is_none() {
+            if table.find_column(&column.name).is_none() {
                 table.columns.push(column);
             }
         }

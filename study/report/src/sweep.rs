@@ -353,7 +353,7 @@ fn gather(
     let panels: Vec<usize> = figure
         .panels
         .iter()
-        .filter_map(|name| like.find(name))
+        .filter_map(|name| like.find_column(name))
         .collect();
     for (point, stored) in sweep.points.iter().zip(points) {
         let tables = stored.iter().flat_map(|stored| &stored.tables);
@@ -424,9 +424,9 @@ fn trend(
     {
         return None;
     }
-    let x = all.find(x)?;
+    let x = all.find_column(x)?;
     let distinct = |key: &str| {
-        let column = all.find(key).unwrap_or(0);
+        let column = all.find_column(key).unwrap_or(0);
         all.rows
             .iter()
             .map(|row| format!("{:?}", row[column]))
@@ -447,7 +447,7 @@ fn trend(
         .panels
         .iter()
         .chain(&figure.curves)
-        .filter_map(|name| all.find(name))
+        .filter_map(|name| all.find_column(name))
         .collect();
     let mut rows: Vec<Vec<TableCell>> = Vec::new();
     for row in &all.rows {
@@ -497,7 +497,7 @@ fn trend(
 /// Draws a map over two swept keys; `None` unless they are numbers.
 fn map(all: &Table, figure: &Figure, curves: &[usize], keys: [&str; 2]) -> Option<Figure> {
     for key in keys {
-        let column = all.find(key)?;
+        let column = all.find_column(key)?;
         all.rows
             .iter()
             .all(|row| row[column].number().is_some())

@@ -107,7 +107,7 @@ fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>),
         if path.exists() {
             reels.push(Reel {
                 engine: entry.engine.clone(),
-                frames: frames::read(&path)?,
+                frames: frames::read_frames(&path)?,
             });
         } else {
             missing.push(entry.file.clone());
@@ -124,7 +124,7 @@ fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>),
         if !path.exists() {
             missing.push(snapshot.file.clone());
         } else if !framed.contains(&snapshot.engine) {
-            let frame = frame_of(&initial::read(&path)?, snapshot.time);
+            let frame = frame_of(&initial::read_start_file(&path)?, snapshot.time);
             match reels.iter_mut().find(|reel| reel.engine == snapshot.engine) {
                 Some(reel) => reel.frames.push(frame),
                 None => reels.push(Reel {

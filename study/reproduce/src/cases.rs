@@ -9,7 +9,7 @@ use stosszahl_study::format;
 use toml::Value;
 
 /// Reads the case of a run, with the keys that the paper sets.
-pub(crate) fn read(
+pub(crate) fn read_case(
     file: &PaperFile,
     name: &str,
     quick: bool,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use stosszahl_case::paper::{Errors, number};
 use stosszahl_results::{Role, Stored, SweepPoint, Table, TableCell, TableColumn, TableEstimate};
-use stosszahl_study::measures::over;
+use stosszahl_study::measures::mean_over_replicas;
 use toml::Value;
 
 use crate::ReproduceError;
@@ -20,7 +20,7 @@ pub(crate) struct FinishedPoints(Vec<(SweepPoint, Stored)>);
 
 impl FinishedPoints {
     /// Reads a results folder; points that are not finished are left out.
-    pub(crate) fn read(folder: &Path) -> Result<Self, ReproduceError> {
+    pub(crate) fn read_folder(folder: &Path) -> Result<Self, ReproduceError> {
         Ok(Self(Stored::points(folder)?))
     }
 
@@ -28,7 +28,7 @@ impl FinishedPoints {
     ///
     /// # Errors
     /// The reason why there is none.
-    pub(crate) fn find(&self, spot: &NumberLocation<'_>) -> Result<TableEstimate, String> {
+    pub(crate) fn find_number(&self, spot: &NumberLocation<'_>) -> Result<TableEstimate, String> {
         let point = self.0.iter().find(|point| point.0.name == spot.point);
         let (_, stored) =
             point.ok_or_else(|| format!("the point {} is not finished", spot.point))?;
@@ -41,12 +41,12 @@ impl FinishedPoints {
         };
         let table = stored.tables.iter().find(|one| one.name == table);
         let table = table.ok_or("there is no such table")?;
-        let column = table.find(column).ok_or("there is no such column")?;
+        let column = table.find_column(column).ok_or("there is no such column")?;
         let rows = rows(table, spot)?;
         let found = estimates(table, column, &rows)?;
         let is_replica = |column: &TableColumn| column.name == REPLICA;
         let mut all = if table.columns.iter().any(is_replica) && !spot.keys.contains_key(REPLICA) {
-            over(found.iter().map(|one| one.value))
+            mean_over_replicas(found.iter().map(|one| one.value))
         } else {
             mean(&found, spot)?
         };
@@ -66,11 +66,11 @@ fn derived(stored: &Stored, name: &str) -> Option<TableEstimate> {
         _ => {
             let mut all = stored.manifest.derived.iter();
             let found = all.find(|one| same_name(&one.name, name))?;
-            return Some(TableEstimate::of(found.value, Some(0.0)));
+            return Some(TableEstimate::with_error(found.value, Some(0.0)));
         }
     };
     // Unknown fluctuation between runs.
-    Some(TableEstimate::of(work, None))
+    Some(TableEstimate::with_error(work, None))
 }
 
 /// Returns the rows whose key columns fit.
@@ -78,7 +78,7 @@ fn rows<'t>(table: &'t Table, spot: &NumberLocation<'_>) -> Result<Vec<&'t [Tabl
     let mut rows: Vec<&[TableCell]> = table.rows.iter().map(Vec::as_slice).collect();
     for (&key, value) in &spot.keys {
         let column = table
-            .find(key)
+            .find_column(key)
             .ok_or_else(|| format!("there is no column {key}"))?;
         rows.retain(|row| fits(&row[column], value));
         if rows.is_empty() {
@@ -133,7 +133,10 @@ fn estimates(
         })?;
         let known = error.and_then(|error| row[error].number());
         // Error zero for a theory without an error column.
-        Ok(TableEstimate::of(value, known.or(is_theory.then_some(0.0))))
+        Ok(TableEstimate::with_error(
+            value,
+            known.or(is_theory.then_some(0.0)),
+        ))
     };
     rows.iter().map(one).collect()
 }
@@ -150,7 +153,7 @@ fn mean(found: &[TableEstimate], spot: &NumberLocation<'_>) -> Result<TableEstim
                 .iter()
                 .map(|one| one.standard_error.map(|error| error.powi(2)));
             let square: Option<f64> = squares.sum();
-            Ok(TableEstimate::of(
+            Ok(TableEstimate::with_error(
                 sum / count,
                 square.map(|square| square.sqrt() / count),
             ))
@@ -177,7 +180,7 @@ pub(crate) fn quotient(a: &TableEstimate, b: &TableEstimate, growth: Option<f64>
     };
     TableEstimate {
         replicas: [a.replicas, b.replicas].into_iter().flatten().min(),
-        ..TableEstimate::of(value, error)
+        ..TableEstimate::with_error(value, error)
     }
 }
 
@@ -187,8 +190,8 @@ mod tests {
 
     #[test]
     fn quotients_and_powers_carry_both_errors() {
-        let a = TableEstimate::of(8.0, Some(0.08));
-        let b = TableEstimate::of(2.0, Some(0.04));
+        let a = TableEstimate::with_error(8.0, Some(0.08));
+        let b = TableEstimate::with_error(2.0, Some(0.04));
         let share = 0.01_f64.hypot(0.02);
         let found = quotient(&a, &b, None);
         assert_eq!(found.value, Some(4.0));
@@ -202,10 +205,10 @@ mod tests {
     #[test]
     fn replicas_give_mean_and_error() {
         let all = [1.0, 2.0, 3.0].map(Some);
-        let found = over(all);
+        let found = mean_over_replicas(all);
         assert_eq!((found.value, found.replicas), (Some(2.0), Some(3)));
         // Spread of the numbers: one.
         assert!((found.standard_error.unwrap_or(0.0) - 1.0 / 3.0_f64.sqrt()).abs() < 1e-14);
-        assert_eq!(over([Some(1.0)]).standard_error, None);
+        assert_eq!(mean_over_replicas([Some(1.0)]).standard_error, None);
     }
 }

@@ -72,7 +72,7 @@ impl Reproduction<'_> {
     ///
     /// # Errors
     /// The first run that fails; those before it stay.
-    pub fn run(
+    pub fn run_cases(
         &self,
         folder: &Path,
         options: &RunOptions<'_>,
@@ -104,7 +104,7 @@ impl Reproduction<'_> {
     pub fn judge(&self, folder: &Path) -> Result<Judged<'_>, ReproduceError> {
         let mut results = BTreeMap::new();
         for &name in self.cases.keys() {
-            results.insert(name, FinishedPoints::read(&folder.join(name))?);
+            results.insert(name, FinishedPoints::read_folder(&folder.join(name))?);
         }
         Ok(Judged::new(self, &results))
     }

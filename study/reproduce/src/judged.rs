@@ -33,7 +33,7 @@ impl<'a> Judged<'a> {
     pub(crate) fn new(of: &'a Reproduction<'a>, results: &BTreeMap<&str, FinishedPoints>) -> Self {
         let outcomes = of.items.iter().map(|item| {
             let topic = item.topic();
-            let found = item.find(results);
+            let found = item.find_number(results);
             let verdict = match &found {
                 Ok(found) => judge::claim(topic, found, item.said, of.level),
                 Err(why) => judge::verdict(topic, format!("Not found: {why}."), VerdictKind::Void),
@@ -110,7 +110,7 @@ impl<'a> Judged<'a> {
                     one.figure,
                     &*item.claim.claim,
                     item.number.run,
-                    &*item.place(),
+                    &*item.place_text(),
                 ),
                 (relation, paper, error),
                 (one.found.value, one.found.standard_error, margin),
@@ -199,7 +199,7 @@ impl ClaimOutcome<'_> {
         };
         PaperClaim {
             claim: &item.claim.claim,
-            place: item.place(),
+            place: item.place_text(),
             paper,
             found,
             margin,
@@ -222,7 +222,7 @@ impl Item<'_> {
     }
 
     /// Describes the place of the number in words.
-    pub(crate) fn place(&self) -> String {
+    pub(crate) fn place_text(&self) -> String {
         let own = self.number.words();
         match (&self.over, &self.claim.power_of) {
             (None, _) => own,
@@ -232,10 +232,13 @@ impl Item<'_> {
     }
 
     /// Finds the number of the claim.
-    fn find(&self, results: &BTreeMap<&str, FinishedPoints>) -> Result<TableEstimate, String> {
+    fn find_number(
+        &self,
+        results: &BTreeMap<&str, FinishedPoints>,
+    ) -> Result<TableEstimate, String> {
         let find = |spot: &NumberLocation<'_>| {
             let run = results.get(spot.run).ok_or("the run is not finished")?;
-            run.find(spot)
+            run.find_number(spot)
         };
         let own = find(&self.number)?;
         let Some(over) = &self.over else {

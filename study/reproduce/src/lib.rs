@@ -4,7 +4,7 @@
 //! names a number of a table, and the paper's value or bound.
 //!
 //! - [`Reproduction::new`] reads the cases and finds every run, point, table and column in advance.
-//! - [`Reproduction::run`] runs all unfinished cases, one folder for each run.
+//! - [`Reproduction::run_cases`] runs all unfinished cases, one folder for each run.
 //! - [`Reproduction::judge`] reads the numbers and judges them by [`stosszahl_study::judge`]. All
 //!   claims of a paper share its chance of a false alarm (Bonferroni), also where only one figure
 //!   is requested.

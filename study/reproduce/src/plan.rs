@@ -6,13 +6,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use stosszahl_case::paper::{Claim, PaperFigureSpec, number};
 use stosszahl_case::{CaseError, CaseFile, CasePoint, PaperFile};
 use stosszahl_results::Table;
-use stosszahl_study::check;
+use stosszahl_study::check_case;
 use stosszahl_study::judge::ClaimedValue;
 use stosszahl_study::plan::RuntimeEstimate;
 use toml::Value;
 
 use crate::ReproduceError;
-use crate::cases::read;
+use crate::cases::read_case;
 use crate::number_location::{COLLISIONS, NumberLocation, NumberSource, SECONDS, same_name};
 
 /// Requested part of a paper.
@@ -115,8 +115,8 @@ impl<'a> Reproduction<'a> {
             level: 1.0,
         };
         for run in all.needed() {
-            let case = read(file, run, demand.quick, bundled)?;
-            for planned in check(&case)? {
+            let case = read_case(file, run, demand.quick, bundled)?;
+            for planned in check_case(&case)? {
                 let derived = planned.plan.derived().into_iter().map(|one| one.name);
                 let known = Known {
                     derived: derived
@@ -393,13 +393,13 @@ impl<'a> Reproduction<'a> {
                 .collect()
         };
         let is_number = table
-            .find(column)
+            .find_column(column)
             .is_some_and(|place| !table.columns[place].unit.is_empty());
         if !is_number {
             return Err(refuse("column", "a column of numbers", names()));
         }
         for (one, value) in &spot.keys {
-            let Some(place) = table.find(one) else {
+            let Some(place) = table.find_column(one) else {
                 return Err(refuse("where", &format!("columns of {name}"), names()));
             };
             let has_words = table.columns[place].unit.is_empty();

@@ -371,7 +371,7 @@ pub struct TaskStates {
 
 impl TaskStates {
     /// Reads the folder of claims.
-    pub fn read(folder: &Path) -> Self {
+    pub fn read_claims(folder: &Path) -> Self {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
         Self {
@@ -496,9 +496,9 @@ mod tests {
                 assert!(!other.holds(&claim));
             }
         }
-        assert!(!TaskStates::read(&folder).is_done("replica-3"));
+        assert!(!TaskStates::read_claims(&folder).is_done("replica-3"));
         workers[0].mark_done(&folder, "replica-3").expect("marked");
-        let states = TaskStates::read(&folder);
+        let states = TaskStates::read_claims(&folder);
         assert!(states.is_done("replica-3") && states.is_claimed("replica-3"));
         assert!(!states.is_claimed("replica-4"));
     }

@@ -157,7 +157,7 @@ impl Folder {
         patience: Duration,
     ) -> Result<Self, ResultsError> {
         require_names(&runs)?;
-        let is_marked = || Ok::<bool, ResultsError>(RunMark::read(path)?.is_some());
+        let is_marked = || Ok::<bool, ResultsError>(RunMark::read_mark(path)?.is_some());
         if !is_marked()? {
             admit(path, Existing::Refuse, inputs, &runs)?;
             fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
@@ -199,7 +199,7 @@ impl Folder {
     /// are no results of this program.
     pub fn require_runs(path: &Path, runs: &[RunId]) -> Result<(), ResultsError> {
         let path = path.to_owned();
-        let Some(known) = RunMark::read(&path)? else {
+        let Some(known) = RunMark::read_mark(&path)? else {
             return Err(ResultsError::NothingToResume { path });
         };
         match known.differences(runs) {
@@ -306,7 +306,7 @@ impl Folder {
         let path = self.path.join(name);
         let mut list = self.list.lock().unwrap_or_else(PoisonError::into_inner);
         self.require_list(&list)?;
-        list.note(name)
+        list.note_file(name)
             .map_err(ResultsError::system(&self.path, "written"))?;
         let parent = path.parent().unwrap_or(&self.path);
         fs::create_dir_all(parent).map_err(ResultsError::system(parent, "written"))?;
@@ -366,7 +366,7 @@ fn admit(
     runs: &[RunId],
 ) -> Result<bool, ResultsError> {
     let owned = || path.to_owned();
-    let Some(known) = RunMark::read(path)? else {
+    let Some(known) = RunMark::read_mark(path)? else {
         if existing == Existing::Resume {
             return Err(ResultsError::NothingToResume { path: owned() });
         }

@@ -146,7 +146,7 @@ impl Crowd {
     }
 
     /// Number of particles per kept one, if about `most` are kept.
-    pub fn share(&self, most: usize) -> f64 {
+    pub fn kept_share(&self, most: usize) -> f64 {
         let share = self.particles / most.max(1) as f64;
         share.max(self.heaviest).max(1.0)
     }
@@ -167,15 +167,15 @@ impl ParticleFrame {
         for dot in dots {
             crowd.add(dot.weight, dot.radius, dot.velocity);
         }
-        let share = crowd.share(most);
+        let share = crowd.kept_share(most);
         let kept = (0..).zip(dots.iter().copied());
         let kept = kept.filter(|(number, dot)| keeps(*number, dot.weight, share));
-        Self::of(time, sides, periodic, &crowd, share, kept.collect())
+        Self::of_particles(time, sides, periodic, &crowd, share, kept.collect())
     }
 
     /// Creates a frame of the kept particles, with their numbers.
     #[inline]
-    pub fn of(
+    pub fn of_particles(
         time: f64,
         sides: [f64; 2],
         periodic: [bool; 2],
@@ -274,9 +274,9 @@ pub fn to_bytes(frames: &[ParticleFrame]) -> Result<Vec<u8>, ResultsError> {
 ///
 /// # Errors
 /// [`ResultsError`] if the file cannot be read, or is damaged.
-pub fn read(path: &Path) -> Result<Vec<ParticleFrame>, ResultsError> {
+pub fn read_frames(path: &Path) -> Result<Vec<ParticleFrame>, ResultsError> {
     let failed = |error| ResultsError::system(path, "read")(error);
-    let bytes = regular::read(path).map_err(failed)?;
+    let bytes = regular::read_bytes(path).map_err(failed)?;
     postcard::from_bytes(&bytes).map_err(|error| failed(std::io::Error::other(error)))
 }
 

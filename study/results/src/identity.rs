@@ -81,7 +81,7 @@ impl RunId {
             .update(b"\n")
             .update(physics.to_string().as_bytes());
         for path in inputs {
-            let bytes = regular::read(path).map_err(ResultsError::system(path, "read"))?;
+            let bytes = regular::read_bytes(path).map_err(ResultsError::system(path, "read"))?;
             hash.update(blake3::hash(&bytes).as_bytes());
         }
         Ok(Self {
@@ -142,11 +142,11 @@ impl RunMark {
 
     /// Reads the mark of a folder; `None` without one of this program. One that is not JSON, or not
     /// of the expected form, is damaged.
-    pub(crate) fn read(folder: &Path) -> Result<Option<Self>, ResultsError> {
+    pub(crate) fn read_mark(folder: &Path) -> Result<Option<Self>, ResultsError> {
         let damaged = || ResultsError::Damaged {
             path: folder.to_owned(),
         };
-        let Ok(bytes) = regular::read(&folder.join(RUN_FILE)) else {
+        let Ok(bytes) = regular::read_bytes(&folder.join(RUN_FILE)) else {
             return Ok(None);
         };
         let value: Value = serde_json::from_slice(&bytes).map_err(|_| damaged())?;

@@ -127,7 +127,7 @@ impl FileList {
         }
     }
 
-    pub(crate) fn note(&mut self, name: &str) -> std::io::Result<()> {
+    pub(crate) fn note_file(&mut self, name: &str) -> std::io::Result<()> {
         if self.known.contains(name) {
             return Ok(());
         }

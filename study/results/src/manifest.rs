@@ -472,7 +472,7 @@ pub(crate) fn hash_of(path: &Path) -> Result<Option<String>, ResultsError> {
 
 /// Reads a JSON file with a format number; `None` where there is no file.
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ResultsError> {
-    let bytes = match regular::read(path) {
+    let bytes = match regular::read_bytes(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         other => other.map_err(ResultsError::system(path, "read"))?,
     };

@@ -16,7 +16,7 @@ pub(crate) fn open(path: &Path) -> io::Result<File> {
 }
 
 /// Reads all bytes of a regular file.
-pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
+pub(crate) fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.read_to_end(&mut bytes)?;
     Ok(bytes)

@@ -86,7 +86,7 @@ pub struct TableEstimate {
 
 impl TableEstimate {
     /// Creates an estimate from a value and its standard error.
-    pub fn of(value: f64, standard_error: Option<f64>) -> Self {
+    pub fn with_error(value: f64, standard_error: Option<f64>) -> Self {
         Self {
             value: Some(value),
             standard_error,
@@ -282,7 +282,7 @@ impl Table {
     /// Adds a row of cells in the order of the columns; an estimate fills all of its columns.
     pub fn add(&mut self, cells: impl CellValues) {
         self.rows.push(Vec::with_capacity(self.columns.len()));
-        cells.fill(self);
+        cells.fill_cells(self);
     }
 
     fn push(&mut self, cell: TableCell) {
@@ -304,7 +304,7 @@ impl Table {
     }
 
     /// Position of the column with this name; `None` without one.
-    pub fn find(&self, name: &str) -> Option<usize> {
+    pub fn find_column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)
     }
 }
@@ -312,55 +312,55 @@ impl Table {
 /// Values that fill cells of the last row of a table.
 pub trait CellValues {
     /// Fills the cells, in the order of the columns.
-    fn fill(self, table: &mut Table);
+    fn fill_cells(self, table: &mut Table);
 }
 
 impl CellValues for TableCell {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         table.push(self);
     }
 }
 
 impl CellValues for &str {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         table.push(TableCell::Text(self.to_owned()));
     }
 }
 
 impl CellValues for String {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         table.push(TableCell::Text(self));
     }
 }
 
 impl CellValues for f64 {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         table.push(TableCell::Number(self));
     }
 }
 
 impl CellValues for Option<f64> {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         table.push(self.map_or(TableCell::Empty, TableCell::Number));
     }
 }
 
 impl CellValues for u64 {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         table.push(TableCell::Count(self));
     }
 }
 
 impl CellValues for usize {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         table.push(TableCell::Count(self as u64));
     }
 }
 
 /// Fills as many cells as the quantity has columns.
 impl CellValues for TableEstimate {
-    fn fill(self, table: &mut Table) {
-        self.value.fill(table);
+    fn fill_cells(self, table: &mut Table) {
+        self.value.fill_cells(table);
         for (role, value) in [
             (Role::StandardError, self.standard_error),
             (Role::Theory, self.theory),
@@ -368,39 +368,39 @@ impl CellValues for TableEstimate {
         ] {
             let at = table.rows.last().map_or(0, Vec::len);
             if table.columns.get(at).map(|column| column.role) == Some(role) {
-                value.fill(table);
+                value.fill_cells(table);
             }
         }
     }
 }
 
 impl<T: CellValues> CellValues for Vec<T> {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         for cells in self {
-            cells.fill(table);
+            cells.fill_cells(table);
         }
     }
 }
 
 impl<T: CellValues, const N: usize> CellValues for [T; N] {
-    fn fill(self, table: &mut Table) {
+    fn fill_cells(self, table: &mut Table) {
         for cells in self {
-            cells.fill(table);
+            cells.fill_cells(table);
         }
     }
 }
 
 impl CellValues for () {
-    fn fill(self, _table: &mut Table) {}
+    fn fill_cells(self, _table: &mut Table) {}
 }
 
 macro_rules! cells_of_tuples {
     ($($name:ident)*) => {
         impl<$($name: CellValues),*> CellValues for ($($name,)*) {
             #[allow(non_snake_case, reason = "one name for a type and its value")]
-            fn fill(self, table: &mut Table) {
+            fn fill_cells(self, table: &mut Table) {
                 let ($($name,)*) = self;
-                $($name.fill(table);)*
+                $($name.fill_cells(table);)*
             }
         }
     };

@@ -47,7 +47,7 @@ const ELASTIC: f64 = 20.0;
 ///
 /// # Errors
 /// [`RunError`] if the pilot fails or is stopped.
-pub fn settle<'a>(
+pub fn choose_resolution<'a>(
     file: &CaseFile,
     planned: Vec<Planned<'a>>,
     options: &RunOptions<'_>,
@@ -61,15 +61,15 @@ pub fn settle<'a>(
         .build()?;
     let one = |one: Planned<'a>| {
         let target = one.plan.case.accuracy.as_ref();
-        let Some(target) = target.and_then(format::AccuracySpec::share) else {
+        let Some(target) = target.and_then(format::AccuracySpec::parse_share) else {
             return Ok(one);
         };
         options
             .progress
-            .note("a pilot chooses simulators and time steps for accuracy.target");
+            .show_note("a pilot chooses simulators and time steps for accuracy.target");
         let found = pool.install(|| choose(&one.plan, target, options.stop));
         let (case, choices) = found.map_err(RunError::Pilot)?;
-        let mut settled = Planned::of(file, one.point, &case, options.free_memory())?;
+        let mut settled = Planned::plan_point(file, one.point, &case, options.free_memory())?;
         settled.plan.choices.extend(choices);
         Ok(settled)
     };
@@ -96,7 +96,7 @@ fn choose(
         measures: &measures,
         stop,
         starts: starts
-            .map(|replica| run(replica).start())
+            .map(|replica| run(replica).make_start())
             .collect::<Result<_, _>>()?,
         target,
     };
@@ -220,7 +220,7 @@ impl Search<'_> {
                 replica: FIRST + index as u64,
                 stop: self.stop,
             };
-            let done = run.run(&engine, start)?;
+            let done = run.run_engine(&engine, start)?;
             Ok::<_, PartError>(if elastic {
                 collision_rate(plan, &done)
             } else {

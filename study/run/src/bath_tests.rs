@@ -97,12 +97,12 @@ struct EvenTimes;
 impl Measure for EvenTimes {
     described!("even_times", "Temperature at even times", NoOptions);
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let until = plan.case.run.until as u64;
         let even = (until / 2..=until).filter(|time| time % 2 == 0);
         even.map(|time| time as f64).collect()
     }
-    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SampleProbe::new(Vec::<f64>::new(), |record, moment| {
             record.push(moment.temperature());
         }))
@@ -133,7 +133,7 @@ fn the_error_goes_with_the_square_of_the_interval() {
                 start: Some(&start),
             };
             let control = Control::new(None, 1e9, &never, &|_, _| {});
-            let finished = part.run(&control).expect("a run");
+            let finished = part.run_engine(&control).expect("a run");
             let record = finished.probes[0].record().downcast_ref::<Vec<f64>>();
             let looks: RunningMoments = record.expect("looks").iter().copied().collect();
             looks.mean().expect("looks")

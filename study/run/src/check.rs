@@ -76,7 +76,7 @@ pub struct CaseOutline {
 /// The case format with the options of all measures.
 pub fn format() -> Format {
     let all = measures::ALL.iter();
-    let named: Vec<_> = all.map(|one| (one.name(), one.schema())).collect();
+    let named: Vec<_> = all.map(|one| (one.name(), one.options_schema())).collect();
     Format::new(&named)
 }
 
@@ -86,24 +86,25 @@ impl<'a> Planned<'a> {
     /// # Errors
     /// [`CaseError`] shows where the offending key is written.
     pub fn new(file: &CaseFile, point: &'a CasePoint) -> Result<Self, CaseError> {
-        Self::of(file, point, &point.case, available_memory())
+        Self::plan_point(file, point, &point.case, available_memory())
     }
 
     /// Plans a point with a case in which open choices have been made. `free`: free memory
-    /// \[bytes\], see [`CasePlan::within`].
+    /// \[bytes\], see [`CasePlan::derive_within`].
     ///
     /// # Errors
     /// As [`Planned::new`].
-    pub fn of(
+    pub fn plan_point(
         file: &CaseFile,
         point: &'a CasePoint,
         case: &Case,
         free: Option<f64>,
     ) -> Result<Self, CaseError> {
         let folder = file.path.parent().unwrap_or(std::path::Path::new(""));
-        let plan = CasePlan::within(case, folder, free).map_err(|error| refused(point, &error))?;
+        let plan =
+            CasePlan::derive_within(case, folder, free).map_err(|error| refused(point, &error))?;
         check_accuracy(&plan).map_err(|error| refused(point, &error))?;
-        engines::check(&plan).map_err(|error| refused(point, &error))?;
+        engines::check_start(&plan).map_err(|error| refused(point, &error))?;
         let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
         let planned = Self {
             point,
@@ -114,7 +115,7 @@ impl<'a> Planned<'a> {
             .require_own_tables()
             .map_err(|error| refused(point, &error))?;
         let tables = |leading: usize| planned.tables_of(leading);
-        question::check(&planned.plan, &planned.measures, tables)
+        question::check_question(&planned.plan, &planned.measures, tables)
             .map_err(|error| refused(point, &error))?;
         Ok(planned)
     }
@@ -182,7 +183,7 @@ impl<'a> Planned<'a> {
                 level: 1.0,
                 finished: &none,
             };
-            let tables = one.tables(&plan, &runs).into_iter();
+            let tables = one.result_tables(&plan, &runs).into_iter();
             tables.map(move |table| (one, table))
         });
         each.map(|(measure, table)| {
@@ -194,7 +195,10 @@ impl<'a> Planned<'a> {
 
     /// Memory of the schedule of a part \[bytes\].
     fn schedule_bytes(&self) -> f64 {
-        let looks = self.measures.iter().map(|one| one.times(&self.plan).len());
+        let looks = self
+            .measures
+            .iter()
+            .map(|one| one.sample_times(&self.plan).len());
         let (most, all) = looks.fold((0, 0), |(most, all), one| (most.max(one), all + one));
         DUE * most as f64 + LOOK * all as f64
     }
@@ -203,7 +207,7 @@ impl<'a> Planned<'a> {
     /// \[bytes\].
     fn table_bytes(&self) -> f64 {
         let plan = &self.plan;
-        let looks = self.measures.iter().map(|one| one.times(plan).len());
+        let looks = self.measures.iter().map(|one| one.sample_times(plan).len());
         let most = looks.max().unwrap_or(0);
         if most < FEW_LOOKS {
             return 0.0;
@@ -221,7 +225,7 @@ impl<'a> Planned<'a> {
                 continue;
             }
             // Tables made from records of another measure have its times.
-            let times = Some(one.times(plan).len()).filter(|times| *times > 0);
+            let times = Some(one.sample_times(plan).len()).filter(|times| *times > 0);
             let mut rows = (times.unwrap_or(most) * plan.engines.len()) as f64;
             if has("replica") {
                 rows *= plan.case.replicas as f64;
@@ -248,9 +252,9 @@ impl<'a> Planned<'a> {
                     }
                 });
                 kept.map(|one| {
-                    let looks = one.times(&self.plan).len() as f64;
+                    let looks = one.sample_times(&self.plan).len() as f64;
                     count * one.kept_per_particle(&self.plan)
-                        + one.kept(&self.plan)
+                        + one.kept_bytes(&self.plan)
                         + looks * one.kept_per_look(&self.plan)
                 })
                 .sum::<f64>()
@@ -260,8 +264,8 @@ impl<'a> Planned<'a> {
         let kept: Vec<MeasureMemory> = self.plan.engines.iter().map(kept).collect();
         let (plan, measures) = (&self.plan, self.measures.iter());
         let looks = Looks {
-            gathers: measures.clone().any(|one| one.gathers(plan)),
-            working: (measures.clone().map(|one| one.working(plan))).fold(0.0, f64::max),
+            gathers: measures.clone().any(|one| one.gathers_particles(plan)),
+            working: (measures.clone().map(|one| one.working_bytes(plan))).fold(0.0, f64::max),
             last: measures
                 .clone()
                 .map(|one| one.kept_last_per_particle(plan))
@@ -269,7 +273,7 @@ impl<'a> Planned<'a> {
             schedule: self.schedule_bytes(),
             tables: self.table_bytes(),
         };
-        let figures = measures.map(|one| one.figures(plan)).sum();
+        let figures = measures.map(|one| one.figure_bytes(plan)).sum();
         Cost {
             pace: self.pace(),
             ..plan.cost(threads, &kept, &looks, figures)
@@ -290,7 +294,10 @@ impl<'a> Planned<'a> {
     pub fn outline(&self, threads: usize) -> CaseOutline {
         let level = level(self);
         let replicas = self.plan.case.replicas as usize;
-        let spreads = self.measures.iter().flat_map(|one| one.spreads(&self.plan));
+        let spreads = self
+            .measures
+            .iter()
+            .flat_map(|one| one.quantity_spreads(&self.plan));
         CaseOutline {
             title: self.plan.case.title.clone(),
             point: self.point.name.clone(),
@@ -329,7 +336,7 @@ impl<'a> Planned<'a> {
 /// there the false discovery rate is controlled.
 pub fn level(planned: &Planned<'_>) -> f64 {
     let measures = planned.measures.iter();
-    let all: usize = measures.map(|one| one.tests(&planned.plan)).sum();
+    let all: usize = measures.map(|one| one.test_count(&planned.plan)).sum();
     planned.plan.case.verdict.family_wise_error_rate / all.max(1) as f64
 }
 
@@ -337,17 +344,18 @@ pub fn level(planned: &Planned<'_>) -> f64 {
 ///
 /// # Errors
 /// As [`Planned::new`].
-pub fn check(file: &CaseFile) -> Result<Vec<Planned<'_>>, CaseError> {
+pub fn check_case(file: &CaseFile) -> Result<Vec<Planned<'_>>, CaseError> {
     check_within(file, available_memory())
 }
 
-/// Plans all points of a case, with this much free memory \[bytes\], see [`CasePlan::within`].
+/// Plans all points of a case, with this much free memory \[bytes\], see
+/// [`CasePlan::derive_within`].
 pub(crate) fn check_within(
     file: &CaseFile,
     free: Option<f64>,
 ) -> Result<Vec<Planned<'_>>, CaseError> {
     let points = file.points.iter();
-    let planned = points.map(|point| Planned::of(file, point, &point.case, free));
+    let planned = points.map(|point| Planned::plan_point(file, point, &point.case, free));
     planned.collect()
 }
 
@@ -378,10 +386,12 @@ pub fn chosen(plan: &CasePlan) -> Result<Vec<&'static dyn Measure>, PlanError> {
             let key = format!("measure.{}", measure.name());
             return Err(PlanError::new(key, "", allowed));
         }
-        measure.check(plan).map_err(|BadOption { key, allowed }| {
-            let dot = if key.is_empty() { "" } else { "." };
-            PlanError::of_message(format!("measure.{}{dot}{key}", measure.name()), &allowed)
-        })?;
+        measure
+            .check_options(plan)
+            .map_err(|BadOption { key, allowed }| {
+                let dot = if key.is_empty() { "" } else { "." };
+                PlanError::of_message(format!("measure.{}{dot}{key}", measure.name()), &allowed)
+            })?;
     }
     Ok(list)
 }

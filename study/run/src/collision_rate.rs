@@ -53,7 +53,7 @@ impl RateWindow {
     ///
     /// # Errors
     /// [`CollisionRateError`] if the rate over enough collisions exceeds the limit of the engine.
-    pub(crate) fn look(
+    pub(crate) fn check_rate(
         &mut self,
         plan: &CasePlan,
         engine: &EnginePlan,
@@ -67,7 +67,11 @@ impl RateWindow {
             return Ok(None);
         };
         let begin = self.time;
-        let found = self.measure(gas.count(), gas.work().collisions, gas.time());
+        let found = self.measure(
+            gas.particle_count(),
+            gas.work_counters().collisions,
+            gas.time(),
+        );
         let Some((rate, is_whole)) = found.filter(|(rate, _)| *rate > TOLD * limit) else {
             return Ok(None);
         };

@@ -18,20 +18,20 @@ use crate::gauge::ProgressEstimate;
 /// Receiver of progress messages; libraries print nothing.
 pub trait Progress: Sync {
     /// Reports that a point of a sweep, or the only one, begins: its name or title, and its work.
-    fn begin(&self, _point: usize, _name: &str, _work: ProgressEstimate) {}
+    fn begin_point(&self, _point: usize, _name: &str, _work: ProgressEstimate) {}
 
     /// Reports the fraction of a part's work that is done, and its collisions since the last
     /// report.
-    fn tell(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
+    fn tell_share(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
 
     /// Reports in words where a slow part spends its time.
     fn tell_activity(&self, _point: usize, _part: usize, _activity: &str) {}
 
     /// Reports that a point is finished.
-    fn end(&self, _point: usize) {}
+    fn end_point(&self, _point: usize) {}
 
     /// Reports a note for the user.
-    fn note(&self, _text: &str) {}
+    fn show_note(&self, _text: &str) {}
 }
 
 /// Ignores all progress messages.
@@ -40,7 +40,7 @@ impl Progress for () {}
 /// Content of a checkpoint.
 pub trait Content: Serialize + DeserializeOwned {
     /// Set of shards that belongs to the checkpoint; `None` without shards.
-    fn set(&self) -> Option<Set> {
+    fn shard_set(&self) -> Option<Set> {
         None
     }
 }
@@ -205,7 +205,7 @@ impl<'a, T: Content> Control<'a, T> {
     }
 
     /// Reports the fraction of work that is done, and the collisions since the last report.
-    pub fn tell(&self, share: f64, collisions: u64) {
+    pub fn report_progress(&self, share: f64, collisions: u64) {
         (self.tell)(share, collisions);
     }
 
@@ -217,7 +217,7 @@ impl<'a, T: Content> Control<'a, T> {
         let Some(file) = &self.file else {
             return Ok(None);
         };
-        match snapshot::read::<(CheckpointOrigin, T)>(&file.path, &file.run) {
+        match snapshot::read_snapshot::<(CheckpointOrigin, T)>(&file.path, &file.run) {
             Ok((origin, content)) if origin == file.origin => Ok(Some(content)),
             Ok((origin, _)) => Err(SnapshotError::Misplaced {
                 path: file.path.clone(),
@@ -243,8 +243,8 @@ impl<'a, T: Content> Control<'a, T> {
         if let Some(guard) = file.guard {
             guard().map_err(|error| SnapshotError::of_file(path, io::Error::other(error)))?;
         }
-        snapshot::write(path, &file.run, &(&file.origin, content))?;
-        remove_shards(path, content.set());
+        snapshot::write_snapshot(path, &file.run, &(&file.origin, content))?;
+        remove_shards(path, content.shard_set());
         Ok(())
     }
 
@@ -307,7 +307,7 @@ impl<'a, T: Content> Control<'a, T> {
         let began = Instant::now();
         let hold = self.stop.hold();
         let saved = gather()?;
-        if saved.set().is_some() {
+        if saved.shard_set().is_some() {
             self.save(&saved)?;
         } else {
             rollback.saved = Some(saved);
@@ -467,7 +467,7 @@ mod tests {
     struct InShards(Option<Set>);
 
     impl Content for InShards {
-        fn set(&self) -> Option<Set> {
+        fn shard_set(&self) -> Option<Set> {
             self.0
         }
     }

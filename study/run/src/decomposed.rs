@@ -79,7 +79,7 @@ pub fn run_decomposed(
     let mut points = Vec::new();
     for job in opened.jobs(file, &planned, options) {
         let group = RankGroup::new(ranks.clone(), job.number);
-        points.push(pool.install(|| job.run(Some(&group)))?);
+        points.push(pool.install(|| job.run_point(Some(&group)))?);
     }
     Ok(opened.summary(points))
 }

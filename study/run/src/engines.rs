@@ -93,7 +93,7 @@ const MOST_CROSSINGS: f64 = 1e7 / 20.0;
 ///
 /// # Errors
 /// [`PlanError`] names the engine.
-pub fn check(plan: &CasePlan) -> Result<(), PlanError> {
+pub fn check_start(plan: &CasePlan) -> Result<(), PlanError> {
     let units = plan.message_units();
     for engine in &plan.engines {
         let refuse =
@@ -138,7 +138,7 @@ pub fn check(plan: &CasePlan) -> Result<(), PlanError> {
                     mean_radius: plan.mean_radius(),
                     packing_fraction: plan.packing_fraction,
                 };
-                stosszahl_dsmc::check(&gas, &expected)
+                stosszahl_dsmc::check_gas(&gas, &expected)
                     .map_err(|error| refuse(error.in_units(&units).to_string()))?;
             }
             EngineKind::Homogeneous(_) => {}
@@ -152,7 +152,7 @@ pub fn check(plan: &CasePlan) -> Result<(), PlanError> {
 pub enum From<'a> {
     /// Start of the replica; `None` without positions.
     Start(Option<&'a Particles>),
-    /// Bytes of [`Simulation::checkpoint`], and the location of its shards if there are any.
+    /// Bytes of [`Simulation::save_checkpoint`], and the location of its shards if there are any.
     Checkpoint(&'a [u8], Option<&'a ShardLocation>),
 }
 
@@ -197,7 +197,7 @@ pub(crate) fn hold(
     let boundaries = plan.boundaries::<Volume>(engine)?;
     let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
     let (count, lengths) = (plan.count(), plan.lengths);
-    Ok(stosszahl_dsmc::serve(
+    Ok(stosszahl_dsmc::serve_domain(
         &gas,
         count,
         lengths,
@@ -273,7 +273,7 @@ fn made(
                     };
                     let sets = starts(plan, start, sets, streams, interrupt)?;
                     match call() {
-                        Some(ranks) => stosszahl_dsmc::simulate_among(&gas, &sets, ranks)?,
+                        Some(ranks) => stosszahl_dsmc::simulate_distributed(&gas, &sets, ranks)?,
                         None => stosszahl_dsmc::simulate(&gas, &sets)?,
                     }
                 }
@@ -285,7 +285,7 @@ fn made(
                         beside,
                     };
                     match call() {
-                        Some(ranks) => stosszahl_dsmc::resume_among(&gas, left, ranks)?,
+                        Some(ranks) => stosszahl_dsmc::resume_distributed(&gas, left, ranks)?,
                         None => stosszahl_dsmc::resume(&gas, left)?,
                     }
                 }

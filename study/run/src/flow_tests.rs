@@ -51,7 +51,7 @@ pub(crate) fn measured(plan: &CasePlan, name: &str) -> (Vec<Table>, Vec<VerdictT
             start: Some(&start),
         };
         let control = Control::new(None, 1e9, &never, &|_, _| {});
-        part.run(&control).expect("a run")
+        part.run_engine(&control).expect("a run")
     };
     let engines = plan.engines.iter();
     let finished: Vec<Vec<CompletedRun>> = engines
@@ -66,14 +66,16 @@ pub(crate) fn measured(plan: &CasePlan, name: &str) -> (Vec<Table>, Vec<VerdictT
         level: 0.01,
         finished: &finished,
     };
-    let tables = measures[0].tables(plan, &runs);
-    let verdicts = measures[0].verdicts(plan, &runs, &tables);
+    let tables = measures[0].result_tables(plan, &runs);
+    let verdicts = measures[0].result_verdicts(plan, &runs, &tables);
     (tables, verdicts)
 }
 
 /// Numbers in a column of a table.
 pub(crate) fn column(table: &Table, name: &str) -> Vec<f64> {
-    let at = table.find(name).unwrap_or_else(|| panic!("no {name}"));
+    let at = table
+        .find_column(name)
+        .unwrap_or_else(|| panic!("no {name}"));
     let number = |row: &Vec<TableCell>| match row[at] {
         TableCell::Number(number) => number,
         TableCell::Count(count) => count as f64,

@@ -25,7 +25,7 @@ use crate::measure::{CompletedRun, Measure, Needs, Probe, RunStop, SampleContext
 use crate::measures::extended_xyz;
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
 use crate::rank_group::RankGroup;
-use crate::schedule::{ScheduledEvent, schedule};
+use crate::schedule::{ScheduledEvent, schedule_events};
 use crate::start::{Preparation, StartError, StartReport};
 
 pub use error::{Elsewhere, PartError};
@@ -50,13 +50,13 @@ pub fn prepare(
     loop {
         match start.leg(plan, streams, interrupt) {
             Ok(true) => break,
-            Ok(false) => control.tell(start.share(plan), 0),
+            Ok(false) => control.report_progress(start.done_share(plan), 0),
             Err(StartError::Interrupted) => {}
             Err(error) => return Err(error.into()),
         }
         control.pause(&mut rollback, || Ok::<_, PartError>(start.clone()))?;
     }
-    control.tell(1.0, 0);
+    control.report_progress(1.0, 0);
     control.finish(|| Ok::<_, PartError>(start.clone()))?;
     let report = start.report().cloned().unwrap_or_default();
     Ok((report, start.particles(plan, streams)?))
@@ -82,7 +82,7 @@ pub struct Saved {
 }
 
 impl Content for Saved {
-    fn set(&self) -> Option<Set> {
+    fn shard_set(&self) -> Option<Set> {
         self.set
     }
 }
@@ -126,7 +126,10 @@ impl EngineRun<'_> {
 
     /// Requirements of the measures on the engine.
     pub(crate) fn needs(&self) -> Needs {
-        let all = self.measures.iter().map(|measure| measure.needs(self.plan));
+        let all = self
+            .measures
+            .iter()
+            .map(|measure| measure.engine_needs(self.plan));
         all.fold(Needs::default(), |sum, one| Needs {
             displacements: sum.displacements || one.displacements,
             trajectories: sum.trajectories.max(one.trajectories),
@@ -134,7 +137,7 @@ impl EngineRun<'_> {
     }
 
     fn probes(&self) -> Vec<Box<dyn Probe>> {
-        let one = |measure: &&dyn Measure| measure.probe(self.plan, self.engine);
+        let one = |measure: &&dyn Measure| measure.new_probe(self.plan, self.engine);
         self.measures.iter().map(one).collect()
     }
 
@@ -152,25 +155,25 @@ impl EngineRun<'_> {
     ///
     /// # Errors
     /// [`PartError`]; the checkpoint is kept.
-    pub fn run(&self, control: &Control<'_, Saved>) -> Result<CompletedRun, PartError> {
+    pub fn run_engine(&self, control: &Control<'_, Saved>) -> Result<CompletedRun, PartError> {
         self.run_in(control, None)
     }
 
     /// Runs to the end a gas that the processes of `group` hold together.
     ///
     /// # Errors
-    /// As [`Self::run`].
+    /// As [`Self::run_engine`].
     pub(crate) fn run_in(
         &self,
         control: &Control<'_, Saved>,
         group: Option<&RankGroup>,
     ) -> Result<CompletedRun, PartError> {
         let (plan, streams) = (self.plan, self.streams());
-        let schedule = schedule(plan, self.measures);
+        let schedule = schedule_events(plan, self.measures);
         let interrupt = control.interrupt();
         let mut course = if let Some(saved) = control.load()? {
             if saved.engine.is_none() {
-                control.tell(1.0, 0);
+                control.report_progress(1.0, 0);
                 return self.restore(saved);
             }
             let mut probes = self.probes();
@@ -194,7 +197,7 @@ impl EngineRun<'_> {
         let drive = StochasticDrive::new(plan, streams)?;
         let mut rollback = Rollback::default();
         while let Some(due) = schedule.get(course.next) {
-            let before = course.gas.work().collisions;
+            let before = course.gas.work_counters().collisions;
             control.keep(&mut rollback, || course.save(control))?;
             match course.leg(due, drive.as_ref()) {
                 Err(PartError::Interrupted) => {
@@ -206,19 +209,19 @@ impl EngineRun<'_> {
                 control.tell_activity(&activity);
             }
             let time = course.gas.time() / plan.time;
-            control.tell(
-                plan.share(time),
-                course.gas.work().collisions.saturating_sub(before),
+            control.report_progress(
+                plan.done_share(time),
+                course.gas.work_counters().collisions.saturating_sub(before),
             );
             if course.next < schedule.len() {
-                course.lap();
+                course.record_elapsed();
                 control.pause(&mut rollback, || course.save(control))?;
             }
         }
-        course.lap();
-        control.tell(1.0, 0);
+        course.record_elapsed();
+        control.report_progress(1.0, 0);
         let finished = CompletedRun {
-            work: course.gas.work(),
+            work: course.gas.work_counters(),
             probes: course.probes,
             bytes: course.bytes,
             seconds: course.seconds,
@@ -241,7 +244,7 @@ impl<'a> RunState<'a> {
             if measure.looks_at(part.plan, part.replica) {
                 let mut moment = SampleContext::new(0.0, &mut *course.gas);
                 moment.replica = part.replica;
-                probe.begin(&mut moment);
+                probe.on_start(&mut moment);
             }
         }
         Ok(course)
@@ -261,7 +264,7 @@ impl<'a> RunState<'a> {
         Ok(Self {
             part,
             interrupt,
-            bytes: gas.bytes(),
+            bytes: gas.memory_bytes(),
             gas,
             probes,
             next: 0,
@@ -286,7 +289,7 @@ impl<'a> RunState<'a> {
             ..
         } = self.part.engine.kind
         {
-            let collisions = self.gas.work().collisions;
+            let collisions = self.gas.work_counters().collisions;
             if collisions >= limit {
                 return Err(PartError::CollisionLimit { collisions });
             }
@@ -296,7 +299,10 @@ impl<'a> RunState<'a> {
         let until = kick.map_or(due.time, |kick| kick.min(due.time));
         let end = plan.engine_time(until);
         let reached = {
-            let observers = self.probes.iter_mut().filter_map(|probe| probe.observer());
+            let observers = self
+                .probes
+                .iter_mut()
+                .filter_map(|probe| probe.collision_observer());
             let mut all = observers.collect::<Vec<&mut dyn Observer>>();
             let gas = &mut self.gas;
             let advanced = gas.advance(end, Budget::Leg, &mut all.as_mut_slice());
@@ -305,9 +311,9 @@ impl<'a> RunState<'a> {
         if self.gas.is_interrupted() {
             return Err(PartError::Interrupted);
         }
-        self.bytes = self.bytes.max(self.gas.bytes());
+        self.bytes = self.bytes.max(self.gas.memory_bytes());
         if reached && until == due.time {
-            self.look(due)?;
+            self.take_samples(due)?;
             self.next += 1;
         } else if let (true, Some(drive)) = (reached, drive) {
             let before = self.gas.temperature();
@@ -321,39 +327,41 @@ impl<'a> RunState<'a> {
     /// Describes the busiest particles of exact dynamics, if the collision rate is notable.
     fn look_at_rate(&mut self) -> Result<Option<String>, PartError> {
         let (part, gas) = (self.part, &*self.gas);
-        let looked = self.rate.look(part.plan, part.engine, gas);
+        let looked = self.rate.check_rate(part.plan, part.engine, gas);
         looked.map_err(|failure| stopped(part, gas, failure))
     }
 
     /// Informs the probes of a stop; returns the moments of the gas there.
     fn stop(&mut self, kicked_from: Option<f64>) -> VelocityMoments {
-        let moments = self.gas.moments();
+        let moments = self.gas.velocity_moments();
         let stop = RunStop {
             time: self.gas.time(),
             temperature: moments.temperature(self.gas.dimension()),
             kicked_from,
         };
-        self.probes.iter_mut().for_each(|probe| probe.stop(&stop));
+        self.probes
+            .iter_mut()
+            .for_each(|probe| probe.on_stop(&stop));
         moments
     }
 
     /// Subtracts the mean velocity. Otherwise scaling would amplify its rounding without limit.
-    fn rest(&mut self) -> Result<(), PartError> {
+    fn remove_drift(&mut self) -> Result<(), PartError> {
         let (mut momentum, mut mass) = (Vector3::<f64>::zeros(), 0.0);
-        self.gas.visit(&mut |one| {
+        self.gas.visit_particles(&mut |one| {
             momentum += one.weight * one.mass * one.velocity;
             mass += one.weight * one.mass;
         });
-        let count = self.gas.count();
-        Ok(self.gas.kick(&vec![-momentum / mass; count])?)
+        let count = self.gas.particle_count();
+        Ok(self.gas.add_velocities(&vec![-momentum / mass; count])?)
     }
 
     /// Rescales velocities if that is due, and takes the samples that are due.
-    fn look(&mut self, due: &ScheduledEvent) -> Result<(), PartError> {
+    fn take_samples(&mut self, due: &ScheduledEvent) -> Result<(), PartError> {
         let plan = self.part.plan;
         if due.heating {
             if plan.case.domain.is_some() {
-                self.rest()?;
+                self.remove_drift()?;
             }
             let (start, now) = (start_energy(plan), kinetic_energy(&*self.gas));
             // A gas of one cluster at rest cannot be heated.
@@ -374,7 +382,7 @@ impl<'a> RunState<'a> {
         moment.interrupt = self.interrupt.clone();
         for &number in &due.measures {
             if self.part.measures[number].looks_at(self.part.plan, self.part.replica) {
-                self.probes[number].sample(&mut moment);
+                self.probes[number].on_sample(&mut moment);
             }
             if self.interrupt.is_raised() {
                 return Err(PartError::Interrupted);
@@ -383,7 +391,7 @@ impl<'a> RunState<'a> {
         Ok(())
     }
 
-    fn lap(&mut self) {
+    fn record_elapsed(&mut self) {
         self.seconds += self.began.elapsed().as_secs_f64();
         self.began = Instant::now();
     }
@@ -401,14 +409,14 @@ impl<'a> RunState<'a> {
         {
             return Ok((bytes, Some(set)));
         }
-        Ok((self.gas.checkpoint()?, None))
+        Ok((self.gas.save_checkpoint()?, None))
     }
 
     /// Returns the content of a checkpoint.
     fn save(&mut self, control: &Control<'_, Saved>) -> Result<Saved, PartError> {
         let (engine, set) = self.checkpoint(control)?;
         self.set = set;
-        let work = self.gas.work();
+        let work = self.gas.work_counters();
         Ok(Saved {
             engine: Some(engine),
             set,
@@ -433,7 +441,7 @@ fn stopped(part: &EngineRun<'_>, gas: &dyn Simulation, failure: Failure) -> Part
 
 /// Records of all probes.
 fn records(probes: &[Box<dyn Probe>]) -> Result<Vec<ByteBuf>, postcard::Error> {
-    let saved = probes.iter().map(|probe| probe.save());
+    let saved = probes.iter().map(|probe| probe.save_record());
     saved.map(|record| Ok(ByteBuf::from(record?))).collect()
 }
 
@@ -466,7 +474,7 @@ impl Saved {
             return Err(postcard::Error::DeserializeBadEncoding);
         }
         let mut both = probes.iter_mut().zip(&self.records);
-        both.try_for_each(|(probe, record)| probe.load(record))
+        both.try_for_each(|(probe, record)| probe.load_record(record))
     }
 
     fn finished(self, probes: Vec<Box<dyn Probe>>) -> CompletedRun {
@@ -491,6 +499,6 @@ fn start_energy(plan: &CasePlan) -> f64 {
 
 fn kinetic_energy(gas: &dyn Simulation) -> f64 {
     let mut twice = 0.0;
-    gas.visit(&mut |one| twice += one.weight * one.mass * one.velocity.norm_squared());
+    gas.visit_particles(&mut |one| twice += one.weight * one.mass * one.velocity.norm_squared());
     0.5 * twice
 }

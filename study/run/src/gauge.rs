@@ -44,7 +44,7 @@ impl ProgressEstimate {
 
     /// Creates the estimate of a case: in each replica a start, and the engines in the order of the
     /// plan.
-    pub fn of(plan: &CasePlan) -> Self {
+    pub fn for_case(plan: &CasePlan) -> Self {
         let pace = plan.pace();
         let engines = pace.engines.iter().map(|[first, _]| *first);
         let parts: Vec<f64> = std::iter::once(pace.start).chain(engines).collect();
@@ -52,7 +52,7 @@ impl ProgressEstimate {
     }
 
     /// Records that a part has done a fraction of its work by now.
-    pub fn tell(&mut self, part: usize, share: f64, now: Instant) {
+    pub fn record_share(&mut self, part: usize, share: f64, now: Instant) {
         let Some(part) = self.parts.get_mut(part) else {
             return;
         };
@@ -70,7 +70,7 @@ impl ProgressEstimate {
     }
 
     /// Fraction of the work that is done; it never falls.
-    pub fn share(&mut self) -> f64 {
+    pub fn done_share(&mut self) -> f64 {
         let kinds = self.expected.len();
         let of_kind = |kind: usize| self.parts.iter().skip(kind).step_by(kinds.max(1));
         // Measured cost of a whole part of each kind [s].
@@ -119,18 +119,18 @@ mod tests {
         let at = |seconds: u64| began + Duration::from_secs(seconds);
         // Two replicas with a fast and a slow part, estimated to be equal.
         let mut gauge = ProgressEstimate::new(2, &[1.0, 1.0]);
-        close(gauge.share(), 0.0);
-        gauge.tell(0, 0.0, at(0));
-        gauge.tell(0, 1.0, at(10));
-        gauge.tell(1, 0.0, at(10));
-        gauge.tell(1, 0.1, at(100));
+        close(gauge.done_share(), 0.0);
+        gauge.record_share(0, 0.0, at(0));
+        gauge.record_share(0, 1.0, at(10));
+        gauge.record_share(1, 0.0, at(10));
+        gauge.record_share(1, 0.1, at(100));
         // 10 s of 10 s, and 90 s of 900 s, twice.
-        close(gauge.share(), 100.0 / 1820.0);
-        gauge.tell(1, 1.0, at(910));
-        close(gauge.share(), 0.5);
-        gauge.tell(7, 0.5, at(920));
+        close(gauge.done_share(), 100.0 / 1820.0);
+        gauge.record_share(1, 1.0, at(910));
+        close(gauge.done_share(), 0.5);
+        gauge.record_share(7, 0.5, at(920));
         gauge.end();
-        close(gauge.share(), 1.0);
+        close(gauge.done_share(), 1.0);
     }
 
     #[test]
@@ -138,12 +138,12 @@ mod tests {
         let began = Instant::now();
         let mut gauge = ProgressEstimate::new(1, &[2.0, 6.0]);
         // The first resumes from a checkpoint at 90 %; the rest of it takes a second.
-        gauge.tell(0, 0.9, began);
-        gauge.tell(0, 1.0, began + Duration::from_secs(1));
+        gauge.record_share(0, 0.9, began);
+        gauge.record_share(0, 1.0, began + Duration::from_secs(1));
         // The first part takes 10 s in all, so the other, three times as costly, takes 30 s.
-        close(gauge.share(), 0.25);
+        close(gauge.done_share(), 0.25);
         // A fraction that falls is not reported.
-        gauge.tell(0, 0.5, began + Duration::from_secs(2));
-        close(gauge.share(), 0.25);
+        gauge.record_share(0, 0.5, began + Duration::from_secs(2));
+        close(gauge.done_share(), 0.25);
     }
 }

@@ -200,7 +200,7 @@ impl<'a> TaskQueue<'a> {
             });
         }
         self.folder.require_same()?;
-        let tasks = TaskStates::read(&self.folder.claims());
+        let tasks = TaskStates::read_claims(&self.folder.claims());
         for claimed in [false, true] {
             for &point in &self.order {
                 let there = &mut state.points[point];
@@ -231,7 +231,7 @@ impl<'a> TaskQueue<'a> {
         let claims = self.folder.claims();
         if job.place.has_manifest() {
             state.summary = Some(summary_of_finished(job, false)?);
-            self.options.progress.end(point);
+            self.options.progress.end_point(point);
             return Ok(None);
         }
         let mut is_open = false;
@@ -300,7 +300,7 @@ impl<'a> TaskQueue<'a> {
         match guard() {
             // This process was suspended too long; another one has resumed from its checkpoint.
             Err(error @ ResultsError::TakenOver { .. }) => {
-                self.options.progress.note(&error.to_string());
+                self.options.progress.show_note(&error.to_string());
                 return Ok(());
             }
             other => other?,

@@ -128,7 +128,7 @@ enum Wrong {
 
 impl Wrong {
     /// Converts the fault to the error of a file.
-    fn of(self, path: &Path, length: usize) -> SnapshotError {
+    fn file_error(self, path: &Path, length: usize) -> SnapshotError {
         let path = path.to_owned();
         let (found, expected) = match self {
             Self::Run => return SnapshotError::Foreign { path },
@@ -186,7 +186,7 @@ impl Journal {
         } else {
             frames(&bytes, owner)
         };
-        let (all, end) = read.map_err(|wrong| wrong.of(path, bytes.len()))?;
+        let (all, end) = read.map_err(|wrong| wrong.file_error(path, bytes.len()))?;
         Ok((all, offset + end as u64))
     }
 
@@ -224,7 +224,8 @@ impl Journal {
         let mut file = open.map_err(failed)?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
-        let (all, end) = entries(&bytes, owner).map_err(|wrong| wrong.of(path, bytes.len()))?;
+        let (all, end) =
+            entries(&bytes, owner).map_err(|wrong| wrong.file_error(path, bytes.len()))?;
         file.set_len(end as u64).map_err(failed)?;
         if end == 0 {
             file.rewind().map_err(failed)?;

@@ -35,7 +35,7 @@ pub use crate::words::short;
 pub use claims::{ClaimedValue, claim, digits};
 pub use impact::{FEWEST_COLLISIONS, ImpactTest, ImpactWindows, impact_parameters, impact_windows};
 pub use points::{
-    MeasuredPoint, against_theory, bound, holds_zero, interval_of, profiles, within, worst,
+    MeasuredPoint, against_theory, bound, holds_zero, interval_of, profiles, verdict_within, worst,
 };
 pub use words::{DifferenceUnit, in_units, margin, percent, quotient, with_error, with_interval};
 
@@ -59,7 +59,7 @@ pub fn verdict(
 }
 
 /// Makes a number for information.
-pub fn note(topic: impl Into<String>, sentence: impl Into<String>) -> VerdictText {
+pub fn verdict_note(topic: impl Into<String>, sentence: impl Into<String>) -> VerdictText {
     verdict(topic, sentence, VerdictKind::Note)
 }
 
@@ -284,7 +284,7 @@ pub enum Places<'a> {
 }
 
 impl Places<'_> {
-    fn at(self, index: usize) -> String {
+    fn place_at(self, index: usize) -> String {
         match self {
             Self::Times(times) => format!("at t = {}", short(times[index])),
             Self::Span(words) => words.to_owned(),
@@ -304,16 +304,16 @@ pub struct ComparedPair<'a> {
 impl ComparedPair<'_> {
     /// Tests the values of the replicas, `pairs[place]` of (a, b), and says what follows; `None` without places.
     pub fn judge(&self, pairs: &[Vec<(f64, f64)>]) -> Option<VerdictText> {
-        self.of(&quotients(pairs, &self.comparison.rule))
+        self.judge_quotients(&quotients(pairs, &self.comparison.rule))
     }
 
     /// Verdict on quotients that are tested already.
-    pub fn of(&self, found: &[Quotient]) -> Option<VerdictText> {
+    pub fn judge_quotients(&self, found: &[Quotient]) -> Option<VerdictText> {
         let level = self.comparison.rule.level;
         let level = if found.len() > 1 { 0.5 * level } else { level };
         let finding = |(index, one): (usize, &Quotient)| Finding {
             interval: one.off,
-            place: self.places.at(index),
+            place: self.places.place_at(index),
             level,
         };
         let findings: Vec<Finding> = found.iter().enumerate().map(finding).collect();
@@ -363,7 +363,7 @@ pub fn still_moving(
 }
 
 /// Whether a quantity is kept: `worst` is its largest relative change.
-pub fn kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> VerdictText {
+pub fn is_kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> VerdictText {
     let (said, kind) = if worst <= limit {
         ("is kept", VerdictKind::Agree)
     } else {

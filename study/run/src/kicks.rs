@@ -56,8 +56,8 @@ impl StochasticDrive {
         if let Some(factor) = self.bath.damping() {
             gas.scale_velocities(factor)?;
         }
-        let count = gas.count();
-        let copies = (1.0 / gas.weight()).round().max(1.0) as usize;
+        let count = gas.particle_count();
+        let copies = (1.0 / gas.mean_weight()).round().max(1.0) as usize;
         let draw = |copies, mass: &dyn Fn(usize) -> f64| {
             (self.bath).kicks(self.dimension, count, copies, mass, number, &self.streams)
         };
@@ -69,6 +69,6 @@ impl StochasticDrive {
                 draw(1, &|index| all[index].mass)
             }
         };
-        gas.kick(&changes)
+        gas.add_velocities(&changes)
     }
 }

@@ -41,8 +41,8 @@ pub mod theory;
 mod unsaved;
 mod words;
 
-pub use accuracy::settle;
-pub use check::{Planned, check, format};
+pub use accuracy::choose_resolution;
+pub use check::{Planned, check_case, format};
 pub use control::Progress;
 pub use gauge::ProgressEstimate;
 pub use join::run_joined;

@@ -29,13 +29,13 @@ pub trait Measure: Sync {
     fn about(&self) -> &'static str;
 
     /// JSON Schema of the options.
-    fn schema(&self) -> schemars::Schema;
+    fn options_schema(&self) -> schemars::Schema;
 
     /// Reads the options of a case.
     ///
     /// # Errors
     /// [`BadOption`] names the first key that cannot be read.
-    fn read(&self, plan: &CasePlan) -> Result<(), BadOption>;
+    fn read_options(&self, plan: &CasePlan) -> Result<(), BadOption>;
 
     /// Returns true if the measure is made in this case even if the case does not name it.
     fn by_default(&self, _plan: &CasePlan) -> bool {
@@ -52,17 +52,17 @@ pub trait Measure: Sync {
     ///
     /// # Errors
     /// [`BadOption`] names the key below `[measure.NAME]`.
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
-        self.read(plan)
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        self.read_options(plan)
     }
 
     /// Sample times of the probe, in the unit of time of the case, in any order.
-    fn times(&self, _plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, _plan: &CasePlan) -> Vec<f64> {
         Vec::new()
     }
 
     /// Requirements on the engines besides read access.
-    fn needs(&self, _plan: &CasePlan) -> Needs {
+    fn engine_needs(&self, _plan: &CasePlan) -> Needs {
         Needs::default()
     }
 
@@ -84,22 +84,22 @@ pub trait Measure: Sync {
 
     /// Memory of the probe's record besides that per particle and per sample, where it may be large
     /// \[bytes\].
-    fn kept(&self, _plan: &CasePlan) -> f64 {
+    fn kept_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
     /// Returns true if the probe needs all particles gathered. Most reduce them where they are.
-    fn gathers(&self, _plan: &CasePlan) -> bool {
+    fn gathers_particles(&self, _plan: &CasePlan) -> bool {
         false
     }
 
     /// Scratch memory of a sample \[bytes\].
-    fn working(&self, _plan: &CasePlan) -> f64 {
+    fn working_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
     /// Memory of the figures in the report, where it may be large \[bytes\].
-    fn figures(&self, _plan: &CasePlan) -> f64 {
+    fn figure_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
@@ -110,44 +110,48 @@ pub trait Measure: Sync {
     }
 
     /// Returns true if the probe samples a replica, by its number from 0. In others
-    /// [`Probe::begin`] and [`Probe::sample`] are not called.
+    /// [`Probe::on_start`] and [`Probe::on_sample`] are not called.
     fn looks_at(&self, _plan: &CasePlan, _replica: u64) -> bool {
         true
     }
 
     /// Creates the probe of one engine of one replica; one without a record if tables use the
     /// records of other measures.
-    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SampleProbe::new((), |(), _| {}))
     }
 
     /// Tables over all engines and replicas.
-    fn tables(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<Table> {
         Vec::new()
     }
 
     /// Files of all particles at some times, each with its description in the manifest.
-    fn snapshots(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, Vec<u8>)> {
+    fn snapshot_files(
+        &self,
+        _plan: &CasePlan,
+        _runs: &ReplicaRecords<'_>,
+    ) -> Vec<(Snapshot, Vec<u8>)> {
         Vec::new()
     }
 
     /// Frames for the player of the report.
-    fn frames(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
+    fn player_frames(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
         Vec::new()
     }
 
     /// Largest number of comparing verdicts; they share the false-alarm probability of the case.
-    fn tests(&self, _plan: &CasePlan) -> usize {
+    fn test_count(&self, _plan: &CasePlan) -> usize {
         0
     }
 
     /// Spread of the compared quantities over replicas, as far as it is known before a run.
-    fn spreads(&self, _plan: &CasePlan) -> Vec<ReplicaSpread> {
+    fn quantity_spreads(&self, _plan: &CasePlan) -> Vec<ReplicaSpread> {
         Vec::new()
     }
 
     /// Verdicts, the most important first. `tables` are those of this measure.
-    fn verdicts(
+    fn result_verdicts(
         &self,
         _plan: &CasePlan,
         _runs: &ReplicaRecords<'_>,
@@ -191,33 +195,33 @@ pub struct BadOption {
 /// Measurement on one engine of one replica.
 pub trait Probe: Send {
     /// Returns the observer of collisions; `None` if the probe needs none.
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         None
     }
 
     /// Begins the measurement: called once with the gas at the start, before the engine moves.
-    fn begin(&mut self, _moment: &mut SampleContext<'_>) {}
+    fn on_start(&mut self, _moment: &mut SampleContext<'_>) {}
 
     /// Handles a stop of the run: called before the samples at each sample time of any measure, and
     /// after each kick.
-    fn stop(&mut self, _stop: &RunStop) {}
+    fn on_stop(&mut self, _stop: &RunStop) {}
 
     /// Samples the gas: called at each sample time of the measure, and only there.
-    fn sample(&mut self, _moment: &mut SampleContext<'_>) {}
+    fn on_sample(&mut self, _moment: &mut SampleContext<'_>) {}
 
     /// Serializes the record so far, for a checkpoint.
     ///
     /// # Errors
     /// If serialization fails, which is an error of the program.
-    fn save(&self) -> Result<Vec<u8>, postcard::Error>;
+    fn save_record(&self) -> Result<Vec<u8>, postcard::Error>;
 
     /// Restores the record from a checkpoint.
     ///
     /// # Errors
     /// If the bytes cannot be read: the checkpoint is damaged.
-    fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error>;
+    fn load_record(&mut self, bytes: &[u8]) -> Result<(), postcard::Error>;
 
-    /// Returns the record, for [`ReplicaRecords::find`].
+    /// Returns the record, for [`ReplicaRecords::records_of`].
     fn record(&self) -> &dyn Any;
 }
 
@@ -303,7 +307,7 @@ pub fn require(good: bool, key: &str, allowed: impl Into<String>) -> Result<(), 
     })
 }
 
-/// Implements `name`, `about`, `schema` and `read` of a measure from its name, its description, and
+/// Implements `name`, `about`, `options_schema` and `read_options` of a measure from its name, its description, and
 /// the type of its options.
 macro_rules! described {
     ($name:expr, $about:expr, $options:ty) => {
@@ -315,27 +319,30 @@ macro_rules! described {
             $about
         }
 
-        fn schema(&self) -> schemars::Schema {
+        fn options_schema(&self) -> schemars::Schema {
             let mut schema = schemars::schema_for!($options);
             schema.insert("title".into(), "Options".into());
             schema
         }
 
-        fn read(&self, plan: &$crate::plan::CasePlan) -> Result<(), $crate::measure::BadOption> {
+        fn read_options(
+            &self,
+            plan: &$crate::plan::CasePlan,
+        ) -> Result<(), $crate::measure::BadOption> {
             $crate::measure::options::<$options>(plan, $name).map(drop)
         }
     };
 }
 pub(crate) use described;
 
-/// Implements `save`, `load` and `record` of a probe whose state is its field `record`.
+/// Implements `save_record`, `load_record` and `record` of a probe whose state is its field `record`.
 macro_rules! keeps_record {
     () => {
-        fn save(&self) -> Result<Vec<u8>, postcard::Error> {
+        fn save_record(&self) -> Result<Vec<u8>, postcard::Error> {
             postcard::to_stdvec(&self.record)
         }
 
-        fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
+        fn load_record(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
             self.record = postcard::from_bytes(bytes)?;
             Ok(())
         }
@@ -378,13 +385,13 @@ where
     R: Serialize + DeserializeOwned + Send + 'static,
     F: FnMut(&mut R, &mut SampleContext<'_>) + Send,
 {
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         if self.from_start {
-            self.sample(moment);
+            self.on_sample(moment);
         }
     }
 
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         (self.look)(&mut self.record, moment);
     }
 
@@ -437,7 +444,8 @@ impl<'a> SampleContext<'a> {
 
     /// Moments of the velocities, computed once for all probes.
     pub fn moments(&self) -> &VelocityMoments {
-        self.moments.get_or_init(|| self.simulation.moments())
+        self.moments
+            .get_or_init(|| self.simulation.velocity_moments())
     }
 
     /// Granular temperature \[energy\].
@@ -522,7 +530,7 @@ impl<'a> ReplicaRecords<'a> {
     }
 
     /// Records of this type over all replicas of an engine; empty if no measure keeps them.
-    pub fn find<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
+    pub fn records_of<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
         let finished = self.finished.get(engine).into_iter().flatten();
         finished.filter_map(CompletedRun::record).collect()
     }

@@ -138,7 +138,7 @@ fn fewest_parts<'a>(averages: impl IntoIterator<Item = &'a TableEstimate>) -> us
 }
 
 /// Mean and standard error over replicas; those without a finite value are left out.
-pub fn over(values: impl IntoIterator<Item = Option<f64>>) -> TableEstimate {
+pub fn mean_over_replicas(values: impl IntoIterator<Item = Option<f64>>) -> TableEstimate {
     let known: Vec<f64> = values
         .into_iter()
         .flatten()

@@ -22,7 +22,7 @@ use crate::measure::{SampleContext, share_of_others, work_with_companions};
 use crate::measures::series;
 use crate::plan::{CasePlan, RuntimeEstimate};
 use crate::run::RunError;
-use crate::schedule::{ScheduledEvent, schedule};
+use crate::schedule::{ScheduledEvent, schedule_events};
 use crate::start::{Preparation, is_prepared, pairs};
 use crate::theory::homogeneous;
 
@@ -59,7 +59,7 @@ pub fn paces(
         let place = number * (planned.len() - 1) / (points - 1).max(1);
         let guess = planned[place].pace();
         let pace = pool.install(|| measured(&planned[place], threads, each))?;
-        found.push((place, pace.over(&guess)));
+        found.push((place, pace.ratio_to(&guess)));
     }
     let nearest = |place: usize| found.iter().min_by_key(|one| one.0.abs_diff(place));
     let all = planned.iter().enumerate().map(|(place, one)| {
@@ -155,7 +155,7 @@ fn prepared(
         let watch = watch(each, &pause, &never);
         gas.advance(f64::INFINITY, Budget::Collisions(asked), &mut ())?;
         drop(watch);
-        left = asked as f64 / gas.work().collisions.max(1) as f64;
+        left = asked as f64 / gas.work_counters().collisions.max(1) as f64;
     }
     let spent = began.elapsed().as_secs_f64();
     let mut particles = gas.particles();
@@ -196,7 +196,7 @@ fn flying(
         measures: Vec::new(),
         ..due
     };
-    let schedule: Vec<ScheduledEvent> = (schedule(plan, part.measures).into_iter())
+    let schedule: Vec<ScheduledEvent> = (schedule_events(plan, part.measures).into_iter())
         .map(without_looks)
         .collect();
     let drive = StochasticDrive::new(plan, part.streams())?;
@@ -221,9 +221,9 @@ fn flying(
     }
     let done = if broken {
         // In the middle of a step the time is not defined, but collisions are counted.
-        course.gas.work().collisions as f64 / plan.collisions(part.engine)
+        course.gas.work_counters().collisions as f64 / plan.collisions(part.engine)
     } else {
-        plan.share(course.gas.time() / plan.time)
+        plan.done_share(course.gas.time() / plan.time)
     };
     Ok((began.elapsed().as_secs_f64(), done))
 }
@@ -234,7 +234,7 @@ fn looking(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for (number, measure) in part.measures.iter().enumerate() {
         let until = plan.case.run.until;
-        let times = measure.times(plan);
+        let times = measure.sample_times(plan);
         let times = times.iter().filter(|time| (0.0..=until).contains(*time));
         let Some(&first) = times.clone().next() else {
             continue;
@@ -242,7 +242,7 @@ fn looking(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
         let mut look = || {
             let began = Instant::now();
             let mut moment = SampleContext::new(first, &mut *course.gas);
-            course.probes[number].sample(&mut moment);
+            course.probes[number].on_sample(&mut moment);
             began.elapsed()
         };
         // The first quick sample waits for memory, so that a second one is timed.
@@ -291,11 +291,11 @@ mod tests {
     impl Measure for Slow {
         described!("slow", "Waits.", BTreeMap<String, f64>);
 
-        fn times(&self, _plan: &CasePlan) -> Vec<f64> {
+        fn sample_times(&self, _plan: &CasePlan) -> Vec<f64> {
             vec![0.0]
         }
 
-        fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
             Box::new(SampleProbe::new((), |(), _| thread::sleep(5 * GIVEN)))
         }
     }

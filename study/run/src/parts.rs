@@ -136,7 +136,7 @@ pub fn run_part(
     });
     done?;
     for job in &jobs {
-        options.progress.end(job.number);
+        options.progress.end_point(job.number);
     }
     Ok(PartSummary {
         folder: opened.folder().path().to_owned(),

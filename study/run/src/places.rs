@@ -67,7 +67,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
     }
 
     /// Draws a position for each particle, the largest first, since later they would find none.
-    pub(crate) fn all(
+    pub(crate) fn place_all(
         mut self,
         stream: &mut impl Rng,
         interrupt: &Interrupt,
@@ -76,7 +76,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
         order.sort_by(|&a, &b| self.radii[b].total_cmp(&self.radii[a]));
         let mut places = vec![S::Vector::default(); self.radii.len()];
         for index in order {
-            places[index] = self.find(index, stream, interrupt)?;
+            places[index] = self.find_place(index, stream, interrupt)?;
         }
         Ok(places)
     }
@@ -96,7 +96,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
-    fn find(
+    fn find_place(
         &mut self,
         particle: usize,
         stream: &mut impl Rng,

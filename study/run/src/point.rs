@@ -144,7 +144,7 @@ impl Job<'_> {
         };
         self.options
             .progress
-            .begin(self.number, name, ProgressEstimate::of(plan));
+            .begin_point(self.number, name, ProgressEstimate::for_case(plan));
     }
 
     /// Runs the point on the threads of the current pool, with its gases in cells held by the
@@ -152,7 +152,7 @@ impl Job<'_> {
     ///
     /// # Errors
     /// [`RunError`]; checkpoints stay.
-    pub(crate) fn run(&self, group: Option<&RankGroup>) -> Result<PointSummary, RunError> {
+    pub(crate) fn run_point(&self, group: Option<&RankGroup>) -> Result<PointSummary, RunError> {
         let began = Instant::now();
         if let Some(summary) = self.complete()? {
             return Ok(summary);
@@ -261,7 +261,7 @@ impl Job<'_> {
     /// Reports a finished task to the progress.
     pub(crate) fn tell_done(&self, task: ReplicaTask) {
         for part in replica_task::numbers(&self.planned.plan, task) {
-            self.options.progress.tell(self.number, part, 1.0, 0);
+            self.options.progress.tell_share(self.number, part, 1.0, 0);
         }
     }
 
@@ -359,7 +359,7 @@ impl Job<'_> {
         self.place.write(&name, source.state().as_bytes())?;
         let path = self.place.path().join(&name);
         let text = format!("the gas at that moment is in {}", path.display());
-        self.options.progress.note(&text);
+        self.options.progress.show_note(&text);
         Ok(())
     }
 
@@ -405,23 +405,23 @@ impl Job<'_> {
                 level,
                 finished: &all.finished,
             };
-            let mut own = known.tables(plan, &runs);
-            let mut said = known.verdicts(plan, &runs, &own);
+            let mut own = known.result_tables(plan, &runs);
+            let mut said = known.result_verdicts(plan, &runs, &own);
             for table in &mut own {
                 label_times(table, plan);
             }
             if measure == leading {
-                asked = question::of(plan, file.question(), &own);
+                asked = question::run_question(plan, file.question(), &own);
                 question::put_first(plan, &mut said);
                 verdicts.extend(said);
             } else {
                 later.extend(said);
             }
-            for (snapshot, bytes) in known.snapshots(plan, &runs) {
+            for (snapshot, bytes) in known.snapshot_files(plan, &runs) {
                 place.write(&snapshot.file, &bytes)?;
                 snapshots.push(snapshot);
             }
-            for one in known.frames(plan, &runs) {
+            for one in known.player_frames(plan, &runs) {
                 let bytes = stosszahl_results::frames::to_bytes(&one.frames)?;
                 place.write(&one.file, &bytes)?;
                 frames.push(FramesEntry::new(one.engine, one.file, &bytes));
@@ -466,7 +466,7 @@ impl Job<'_> {
         };
         let manifest = place.finish(manifest, &tables)?;
         place.remove_checkpoints()?;
-        options.progress.end(number);
+        options.progress.end_point(number);
         Ok(self.summary(false, began, manifest.verdicts, manifest.warnings))
     }
 }

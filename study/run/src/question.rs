@@ -15,7 +15,7 @@ pub(crate) fn leading(plan: &CasePlan, measures: &[&'static dyn Measure]) -> usi
     let named = plan.case.question.measure.as_ref();
     let named = named.and_then(|name| place(&|measure| measure.name() == name));
     named
-        .or_else(|| place(&|measure| measure.tests(plan) > 0))
+        .or_else(|| place(&|measure| measure.test_count(plan) > 0))
         .unwrap_or(0)
 }
 
@@ -42,19 +42,21 @@ pub(crate) fn put_first(plan: &CasePlan, verdicts: &mut [VerdictText]) {
 
 /// Question of a run in words, and the location of its answer among the tables of the leading
 /// measure.
-pub(crate) fn of(plan: &CasePlan, text: Option<String>, tables: &[Table]) -> RunQuestion {
+pub(crate) fn run_question(plan: &CasePlan, text: Option<String>, tables: &[Table]) -> RunQuestion {
     let wanted = plan.case.question.column.as_deref();
     let drawn = |table: &Table, column: &str| {
         let mut figures = table.figures.iter();
         figures.any(|figure| figure.y.column == column)
     };
     // Tables that compare engines come before tables of single engines.
-    let compared = |table: &&Table| table.find("engine_b").is_some();
+    let compared = |table: &&Table| table.find_column("engine_b").is_some();
     let mut order: Vec<&Table> = tables.iter().filter(compared).collect();
     order.extend(tables.iter().filter(|table| !compared(table)));
     let found = match wanted {
         Some(column) => {
-            let mut with = order.iter().filter(|table| table.find(column).is_some());
+            let mut with = order
+                .iter()
+                .filter(|table| table.find_column(column).is_some());
             let first = with.clone().next();
             let table = with.find(|table| drawn(table, column)).or(first);
             table.map(|table| (table.name.to_string(), column.to_owned()))
@@ -76,7 +78,7 @@ pub(crate) fn of(plan: &CasePlan, text: Option<String>, tables: &[Table]) -> Run
 ///
 /// # Errors
 /// [`PlanError`] names what is allowed.
-pub(crate) fn check(
+pub(crate) fn check_question(
     plan: &CasePlan,
     measures: &[&'static dyn Measure],
     tables: impl FnOnce(usize) -> Vec<Table>,
@@ -100,7 +102,10 @@ pub(crate) fn check(
         return Ok(());
     };
     let tables = tables(leading(plan, measures));
-    if tables.iter().any(|table| table.find(column).is_some()) {
+    if tables
+        .iter()
+        .any(|table| table.find_column(column).is_some())
+    {
         return Ok(());
     }
     let columns = tables.iter().flat_map(|table| &table.columns);

@@ -175,7 +175,7 @@ pub(crate) fn record(left: &Result<Replica, RunError>) -> Result<Vec<u8>, postca
             Record::Done(report.clone(), engines.collect::<Result<_, _>>()?)
         }
         Err(RunError::Replica { part, source, .. }) => {
-            Record::Failed(part.clone(), Elsewhere::of(source))
+            Record::Failed(part.clone(), Elsewhere::from_error(source))
         }
         Err(other) => Record::Failed("start".to_owned(), Elsewhere::other(other.to_string())),
     };
@@ -264,7 +264,10 @@ impl TaskContext<'_> {
 
     /// The start of a replica, equilibrated.
     fn start(&self, task: ReplicaTask, part: usize) -> Result<(StartReport, Particles), PartError> {
-        let tell = |share, collisions| self.progress.tell(self.number, part, share, collisions);
+        let tell = |share, collisions| {
+            self.progress
+                .tell_share(self.number, part, share, collisions);
+        };
         let control: Control<'_, Preparation> = self.control(task, "start", &tell);
         prepare(&self.planned.plan, task.replica, &control)
     }
@@ -279,7 +282,10 @@ impl TaskContext<'_> {
         if self.stop.is_raised() {
             return Err(PartError::Interrupted);
         }
-        let tell = |share, collisions| self.progress.tell(self.number, number, share, collisions);
+        let tell = |share, collisions| {
+            self.progress
+                .tell_share(self.number, number, share, collisions);
+        };
         let busy = |activity: &str| self.progress.tell_activity(self.number, number, activity);
         let part = self.part(task.replica, index, start);
         let control = self.control(task, part.engine.name, &tell);

@@ -42,7 +42,7 @@ pub fn run_case(file: &CaseFile, options: &RunOptions<'_>) -> Result<RunSummary,
     let mut points = Vec::new();
     for chunk in opened.jobs(file, &planned, options).chunks(side_by_side) {
         let done: Result<Vec<PointSummary>, RunError> =
-            pool.install(|| chunk.par_iter().map(|job| job.run(None)).collect());
+            pool.install(|| chunk.par_iter().map(|job| job.run_point(None)).collect());
         points.extend(done?);
     }
     Ok(opened.summary(points))
@@ -61,7 +61,7 @@ pub(crate) fn prepare<'a>(
         return Err(RunError::Threads { found: threads });
     }
     let planned = check_within(file, options.free_memory())?;
-    let planned = accuracy::settle(file, planned, options, threads)?;
+    let planned = accuracy::choose_resolution(file, planned, options, threads)?;
     Ok((planned, threads))
 }
 
@@ -159,7 +159,7 @@ impl Opened {
         let inputs: Vec<&Path> = inputs.map(PathBuf::as_path).collect();
         let folder = open(&path, &inputs, run_ids(planned)?)?;
         if let Some(warning) = folder.warning() {
-            options.progress.note(warning);
+            options.progress.show_note(warning);
         }
         let is_sweep = file.points.len() > 1 || !file.points[0].settings.is_empty();
         if is_sweep {

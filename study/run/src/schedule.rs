@@ -15,9 +15,12 @@ pub struct ScheduledEvent {
 }
 
 /// All scheduled times in order. The last is the end of the run, with or without samples.
-pub fn schedule(plan: &CasePlan, measures: &[&dyn Measure]) -> Vec<ScheduledEvent> {
+pub fn schedule_events(plan: &CasePlan, measures: &[&dyn Measure]) -> Vec<ScheduledEvent> {
     let until = plan.case.run.until;
-    let times = measures.iter().map(|measure| measure.times(plan)).collect();
+    let times = measures
+        .iter()
+        .map(|measure| measure.sample_times(plan))
+        .collect();
     let heating = plan.case.rescaling().map_or_else(Vec::new, |interval| {
         let count = (until / interval) as u64;
         (1..=count).map(|i| i as f64 * interval).collect()

@@ -73,7 +73,7 @@ pub struct Preparation {
 struct Histogram<'a>(&'a mut [u64]);
 
 impl Observer for Histogram<'_> {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let bin = (collision.impact_square().sqrt() * BINS as f64) as usize;
             self.0[bin.min(BINS - 1)] += 1;
@@ -126,21 +126,23 @@ fn by_surface<S: Space, C: Surface<S>>(
     interrupt: &Interrupt,
 ) -> Result<(Particles, Vec<[i32; 2]>, String), StartError> {
     let scene = scene(plan, surface)?;
-    let confinement = Confinement::<S>::of(plan)?;
+    let confinement = Confinement::<S>::from_plan(plan)?;
     let domain = confinement.domain;
     let count = if plan.case.start.empty {
         0
     } else {
         plan.count()
     };
-    let radius = |index: usize| scene.sizes.radius(scene.sizes.tag(index));
+    let radius = |index: usize| scene.sizes.radius(scene.sizes.tag_of(index));
     let given = plan.file.as_ref().and_then(|file| file.positions.as_ref());
     let (positions, reciprocal, placement) = if let Some(given) = given {
-        let places = given.iter().map(|at| S::vector(|axis| at[axis]));
+        let places = given.iter().map(|at| S::from_components(|axis| at[axis]));
         (places.collect(), Vec::new(), "file".to_owned())
     } else if plan.is_disk_fluid() && plan.region().is_none() {
         let (places, reciprocal, name) = in_plane(plan, streams, radius, interrupt)?;
-        let places = places.into_iter().map(|at| S::vector(|axis| at[axis]));
+        let places = places
+            .into_iter()
+            .map(|at| S::from_components(|axis| at[axis]));
         (places.map(|at| domain.wrap(at)).collect(), reciprocal, name)
     } else {
         let room = match (plan.keeps_apart(), plan.keeps_clear()) {
@@ -150,9 +152,9 @@ fn by_surface<S: Space, C: Surface<S>>(
         };
         let radii: Vec<f64> = (0..count).map(radius).collect();
         let places = RandomPlacement::new(&radii, &confinement, plan.region(), room);
-        let mut stream = streams.at(Purpose::Placement, [0, 0]);
+        let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
         (
-            places.all(&mut stream, interrupt)?,
+            places.place_all(&mut stream, interrupt)?,
             Vec::new(),
             match plan.region() {
                 Some(_) => "at random in a region".to_owned(),
@@ -167,7 +169,7 @@ fn by_surface<S: Space, C: Surface<S>>(
         bodies: positions.into_iter().map(body).collect(),
     };
     if set == 0 && plan.draws_after_equilibration() {
-        let mut stream = streams.at(Purpose::Velocities, [0, 0]);
+        let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
         initial::maxwellian(&scene, &mut state, plan.temperature, &mut stream);
     } else {
         velocities(plan, &scene, &mut state, streams, 0);
@@ -185,7 +187,7 @@ fn velocities<S: Space, C: Surface<S>>(
     draw: u64,
 ) {
     let start = &plan.case.start;
-    let stream = |purpose| streams.at(purpose, [draw, 0]);
+    let stream = |purpose| streams.stream_at(purpose, [draw, 0]);
     if let Some(file) = plan
         .file
         .as_ref()
@@ -199,7 +201,7 @@ fn velocities<S: Space, C: Surface<S>>(
                 found.copied().unwrap_or_default()
             };
             let velocity = of(file.velocities.as_ref());
-            body.velocity = S::vector(|axis| velocity[axis]);
+            body.velocity = S::from_components(|axis| velocity[axis]);
             body.spin = <C as Surface<S>>::spin_of(of(file.spins.as_ref()));
         }
         if let Some(spins) = start.spin_temperature {
@@ -212,7 +214,7 @@ fn velocities<S: Space, C: Surface<S>>(
     initial::draw_velocities(scene, state, plan.temperature, law, &mut own);
     if let Some(drift) = &start.velocity {
         for body in &mut state.bodies {
-            body.velocity += S::vector(|axis| drift[axis]);
+            body.velocity += S::from_components(|axis| drift[axis]);
         }
     }
     let spins = start.spin_temperature.unwrap_or(plan.temperature);
@@ -247,7 +249,7 @@ fn redrawn<C: Surface<Plane>>(
     let body = |one: &Particle| ParticleState::new(one.position.xy(), Vector2::zeros());
     let mut state: State<Each<Plane, C>> = State {
         time: 0.0,
-        domain: Confinement::<Plane>::of(plan)?.domain,
+        domain: Confinement::<Plane>::from_plan(plan)?.domain,
         bodies: equilibrated.all.iter().map(body).collect(),
     };
     velocities(plan, &scene, &mut state, streams, 1);
@@ -274,7 +276,7 @@ fn in_plane(
             let arrangement = arrangement.unwrap_or(Arrangement::Disordered);
             let (count, diameter) = (plan.count(), 2.0 * radius(0));
             let placement =
-                initial::place(arrangement, count, diameter, &domain, &streams, interrupt)?;
+                initial::place_disks(arrangement, count, diameter, &domain, &streams, interrupt)?;
             let molten = arrangement == Arrangement::Disordered && !placement.reciprocal.is_empty();
             let name = format!("{arrangement:?}").to_lowercase();
             (
@@ -320,7 +322,7 @@ fn particles<S: Space, C: Surface<S>>(
             spin: <C as Surface<S>>::spin_in_space(body.spin),
             spin_energy: scene.surface.spin_energy(mass, radius, body.spin),
             species: plan.species_of(index) as u32,
-            ..Particle::of(radius, mass)
+            ..Particle::at_rest(radius, mass)
         }
     };
     Particles {
@@ -380,7 +382,7 @@ impl Preparation {
         );
         let gas = gas.map_err(|error| StartError::from(error).in_units(plan))?;
         Ok(Self {
-            gas: gas.checkpoint()?,
+            gas: gas.save_checkpoint()?,
             collisions: 0,
             bins: vec![0; BINS],
             end: None,
@@ -396,7 +398,7 @@ impl Preparation {
     }
 
     /// Fraction of the longest equilibration that is done.
-    pub fn share(&self, plan: &CasePlan) -> f64 {
+    pub fn done_share(&self, plan: &CasePlan) -> f64 {
         self.collisions as f64 / pairs(plan, plan.longest_equilibration()).max(1) as f64
     }
 
@@ -454,8 +456,8 @@ impl Preparation {
                 return Err(StartError::Interrupted);
             }
             self.bins = bins;
-            self.gas = gas.checkpoint()?;
-            self.collisions = gas.work().collisions;
+            self.gas = gas.save_checkpoint()?;
+            self.collisions = gas.work_counters().collisions;
             if self.collisions > done {
                 return Ok(false);
             }
@@ -500,7 +502,7 @@ impl Preparation {
         complete: bool,
     ) -> Result<bool, StartError> {
         let (end, _) = self.end.unwrap_or_else(|| {
-            let free = 0.5 * gas.time() * gas.count() as f64 / self.collisions as f64;
+            let free = 0.5 * gas.time() * gas.particle_count() as f64 / self.collisions as f64;
             // Where hardly anything collides, at most as long as the count took.
             (gas.time() + free.min(gas.time()), complete)
         });
@@ -511,8 +513,8 @@ impl Preparation {
             return Err(StartError::Interrupted);
         }
         self.end = Some((end, complete));
-        self.gas = gas.checkpoint()?;
-        self.collisions = gas.work().collisions;
+        self.gas = gas.save_checkpoint()?;
+        self.collisions = gas.work_counters().collisions;
         Ok(reached)
     }
 

@@ -35,23 +35,23 @@ struct All {
 }
 
 impl Observer for Seen {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         self.collisions += batch.iter().map(Collision::normal_square).sum::<f64>();
     }
 }
 
 impl Probe for All {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         Some(&mut self.record)
     }
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         moment.simulation.track_displacements();
     }
-    fn stop(&mut self, stop: &RunStop) {
+    fn on_stop(&mut self, stop: &RunStop) {
         self.record.stops.extend([stop.time, stop.temperature]);
         self.record.stops.extend(stop.kicked_from);
     }
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         let particles = moment.particles().all.iter();
         let sum: f64 = particles
             .map(|one| one.position.norm() + one.velocity.norm())
@@ -70,16 +70,16 @@ struct Everything;
 impl Measure for Everything {
     described!("everything", "All that a probe can see", NoOptions);
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
-    fn needs(&self, plan: &CasePlan) -> Needs {
+    fn engine_needs(&self, plan: &CasePlan) -> Needs {
         Needs {
             displacements: plan.is_uniform() && !plan.is_rough() && plan.case.aggregation.is_none(),
             trajectories: 0,
         }
     }
-    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(All {
             record: Seen::default(),
         })
@@ -124,7 +124,7 @@ fn assert_resumes(text: &str) {
             start: start.as_ref(),
         };
         let whole = part
-            .run(&Control::new(None, 1e9, &never, &|_, _| {}))
+            .run_engine(&Control::new(None, 1e9, &never, &|_, _| {}))
             .expect("a run");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("part.snapshot");
@@ -134,7 +134,7 @@ fn assert_resumes(text: &str) {
             let tell = |_: f64, _: u64| after_leg.raise();
             let file = CheckpointFile::alone(path.clone());
             let control = Control::new(Some(file), 1e9, &after_leg, &tell);
-            match part.run(&control) {
+            match part.run_engine(&control) {
                 Ok(finished) => break finished,
                 Err(PartError::Interrupted) => stops += 1,
                 Err(error) => panic!("{}: {error}", engine.name),
@@ -200,7 +200,7 @@ fn scaled_disks_have_no_drift() {
         start: Some(&start),
     };
     let control = Control::new(None, 1e9, &never, &|_, _| {});
-    let finished = part.run(&control).expect("a run");
+    let finished = part.run_engine(&control).expect("a run");
     let record = finished.probes[0].record().downcast_ref::<Vec<f64>>();
     let drift = record.and_then(|all| all.last()).expect("a sample");
     assert!(*drift < 1e-12, "{drift}");
@@ -212,10 +212,10 @@ struct Drift;
 impl Measure for Drift {
     described!("drift", "The mean velocity", NoOptions);
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         vec![plan.case.run.until]
     }
-    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SampleProbe::new(Vec::<f64>::new(), |record, moment| {
             let all = &moment.particles().all;
             let sum: nalgebra::Vector3<f64> = all.iter().map(|one| one.velocity).sum();
@@ -246,7 +246,7 @@ fn scaled_disks_go_the_ways_of_those_that_cool() {
             start: Some(&start),
         };
         let control = Control::new(None, 1e9, &never, &|_, _| {});
-        let finished = part.run(&control).expect("a run");
+        let finished = part.run_engine(&control).expect("a run");
         let far = seen(&finished).samples.last().copied().expect("a sample");
         let passed = plan.cooling_logarithm(until, false).expect("it cools");
         let expected = plan.expected_collisions(until);
@@ -319,7 +319,7 @@ struct Raising {
 }
 
 impl Observer for Raising {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         self.left = self.left.saturating_sub(batch.len() as u64);
         if self.left == 0 {
             self.interrupt.raise();
@@ -362,15 +362,20 @@ fn an_interrupt_breaks_any_engine_off() {
             assert!(gas.is_interrupted(), "{}", engine.name);
             // Collisions come in batches of some hundred, or by the step, in which a simulator
             // meets at most one other.
-            let collisions = gas.work().collisions;
-            let most = 600 + 1200.max(gas.count() as u64 / 2);
+            let collisions = gas.work_counters().collisions;
+            let most = 600 + 1200.max(gas.particle_count() as u64 / 2);
             assert!(
                 (600..=most).contains(&collisions),
                 "{}: {collisions}",
                 engine.name
             );
             assert!(!gas.advance(1e5, Budget::Leg, &mut ()).expect("a gas"));
-            assert_eq!(gas.work().collisions, collisions, "{}", engine.name);
+            assert_eq!(
+                gas.work_counters().collisions,
+                collisions,
+                "{}",
+                engine.name
+            );
         }
     }
 }
@@ -434,7 +439,7 @@ fn a_leg_that_is_broken_off_leaves_nothing_behind() {
                 start: Some(&start),
             };
             let file = path.map(CheckpointFile::alone);
-            part.run(&Control::new(file, 1e9, stop, &|_, _| {}))
+            part.run_engine(&Control::new(file, 1e9, stop, &|_, _| {}))
         };
         let eager = |interrupt: &Interrupt, left| -> &'static Eager {
             Box::leak(Box::new(Eager(interrupt.clone(), left)))
@@ -540,8 +545,9 @@ fn the_question_names_the_engine_of_the_headline() {
         question::headline(&named, &measures),
         "energy, DSMC contact point"
     );
-    assert!(question::check(&named, &measures, |_| Vec::new()).is_ok());
-    let error = question::check(&case("dsmc-esmc"), &measures, |_| Vec::new()).expect_err("none");
+    assert!(question::check_question(&named, &measures, |_| Vec::new()).is_ok());
+    let error =
+        question::check_question(&case("dsmc-esmc"), &measures, |_| Vec::new()).expect_err("none");
     assert_eq!(error.key, "question.engine");
     assert!(
         error
@@ -571,7 +577,7 @@ fn a_measurement_that_is_broken_off_is_made_again() {
             start: Some(&start),
         };
         let file = CheckpointFile::alone(path.to_owned());
-        part.run(&Control::new(Some(file), 1e9, stop, &|_, _| {}))
+        part.run_engine(&Control::new(Some(file), 1e9, stop, &|_, _| {}))
     };
     let folder = tempfile::tempdir().expect("a folder");
     let eager = |interrupt: &Interrupt| Box::leak(Box::new(Eager(interrupt.clone(), 0)));
@@ -581,7 +587,7 @@ fn a_measurement_that_is_broken_off_is_made_again() {
     assert!(matches!(ended, Err(PartError::Interrupted)));
     let [last, whole] = [path, other].map(|path| {
         let finished = run(eager(&Interrupt::default()), &path, &never).expect("a run");
-        finished.probes[2].save().expect("bytes")
+        finished.probes[2].save_record().expect("bytes")
     });
     assert!(last == whole);
 }
@@ -592,18 +598,18 @@ struct Eager(Interrupt, u64);
 struct EagerProbe(Raising);
 
 impl Probe for EagerProbe {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         Some(&mut self.0)
     }
-    fn sample(&mut self, _moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, _moment: &mut SampleContext<'_>) {
         if self.0.left == 0 {
             self.0.interrupt.raise();
         }
     }
-    fn save(&self) -> Result<Vec<u8>, postcard::Error> {
+    fn save_record(&self) -> Result<Vec<u8>, postcard::Error> {
         Ok(Vec::new())
     }
-    fn load(&mut self, _bytes: &[u8]) -> Result<(), postcard::Error> {
+    fn load_record(&mut self, _bytes: &[u8]) -> Result<(), postcard::Error> {
         Ok(())
     }
     fn record(&self) -> &dyn std::any::Any {
@@ -614,11 +620,11 @@ impl Probe for EagerProbe {
 impl Measure for Eager {
     described!("eager", "Ends the run early", NoOptions);
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
 
-    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(EagerProbe(Raising {
             interrupt: self.0.clone(),
             left: self.1,
@@ -681,7 +687,7 @@ fn slow_schemes_are_called_slow() {
     for (diameter, slow) in [("1.5", false), ("100", true)] {
         let text = text.replace("DIAMETER", diameter);
         let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
-        let planned = crate::check(&file).expect("a plan");
+        let planned = crate::check_case(&file).expect("a plan");
         let outline = planned[0].outline(1);
         let said = outline
             .warnings
@@ -706,7 +712,7 @@ fn warnings_of_a_shear_flow_are_of_its_engines() {
              shear_rate = 0.9\n[run]\nuntil = 1\n[engine.{engine}]\n"
         );
         let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
-        let planned = crate::check(&file).expect("a plan");
+        let planned = crate::check_case(&file).expect("a plan");
         let warnings = planned[0].outline(1).warnings;
         let said = warnings.iter().any(|one| one.contains("on one thread"));
         assert_eq!(said, told, "{engine}: {warnings:?}");
@@ -725,7 +731,7 @@ fn elastic_twins_take_their_time() {
                 [run]\nuntil = 20\n[engine.ed]\n[engine.dsmc-boltzmann]\n[measure.contacts]\n";
     let times = |changed: &str| {
         let file = CaseFile::from_text(Path::new("test.toml"), changed, &[]).expect("a case");
-        let planned = crate::check(&file).expect("a plan");
+        let planned = crate::check_case(&file).expect("a plan");
         let plan = &planned[0].plan;
         let found = planned[0].cost(1).pace.engines;
         let alone = plan.pace().engines;
@@ -736,7 +742,7 @@ fn elastic_twins_take_their_time() {
             let ratio = found[0][which] / alone[0][which];
             assert!((ratio - work[which]).abs() < 1e-12, "{ratio} {work:?}");
         }
-        (work, plan.share(5.0))
+        (work, plan.done_share(5.0))
     };
     let (whole, _) = times(&text.replace("contacts]", "contacts]\nwindows = [[0, 5], [5, 20]]"));
     assert_eq!(whole, [2.0; 2]);

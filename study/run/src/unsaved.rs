@@ -26,13 +26,13 @@ pub(crate) struct InMemoryRun<'a> {
 
 impl InMemoryRun<'_> {
     /// Makes the start that all engines share.
-    pub(crate) fn start(&self) -> Result<Particles, PartError> {
+    pub(crate) fn make_start(&self) -> Result<Particles, PartError> {
         let control = Control::new(None, 1e9, self.stop, &|_, _| {});
         Ok(prepare(self.plan, self.replica, &control)?.1)
     }
 
     /// Runs one engine from a start.
-    pub(crate) fn run(
+    pub(crate) fn run_engine(
         &self,
         engine: &EnginePlan,
         start: &Particles,
@@ -45,7 +45,7 @@ impl InMemoryRun<'_> {
             start: Some(start),
         };
         let control = Control::new(None, 1e9, self.stop, &|_, _| {});
-        part.run(&control)
+        part.run_engine(&control)
     }
 }
 

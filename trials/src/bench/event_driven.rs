@@ -92,7 +92,7 @@ impl BenchEd {
 impl BenchWork for BenchEd {
     /// Times the next collisions, or the collisions until a time in units of `t_0`; includes the
     /// time to make the engine.
-    fn measure(&self) -> Result<Speed, TrialError> {
+    fn measure_speed(&self) -> Result<Speed, TrialError> {
         let (scene, start) = (disks(self.restitution)?, self.start()?);
         let Some(rate) = self.shear_rate else {
             return self.time(scene, start);
@@ -148,7 +148,7 @@ impl BenchEd {
             Ok(engine)
         });
         let engine = engine?;
-        let (spread, bytes) = (engine.settings(), engine.bytes());
+        let (spread, bytes) = (engine.settings(), engine.memory_bytes());
         let (tally, stale) = (engine.engine().tally(), engine.engine().stale());
         let done = tally.collisions;
         let per_event = 1.0 / spread.events.max(1) as f64;

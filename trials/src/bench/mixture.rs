@@ -61,7 +61,7 @@ pub enum CountRounding {
 }
 
 impl BenchWork for BenchMixture {
-    fn measure(&self) -> Result<Speed, TrialError> {
+    fn measure_speed(&self) -> Result<Speed, TrialError> {
         match self.selection {
             SelectionArgument::AliasTables => self.measure_by::<AliasTableSelection>(),
             SelectionArgument::LowRank => self.measure_by::<LowRank>(),
@@ -125,7 +125,7 @@ impl BenchMixture {
             ("final_energy", engine.gas().kinetic_energy().into()),
             (
                 "bytes_per_particle",
-                (engine.bytes() as f64 / particles as f64).into(),
+                (engine.memory_bytes() as f64 / particles as f64).into(),
             ),
         ]))
     }

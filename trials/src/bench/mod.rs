@@ -52,7 +52,7 @@ impl Speed {
 /// Piece of work for an engine, as requested on the command line.
 pub(crate) trait BenchWork {
     /// Makes the start and times the work; refuses numbers out of range.
-    fn measure(&self) -> Result<Speed, TrialError>;
+    fn measure_speed(&self) -> Result<Speed, TrialError>;
 }
 
 /// Runs some work; returns its result, and its wall and CPU seconds.

@@ -41,7 +41,7 @@ pub struct BenchDsmc {
 }
 
 impl BenchWork for BenchDsmc {
-    fn measure(&self) -> Result<Speed, TrialError> {
+    fn measure_speed(&self) -> Result<Speed, TrialError> {
         for (name, value) in [
             ("--per-cell", self.per_cell),
             ("--collisions-per-step", self.collisions_per_step),
@@ -71,7 +71,7 @@ impl BenchDsmc {
         // (l/2 phi)^D particles.
         let path = S::mean_free_path(1.0, 1.0);
         let dimension = S::DIMENSION as f64;
-        let power = (0.5 * path).powf(dimension) / (S::ball(0.5) * self.per_cell);
+        let power = (0.5 * path).powf(dimension) / (S::particle_volume(0.5) * self.per_cell);
         let packing_fraction = power.powf(1.0 / (dimension - 1.0));
         let cell = 0.5 * path / packing_fraction;
         let wanted = f64::from(self.simulators) / self.per_cell;
@@ -114,7 +114,7 @@ impl BenchDsmc {
             ("trials_per_collision", trials.into()),
             (
                 "bytes_per_simulator",
-                (engine.bytes() as f64 / simulators as f64).into(),
+                (engine.memory_bytes() as f64 / simulators as f64).into(),
             ),
         ]))
     }
@@ -126,9 +126,9 @@ fn start<S: Space>(
     side: f64,
 ) -> Result<(SmoothParticles<S>, State<SmoothParticles<S>>), TrialError> {
     let scene: SmoothParticles<S> = particles(Constant::ELASTIC, UNIT);
-    let domain = Domain::periodic(S::vector(|_| side))?;
+    let domain = Domain::periodic(S::from_components(|_| side))?;
     let mut stream = random(1);
-    let places = (0..count).map(|_| S::vector(|_| side * stream.random::<f64>()));
+    let places = (0..count).map(|_| S::from_components(|_| side * stream.random::<f64>()));
     let state = warm(&scene, domain, places, 1);
     Ok((scene, state))
 }

@@ -75,7 +75,7 @@ fn failed(error: impl Display) -> TrialError {
 
 /// Returns the number in a column of a row; NaN without one.
 fn number(table: &Table, row: &[TableCell], column: &str) -> f64 {
-    let place = table.find(column);
+    let place = table.find_column(column);
     place
         .and_then(|place| row[place].number())
         .unwrap_or(f64::NAN)
@@ -83,7 +83,7 @@ fn number(table: &Table, row: &[TableCell], column: &str) -> f64 {
 
 /// Returns the rows of one engine.
 fn rows<'a>(table: &'a Table, engine: &'a str) -> impl Iterator<Item = &'a [TableCell]> {
-    let place = table.find("engine");
+    let place = table.find_column("engine");
     let wanted = move |row: &&Vec<TableCell>| {
         place.is_some_and(|place| row[place] == TableCell::Text(engine.to_owned()))
     };
@@ -192,7 +192,7 @@ struct Rates {
 }
 
 impl Rates {
-    fn note(&mut self, found: &VerdictText, truth: f64) {
+    fn count_verdict(&mut self, found: &VerdictText, truth: f64) {
         self.samples += 1;
         match found.kind {
             VerdictKind::Agree => self.agree += 1,
@@ -237,7 +237,7 @@ fn measure(
             let mut rates = Rates::default();
             for _ in 0..samples {
                 if let Some(found) = draw(&mut stream, count, truth) {
-                    rates.note(&found, truth);
+                    rates.count_verdict(&found, truth);
                 }
             }
             let share = |number: usize| number as f64 / rates.samples.max(1) as f64;
@@ -361,7 +361,7 @@ fn impact(log: &mut TrialLog, pool: &Pool, counts: &[usize]) -> Done {
         let drawn: Vec<Vec<CollisionWindow>> = (0..replicas).map(|_| draw()).collect();
         let test = |(place, &span): (usize, &[f64; 2])| {
             let all: Vec<&CollisionWindow> = drawn.iter().map(|one| &one[place]).collect();
-            ImpactTest::of(span, &all)
+            ImpactTest::test_window(span, &all)
         };
         let tests: Vec<ImpactTest> = pool.spans.iter().enumerate().map(test).collect();
         Some(judge::impact_parameters(
@@ -415,7 +415,7 @@ pub(super) fn profiles(log: &mut TrialLog) -> Done {
                     .collect();
                 let mean = Mean::over_replicas(&values);
                 mean.map_or(TableEstimate::default(), |mean| {
-                    TableEstimate::of(mean.value, mean.standard_error)
+                    TableEstimate::with_error(mean.value, mean.standard_error)
                 })
             };
             let place = |place: usize| {

@@ -13,7 +13,7 @@ use crate::table::numbers;
 /// Formats the number of claims by part and verdict, and the claim of each part that is closest to
 /// its tolerance.
 pub(super) fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
-    let rows: Vec<ResultRow<'_>> = ResultRow::all(table).collect();
+    let rows: Vec<ResultRow<'_>> = ResultRow::all_rows(table).collect();
     let mut parts: Vec<&str> = Vec::new();
     for row in &rows {
         let part = row.words("part")?;

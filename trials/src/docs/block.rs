@@ -40,12 +40,12 @@ impl Head {
     }
 
     /// Formats the block, from its first line to its last.
-    pub(crate) fn around(&self, made: &str) -> String {
+    pub(crate) fn format_block(&self, made: &str) -> String {
         let (line, made, name) = (self.line(), made.trim(), &self.name);
         format!("{line}\n\n{made}\n\n<!-- end of {name} -->")
     }
 
-    fn read(line: &str) -> Option<Self> {
+    fn parse_head(line: &str) -> Option<Self> {
         let inside = line
             .trim()
             .strip_prefix("<!-- docs ")?
@@ -84,14 +84,14 @@ pub fn names(page: &str) -> Vec<String> {
 
 /// Returns true if a page has an empty block of this name.
 pub fn is_open(page: &str, name: &str) -> bool {
-    place(page, name).is_some_and(|[_, inner, end, _]| page[inner..end].trim().is_empty())
+    block_offsets(page, name).is_some_and(|[_, inner, end, _]| page[inner..end].trim().is_empty())
 }
 
 /// Returns the text outside of all blocks and of all code.
 pub fn outside(page: &str) -> String {
     let mut rest = page.to_owned();
     for name in names(page) {
-        if let Some([begin, _, _, end]) = place(&rest, &name) {
+        if let Some([begin, _, _, end]) = block_offsets(&rest, &name) {
             rest.replace_range(begin..end, "");
         }
     }
@@ -100,7 +100,7 @@ pub fn outside(page: &str) -> String {
 }
 
 /// Returns the byte offsets of a block: its begin, begin and end of its text, and its end.
-fn place(text: &str, name: &str) -> Option<[usize; 4]> {
+fn block_offsets(text: &str, name: &str) -> Option<[usize; 4]> {
     let begin = text.find(&format!("<!-- docs {name}:"))?;
     let inner = begin + text[begin..].find('\n')? + 1;
     let last = format!("<!-- end of {name} -->");
@@ -109,21 +109,21 @@ fn place(text: &str, name: &str) -> Option<[usize; 4]> {
 }
 
 /// Returns the block of a name; `None` if there is none, or its first line cannot be read.
-pub fn find(text: &str, name: &str) -> Option<PageBlock> {
-    let [begin, inner, end, _] = place(text, name)?;
+pub fn find_block(text: &str, name: &str) -> Option<PageBlock> {
+    let [begin, inner, end, _] = block_offsets(text, name)?;
     Some(PageBlock {
-        head: Head::read(&text[begin..inner])?,
+        head: Head::parse_head(&text[begin..inner])?,
         text: text[inner..end].trim().to_owned(),
     })
 }
 
 /// Returns a page with another block in place of the one of this name; `None` if there is none.
 pub fn replace(text: &str, head: &Head, made: &str) -> Option<String> {
-    let [begin, _, _, end] = place(text, &head.name)?;
+    let [begin, _, _, end] = block_offsets(text, &head.name)?;
     Some(format!(
         "{}{}{}",
         &text[..begin],
-        head.around(made),
+        head.format_block(made),
         &text[end..]
     ))
 }
@@ -144,7 +144,7 @@ mod tests {
         };
         assert!(is_open(page, "a"));
         let made = replace(page, &head, "| 1 |").expect("a block");
-        let block = find(&made, "a").expect("a block");
+        let block = find_block(&made, "a").expect("a block");
         assert_eq!((&block.head, &*block.text), (&head, "| 1 |"));
         assert!(made.starts_with(
             "# Page\n\n<!-- docs a: commit 0123abc, date 2026-11-23, statistics ed=1 dsmc=2 -->"
@@ -157,11 +157,11 @@ mod tests {
             ..head.clone()
         };
         let kept = replace(page, &typed, "| 1 |").expect("a block");
-        assert_eq!(find(&kept, "a").expect("a block").head, typed);
+        assert_eq!(find_block(&kept, "a").expect("a block").head, typed);
         // A second replacement changes nothing.
         assert_eq!(replace(&made, &head, "| 1 |").as_ref(), Some(&made));
         assert!(
-            find(&made, "b").is_none()
+            find_block(&made, "b").is_none()
                 && replace(
                     &made,
                     &Head {

@@ -60,7 +60,7 @@ fn course(results: &FinishedRun, times: &[f64], windows: &[[f64; 2]]) -> Result<
     let mut table = columns();
     let mut add =
         |quantity: &str, engine: &str, start: f64, end: Option<f64>, found: MeasuredNumber| {
-            let value = TableEstimate::of(found.value, Some(found.error));
+            let value = TableEstimate::with_error(found.value, Some(found.error));
             table.add(((quantity, engine), (start, end), value));
         };
     let [(exact, _), (scheme, _)] = ENGINES;
@@ -72,7 +72,7 @@ fn course(results: &FinishedRun, times: &[f64], windows: &[[f64; 2]]) -> Result<
         let row = results.row("", "energy", &keys)?;
         let ratio = row.measured("energy_ratio")?;
         add("energy_ratio", exact, time, None, ratio);
-        let haff = ratio.over(row.number("energy_ratio_theory")?);
+        let haff = ratio.divided_by(row.number("energy_ratio_theory")?);
         add("energy_over_haff", exact, time, None, haff);
         let keys = [
             ("engine_a", KeyCondition::Is(exact)),
@@ -98,13 +98,13 @@ fn course(results: &FinishedRun, times: &[f64], windows: &[[f64; 2]]) -> Result<
 }
 
 /// Returns the rows of a quantity of an engine.
-fn of<'a>(
+fn rows_of<'a>(
     table: &'a Table,
     quantity: &str,
     engine: &str,
 ) -> Result<Vec<ResultRow<'a>>, TrialError> {
     let mut found = Vec::new();
-    for row in ResultRow::all(table) {
+    for row in ResultRow::all_rows(table) {
         if row.words("quantity")? == quantity && row.words("engine")? == engine {
             found.push(row);
         }
@@ -119,7 +119,7 @@ fn of<'a>(
 /// slopes of each window.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let [(exact, _), (scheme, _)] = ENGINES;
-    let quotients = of(table, "energy_ratio_a_over_b", scheme)?;
+    let quotients = rows_of(table, "energy_ratio_a_over_b", scheme)?;
     let (mut largest, mut value) = (quotients[0], f64::NEG_INFINITY);
     for row in &quotients {
         let found = row.number("value")?;
@@ -132,20 +132,20 @@ fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
         Ok(format!("{} at t/t0 = {time}", found.text()))
     };
     let last = quotients[quotients.len() - 1];
-    let haff = of(table, "energy_over_haff", exact)?;
+    let haff = rows_of(table, "energy_over_haff", exact)?;
     let mut text = format!(
         "- Energy of exact disks over that of contact point: {}, largest {}. Over Haff's law it is {}.\n",
         at(&last)?,
         at(&largest)?,
         at(&haff[haff.len() - 1])?,
     );
-    let windows = of(table, "dissipation_ratio", exact)?;
+    let windows = rows_of(table, "dissipation_ratio", exact)?;
     for (place, window) in windows.iter().enumerate() {
         let (start, end) = (window.number("start")?, window.number("end")?);
         let mut parts = Vec::new();
         for (engine, words) in ENGINES {
             let own = |quantity: &str| -> Result<String, TrialError> {
-                let rows = of(table, quantity, engine)?;
+                let rows = rows_of(table, quantity, engine)?;
                 let row = rows.get(place).ok_or_else(|| {
                     TrialError::failed(format!("no {quantity} of {engine} from {start} to {end}"))
                 })?;

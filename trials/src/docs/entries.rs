@@ -115,7 +115,7 @@ impl DocsEntry {
         }
     }
 
-    const fn of(mut self, source: EntrySource) -> Self {
+    const fn with_source(mut self, source: EntrySource) -> Self {
         self.source = source;
         self
     }
@@ -142,9 +142,9 @@ const EVIDENCE: &str = "docs/evidence.svg";
 pub const ENTRIES: &[DocsEntry] = &[
     entry("quick", "README.md", BOTH, quick).cheap(),
     entry("luding-1998-fig3b", PAIRED, EXACT, fig3b).cheap(),
-    entry("luding-1998-energies", PAIRED, BOTH, energies).of(LUDING),
-    entry("luding-1998-dissipation", PAIRED, BOTH, dissipation).of(LUDING),
-    entry("luding-1998-slopes", PAIRED, BOTH, slopes).of(LUDING),
+    entry("luding-1998-energies", PAIRED, BOTH, energies).with_source(LUDING),
+    entry("luding-1998-dissipation", PAIRED, BOTH, dissipation).with_source(LUDING),
+    entry("luding-1998-slopes", PAIRED, BOTH, slopes).with_source(LUDING),
     entry("map-uniform", map::PAGE, EXACT, map::uniform),
     entry("map-waves", map::PAGE, EXACT, map::waves),
     entry("short-range-correlation", PAIRED, EXACT, gases::pairs),
@@ -164,10 +164,18 @@ pub const ENTRIES: &[DocsEntry] = &[
     made_by("vibrated-box", FLOWS, BOTH, VERDICTS),
     made_by("channel-disks", FLOWS, BOTH, VERDICTS),
     made_by("flow-past-disk", FLOWS, &[DSMC], VERDICTS),
-    entry("papers", "docs/reproduce.md", ALL_BUT_HALFWAY, papers::all).of(EntrySource::Papers),
-    made_by("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::KAWASAKI).of(EntrySource::Papers),
-    made_by("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::BODROVA).of(EntrySource::Papers),
-    entry("evidence", PAIRED, BOTH, evidence).of(LUDING),
+    entry(
+        "papers",
+        "docs/reproduce.md",
+        ALL_BUT_HALFWAY,
+        papers::papers_block,
+    )
+    .with_source(EntrySource::Papers),
+    made_by("kawasaki-1985", FLOWS, ALL_BUT_HALFWAY, papers::KAWASAKI)
+        .with_source(EntrySource::Papers),
+    made_by("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::BODROVA)
+        .with_source(EntrySource::Papers),
+    entry("evidence", PAIRED, BOTH, evidence).with_source(LUDING),
     made_by("map-onset", map::PAGE, EXACT, map::ONSET),
 ];
 

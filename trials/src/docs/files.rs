@@ -8,7 +8,7 @@ use std::path::Path;
 use stosszahl_results::{Role, Table, TableCell};
 
 use super::accuracy;
-use super::block::find;
+use super::block::find_block;
 use super::compare::differences;
 use super::data::{DataMaker, DataTable, Made, path};
 use super::entries::ENTRIES;
@@ -27,7 +27,7 @@ const TYPED: [(&str, DataTable); 1] = [(
 )];
 
 /// Returns the table of a block that is a file; `None` if the block has no file.
-fn of(name: &str) -> Option<&'static DataTable> {
+fn data_table(name: &str) -> Option<&'static DataTable> {
     let entry = ENTRIES.iter().find(|entry| entry.name == name);
     match entry.map(|entry| &entry.make) {
         Some(DataMaker::Data { data, .. }) => Some(data),
@@ -44,13 +44,13 @@ fn of(name: &str) -> Option<&'static DataTable> {
 /// # Errors
 /// No table has this name, or a row is not of its columns.
 pub(super) fn typed(name: &str, table: &Table) -> Result<Made, TrialError> {
-    let data = of(name).ok_or_else(|| TrialError::failed(format!("no table {name:?}")))?;
+    let data = data_table(name).ok_or_else(|| TrialError::failed(format!("no table {name:?}")))?;
     data.made(name, table)
 }
 
 /// Reads the file of a block; `None` if the block has no file.
-fn read(root: &Path, name: &str) -> Result<Option<(&'static DataTable, Table)>, TrialError> {
-    let Some(data) = of(name) else {
+fn read_table(root: &Path, name: &str) -> Result<Option<(&'static DataTable, Table)>, TrialError> {
+    let Some(data) = data_table(name) else {
         return Ok(None);
     };
     let (file, mut table) = (path(name), (data.columns)());
@@ -66,7 +66,7 @@ fn read(root: &Path, name: &str) -> Result<Option<(&'static DataTable, Table)>, 
 /// # Errors
 /// The file cannot be read, or lacks a column or a row.
 pub(super) fn text(root: &Path, name: &str) -> Result<Option<String>, TrialError> {
-    let Some((data, table)) = read(root, name)? else {
+    let Some((data, table)) = read_table(root, name)? else {
         return Ok(None);
     };
     Ok(Some(data.made(name, &table)?.text.trim().to_owned()))
@@ -75,7 +75,7 @@ pub(super) fn text(root: &Path, name: &str) -> Result<Option<String>, TrialError
 /// Lists the reasons why the text of a block does not follow from its file; empty if it does, or
 /// the block has no file.
 pub fn unfounded(root: &Path, page: &str, name: &str) -> Vec<String> {
-    let there = find(page, name).map_or(String::new(), |block| block.text);
+    let there = find_block(page, name).map_or(String::new(), |block| block.text);
     match text(root, name) {
         Err(error) => vec![error.to_string()],
         Ok(Some(wanted)) if there != wanted => {
@@ -94,7 +94,7 @@ pub fn unfounded(root: &Path, page: &str, name: &str) -> Vec<String> {
 /// Lists the differences between the file of a block and a table: numbers with a standard error
 /// within their errors, everything else exactly.
 pub(super) fn moved(root: &Path, name: &str, made: &Table) -> Result<Vec<String>, TrialError> {
-    let there = read(root, name)?.map_or(String::new(), |(_, table)| words(&table));
+    let there = read_table(root, name)?.map_or(String::new(), |(_, table)| words(&table));
     Ok(differences(&there, &words(made)))
 }
 

@@ -148,7 +148,7 @@ fn ladder(results: &FinishedRun) -> Result<Table, TrialError> {
 /// Formats the rows of four simulators for each disk.
 fn ladder_summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let mut rows = Vec::new();
-    for row in ResultRow::all(table) {
+    for row in ResultRow::all_rows(table) {
         if (row.number("simulators")? - 4.0).abs() > 0.5 {
             continue;
         }

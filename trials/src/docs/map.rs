@@ -37,7 +37,7 @@ struct Gas<'a> {
 }
 
 impl<'a> Gas<'a> {
-    fn of(results: &'a FinishedRun, point: &str) -> Result<Self, TrialError> {
+    fn from_results(results: &'a FinishedRun, point: &str) -> Result<Self, TrialError> {
         let engine = [("engine", KeyCondition::Is("ed"))];
         let keys = ["box.packing_fraction", "gas.restitution"];
         let [packing, restitution] = keys.map(|key| results.setting(point, key));
@@ -59,14 +59,14 @@ impl<'a> Gas<'a> {
 
     /// Returns the factors of the homogeneous cooling state under chaos.
     fn chaos(&self) -> Result<CoolingFactors, TrialError> {
-        Ok(CoolingFactors::of(2, self.at[1], ORDERS)?)
+        Ok(CoolingFactors::for_restitution(2, self.at[1], ORDERS)?)
     }
 
     /// Cooling rate over chaos at the squared speed of pairs in the last window, over that of the
     /// same number of elastic disks.
     fn cooling(&self) -> Result<MeasuredNumber, TrialError> {
         let unit = of_few(self.disks, self.at[0]) * self.chaos()?.at_pair_speed();
-        Ok(self.late("at_pair_speed")?.over(unit))
+        Ok(self.late("at_pair_speed")?.divided_by(unit))
     }
 
     /// Returns a column of the last window.
@@ -109,7 +109,7 @@ fn of_few(disks: f64, packing: f64) -> f64 {
 }
 
 pub(super) fn estimate(one: MeasuredNumber) -> TableEstimate {
-    TableEstimate::of(one.value, Some(one.error))
+    TableEstimate::with_error(one.value, Some(one.error))
 }
 
 /// Packing fraction and restitution of a point.
@@ -118,7 +118,9 @@ type Place = [f64; 2];
 /// Returns all boxes.
 fn gases(results: &FinishedRun) -> Result<Vec<Gas<'_>>, TrialError> {
     let points = results.points();
-    points.map(|point| Gas::of(results, point)).collect()
+    points
+        .map(|point| Gas::from_results(results, point))
+        .collect()
 }
 
 /// Restitutions that pages show; files have all of them.
@@ -203,7 +205,7 @@ struct UniformPoint {
 }
 
 impl UniformPoint {
-    fn of(narrow: &Gas<'_>, wide: &Gas<'_>) -> Result<Self, TrialError> {
+    fn from_results(narrow: &Gas<'_>, wide: &Gas<'_>) -> Result<Self, TrialError> {
         let last = narrow.impacts.len() - 1;
         let chaos = wide.chaos()?;
         Ok(Self {
@@ -215,8 +217,9 @@ impl UniformPoint {
             factors: [
                 wide.late("impact_ratio")?,
                 wide.late("correlation_ratio")?,
-                wide.late("speed_ratio")?.over(chaos.pair_speed),
-                wide.late("dissipation_ratio")?.over(chaos.cooling_rate()),
+                wide.late("speed_ratio")?.divided_by(chaos.pair_speed),
+                wide.late("dissipation_ratio")?
+                    .divided_by(chaos.cooling_rate()),
             ],
         })
     }
@@ -230,7 +233,7 @@ pub(super) fn uniform(results: &FinishedRun) -> Result<Made, TrialError> {
         // Each place has a narrow box and a wide one.
         let is_wider = |b: &&Gas<'_>| b.at == narrow.at && b.disks > narrow.disks;
         if let Some(wide) = all.iter().find(is_wider) {
-            points.push(UniformPoint::of(narrow, wide)?);
+            points.push(UniformPoint::from_results(narrow, wide)?);
         }
     }
     uniform_block(&points)
@@ -308,8 +311,10 @@ pub(super) fn waves(results: &FinishedRun) -> Result<Made, TrialError> {
         points.push(WavePoint {
             at: gas.at,
             slope: gas.slope(gas.impacts.len() - 1)?,
-            dissipation: gas.late("dissipation_ratio")?.over(chaos.cooling_rate()),
-            at_pair_speed: gas.late("at_pair_speed")?.over(chaos.at_pair_speed()),
+            dissipation: gas
+                .late("dissipation_ratio")?
+                .divided_by(chaos.cooling_rate()),
+            at_pair_speed: gas.late("at_pair_speed")?.divided_by(chaos.at_pair_speed()),
         });
     }
     waves_block(&points)
@@ -409,7 +414,7 @@ fn onset(results: &FinishedRun) -> Result<Table, TrialError> {
 /// Formats the slopes at [`SHOWN`], and the widest error of all.
 fn onset_summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let (mut slopes, mut alone, mut widest) = (Vec::new(), Vec::new(), 0.0_f64);
-    for row in ResultRow::all(table) {
+    for row in ResultRow::all_rows(table) {
         let at = [row.number("packing_fraction")?, row.number("restitution")?];
         let slope = row.measured("slope")?;
         widest = widest.max(slope.error);
@@ -480,7 +485,7 @@ mod tests {
     #[test]
     fn chaos_is_a_cooling_gas_without_positions() {
         for restitution in [0.5, 0.9] {
-            let chaos = CoolingFactors::of(2, restitution, ORDERS).expect("factors");
+            let chaos = CoolingFactors::for_restitution(2, restitution, ORDERS).expect("factors");
             let gases: Vec<_> = (0..8)
                 .map(|seed| factors_of_a_gas(restitution, seed))
                 .map(|[rate, speed]| [rate, speed, rate / speed.sqrt()])

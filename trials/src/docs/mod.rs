@@ -38,7 +38,7 @@ use stosszahl_results::Table;
 use crate::terminal::say;
 use crate::{Done, TrialError};
 
-pub use block::{Head, PageBlock, find, is_open, names as block_names, outside, replace};
+pub use block::{Head, PageBlock, find_block, is_open, names as block_names, outside, replace};
 pub use compare::differences;
 pub use data::{DataMaker, DataTable, FOLDER as DATA, Made};
 pub use entries::{DocsEntry, ENTRIES, EngineVersion, EntrySource};
@@ -106,7 +106,7 @@ pub(crate) fn command(asked: &Docs) -> Done {
         } else if is_open(&fs::read_to_string(root.join(entry.file))?, entry.name) {
             say(&format!("open  {place}: not made yet"));
         } else {
-            faults += tell(&place, &check(root, entry)?);
+            faults += print_faults(&place, &check_block(root, entry)?);
         }
     }
     if asked.check && asked.name.is_empty() {
@@ -115,12 +115,12 @@ pub(crate) fn command(asked: &Docs) -> Done {
             let page = fs::read_to_string(root.join(&file))?;
             for (name, mut found) in stale_typed(&page) {
                 found.extend(unfounded(root, &page, &name));
-                faults += tell(&format!("{name} in {file}, typed in"), &found);
+                faults += print_faults(&format!("{name} in {file}, typed in"), &found);
             }
             names.extend(block_names(&page));
         }
         for file in strays(root, &names)? {
-            faults += tell(&file, &["no block has this name".to_owned()]);
+            faults += print_faults(&file, &["no block has this name".to_owned()]);
         }
     }
     match faults {
@@ -138,7 +138,7 @@ fn rewrite(root: &Path) -> Done {
         let mut page = fs::read_to_string(&path)?;
         for name in block_names(&page) {
             let text = files::text(root, &name)?;
-            let made = text.zip(find(&page, &name));
+            let made = text.zip(find_block(&page, &name));
             let made = made.and_then(|(text, block)| replace(&page, &block.head, &text));
             if let Some(made) = made.filter(|made| *made != page) {
                 page = made;
@@ -151,7 +151,7 @@ fn rewrite(root: &Path) -> Done {
 }
 
 /// Prints the faults of a block; returns their number.
-fn tell(place: &str, found: &[String]) -> usize {
+fn print_faults(place: &str, found: &[String]) -> usize {
     say(&format!(
         "{}  {place}",
         if found.is_empty() { "pass" } else { "FAIL" }
@@ -187,7 +187,7 @@ pub fn stale_typed(page: &str) -> Vec<(String, Vec<String>)> {
     let mut names = block_names(page);
     names.retain(|name| ENTRIES.iter().all(|entry| entry.name != name));
     let look = |name: String| {
-        let found = match find(page, &name) {
+        let found = match find_block(page, &name) {
             None => vec!["its first line cannot be read".to_owned()],
             Some(block) if block.head.typed.is_none() => {
                 vec![
@@ -216,7 +216,7 @@ fn outdated(head: &Head, now: &[(String, u32)]) -> Vec<String> {
 
 /// Makes the block of an entry, and its files.
 fn make(root: &Path, entry: &DocsEntry, resume: bool) -> Done {
-    let (results, commit) = run(root, entry, resume)?;
+    let (results, commit) = run_entry(root, entry, resume)?;
     let made = entry.made(&results)?;
     // The page may have changed meanwhile.
     let path = root.join(entry.file);
@@ -237,21 +237,21 @@ fn make(root: &Path, entry: &DocsEntry, resume: bool) -> Done {
 }
 
 /// Lists the faults of the block of an entry; empty if there are none.
-fn check(root: &Path, entry: &DocsEntry) -> Result<Vec<String>, TrialError> {
+fn check_block(root: &Path, entry: &DocsEntry) -> Result<Vec<String>, TrialError> {
     let text = fs::read_to_string(root.join(entry.file))?;
     let mut stale = stale(&text, entry);
     stale.extend(unfounded(root, &text, entry.name));
     if !stale.is_empty() || !entry.is_cheap {
         return Ok(stale);
     }
-    let (results, _) = run(root, entry, false)?;
+    let (results, _) = run_entry(root, entry, false)?;
     faults(root, &text, entry, &results)
 }
 
 /// Lists the faults of the block of an entry in a page that new results cannot cure; empty if there
 /// are none.
 pub fn stale(page: &str, entry: &DocsEntry) -> Vec<String> {
-    let Some(block) = find(page, entry.name) else {
+    let Some(block) = find_block(page, entry.name) else {
         return vec![format!("there is no such block in {}", entry.file)];
     };
     let now = entry.statistics();
@@ -276,7 +276,7 @@ pub fn faults(
 ) -> Result<Vec<String>, TrialError> {
     match &entry.make {
         DataMaker::Text(make) => {
-            let there = find(page, entry.name).map_or(String::new(), |block| block.text);
+            let there = find_block(page, entry.name).map_or(String::new(), |block| block.text);
             Ok(differences(&there, &make(results)?.text))
         }
         DataMaker::Data { table, .. } => files::moved(root, entry.name, &table(results)?),
@@ -309,11 +309,15 @@ fn write(path: &Path, content: &str) -> Done {
 }
 
 /// Runs the case of an entry into `results/docs`; returns its results, and their commit.
-fn run(root: &Path, entry: &DocsEntry, resume: bool) -> Result<(FinishedRun, String), TrialError> {
+fn run_entry(
+    root: &Path,
+    entry: &DocsEntry,
+    resume: bool,
+) -> Result<(FinishedRun, String), TrialError> {
     let out = root.join("results/docs").join(entry.source.folder());
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
     match entry.source {
-        EntrySource::Case(case) => FinishedRun::of(case, &[], &out, resume, &commit),
+        EntrySource::Case(case) => FinishedRun::run_case(case, &[], &out, resume, &commit),
         EntrySource::Papers => FinishedRun::of_papers(&out, resume, &commit),
     }
 }
@@ -343,7 +347,7 @@ pub(crate) fn typed(
         let beside = Path::new(file).strip_prefix("docs")?;
         write(&page.with_file_name("").join(beside), content)?;
     }
-    Ok(head.around(&made.text))
+    Ok(head.format_block(&made.text))
 }
 
 /// Returns the day of a commit.

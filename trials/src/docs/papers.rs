@@ -10,7 +10,7 @@ use super::tables::table as markdown;
 use crate::TrialError;
 
 /// Makes the block of all papers: number of claims by verdict, and the claims that differ.
-pub(super) fn all(results: &FinishedRun) -> Result<Made, TrialError> {
+pub(super) fn papers_block(results: &FinishedRun) -> Result<Made, TrialError> {
     let (mut counts, mut differences) = (Vec::new(), Vec::new());
     for paper in results.points() {
         let claims = results.rows(paper, "claims", &[])?;
@@ -117,7 +117,7 @@ fn claims(results: &FinishedRun, paper: &str) -> Result<Table, TrialError> {
 
 /// Formats the number of claims of each part by verdict, and all claims that differ.
 fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, TrialError> {
-    let mut left: Vec<ResultRow<'_>> = ResultRow::all(table).collect();
+    let mut left: Vec<ResultRow<'_>> = ResultRow::all_rows(table).collect();
     let all = left.len();
     let (mut counts, mut differences) = (Vec::new(), String::new());
     for (words, figures) in parts {

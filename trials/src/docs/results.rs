@@ -43,7 +43,7 @@ impl MeasuredNumber {
     }
 
     /// Divides by an exact number.
-    pub(crate) fn over(self, unit: f64) -> Self {
+    pub(crate) fn divided_by(self, unit: f64) -> Self {
         Self {
             value: self.value / unit,
             error: self.error / unit.abs(),
@@ -57,7 +57,7 @@ impl FinishedRun {
     ///
     /// # Errors
     /// The case is refused, or its run fails.
-    pub fn of(
+    pub fn run_case(
         case: &str,
         set: &[String],
         out: &Path,
@@ -133,7 +133,7 @@ impl FinishedRun {
             };
             let paper = Reproduction::new(&file, demand, &bundled)?;
             let own = out.join(&*name);
-            paper.run(&own, &options, !resume)?;
+            paper.run_cases(&own, &options, !resume)?;
             let judged = paper.judge(&own)?;
             // Commit of the stored runs: an earlier one for runs that were complete before.
             for entry in fs::read_dir(&own)? {
@@ -221,7 +221,7 @@ impl FinishedRun {
         let table = self.table(point, table)?;
         let fits = |row: &&Vec<TableCell>| {
             keys.iter().all(|(name, key)| {
-                let cell = table.find(name).map(|column| &row[column]);
+                let cell = table.find_column(name).map(|column| &row[column]);
                 cell.is_some_and(|cell| key.fits(cell))
             })
         };
@@ -285,20 +285,26 @@ pub(crate) struct ResultRow<'a> {
 
 impl<'a> ResultRow<'a> {
     /// Returns all rows of a table.
-    pub(crate) fn all(table: &'a Table) -> impl Iterator<Item = Self> {
+    pub(crate) fn all_rows(table: &'a Table) -> impl Iterator<Item = Self> {
         table.rows.iter().map(move |cells| Self { table, cells })
     }
 
     /// Returns the number in a column.
     pub(crate) fn number(&self, column: &str) -> Result<f64, TrialError> {
-        let cell = self.table.find(column).map(|place| &self.cells[place]);
+        let cell = self
+            .table
+            .find_column(column)
+            .map(|place| &self.cells[place]);
         let missing = || TrialError::failed(format!("{}: no number in {column}", self.table.name));
         cell.and_then(number).ok_or_else(missing)
     }
 
     /// Returns the words in a column; empty for an empty cell.
     pub(crate) fn words(&self, column: &str) -> Result<&'a str, TrialError> {
-        let cell = self.table.find(column).map(|place| &self.cells[place]);
+        let cell = self
+            .table
+            .find_column(column)
+            .map(|place| &self.cells[place]);
         match cell {
             Some(TableCell::Text(text)) => Ok(text),
             Some(TableCell::Empty) => Ok(""),

@@ -35,7 +35,7 @@ pub(super) fn against(
         ];
         let exact = results.row("", "energy", &keys)?;
         let ratio = exact.measured("energy_ratio")?;
-        let haff = ratio.over(exact.number("energy_ratio_theory")?);
+        let haff = ratio.divided_by(exact.number("energy_ratio_theory")?);
         let mut cells = vec![format!("{time}"), ratio.text(), haff.text()];
         for &(other, _) in others {
             let keys = [

@@ -34,7 +34,7 @@ fn verdicts(results: &FinishedRun) -> Result<Table, TrialError> {
         for verdict in results.verdicts(point)? {
             let number = verdict.number.as_ref();
             let difference = number.map_or_else(TableEstimate::default, |number| {
-                TableEstimate::of(number.difference, number.standard_error)
+                TableEstimate::with_error(number.difference, number.standard_error)
             });
             let degrees = number.and_then(|number| number.degrees_of_freedom);
             table.add((
@@ -52,7 +52,7 @@ fn verdicts(results: &FinishedRun) -> Result<Table, TrialError> {
 
 /// Formats the number of verdicts of each kind, and the sentences of all that do not agree.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
-    let rows: Vec<ResultRow<'_>> = ResultRow::all(table).collect();
+    let rows: Vec<ResultRow<'_>> = ResultRow::all_rows(table).collect();
     let mut counts = Vec::new();
     for kind in ["agree", "differ", "undecided", "void", "warning", "note"] {
         let found = count(&rows, "verdict", kind)?;

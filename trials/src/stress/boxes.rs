@@ -80,7 +80,7 @@ fn small(log: &mut TrialLog) -> Done {
 /// Tests one disk that flies through its own images.
 fn alone(log: &mut TrialLog, gas: &StressGas<EqualDisks>) -> Done {
     const TIME: f64 = 100.0;
-    let course = gas.run(TIME, 10)?;
+    let course = gas.run_until(TIME, 10)?;
     must!(log, course.reached && course.collisions() == 0; "{}", course.ended());
     let body = gas.start.bodies[0];
     let domain = gas.start.domain;
@@ -102,7 +102,7 @@ fn wedge(log: &mut TrialLog) -> Done {
                     let bodies = [([place, 2.0], [0.0, 0.0]), (other, [0.0, -1.0])];
                     let gas = few(restitution, [width, 6.0], bodies)?;
                     about!(log; "width {width}, {off:e} off the middle, from {place}, r = {restitution}");
-                    let course = gas.run(3.0, 10_000)?;
+                    let course = gas.run_until(3.0, 10_000)?;
                     // Exemption of an inelastic disk that is driven into a narrow wedge, where it
                     // may bounce for ever.
                     let collapsed = restitution < 1.0 && course.collapsed();
@@ -198,7 +198,7 @@ fn borders(log: &mut TrialLog) -> Done {
         let mut other = gas.clone();
         other.start.bodies[0].position = at;
         other
-            .run(f64::INFINITY, 1000)
+            .run_until(f64::INFINITY, 1000)
             .map(|course| course.end.state.bodies)
     };
     let expected = end(origin)?;

@@ -211,7 +211,7 @@ fn crystal(log: &mut TrialLog, packing: f64) -> Done {
     let collisions = log.effort.collisions.unwrap_or(collisions);
     let gas = hexagonal(packing, 1.0)?;
     // The lattice is forgotten in the first fifth: 200 collisions of each disk.
-    let begin = gas.run(f64::INFINITY, collisions / 5)?;
+    let begin = gas.run_until(f64::INFINITY, collisions / 5)?;
     log.about("melting");
     gas.audit(log, &begin);
     log.about("crystal");

@@ -55,9 +55,9 @@ fn grazing(log: &mut TrialLog) -> Done {
                 let gas = few(1.0, [SIDE; 2], bodies)?;
                 about!(log; "b = d (1 {sign} {off:.1e}), angle {angle:.2}");
                 // Closest approach, where a missed contact is deepest.
-                let middle = gas.run(AHEAD, 10)?;
+                let middle = gas.run_until(AHEAD, 10)?;
                 log.at_most("overlap at closest approach", middle.overlap, band);
-                let course = gas.run(AHEAD + 1.5, 10)?;
+                let course = gas.run_until(AHEAD + 1.5, 10)?;
                 gas.audit(log, &course);
                 let hit = course.collisions();
                 if off <= band {
@@ -109,7 +109,7 @@ fn touching(log: &mut TrialLog) -> Done {
                     let gas = few(1.0, [12.0; 2], [(origin, [0.0; 2]), (other, velocity)])?;
                     let apart = distance - 1.0;
                     about!(log; "{name}, distance 1 {apart:+.0e}, from {origin:?} along [{x}, {y}]");
-                    let course = gas.run(1.0, 10)?;
+                    let course = gas.run_until(1.0, 10)?;
                     gas.audit(log, &course);
                     let good = course.stopped.is_none() && course.collisions() == contacts;
                     must!(log, good; "{}", course.ended());
@@ -176,7 +176,7 @@ fn overlapping(log: &mut TrialLog) -> Done {
 /// Checks that a gas runs without an error, and never overlaps deeper than at the start.
 fn heals<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
     log.guard(|log| {
-        let course = gas.run(20.0, 1000)?;
+        let course = gas.run_until(20.0, 1000)?;
         must!(log, course.reached; "{}", course.ended());
         log.at_most("overlap later", course.overlap, depth + OVERLAP);
         Ok(())
@@ -199,7 +199,7 @@ fn resting(log: &mut TrialLog) -> Done {
             [40.0; 2],
             [([20.0; 2], [0.0; 2]), (at.into(), along.into())],
         )?;
-        let contact = gas.run(f64::INFINITY, 1)?;
+        let contact = gas.run_until(f64::INFINITY, 1)?;
         must!(log, contact.collisions() == 1; "no contact");
         gas.start = contact.end.state;
         let [one, other] = [gas.start.bodies[0], gas.start.bodies[1]];
@@ -214,7 +214,7 @@ fn resting(log: &mut TrialLog) -> Done {
         for body in &mut gas.start.bodies {
             body.velocity = common + line * (body.velocity - common).dot(&line);
         }
-        let course = gas.run(gas.start.time + 2e6, 10_000)?;
+        let course = gas.run_until(gas.start.time + 2e6, 10_000)?;
         must!(log, course.reached; "later {}", course.ended());
         more += course.collisions();
         worst = worst.max(course.overlap);

@@ -30,7 +30,7 @@ fn finite(
     until: f64,
     collisions: u64,
 ) -> Result<Option<StressRun<EqualDisks>>, TrialError> {
-    let course = match gas.run(until, collisions) {
+    let course = match gas.run_until(until, collisions) {
         Err(EventDrivenError::BadNumber { .. }) => return Ok(None),
         ended => ended?,
     };
@@ -44,7 +44,7 @@ fn finite(
 fn speeds(log: &mut TrialLog) -> Done {
     const COLLISIONS: u64 = 2000;
     let gas = disordered(60, 0.4, 0.9, 5)?;
-    let known = gas.run(f64::INFINITY, COLLISIONS)?.end.state.bodies;
+    let known = gas.run_until(f64::INFINITY, COLLISIONS)?.end.state.bodies;
     let (mut handled, mut refused) = (Vec::new(), Vec::new());
     for power in [
         -1023, -800, -600, -540, -500, -498, -100, -1, 1, 100, 498, 500, 540, 600, 1000, 1023,
@@ -164,9 +164,9 @@ fn no_numbers(log: &mut TrialLog) -> Done {
 fn lonely(log: &mut TrialLog) -> Done {
     let gas = few(1.0, [5.0; 2], [([1.0, 1.0], [1.0, 0.3])])?;
     // Moderate end time, which no engine may refuse.
-    let course = gas.run(1e5, 10)?;
+    let course = gas.run_until(1e5, 10)?;
     must!(log, course.reached; "until 1e5: {}", course.ended());
-    let course = gas.run(1e300, 10)?;
+    let course = gas.run_until(1e300, 10)?;
     found!(log; "time {:e}, {:?}", course.end.state.time, course.stopped);
     Ok(())
 }

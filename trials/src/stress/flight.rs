@@ -95,7 +95,7 @@ fn gas_of(setup: Setup, simulators: usize) -> Result<State<EqualDisks>, TrialErr
 }
 
 /// Returns the bytes of a checkpoint.
-fn bytes(engine: &DsmcEngine<EqualDisks>) -> Result<Vec<u8>, TrialError> {
+fn checkpoint_bytes(engine: &DsmcEngine<EqualDisks>) -> Result<Vec<u8>, TrialError> {
     Ok(postcard::to_allocvec(&engine.checkpoint())?)
 }
 
@@ -112,7 +112,7 @@ fn threads(log: &mut TrialLog) -> Done {
                 engine.retile(tile);
                 let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
                 pool.install(|| engine.advance(f64::INFINITY, 2, &mut ()));
-                let bytes = bytes(&engine)?;
+                let bytes = checkpoint_bytes(&engine)?;
                 if threads == 1 {
                     one = bytes;
                     ends.push(engine.state().bodies);
@@ -136,7 +136,7 @@ fn kills(log: &mut TrialLog) -> Done {
             about!(log; "{} of {simulators}", setup.name);
             let start = gas_of(setup, simulators)?;
             let mut steady = engine(setup, 0.9, &start)?;
-            let mut killed = bytes(&steady)?;
+            let mut killed = checkpoint_bytes(&steady)?;
             for leg in [1, 2] {
                 steady.advance(f64::INFINITY, leg, &mut ());
                 let (scene, streams) = (disks(0.9)?, Streams::new(1, 0));
@@ -149,8 +149,8 @@ fn kills(log: &mut TrialLog) -> Done {
                     streams,
                 )?;
                 engine.advance(f64::INFINITY, leg, &mut ());
-                killed = bytes(&engine)?;
-                let same = killed == bytes(&steady)?;
+                killed = checkpoint_bytes(&engine)?;
+                let same = killed == checkpoint_bytes(&steady)?;
                 must!(log, same; "other bytes after {leg} steps");
             }
         }

@@ -56,7 +56,7 @@ pub(super) struct CollisionSums {
 }
 
 impl Observer for CollisionSums {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.lost += collision.energy_lost();
             self.virial += collision.virial();
@@ -166,7 +166,7 @@ impl<P: Planar> StressGas<P> {
     }
 
     /// Runs until a time or a number of collisions.
-    pub fn run(&self, until: f64, collisions: u64) -> Result<StressRun<P>, EventDrivenError> {
+    pub fn run_until(&self, until: f64, collisions: u64) -> Result<StressRun<P>, EventDrivenError> {
         self.run_in_legs(until, collisions, collisions, |_, _| ())
     }
 
@@ -230,7 +230,7 @@ impl<P: Planar> StressGas<P> {
     /// Returns the radius and mass of a disk.
     fn size(&self, index: usize) -> (f64, f64) {
         let sizes = self.scene.sizes();
-        let tag = sizes.tag(index);
+        let tag = sizes.tag_of(index);
         (sizes.radius(tag), sizes.mass(tag))
     }
 
@@ -329,7 +329,7 @@ impl<P: Planar> StressGas<P> {
         tolerance: f64,
     ) -> Result<usize, TrialError> {
         let mut slow_state = self.start.clone();
-        let slow = plain::run(&self.scene, &mut slow_state, collisions);
+        let slow = plain::run_collisions(&self.scene, &mut slow_state, collisions);
         let fast = self.pairs(slow.len())?;
         must!(log, fast.len() == slow.len(); "{} collisions of {}", fast.len(), slow.len());
         let scale = slow
@@ -406,7 +406,8 @@ fn next_pair<P: Planar>(
 }
 
 /// Returns the next collision of all pairs over as many images as a flight can reach: (time, pair).
-/// `plain::run` sees a fixed number of images, too few where a box is narrow and flights are long.
+/// `plain::run_collisions` sees a fixed number of images, too few where a box is narrow and flights
+/// are long.
 fn next_of_all_pairs<P: Planar>(scene: &P, state: &State<P>) -> Option<(f64, [usize; 2])> {
     let (sizes, lengths) = (scene.sizes(), state.domain.lengths());
     let mut horizon = lengths.max() / fastest(state);
@@ -415,7 +416,7 @@ fn next_of_all_pairs<P: Planar>(scene: &P, state: &State<P>) -> Option<(f64, [us
         let mut next: Option<(f64, [usize; 2])> = None;
         for (i, one) in state.bodies.iter().enumerate() {
             for (j, other) in state.bodies.iter().enumerate().skip(i + 1) {
-                let distance = sizes.radius(sizes.tag(i)) + sizes.radius(sizes.tag(j));
+                let distance = sizes.radius(sizes.tag_of(i)) + sizes.radius(sizes.tag_of(j));
                 let separation = state.domain.displacement(one.position, other.position);
                 let relative = one.velocity - other.velocity;
                 let limit = next.map_or(horizon, |known| known.0);

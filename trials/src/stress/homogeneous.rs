@@ -175,7 +175,7 @@ fn one_cluster(log: &mut TrialLog) -> Done {
     let sizes = Clusters::new(0.5, 1.0, 2, Vec::new())?;
     let scene: SmoothParticles<Plane, Clusters> = particles(law(0.5)?, sizes);
     let streams = Streams::new(19, 0);
-    let mut start = streams.at(Purpose::Velocities, [0, 0]);
+    let mut start = streams.stream_at(Purpose::Velocities, [0, 0]);
     let volume = 100.0 * count as f64;
     let gas = HomogeneousGas::maxwellian(
         scene,

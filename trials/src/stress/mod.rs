@@ -8,7 +8,7 @@
 //! ```
 //! use stosszahl_trials::{Effort, stress};
 //! let rest = stress::event_driven().into_iter().find(|trial| trial.name == "rest");
-//! let report = rest.expect("a trial of this name").run(&Effort::default());
+//! let report = rest.expect("a trial of this name").run_trial(&Effort::default());
 //! assert!(report.passed(), "{report}");
 //! ```
 
@@ -105,7 +105,7 @@ pub(crate) fn command(all: &[TrialRow], asked: &StressCases, collisions: Option<
         ..Effort::default()
     };
     let run = |trial: &TrialRow| {
-        let report = trial.run(&effort);
+        let report = trial.run_trial(&effort);
         if !asked.json {
             say(&report.to_string());
         }

@@ -38,7 +38,7 @@ impl Sum {
         until: f64,
     ) -> Result<State<EqualDisks>, TrialError> {
         const MOST: u64 = 10_000;
-        let course = gas.run(until, MOST)?;
+        let course = gas.run_until(until, MOST)?;
         if let Some(error) = &course.stopped {
             log.fault(error.to_string());
         }
@@ -61,7 +61,7 @@ impl Sum {
             for (body, &name) in gas.start.bodies.iter().zip(&order) {
                 other.start.bodies[name] = *body;
             }
-            let other = other.run(until, MOST)?;
+            let other = other.run_until(until, MOST)?;
             let found = other.collisions();
             must!(log, collisions == found; "{collisions} collisions in one numbering, {found} in another");
             let off = |i: usize| {

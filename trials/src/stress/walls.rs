@@ -75,7 +75,7 @@ impl Setting {
         let body = |&(at, velocity): &(Vector2<f64>, Vector2<f64>)| Particle {
             position: at.push(0.0),
             velocity: velocity.push(0.0),
-            ..Particle::of(0.5, 1.0)
+            ..Particle::at_rest(0.5, 1.0)
         };
         Ok(Self {
             grains: ParticleSpec {
@@ -102,7 +102,7 @@ impl Setting {
         })
     }
 
-    fn around(mut self, obstacle: &Obstacle) -> Self {
+    fn box_around(mut self, obstacle: &Obstacle) -> Self {
         self.boundaries.obstacles.push(obstacle.clone());
         self
     }
@@ -154,7 +154,7 @@ fn only(gas: &dyn Simulation) -> (Vector2<f64>, f64) {
 
 /// Number of contacts with a boundary, or of particles through an opening, by its name.
 fn touches(gas: &dyn Simulation, name: &str) -> f64 {
-    let fluxes = gas.boundaries();
+    let fluxes = gas.boundary_fluxes();
     let found = fluxes.iter().find(|flux| flux.name == name);
     found.map_or(0.0, |flux| flux.particles)
 }
@@ -194,7 +194,7 @@ fn sharp_corner(log: &mut TrialLog) -> Done {
     let plates = plates([arm(1.0), tip, arm(-1.0)], 1.0)?;
     let setting = |bodies: &[_]| -> Result<Setting, TrialError> {
         let setting = Setting::new(walled(Wall::specular())?, size, [1.0, 0.0], bodies)?;
-        Ok(setting.around(&plates))
+        Ok(setting.box_around(&plates))
     };
     // Disk from the wide end; at a distance of 115 from the tip the plates are one diameter apart.
     let mut worst = 0.0_f64;
@@ -241,7 +241,7 @@ fn wedge(log: &mut TrialLog) -> Done {
     let plates = plates([arm(-1.0), tip, arm(1.0)], 0.5)?;
     let bodies = [(vector![10.3, 12.0], vector![0.1, 0.0])];
     let setting = Setting::new(walled(Wall::specular())?, [20.0; 2], [0.5, 1.0], &bodies)?;
-    let setting = setting.around(&plates);
+    let setting = setting.box_around(&plates);
     // The plates open by 60 degrees, so its centre comes to rest a diameter above the tip.
     let rest = tip + vector![0.0, 0.5 / (0.5 * (180.0_f64 - 120.0)).to_radians().sin()];
     let mut gas = setting.exact(DissipationRule::ContactTime(1e-3))?;
@@ -329,7 +329,7 @@ fn fast_wall(log: &mut TrialLog) -> Done {
         for step in 1..=50 {
             let time = f64::from(step) * 0.1;
             gas.advance(time, Unlimited, &mut ())?;
-            must!(log, gas.count() == bodies.len(); "a grain is lost");
+            must!(log, gas.particle_count() == bodies.len(); "a grain is lost");
             for body in gas.particles().all {
                 let gap = body.position[1] - 0.5 - floor.displacement(time);
                 log.at_most("behind the wall", -gap, 1e-8);
@@ -354,7 +354,7 @@ fn inside(log: &mut TrialLog) -> Done {
         let places = [vector![3.0, 3.0], vector![3.0, 8.0], third];
         let bodies = places.map(|at| (at, Vector2::zeros()));
         let setting = Setting::new(walled(Wall::specular())?, [20.0; 2], [1.0, 0.0], &bodies)?;
-        let setting = setting.around(&disk);
+        let setting = setting.box_around(&disk);
         let exact = setting.exact(DissipationRule::Scene).err();
         let points = setting.points(POINTS).err();
         for said in [exact.map(|e| e.to_string()), points.map(|e| e.to_string())] {
@@ -394,8 +394,8 @@ fn empty_channel(log: &mut TrialLog) -> Done {
         let mut gas = channel([20.0, 5.0], stream, POINTS)?;
         let reached = gas.advance(1000.0, Unlimited, &mut ())?;
         must!(log, reached && gas.time() == 1000.0; "stopped at {}", gas.time());
-        must!(log, gas.count() == 0; "grains from nothing");
-        for flux in gas.boundaries() {
+        must!(log, gas.particle_count() == 0; "grains from nothing");
+        for flux in gas.boundary_fluxes() {
             let momentum: f64 = flux.momentum.iter().map(|part| part.abs()).sum();
             log.at_most(
                 "ledgers",
@@ -430,7 +430,7 @@ fn supersonic(log: &mut TrialLog) -> Done {
             Unlimited,
             &mut (),
         )?;
-        sum += gas.count() as f64;
+        sum += gas.particle_count() as f64;
     }
     let expected = density * length * width;
     let found = sum / f64::from(samples);

@@ -25,14 +25,14 @@ const STEPS: usize = 10;
 struct Moments(Helfand);
 
 impl Observer for Moments {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.0.collide(collision);
         }
     }
 }
 
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_bulk(log: &mut TrialLog) -> Done {
     // A sum of many small steps over a lag t has its square known from a time T to 2 sqrt(t/(3 T)).
     let (replicas, duration, tolerance, samples) = if log.effort.quick {
         (8, 800.0, 0.07, 1_000_000)

@@ -54,7 +54,7 @@ impl UnitDiskGas {
     /// Returns the sums of the rate and of the flux of a gas, and their value where the contact
     /// value is one.
     fn follow(&self, mut gas: Box<dyn Simulation>) -> Result<[f64; 3], TrialError> {
-        let (simulators, disks) = (gas.count() as f64, self.disks as f64);
+        let (simulators, disks) = (gas.particle_count() as f64, self.disks as f64);
         let of_each = |number: u64| Budget::Collisions(number * gas_pairs(simulators));
         gas.advance(f64::INFINITY, of_each(SETTLE), &mut ())?;
         let (time, temperature) = (gas.time(), gas.temperature());
@@ -68,7 +68,7 @@ impl UnitDiskGas {
         // The gas as a whole is at rest.
         let sonine = 1.0 - kinetic::fourth_cumulant(2, self.restitution) / 16.0;
         let expected = sonine * (simulators / (simulators - 1.0)).sqrt();
-        let sums = window.of([0, 0]);
+        let sums = window.pair_sums([0, 0]);
         Ok([
             sums.rate / expected,
             sums.approaching + sums.separating,
@@ -128,7 +128,7 @@ fn gas_pairs(simulators: f64) -> u64 {
 }
 
 /// Measures contact values of exact disks and under chaos.
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_contact(log: &mut TrialLog) -> Done {
     let more = if log.effort.quick { 1 } else { 4 };
     let what = "g(d+) by flux over (1 + r)/(2 r) χ of the collision rate";
     for packing in PACKINGS {

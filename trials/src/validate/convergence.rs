@@ -30,7 +30,7 @@ const ELASTIC: [f64; 2] = [10.0, 50.0];
 type Sweep = (&'static str, f64, Vec<(f64, Parameters)>);
 
 fn sweeps(method: &Method) -> [Sweep; 3] {
-    let base = method.at(SchemeSetting::Single);
+    let base = method.parameters_at(SchemeSetting::Single);
     let side = (DISKS as f64 * std::f64::consts::FRAC_PI_4 / PACKING).sqrt();
     let simulators = |simulators_per_particle| Parameters {
         simulators_per_particle,
@@ -68,10 +68,10 @@ fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], TrialError> {
     let enskog = kinetic::collision_rate(PACKING, chi, 0.0);
     let mut gas = monte_carlo(&start, 1.0, parameters, seed)?;
     advance(&mut *gas, ELASTIC[0] / enskog, &mut ())?;
-    let (before, origin) = (gas.work().collisions, gas.time());
+    let (before, origin) = (gas.work_counters().collisions, gas.time());
     advance(&mut *gas, (ELASTIC[0] + ELASTIC[1]) / enskog, &mut ())?;
-    let collisions = (gas.work().collisions - before) as f64;
-    let count = gas.count() as f64;
+    let collisions = (gas.work_counters().collisions - before) as f64;
+    let count = gas.particle_count() as f64;
     let rate = 2.0 * collisions / count / (gas.time() - origin) / enskog;
     let mut gas = monte_carlo(&start, RESTITUTION, parameters, seed)?;
     advance(&mut *gas, haff_time(), &mut ())?;
@@ -81,7 +81,7 @@ fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], TrialError> {
     Ok([
         rate / (1.0 - count.recip()).sqrt(),
         temperature / transport::relaxing_haff_law(RESTITUTION, 1.0),
-        unbiased_cumulant(cumulant, gas.count()),
+        unbiased_cumulant(cumulant, gas.particle_count()),
     ])
 }
 
@@ -92,7 +92,7 @@ fn replicas(effort: &Effort, parameters: &Parameters) -> u64 {
 }
 
 /// Runs all sweeps of the schemes.
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_convergence(log: &mut TrialLog) -> Done {
     for method in log.effort.methods.clone() {
         for sweep in sweeps(&method) {
             swept(log, &method, sweep)?;
@@ -105,7 +105,8 @@ fn swept(log: &mut TrialLog, method: &Method, (name, tends_to, values): Sweep) -
     // Limits of the quantities by theory.
     let limits = [1.0, 1.0, cumulant()?];
     let mut points: [Vec<FitPoint>; 3] = Default::default();
-    let mut here = RowPlace::new("convergence", method.name, "", PACKING, 0.0).of(method.default);
+    let mut here =
+        RowPlace::new("convergence", method.name, "", PACKING, 0.0).only_default(method.default);
     let mut total = 0.0;
     for (h, parameters) in values {
         let count = replicas(&log.effort, &parameters);

@@ -14,7 +14,7 @@ use super::over_seeds;
 use super::schemes::{SchemeQuantity, SchemeSetting};
 use super::small_gas::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
 use super::subject::{CollisionMethod, ExactDynamics, GasCourse, ObservedGas, Simulated};
-use crate::table::{RowPlace, against, mean, over};
+use crate::table::{RowPlace, against, divided_by, mean};
 use crate::{Done, TrialError, TrialLog};
 
 /// Sample times over `t_0`.
@@ -34,7 +34,7 @@ fn courses(
         equilibrate: EQUILIBRATE,
         times: TIMES.map(|time| time * haff_time()).to_vec(),
     };
-    over_seeds(0..replicas, |seed| subject.follow(&gas, seed))
+    over_seeds(0..replicas, |seed| subject.follow_gas(&gas, seed))
 }
 
 /// Mean temperature at one of the times.
@@ -53,21 +53,22 @@ fn law(time: f64) -> f64 {
 }
 
 /// Runs all settings of the schemes, and exact dynamics.
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_cooling(log: &mut TrialLog) -> Done {
     let few = if log.effort.quick { 400 } else { 10_000 };
     let many = if log.effort.quick { 16 } else { 400 };
     let (exact, seconds) = courses(&ExactDynamics, few)?;
     let simplest = kinetic::fourth_cumulant(2, RESTITUTION);
     let cumulant = cumulant()?;
-    let here = RowPlace::new("cooling", "event-driven", "48 disks", PACKING, seconds).of(false);
+    let here =
+        RowPlace::new("cooling", "event-driven", "48 disks", PACKING, seconds).only_default(false);
     for (index, time) in TIMES.into_iter().enumerate() {
-        let found = over(temperature(&exact, index)?, law(time));
+        let found = divided_by(temperature(&exact, index)?, law(time));
         log.add(here.row(format!("K/Haff at t/t0 = {time}"), 1.0, found, None));
     }
     log.add(here.row("a2", cumulant, mean_cumulant(&exact)?, None));
     for method in log.effort.methods.clone() {
         for setting in SchemeSetting::ALL {
-            let mut parameters = method.at(setting);
+            let mut parameters = method.parameters_at(setting);
             if setting == SchemeSetting::Refined {
                 parameters.simulators_per_particle = parameters.simulators_per_particle.max(MANY);
             }
@@ -76,7 +77,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
             let (found, seconds) = courses(&Simulated(parameters), replicas)?;
             let name = format!("{} {copies}", setting.name());
             let here = RowPlace::new("cooling", method.name, name, PACKING, seconds);
-            let here = here.of(method.default);
+            let here = here.only_default(method.default);
             let claim = |quantity, tolerance| method.claims(setting, quantity).then_some(tolerance);
             for (index, time) in TIMES.into_iter().enumerate() {
                 let own = temperature(&found, index)?;
@@ -86,7 +87,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
                         against(own, temperature(&exact, index)?),
                     )
                 } else {
-                    ("K/Haff", over(own, law(time)))
+                    ("K/Haff", divided_by(own, law(time)))
                 };
                 let what = format!("{what} at t/t0 = {time}");
                 log.add(here.row(what, 1.0, ratio, claim(SchemeQuantity::Cooling, 0.01)));

@@ -22,7 +22,7 @@ use super::schemes::SchemeQuantity::{
 };
 use super::schemes::{Method, SchemeSetting};
 use crate::gas::{EqualDisks, particles_of, square};
-use crate::table::{RowPlace, TrialTableRow, mean as over_gases, over};
+use crate::table::{RowPlace, TrialTableRow, divided_by, mean as over_gases};
 use crate::{Done, Effort, TrialError, TrialLog};
 
 /// Packing fractions. In dilute gases only cells that a scheme chooses itself are meaningful.
@@ -254,7 +254,7 @@ fn settings(packing: f64) -> Vec<SchemeSetting> {
 
 /// Runs all settings of the schemes at all packings. Gases are added until every claim is decided,
 /// or their number is the largest.
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_elastic(log: &mut TrialLog) -> Done {
     for packing in PACKINGS {
         for setting in settings(packing) {
             let methods = log.effort.methods.iter();
@@ -270,7 +270,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
             let make = |seed| start(disks, packing, seed, 20.0);
             let mut starts = over_seeds(0..gases[0], make)?.0;
             for method in methods {
-                let parameters = method.at(setting);
+                let parameters = method.parameters_at(setting);
                 let columns = parameters.cells(&domain, packing, 1.0)[0];
                 let cell = domain.lengths()[0] / columns as f64;
                 let plan = Plan::new(packing, cell, &starts[0])?;
@@ -313,7 +313,7 @@ fn table(
         plan.packing,
         seconds,
     );
-    let place = place.of(method.default);
+    let place = place.only_default(method.default);
     let mean = |value: fn(&Found) -> f64| over_gases(found.iter().map(value));
     let (packing, chi) = (plan.packing, plan.chi);
     let times = [0.25, 1.0].map(|share| share * f64::from(SAMPLES) * BETWEEN * plan.free);
@@ -341,14 +341,14 @@ fn table(
     );
     add(
         "pressure/Z".into(),
-        over(mean(|gas| gas.pressure)?, z),
+        divided_by(mean(|gas| gas.pressure)?, z),
         Pressure,
         0.02,
     );
-    let diffusion = over(diffusion, transport::self_diffusion(packing, chi));
+    let diffusion = divided_by(diffusion, transport::self_diffusion(packing, chi));
     add("self-diffusion/Enskog".into(), diffusion, Diffusion, 0.05);
     let what = format!("shear viscosity/Enskog, k d = {:.3}", plan.wave);
-    let decay = over(decay, theory * mean(|gas| gas.speed)?.value);
+    let decay = divided_by(decay, theory * mean(|gas| gas.speed)?.value);
     add(what, decay, Viscosity, 0.05);
     for (index, (name, modes)) in plan.bands.iter().enumerate() {
         let is_many = modes.indices().len() >= FEWEST;
@@ -376,7 +376,7 @@ fn table(
     let zero = kinetic::structure_factor_at_zero(packing);
     // The mean over m independent simulators for each disk fluctuates m times less than the disks.
     let of_disks = mean(|gas| gas.weight)?.value;
-    let ratio = over(mean(|gas| gas.compressibility)?, zero);
+    let ratio = divided_by(mean(|gas| gas.compressibility)?, zero);
     let claimed = method.claims(setting, Compressibility) && of_disks == 1.0;
     rows.push(place.row(
         "S(k to 0)/compressibility",

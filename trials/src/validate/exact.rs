@@ -57,7 +57,7 @@ pub fn equation_of_state(
     })
 }
 
-fn place(setting: &str, packing: f64, began: Instant) -> RowPlace {
+fn place_text(setting: &str, packing: f64, began: Instant) -> RowPlace {
     let seconds = began.elapsed().as_secs_f64();
     RowPlace::new("exact", "event-driven", setting, packing, seconds)
 }
@@ -83,12 +83,12 @@ fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, TrialErr
 
 /// Tests conservation, reversal, equation of state against the literature, structure, and contact
 /// values.
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_exact(log: &mut TrialLog) -> Done {
     mechanics(log)?;
     state(log)?;
     structure(log)?;
-    bulk::run(log)?;
-    contact::run(log)
+    bulk::test_bulk(log)?;
+    contact::test_contact(log)
 }
 
 fn mechanics(log: &mut TrialLog) -> Done {
@@ -110,14 +110,14 @@ fn mechanics(log: &mut TrialLog) -> Done {
     let drift = (state.temperature(&scene) / first - 1.0).abs();
     // Momentum lost, over that of all disks at the thermal speed.
     let lost = (state.momentum(&scene) - momentum).norm() / 1e4;
-    let here = place("10 000 disks", 0.25, began);
+    let here = place_text("10 000 disks", 0.25, began);
     let what = format!("drift of K over {collisions:.0e} collisions");
     log.add(here.exact(what, 0.0, drift, 1e-11));
     log.add(here.exact("drift of the momentum a disk", 0.0, lost, 1e-11));
     log.add(here.exact("deepest overlap", 0.0, engine.worst_overlap(), 1e-11));
     let began = Instant::now();
     let off = reversed(2000, 0.25, 2000)?;
-    let here = place("2000 disks", 0.25, began);
+    let here = place_text("2000 disks", 0.25, began);
     log.add(here.exact("off after reversal of 2000 collisions, d", 0.0, off, 1e-9));
     Ok(())
 }
@@ -133,7 +133,7 @@ fn state(log: &mut TrialLog) -> Done {
     for (packing, expected) in COMPRESSIBILITY {
         let began = Instant::now();
         let found = equation_of_state(10_000, packing, 10, collisions)?;
-        let here = place("10 000 disks", packing, began);
+        let here = place_text("10 000 disks", packing, began);
         let within = Some(tolerance * expected);
         log.add(here.row("Z (Kolafa & Rottner 2006)", expected, found.factor, within));
         let what = "collision rate/(4 (Z - 1)/√π)";
@@ -152,7 +152,7 @@ fn structure(log: &mut TrialLog) -> Done {
         let lengths = [gas.lengths[0], gas.lengths[1]];
         Ok(long_waves_fluctuate(&columns(&gas).0, lengths, 1.0, 0.25).statistic)
     })?;
-    let here = place("2000 disks", 0.25, began);
+    let here = place_text("2000 disks", 0.25, began);
     let what = "S(k d < 0.6) over the compressibility";
     log.add(here.row(what, 1.0, mean(found)?, Some(0.1)));
     Ok(())

@@ -68,7 +68,7 @@ pub(super) fn monte_carlo(
     let mut gas = stosszahl_dsmc::simulate(&gas, std::slice::from_ref(start))?;
     let changes = to_maxwellian(&gas.particles(), streams)?;
     let changes: Vec<_> = changes.iter().map(|change| change.push(0.0)).collect();
-    gas.kick(&changes)?;
+    gas.add_velocities(&changes)?;
     Ok(gas)
 }
 
@@ -95,7 +95,7 @@ fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>,
     let (places, velocities) = columns(gas);
     let places = places.into_iter().map(|at| (at, Vector2::zeros()));
     let mut other: State<EqualDisks> = state(domain(gas.lengths[0], gas.lengths[1])?, places);
-    let mut stream = streams.at(Purpose::Velocities, [1, 0]);
+    let mut stream = streams.stream_at(Purpose::Velocities, [1, 0]);
     initial::maxwellian(&disks(1.0)?, &mut other, 1.0, &mut stream);
     let bodies = other.bodies.iter().zip(velocities);
     Ok(bodies.map(|(new, old)| new.velocity - old).collect())
@@ -111,7 +111,7 @@ pub(super) fn advance(gas: &mut dyn Simulation, until: f64, observer: &mut dyn O
 pub(super) fn kick(gas: &mut dyn Simulation, modes: &Modes, velocity: f64) -> Done {
     let changes = shear_waves(modes, &columns(&gas.particles()).0, velocity)?;
     let changes: Vec<Vector3<f64>> = changes.iter().map(|change| change.push(0.0)).collect();
-    Ok(gas.kick(&changes)?)
+    Ok(gas.add_velocities(&changes)?)
 }
 
 /// Returns positions and velocities.
@@ -133,7 +133,7 @@ pub(super) fn amplitudes(gas: &Particles, modes: &Modes) -> Result<Vec<Amplitude
 
 /// Returns temperature and a2.
 pub(super) fn energy(gas: &Particles) -> EnergySample {
-    EnergySample::of(gas, 0)
+    EnergySample::of_particles(gas, 0)
 }
 
 /// Returns shear waves by their velocities, `2/N Σ v_t cos(k · r)` and with the sine, and the

@@ -87,19 +87,19 @@ pub mod parts {
     use super::{ENDLESS, convergence, cooling, elastic, structure, unstable};
 
     trials! {
-        "elastic" => elastic::run,
+        "elastic" => elastic::test_elastic,
             "are rate, pressure, transport, noise and structure of elastic gases at six packings those of Enskog's theory?",
             "what each scheme claims", ENDLESS;
-        "structure" => structure::run,
+        "structure" => structure::test_structure,
             "what is S(k) of an elastic gas at k d = 0.2, 0.5 and 1, over exact disks, with 1, 4, 16 and 64 simulators for each?",
             "measured, not claimed", ENDLESS;
-        "cooling" => cooling::run,
+        "cooling" => cooling::test_cooling,
             "does a gas too small for shear modes cool as Haff's law says?",
             "what each scheme claims", ENDLESS;
-        "unstable" => unstable::run,
+        "unstable" => unstable::test_unstable,
             "do shear modes of a large gas grow as linear theory and exact dynamics say?",
             "what each scheme claims", ENDLESS;
-        "convergence" => convergence::run,
+        "convergence" => convergence::test_convergence,
             "what is left at vanishing simulator weight, cell size and step, and of which order are the errors?",
             "what each scheme claims", ENDLESS;
     }
@@ -131,7 +131,7 @@ struct Outcome {
 impl Outcome {
     /// Runs parts one after the other, and none after the budget is spent. Writes the page before
     /// the work and after each part, so that a stop keeps what is done.
-    fn of(
+    fn run_parts(
         parts: &[TrialRow],
         effort: &Effort,
         budget: Option<Duration>,
@@ -148,7 +148,7 @@ impl Outcome {
                     passed.as_secs_f64()
                 )]
             } else {
-                let report = part.run(effort);
+                let report = part.run_trial(effort);
                 whole.rows.extend(report.rows);
                 report.faults
             };
@@ -233,7 +233,7 @@ pub(crate) fn command(asked: &ValidateAll) -> Done {
         ..Effort::default()
     };
     let parts = chosen(TRIALS, |part| part.name, "part", &asked.part)?;
-    let whole = Outcome::of(&parts, &effort, asked.budget, |whole| match &asked.out {
+    let whole = Outcome::run_parts(&parts, &effort, asked.budget, |whole| match &asked.out {
         None => Ok(()),
         Some(path) => whole.write(path, asked.quick),
     })?;
@@ -255,7 +255,7 @@ pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
         ..Effort::default()
     };
     let parts = chosen(parts::TRIALS, |part| part.name, "part", &asked.part)?;
-    let all = Outcome::of(&parts, &effort, None, |all| {
+    let all = Outcome::run_parts(&parts, &effort, None, |all| {
         let Some(folder) = &asked.out else {
             return Ok(());
         };

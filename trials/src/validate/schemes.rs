@@ -81,7 +81,7 @@ pub struct Method {
 
 impl Method {
     /// Returns the numerical parameters at a setting.
-    pub fn at(&self, setting: SchemeSetting) -> Parameters {
+    pub fn parameters_at(&self, setting: SchemeSetting) -> Parameters {
         let (cell, simulators) = match setting {
             SchemeSetting::Single => (2.0, 1),
             SchemeSetting::Eight => (2.0, 8),

@@ -41,7 +41,7 @@ fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, TrialError> {
         density: DENSITY,
     };
     let mixture = MaxwellianMixture::new(S::DIMENSION, vec![one], law, TheoryContact::Enskog)?;
-    let haff = CoolingState::of(&mixture, 1.0)?.time;
+    let haff = CoolingState::at_temperature(&mixture, 1.0)?.time;
     let times = TIMES.map(|time| time * haff);
     let mut found = Vec::new();
     for theory in mixture.expand(ORDERS, &[1.0], &times)? {
@@ -69,7 +69,7 @@ fn cooling<S: Space>(log: &mut TrialLog) -> Done {
         "homogeneous",
         "homogeneous",
         setting,
-        S::ball(0.5) * DENSITY,
+        S::particle_volume(0.5) * DENSITY,
         seconds,
     );
     let over = |time: usize, what: usize| mean(courses.iter().map(|course| course[time][what]));
@@ -87,7 +87,7 @@ fn cooling<S: Space>(log: &mut TrialLog) -> Done {
 /// Tests cooling of equal disks and equal spheres, and Table I of Bodrova & Osinsky (2024): 1.2·10⁶
 /// spheres of 125 sizes, restitution 0.5, to t = 100. Published are 12.0727 and 12.0678 million
 /// collisions and energies of 1.233e4 and 1.235e4 (with their exponent corrected).
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_spheres(log: &mut TrialLog) -> Done {
     cooling::<Plane>(log)?;
     cooling::<Volume>(log)?;
     let began = Instant::now();
@@ -102,7 +102,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
             seed: seed + 1,
             json: false,
         }
-        .measure()
+        .measure_speed()
     })?;
     let seconds = began.elapsed().as_secs_f64();
     let here = RowPlace::new("homogeneous", "mixture", "Table I", 0.0, seconds);

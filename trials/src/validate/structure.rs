@@ -75,7 +75,7 @@ fn quotient(one: Estimate, other: Estimate) -> Estimate {
 
 /// Runs exact disks, and the schemes with rising numbers of simulators per disk. The contact-point
 /// scheme claims the structure of exact disks from [`MANY`] on.
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_structure(log: &mut TrialLog) -> Done {
     let (exact_gases, gases) = if log.effort.quick { (4, 2) } else { (64, 24) };
     let make = |seed| start(DISKS, PACKING, seed, 40.0);
     let starts: Vec<Particles> = over_seeds(0..exact_gases, make)?.0;
@@ -113,8 +113,8 @@ fn of_scheme<'a>(
         follow(monte_carlo(at(seed), 1.0, parameters, seed)?)
     })?;
     let setting = format!("simulators {simulators}");
-    let here =
-        RowPlace::new("structure", method.name, setting, PACKING, seconds).of(method.default);
+    let here = RowPlace::new("structure", method.name, setting, PACKING, seconds)
+        .only_default(method.default);
     let is_claimed = simulators >= MANY
         && matches!(parameters.scheme, Scheme::ContactPoint { .. })
         && parameters.cell_size.is_none();

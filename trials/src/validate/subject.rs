@@ -53,13 +53,13 @@ pub struct GasCourse {
 /// A method that makes disks collide.
 pub trait CollisionMethod: Sync {
     /// Returns the name in tables.
-    fn name(&self) -> String;
+    fn table_name(&self) -> String;
 
     /// Follows a gas from an equilibrium start, which the seed decides.
     ///
     /// # Errors
     /// [`TrialError`] if it cannot be made or followed.
-    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError>;
+    fn follow_gas(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError>;
 }
 
 /// Follows a gas and observes it.
@@ -72,7 +72,10 @@ fn observed(gas: &ObservedGas, mut engine: Box<dyn Simulation>) -> Result<GasCou
         let sample = energy(&engine.particles());
         windows.synchronise(time, sample.temperature);
         temperatures.push(sample.temperature);
-        cumulants.push(unbiased_cumulant(sample.fourth_cumulant, engine.count()));
+        cumulants.push(unbiased_cumulant(
+            sample.fourth_cumulant,
+            engine.particle_count(),
+        ));
     }
     let window = windows.windows.swap_remove(0);
     Ok(GasCourse {
@@ -93,11 +96,11 @@ impl ObservedGas {
 pub struct ExactDynamics;
 
 impl CollisionMethod for ExactDynamics {
-    fn name(&self) -> String {
+    fn table_name(&self) -> String {
         "event-driven".into()
     }
 
-    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
+    fn follow_gas(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         observed(gas, exact(&gas.start(seed)?, gas.restitution)?)
     }
 }
@@ -107,11 +110,11 @@ impl CollisionMethod for ExactDynamics {
 pub struct Simulated(pub Parameters);
 
 impl CollisionMethod for Simulated {
-    fn name(&self) -> String {
+    fn table_name(&self) -> String {
         self.0.scheme.name().into()
     }
 
-    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
+    fn follow_gas(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         let start = gas.start(seed)?;
         observed(gas, monte_carlo(&start, gas.restitution, self.0, seed)?)
     }
@@ -122,11 +125,11 @@ impl CollisionMethod for Simulated {
 pub struct ContactPoint;
 
 impl CollisionMethod for ContactPoint {
-    fn name(&self) -> String {
+    fn table_name(&self) -> String {
         CONTACT_POINT.name.into()
     }
 
-    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
+    fn follow_gas(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         let Parameters { scheme, .. } = CONTACT_POINT.parameters;
         let parameters = Parameters {
             simulators_per_particle: Parameters::enough_for_chaos::<Plane>(
@@ -137,7 +140,7 @@ impl CollisionMethod for ContactPoint {
             ),
             ..CONTACT_POINT.parameters
         };
-        Simulated(parameters).follow(gas, seed)
+        Simulated(parameters).follow_gas(gas, seed)
     }
 }
 
@@ -162,7 +165,7 @@ const ELASTIC_TIME: f64 = 20.0;
 const COOLING_TIMES: [f64; 2] = [1.0, 3.0];
 
 /// Mean over courses; courses without a value are left out.
-fn over(
+fn mean_over(
     courses: &[GasCourse],
     of: impl Fn(&GasCourse) -> Option<f64>,
 ) -> Result<Estimate, TrialError> {
@@ -185,11 +188,11 @@ fn courses(
         equilibrate: EQUILIBRATE,
         times,
     };
-    let (courses, _) = over_seeds(0..seeds, |seed| subject.follow(&gas, seed))?;
+    let (courses, _) = over_seeds(0..seeds, |seed| subject.follow_gas(&gas, seed))?;
     let seconds = began.elapsed().as_secs_f64();
     Ok((
         courses,
-        RowPlace::new("engines", subject.name(), setting, packing, seconds),
+        RowPlace::new("engines", subject.table_name(), setting, packing, seconds),
     ))
 }
 
@@ -204,13 +207,13 @@ fn elastic(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog)
     let chaos = |course: &GasCourse| course.window.dissipation(enskog, disks);
     // Pairs of N disks of momentum zero are fewer than N²/2 by 1/N and faster by half of that.
     let few = 1.0 / disks as f64;
-    let rate = over(&courses, |course| {
+    let rate = mean_over(&courses, |course| {
         Some(chaos(course)?.rate / (1.0 - few).sqrt())
     })?;
-    let square = over(&courses, |course| Some(chaos(course)?.speed * (1.0 - few)))?;
-    let slope = over(&courses, |course| course.window.slope())?;
-    let energy = over(&courses, |course| course.temperatures.first().copied())?;
-    let cumulant = over(&courses, |course| course.cumulants.first().copied())?;
+    let square = mean_over(&courses, |course| Some(chaos(course)?.speed * (1.0 - few)))?;
+    let slope = mean_over(&courses, |course| course.window.slope())?;
+    let energy = mean_over(&courses, |course| course.temperatures.first().copied())?;
+    let cumulant = mean_over(&courses, |course| course.cumulants.first().copied())?;
     for (what, expected, found, tolerance) in [
         ("collision rate/Enskog", 1.0, rate, 0.01),
         ("<g²> of colliding pairs/(6 T/m)", 1.0, square, 0.01),
@@ -233,12 +236,12 @@ fn cooling(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog)
     let (courses, here) = courses(subject, "cooling", work.cooling, gas, times)?;
     for (index, time) in COOLING_TIMES.into_iter().enumerate() {
         let law = transport::relaxing_haff_law(RESTITUTION, time);
-        let ratio = over(&courses, |course| {
+        let ratio = mean_over(&courses, |course| {
             Some(course.temperatures.get(index)? / law)
         })?;
         log.add(here.row(format!("K/Haff at t/t0 = {time}"), 1.0, ratio, Some(0.01)));
     }
-    let found = over(&courses, |course| course.cumulants.last().copied())?;
+    let found = mean_over(&courses, |course| course.cumulants.last().copied())?;
     let what = format!("a2 at t/t0 = {}", COOLING_TIMES[1]);
     log.add(here.row(what, small_gas::cumulant()?, found, Some(0.01)));
     Ok(())

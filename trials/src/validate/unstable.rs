@@ -137,7 +137,7 @@ impl Growth {
 }
 
 /// Runs all settings of the schemes but the refined one, and exact dynamics.
-pub(super) fn run(log: &mut TrialLog) -> Done {
+pub(super) fn test_unstable(log: &mut TrialLog) -> Done {
     let replicas = if log.effort.quick { 4 } else { 32 };
     let (starts, _) = over_seeds(0..replicas, |seed| start(10_000, PACKING, seed, 20.0))?;
     let first = std::f64::consts::TAU / starts[0].lengths[0];
@@ -148,7 +148,7 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
     let place = |name, setting, growth: &Growth| {
         RowPlace::new("unstable", name, setting, PACKING, growth.seconds)
     };
-    let here = place("event-driven", "exact", &reference).of(false);
+    let here = place("event-driven", "exact", &reference).only_default(false);
     reference.rows(log, &here, first, None, None);
     for method in log.effort.methods.clone() {
         for setting in [SchemeSetting::Single, SchemeSetting::Eight] {
@@ -159,9 +159,9 @@ pub(super) fn run(log: &mut TrialLog) -> Done {
             };
             let growth = of((replicas / fewer).max(4), &|seed| {
                 let start = &starts[seed as usize];
-                monte_carlo(start, RESTITUTION, method.at(setting), seed)
+                monte_carlo(start, RESTITUTION, method.parameters_at(setting), seed)
             })?;
-            let here = place(method.name, setting.name(), &growth).of(method.default);
+            let here = place(method.name, setting.name(), &growth).only_default(method.default);
             let claim = method
                 .claims(setting, SchemeQuantity::Growth)
                 .then_some(0.1);

@@ -14,12 +14,12 @@ use crate::{Done, Effort, TrialLog, stress};
 trials! {
     "literature" => literature,
         "do closed forms give printed numbers?", "to their rounding", ENDLESS;
-    "exact" => exact::run,
+    "exact" => exact::test_exact,
         "does exact dynamics conserve and reverse, and are its equation of state, structure and contact values those of hard disks?",
         "every claim", ENDLESS;
     "engines" => engines,
         "are an elastic gas and a cooling one of both engines those of kinetic theory?", "every claim", ENDLESS;
-    "homogeneous" => spheres::run,
+    "homogeneous" => spheres::test_spheres,
         "do gases without positions cool as theory says in two and three dimensions, and is a published mixture found again?",
         "every claim", ENDLESS;
     "stress" => suites, "do the hard cases of all engines hold?", "no fault in any", ENDLESS;
@@ -86,10 +86,10 @@ fn engines(log: &mut TrialLog) -> Done {
 
 fn monte_carlo(log: &mut TrialLog) -> Done {
     log.effort.methods = METHODS.iter().filter(|m| m.default).copied().collect();
-    cooling::run(log)?;
+    cooling::test_cooling(log)?;
     if !log.effort.quick {
-        elastic::run(log)?;
-        unstable::run(log)?;
+        elastic::test_elastic(log)?;
+        unstable::test_unstable(log)?;
     }
     Ok(())
 }
@@ -103,7 +103,7 @@ fn suites(log: &mut TrialLog) -> Done {
         ("stress mixture", stress::mixtures()),
     ] {
         for trial in trials {
-            let report = trial.run(&Effort::default());
+            let report = trial.run_trial(&Effort::default());
             let here = RowPlace::new("stress", name, trial.name, 0.0, report.seconds);
             log.add(here.exact("faults", 0.0, report.faults.len() as f64, 0.5));
         }

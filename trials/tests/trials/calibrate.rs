@@ -10,7 +10,7 @@ fn verdicts_are_calibrated() {
         ..Effort::default()
     };
     for trial in calibrate::TRIALS {
-        let report = trial.run(&effort);
+        let report = trial.run_trial(&effort);
         assert!(report.passed(), "{report}");
     }
 }

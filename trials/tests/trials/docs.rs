@@ -7,8 +7,8 @@ use std::path::Path;
 use stosszahl_trials::TrialError;
 use stosszahl_trials::docs::{
     self, DATA, DataMaker, DocsEntry, ENTRIES, EntrySource, FinishedRun, Head, ROOT,
-    ROWS_OF_A_PAGE, block_names, find, generated_rows, is_open, outside, pages, replace, stale,
-    stale_typed, strays, unfounded,
+    ROWS_OF_A_PAGE, block_names, find_block, generated_rows, is_open, outside, pages, replace,
+    stale, stale_typed, strays, unfounded,
 };
 
 /// Lists the differences between a block, or its file, and results.
@@ -30,7 +30,7 @@ fn every_block_stands_on_its_page() {
             continue;
         }
         assert_eq!(stale(&page, entry), [""; 0], "{}", entry.name);
-        let block = find(&page, entry.name).expect("a block");
+        let block = find_block(&page, entry.name).expect("a block");
         let is_short = matches!(entry.make, DataMaker::Data { .. });
         assert!(is_short || block.text.lines().count() > 1, "{}", entry.name);
         assert_eq!(
@@ -160,7 +160,7 @@ fn a_planted_number_is_found() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = |name: &str| {
         let set = ["gas.number=60", "replicas=3"].map(str::to_owned);
-        let done = FinishedRun::of(case, &set, &folder.path().join(name), false, "c0ffee");
+        let done = FinishedRun::run_case(case, &set, &folder.path().join(name), false, "c0ffee");
         let (results, commit) = done.expect("a run");
         assert_eq!(commit, "c0ffee");
         results

@@ -90,7 +90,7 @@ fn equation_of_state_and_collision_rate() {
 struct Bins([u64; 20]);
 
 impl Observer for Bins {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             self.0[((20.0 * collision.impact_square().sqrt()) as usize).min(19)] += 1;
         }

@@ -66,7 +66,7 @@ macro_rules! short_cases {
                 let trials = $cases();
                 let trial = trials.iter().find(|trial| trial.name == $name);
                 let trial = trial.expect("a trial of this name");
-                let report = trial.run(&super::Effort::default());
+                let report = trial.run_trial(&super::Effort::default());
                 println!("{report}");
                 assert!(report.passed(), "{report}");
             })+
@@ -152,7 +152,7 @@ short_cases! {
 #[test]
 fn hard_cases_of_mixtures_hold() {
     for case in stress::mixtures() {
-        let report = case.run(&Effort::default());
+        let report = case.run_trial(&Effort::default());
         assert!(report.passed(), "{report}");
     }
 }

@@ -60,7 +60,7 @@ fn displaced_rates_are_those_of_an_independent_program() {
     for (simulators_per_particle, known, allowance) in [(1, 0.749, 0.02), (4, 0.931, 0.006)] {
         let parameters = Parameters {
             simulators_per_particle,
-            ..method("enskog-displaced").at(SchemeSetting::Single)
+            ..method("enskog-displaced").parameters_at(SchemeSetting::Single)
         };
         let [(rate, error), _] = elastic(10_000, parameters, 3);
         assert!(
@@ -84,7 +84,7 @@ fn virial_is_the_collisional_pressure() {
             cell_size: Some(3.0),
             simulators_per_particle: 32,
             steps_per_cell_crossing: 40.0,
-            ..method(name).at(SchemeSetting::Single)
+            ..method(name).parameters_at(SchemeSetting::Single)
         };
         let [(rate, _), (pressure, error)] = elastic(500, parameters, 4);
         let excess = kinetic::compressibility_factor(PACKING, 1.0) - 1.0;
@@ -106,7 +106,7 @@ fn default_scheme_holds_its_claims_on_cooling() {
         methods: METHODS.iter().filter(|m| m.default).copied().collect(),
         ..Effort::default()
     };
-    let report = cooling.expect("a part of this name").run(&effort);
+    let report = cooling.expect("a part of this name").run_trial(&effort);
     assert!(report.passed(), "{report}");
     let rows = report.rows;
     let claimed: Vec<_> = rows.iter().filter(|row| row.tolerance.is_some()).collect();

@@ -25,17 +25,17 @@ const QUICK: ClaimEffort = ClaimEffort {
 struct Hasty<S>(S);
 
 impl<S: CollisionMethod> CollisionMethod for Hasty<S> {
-    fn name(&self) -> String {
-        format!("hasty {}", self.0.name())
+    fn table_name(&self) -> String {
+        format!("hasty {}", self.0.table_name())
     }
 
-    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
+    fn follow_gas(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         let times = gas.times.iter().map(|time| 1.02 * time).collect();
         let gas = ObservedGas {
             times,
             ..gas.clone()
         };
-        let mut course = self.0.follow(&gas, seed)?;
+        let mut course = self.0.follow_gas(&gas, seed)?;
         course.window.root_temperature /= 1.02;
         Ok(course)
     }
@@ -91,13 +91,13 @@ fn cumulant(all: &[Vector2<f64>]) -> f64 {
 }
 
 impl CollisionMethod for Pairs {
-    fn name(&self) -> String {
+    fn table_name(&self) -> String {
         self.name.into()
     }
 
-    fn follow(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
+    fn follow_gas(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError> {
         let streams = Streams::new(seed, 7);
-        let stream = &mut streams.at(Purpose::Pairs, [0, 0]);
+        let stream = &mut streams.stream_at(Purpose::Pairs, [0, 0]);
         let count = gas.disks;
         let mut all = Self::velocities(count, stream);
         let volume = count as f64 * 0.25 * PI / gas.packing;
@@ -148,7 +148,7 @@ impl CollisionMethod for Pairs {
                             gas.restitution,
                         )
                     };
-                    windows.collisions(&[collision]);
+                    windows.on_collisions(&[collision]);
                 }
             }
             windows.synchronise(until, temperature(&all));
@@ -186,7 +186,7 @@ fn verdict(rows: &[TrialTableRow], quantity: &str) -> RowVerdict {
 fn right_methods_pass_every_claim() {
     for subject in [&ExactDynamics as &dyn CollisionMethod, &RIGHT] {
         let rows = rows(subject, QUICK);
-        assert_eq!(faults(&rows), [""; 0], "{}", subject.name());
+        assert_eq!(faults(&rows), [""; 0], "{}", subject.table_name());
     }
 }
 

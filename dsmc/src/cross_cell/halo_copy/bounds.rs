@@ -190,7 +190,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         let deep = near * usize::from(P::Space::DIMENSION > 2);
         let [_, column, layer] = self.strides();
         let first = cell - near * (1 + column) - deep * layer;
-        let side = P::Space::vector(|axis| k[axis].abs());
+        let side = P::Space::from_components(|axis| k[axis].abs());
         let ends = [0, 1, 2].map(|axis| usize::from(axis < P::Space::DIMENSION && k[axis] < 0.0));
         let mut most = f64::NEG_INFINITY;
         for z in 0..=2 * deep {

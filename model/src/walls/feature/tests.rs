@@ -176,7 +176,7 @@ fn parabolas_hit_first_then() {
             let end = found.map_or(limit, |hit| hit.time);
             for step in 0..2000 {
                 let time = end * f64::from(step) / 2000.0;
-                let clear = shape.clearance(flight.at(time)) - taken;
+                let clear = shape.clearance(flight.position_at(time)) - taken;
                 assert!(
                     clear > -1e-13,
                     "{shape:?} {flight:?} {found:?} {time} {clear}"
@@ -187,7 +187,7 @@ fn parabolas_hit_first_then() {
                 continue;
             };
             hits += 1;
-            let (at, velocity) = (flight.at(hit.time), flight.velocity_at(hit.time));
+            let (at, velocity) = (flight.position_at(hit.time), flight.velocity_at(hit.time));
             assert!((shape.clearance(at) - taken).abs() < 1e-13 * (1.0 + flight.position.amax()));
             assert!(velocity.dot(&hit.normal) <= 1e-12);
             assert!((hit.normal.norm() - 1.0).abs() < 1e-15);
@@ -260,7 +260,7 @@ fn rebounds_do_not_leak_or_repeat() {
             repeated = if hit.time < 1e-12 { repeated + 1 } else { 0 };
             assert!(repeated < 4, "{own} {pull} {flight:?}");
             let velocity = flight.velocity_at(hit.time);
-            flight.position = flight.at(hit.time);
+            flight.position = flight.position_at(hit.time);
             flight.velocity = velocity
                 - hit.normal * (2.0 * velocity.dot(&hit.normal) / hit.normal.norm_squared());
             assert!(inside.holds(flight.position));
@@ -346,7 +346,7 @@ fn flights_stay_in_their_bounds() {
         };
         let [least, most] = flight.bounds(3.0);
         for step in 0..=300 {
-            let at = flight.at(0.01 * f64::from(step));
+            let at = flight.position_at(0.01 * f64::from(step));
             for axis in 0..2 {
                 assert!(at[axis] > least[axis] - 1e-14 && at[axis] < most[axis] + 1e-14);
             }

@@ -54,7 +54,7 @@ pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back"
 
 impl FacesSpec {
     /// Returns the face of an axis and side (0 lower, 1 upper).
-    pub fn at(&self, axis: usize, side: usize) -> &FaceSpec {
+    pub fn face_at(&self, axis: usize, side: usize) -> &FaceSpec {
         match (axis, side) {
             (0, 0) => &self.left,
             (0, _) => &self.right,
@@ -66,8 +66,8 @@ impl FacesSpec {
     }
 
     /// Returns all faces; in the plane those of the third axis are periodic.
-    pub fn all(&self) -> impl Iterator<Item = &FaceSpec> {
-        (0..3).flat_map(|axis| [0, 1].map(|side| self.at(axis, side)))
+    pub fn all_faces(&self) -> impl Iterator<Item = &FaceSpec> {
+        (0..3).flat_map(|axis| [0, 1].map(|side| self.face_at(axis, side)))
     }
 
     /// Returns true if all faces are periodic.

@@ -17,7 +17,7 @@ impl Case {
     /// Returns true if particles leave through a face of the box, so that their number changes.
     pub fn is_open(&self) -> bool {
         let open = FaceSpec::Word(FaceWord::Open);
-        self.walls.all().any(|face| *face == open)
+        self.walls.all_faces().any(|face| *face == open)
     }
 
     /// Returns true if all places are alike: no walls, openings, obstacles or gravity. A gas without

@@ -48,7 +48,7 @@ impl Relations<'_> {
             self.ensure(self.dimension() == 2, "engine.ed", disks)?;
             for (axis, side) in (0..6).map(|face| (face / 2, face % 2)) {
                 self.ensure(
-                    *case.walls.at(axis, side) != FaceSpec::Word(FaceWord::Open),
+                    *case.walls.face_at(axis, side) != FaceSpec::Word(FaceWord::Open),
                     format!("walls.{}", FACES[axis][side]),
                     "exact dynamics keeps its disks: no open face beside [engine.ed]",
                 )?;
@@ -66,7 +66,7 @@ impl Relations<'_> {
         }
         if let Some(accuracy) = &case.accuracy {
             self.ensure(
-                accuracy.share().is_some(),
+                accuracy.parse_share().is_some(),
                 "accuracy.target",
                 "a share in quotes, such as \"1%\" or \"0.01\", above 0 and below 1",
             )?;

@@ -115,7 +115,7 @@ impl Relations<'_> {
 
     pub(super) fn walls(&self) -> Checked {
         let periodic =
-            |axis: usize, side: usize| *self.case.walls.at(axis, side) == FaceSpec::default();
+            |axis: usize, side: usize| *self.case.walls.face_at(axis, side) == FaceSpec::default();
         for (axis, names) in FACES.iter().enumerate() {
             let both = [periodic(axis, 0), periodic(axis, 1)];
             let wall = format!("walls.{}", names[usize::from(both[0])]);
@@ -129,7 +129,7 @@ impl Relations<'_> {
                 format!("opposite faces are both periodic or neither; walls.{other} is periodic");
             self.ensure(both[0] == both[1], &wall, allowed)?;
             for (side, name) in names.iter().enumerate() {
-                if let FaceSpec::Wall(wall) = self.case.walls.at(axis, side) {
+                if let FaceSpec::Wall(wall) = self.case.walls.face_at(axis, side) {
                     let size = self
                         .case
                         .domain
@@ -221,7 +221,7 @@ impl Relations<'_> {
                 .map(|face| (face / 2, face % 2))
                 .find(|&(axis, side)| FACES[axis][side] == inflow.face);
             let open = place.is_some_and(|(axis, side)| {
-                *self.case.walls.at(axis, side) == FaceSpec::Word(FaceWord::Open)
+                *self.case.walls.face_at(axis, side) == FaceSpec::Word(FaceWord::Open)
             });
             let allowed = format!(
                 "the face of an inflow is open; write walls.{} = \"open\"",
@@ -259,7 +259,7 @@ impl Relations<'_> {
             )?;
         }
         for (axis, side) in (0..6).map(|face| (face / 2, face % 2)) {
-            if let FaceSpec::Wall(wall) = case.walls.at(axis, side) {
+            if let FaceSpec::Wall(wall) = case.walls.face_at(axis, side) {
                 let key = format!("walls.{}.sliding", FACES[axis][side]);
                 check(key.clone(), wall.sliding.as_ref())?;
                 let across = wall.sliding.as_ref().and_then(|sliding| sliding.get(axis));

@@ -54,7 +54,7 @@ impl Axes {
             Subject::Map { map, range, .. } => {
                 let ends = map.ends();
                 let frames = ends.map(|ends| {
-                    AxisRange::around(stosszahl_results::AxisScale::Linear, ends, true)
+                    AxisRange::range_around(stosszahl_results::AxisScale::Linear, ends, true)
                 });
                 let label = |axis: usize| (map.labels[axis].clone(), map.units[axis].clone());
                 let (low, high) = *range;
@@ -63,7 +63,7 @@ impl Axes {
                     frames,
                     labels: [label(0), label(1)],
                     bar: Some((
-                        AxisRange::around(map.scale, *range, high > low),
+                        AxisRange::range_around(map.scale, *range, high > low),
                         map.value.clone(),
                         map.units[2].clone(),
                     )),
@@ -473,7 +473,7 @@ impl Arrangement<'_> {
                 range: (low, high),
                 obstacles,
             } => {
-                let bar = AxisRange::around(map.scale, (*low, *high), high > low);
+                let bar = AxisRange::range_around(map.scale, (*low, *high), high > low);
                 draw_map(canvas, map, &bar, obstacles, &area);
                 self.frame(canvas, number, &area);
                 let ends_row =

@@ -28,7 +28,7 @@ pub(crate) struct PlacedChart<'a> {
 impl PlacedChart<'_> {
     /// Position of a point; `None` if it cannot be drawn.
     pub fn place(&self, x: f64, y: f64) -> Option<[f64; 2]> {
-        let [x, y] = [self.axes[0].place(x)?, self.axes[1].place(y)?];
+        let [x, y] = [self.axes[0].position_of(x)?, self.axes[1].position_of(y)?];
         // Far outside is drawn like infinity.
         Some(self.area.at([x, y].map(|place| place.clamp(-50.0, 50.0))))
     }

@@ -75,7 +75,7 @@ enum End {
 
 impl Elsewhere {
     /// Converts an error to its message and kind.
-    pub(crate) fn of(error: &PartError) -> Self {
+    pub(crate) fn from_error(error: &PartError) -> Self {
         let end = if error.is_of_gas() {
             End::OfGas
         } else if error.is_interruption() {

@@ -214,10 +214,10 @@ pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a FrontierRow<'a>>) -> 
                 found.repetitions,
                 source,
             ),
-            TableEstimate::of(known.value, Some(known.standard_error)),
+            TableEstimate::with_error(known.value, Some(known.standard_error)),
             (
                 found.mean,
-                TableEstimate::of(found.systematic, Some(found.systematic_error)),
+                TableEstimate::with_error(found.systematic, Some(found.systematic_error)),
             ),
             (found.statistical, found.statistical_range()),
             (row.error(), found.total_range(row.replicas)),

@@ -136,7 +136,7 @@ impl KeptRuns {
 
     /// Returns the current tasks of the folder.
     pub(crate) fn tasks(&self) -> TaskStates {
-        TaskStates::read(&self.folder.claims())
+        TaskStates::read_claims(&self.folder.claims())
     }
 
     /// Claims a run for this process, which shares the folder; `None` if another one has it.
@@ -172,7 +172,7 @@ impl KeptRuns {
     }
 
     /// Returns a kept run; `None` if it was not made yet.
-    pub(crate) fn find(&self, key: &RunKey) -> Option<RunRecord> {
+    pub(crate) fn find_run(&self, key: &RunKey) -> Option<RunRecord> {
         self.known().runs.get(key).cloned()
     }
 

@@ -129,7 +129,7 @@ impl Workshop<'_> {
         let jobs: Vec<(usize, u64)> = order.iter().flat_map(all).collect();
         let mut done: Vec<Option<Found>> = Vec::new();
         for &(task, replica) in &jobs {
-            let kept = self.kept.find(&key(&tasks[task].setting, replica));
+            let kept = self.kept.find_run(&key(&tasks[task].setting, replica));
             if let Some(record) = &kept {
                 self.spend(record.spent);
             }
@@ -261,7 +261,7 @@ impl Bench<'_> {
         };
         let mut left = VecDeque::new();
         for job in std::mem::take(&mut state.waiting) {
-            match kept.find(&key_of(job)) {
+            match kept.find_run(&key_of(job)) {
                 Some(record) => {
                     self.workshop.spend(record.spent);
                     state.done[job] = Some(record.found);
@@ -278,7 +278,7 @@ impl Bench<'_> {
                     // Another process may have ended it since the journals were read, and all
                     // claims be gone.
                     kept.refresh()?;
-                    if kept.find(&key_of(job)).is_some() {
+                    if kept.find_run(&key_of(job)).is_some() {
                         return Ok(None);
                     }
                     state.waiting.remove(place);
@@ -462,7 +462,7 @@ impl<'a> Runner<'a> {
             stop: self.interrupt,
         };
         let mut begin = || {
-            let (state, seconds) = timed(spent, || run.start());
+            let (state, seconds) = timed(spent, || run.make_start());
             let state = state.map_err(|error| format!("start: {error}"))?;
             Ok::<_, String>((state, seconds))
         };
@@ -477,7 +477,7 @@ impl<'a> Runner<'a> {
             &own
         };
         let engine = engine(order.kind.clone());
-        let (finished, seconds) = timed(spent, || run.run(&engine, start));
+        let (finished, seconds) = timed(spent, || run.run_engine(&engine, start));
         let finished = finished.map_err(|error| error.to_string())?;
         let whole = plan.count() == self.plan.count();
         let steps = finished.work.numbers.get("steps").copied().unwrap_or(0.0);

@@ -88,8 +88,8 @@ pub(crate) fn table(rows: &[OrderRow]) -> Table {
             (row.settings, row.coarsest, row.order),
             row.found.map(|found| found.0),
             [0, 1].map(|side| row.found.map(|found| found.1[side])),
-            TableEstimate::of(line.intercept, Some(line.intercept_error)),
-            TableEstimate::of(line.slope, Some(line.slope_error)),
+            TableEstimate::with_error(line.intercept, Some(line.intercept_error)),
+            TableEstimate::with_error(line.slope, Some(line.slope_error)),
             (
                 line.chi_squared,
                 line.degrees_of_freedom,

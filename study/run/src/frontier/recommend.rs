@@ -100,7 +100,10 @@ impl<'a> SettingSearch<'a> {
     }
 
     /// Returns the settings of a group of engines.
-    fn of(&self, engines: EngineGroup) -> impl Iterator<Item = (usize, &'a MeasuredSetting)> {
+    fn settings_of(
+        &self,
+        engines: EngineGroup,
+    ) -> impl Iterator<Item = (usize, &'a MeasuredSetting)> {
         let all = self.measured.iter().enumerate();
         all.filter(move |(_, one)| engines.holds(one))
     }
@@ -121,7 +124,7 @@ impl<'a> SettingSearch<'a> {
                 error: found.map(|found| found.total(replicas)).fold(0.0, f64::max),
             })
         };
-        let choices = self.of(engines).filter_map(choice);
+        let choices = self.settings_of(engines).filter_map(choice);
         choices.min_by(|a, b| a.core_seconds.total_cmp(&b.core_seconds))
     }
 
@@ -137,7 +140,7 @@ impl<'a> SettingSearch<'a> {
             let worst = errors?.into_iter().max_by(|a, b| a[0].total_cmp(&b[0]));
             Some((one, worst?))
         };
-        let all = self.of(engines).filter_map(worst);
+        let all = self.settings_of(engines).filter_map(worst);
         all.min_by(|a, b| a.1[0].total_cmp(&b.1[0]))
     }
 

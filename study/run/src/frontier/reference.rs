@@ -41,7 +41,7 @@ pub(crate) struct Cache {
 
 impl Cache {
     /// Returns the file of the ensemble of a measured case in a folder.
-    pub(crate) fn of(plan: &CasePlan, folder: &Path) -> Self {
+    pub(crate) fn ensemble_file(plan: &CasePlan, folder: &Path) -> Self {
         let mut case = plan.case.clone();
         case.engine = EnginesSpec::default();
         case.replicas = 1;
@@ -75,8 +75,8 @@ impl Cache {
         blake3::Hash::from_bytes(self.fingerprint).to_hex()[..16].to_owned()
     }
 
-    fn read(&self) -> Result<Vec<RunResult>, FrontierError> {
-        match snapshot::read(&self.path, &self.fingerprint) {
+    fn read_cached(&self) -> Result<Vec<RunResult>, FrontierError> {
+        match snapshot::read_snapshot(&self.path, &self.fingerprint) {
             Ok(runs) => Ok(runs),
             Err(SnapshotError::File { source, .. }) if source.kind() == ErrorKind::NotFound => {
                 Ok(Vec::new())
@@ -101,7 +101,7 @@ pub(crate) struct References {
 ///
 /// # Errors
 /// [`FrontierError`] if the kept ensemble is not of this case or damaged, or a run fails.
-pub(crate) fn find(
+pub(crate) fn find_references(
     workshop: &Workshop<'_>,
     quantities: &[FrontierQuantity],
     count: usize,
@@ -113,7 +113,7 @@ pub(crate) fn find(
     let failed = |reason| FrontierError::Runs { what, reason };
     let (mut runs, mut made) = (Vec::new(), 0);
     if exact.iter().any(Option::is_none) {
-        runs = cache.read()?;
+        runs = cache.read_cached()?;
         made = count.saturating_sub(runs.len());
         // In batches, so that little is lost where it is stopped.
         while runs.len() < count {
@@ -125,7 +125,7 @@ pub(crate) fn find(
             let more = workshop.one(task)?;
             runs.extend(more.map_err(failed)?);
             workshop.kept.require_same()?;
-            snapshot::write(&cache.path, &cache.fingerprint, &runs)?;
+            snapshot::write_snapshot(&cache.path, &cache.fingerprint, &runs)?;
         }
         // The requested number, even if more are kept, so that one sweep gives one table.
         runs.truncate(count);

@@ -252,7 +252,7 @@ fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> 
 
 /// Returns all settings around a case: its own engines first, then exact dynamics, then each Monte
 /// Carlo scheme.
-pub(crate) fn around(plan: &CasePlan) -> Vec<RunSetting> {
+pub(crate) fn settings_around(plan: &CasePlan) -> Vec<RunSetting> {
     let mut list = List {
         plan,
         all: Vec::new(),
@@ -406,7 +406,7 @@ mod tests {
     #[test]
     fn settings_are_many_no_two_alike_and_sequences_can_be_fitted() {
         let plan = plan(10_000);
-        let settings = around(&plan);
+        let settings = settings_around(&plan);
         assert!(settings.len() >= 40, "{}", settings.len());
         let mut labels: Vec<_> = settings.iter().map(|s| s.label(&plan)).collect();
         labels.sort();

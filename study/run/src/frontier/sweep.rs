@@ -17,7 +17,7 @@ use super::orders::{self, OrderRow, OrderVerdict, orders};
 use super::quantity::{FrontierQuantity, QuantityKind, measured as measured_case, quantities};
 use super::recommend::{Choice, EngineGroup, SettingSearch};
 use super::reference::{self, Cache, References};
-use super::setting::{RunSetting, around};
+use super::setting::{RunSetting, settings_around};
 use super::{Frontier, FrontierError, FrontierOptions, WordTable};
 use crate::check::Planned;
 use crate::plan::CasePlan;
@@ -25,7 +25,7 @@ use crate::words::{percent, time};
 
 /// Plans a case as it is measured. Refuses sweeps, cases other than smooth disks in a periodic box,
 /// and starts that give all replicas one state.
-pub(super) fn check(file: &CaseFile) -> Result<CasePlan, FrontierError> {
+pub(super) fn check_frontier(file: &CaseFile) -> Result<CasePlan, FrontierError> {
     let refuse = |found: String, expected| Err(FrontierError::Case { found, expected });
     let [point] = &file.points[..] else {
         let found = format!("the case has a sweep of {} points", file.points.len());
@@ -75,9 +75,10 @@ impl<'a> Sweep<'a> {
     ) -> Result<Self, FrontierError> {
         let plan = workshop.plan;
         let quantities = quantities(plan);
-        let settings = around(plan);
+        let settings = settings_around(plan);
         let shares = shared(plan, &settings, options.budget);
-        let references = reference::find(workshop, &quantities, shares.reference, cache)?;
+        let references =
+            reference::find_references(workshop, &quantities, shares.reference, cache)?;
         let (mut tasks, mut left_out) = (Vec::new(), Vec::new());
         for (setting, repetitions) in settings.into_iter().zip(shares.repetitions) {
             match repetitions {
@@ -263,7 +264,7 @@ pub(crate) fn sweep(
     file: &CaseFile,
     options: &FrontierOptions<'_>,
 ) -> Result<(Frontier, [Table; 2]), FrontierError> {
-    let plan = check(file)?;
+    let plan = check_frontier(file)?;
     let kept = open(&plan, options)?;
     let workshop = Workshop {
         kept: &kept,
@@ -274,7 +275,7 @@ pub(crate) fn sweep(
         spent: Mutex::new(0.0),
         tell: options.tell,
     };
-    let cache = Cache::of(&plan, &options.cache);
+    let cache = Cache::ensemble_file(&plan, &options.cache);
     let sweep = Sweep::new(options, &workshop, &cache)?;
     let references = &sweep.references.values;
     let rows = rows(&sweep.measured, &sweep.quantities, references);
@@ -323,7 +324,7 @@ fn figure(rows: &[FrontierRow<'_>], target: f64) -> Table {
         row[0] = TableCell::Text(FRONT.to_owned());
     }
     // Panels are named by words.
-    if let Some(column) = table.find("quantity") {
+    if let Some(column) = table.find_column("quantity") {
         table.columns[column].name = ERROR_OF.into();
         for (cells, row) in table.rows.iter_mut().zip(rows) {
             cells[column] = TableCell::Text(row.quantity.kind.title().to_owned());

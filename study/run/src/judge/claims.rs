@@ -2,7 +2,7 @@
 
 use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 
-use super::{VerdictRule, interval_of, short, verdict, with_error, within};
+use super::{VerdictRule, interval_of, short, verdict, verdict_within, with_error};
 
 /// Number or bound that a paper states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +84,7 @@ impl ClaimedValue {
                     margin,
                     differ_beyond: margin,
                 };
-                within(&off, &rule)
+                verdict_within(&off, &rule)
             }
             Self::Above(bound) => side(ours - bound),
             Self::Below(bound) => side(bound - ours),
@@ -139,7 +139,7 @@ mod tests {
     fn estimate(value: f64, error: f64, replicas: Option<usize>) -> TableEstimate {
         TableEstimate {
             replicas,
-            ..TableEstimate::of(value, Some(error))
+            ..TableEstimate::with_error(value, Some(error))
         }
     }
 
@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn nothing_is_agreement_whose_error_is_unknown() {
-        let found = TableEstimate::of(1.0, None);
+        let found = TableEstimate::with_error(1.0, None);
         assert_eq!(
             ClaimedValue::Above(0.0).kind(&found, 0.05),
             VerdictKind::Undecided

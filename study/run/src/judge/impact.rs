@@ -42,7 +42,7 @@ pub const FEWEST_COLLISIONS: u64 = 30;
 
 impl ImpactTest {
     /// Tests one window of all replicas.
-    pub fn of(span: [f64; 2], all: &[&CollisionWindow]) -> Self {
+    pub fn test_window(span: [f64; 2], all: &[&CollisionWindow]) -> Self {
         let slopes = pooled(all, CollisionWindow::slope);
         let slope = Mean::over_replicas(&slopes);
         // Half as many as replicas leaves each a spread that is known; one at least, which is Student's test of the curvature.
@@ -63,7 +63,7 @@ impl ImpactTest {
             fewest: (all.iter().map(|window| window.collisions).min()).unwrap_or(0),
             slope: slope.map_or(TableEstimate::default(), |slope| TableEstimate {
                 replicas: Some(slope.replicas),
-                ..TableEstimate::of(slope.value, slope.standard_error)
+                ..TableEstimate::with_error(slope.value, slope.standard_error)
             }),
             trend: student_t_test(&slopes, 0.0),
             slopes,

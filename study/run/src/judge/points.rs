@@ -25,7 +25,7 @@ pub struct MeasuredPoint {
 
 impl MeasuredPoint {
     /// Makes a point of an estimate with its theory; `None` unless both are known.
-    pub fn of(time: f64, found: &TableEstimate) -> Option<Self> {
+    pub fn from_estimate(time: f64, found: &TableEstimate) -> Option<Self> {
         Some(Self {
             time,
             measured: found.value?,
@@ -135,7 +135,7 @@ pub fn against_theory(
 }
 
 /// Verdict on a relative deviation with its error.
-pub fn within(off: &TableEstimate, rule: &VerdictRule) -> VerdictKind {
+pub fn verdict_within(off: &TableEstimate, rule: &VerdictRule) -> VerdictKind {
     kind_of(interval_of(off, rule.level).decide(rule))
 }
 

@@ -191,7 +191,7 @@ fn window(slopes: &[f64], curvatures: &[f64], fewest: u64) -> ImpactTest {
         bend: 12_f64.sqrt() * curvatures.iter().sum::<f64>().abs() / curvatures.len() as f64,
         slope: mean.map_or(TableEstimate::default(), |mean| TableEstimate {
             replicas: Some(mean.replicas),
-            ..TableEstimate::of(mean.value, mean.standard_error)
+            ..TableEstimate::with_error(mean.value, mean.standard_error)
         }),
         trend: student_t_test(slopes, 0.0),
         shape: stosszahl_analysis::replicas::hotelling_test(&rows),
@@ -279,20 +279,21 @@ fn numbers_are_written_in_the_digits_of_their_error() {
 
 #[test]
 fn what_has_no_error_is_never_said_to_agree() {
-    let zero = |value, error| holds_zero(&TableEstimate::of(value, error), 0.01);
+    let zero = |value, error| holds_zero(&TableEstimate::with_error(value, error), 0.01);
     assert_eq!(zero(0.0, None), None);
     assert_eq!(zero(0.1, Some(0.05)), Some(true));
     assert_eq!(zero(0.3, Some(0.05)), Some(false));
     let rule = VerdictRule::new(0.01, 0.05);
-    let within = |value, error| super::within(&TableEstimate::of(value, error), &rule);
+    let within =
+        |value, error| super::verdict_within(&TableEstimate::with_error(value, error), &rule);
     assert_eq!(within(0.0, None), VerdictKind::Undecided);
     assert_eq!(within(f64::NAN, Some(0.1)), VerdictKind::Undecided);
-    assert_eq!(kept("t", "x", 1e-12, 1e-10).kind, VerdictKind::Agree);
-    assert_eq!(kept("t", "x", f64::NAN, 1e-10).kind, VerdictKind::Differ);
+    assert_eq!(is_kept("t", "x", 1e-12, 1e-10).kind, VerdictKind::Agree);
+    assert_eq!(is_kept("t", "x", f64::NAN, 1e-10).kind, VerdictKind::Differ);
     let differ = |errors: [Option<f64>; 2], parts| {
         let values = [
-            TableEstimate::of(1.0, errors[0]),
-            TableEstimate::of(1.2, errors[1]),
+            TableEstimate::with_error(1.0, errors[0]),
+            TableEstimate::with_error(1.2, errors[1]),
         ];
         let words = ["A", "B", "density"];
         profiles("t", words, &[(values, "x = 0.5".into())], parts, &rule)

@@ -11,7 +11,7 @@ use stosszahl_model::simulation::BoundaryFlux;
 use stosszahl_results::{Table, TableEstimate, VerdictText, table};
 
 use super::course::{self, BlockRange, CourseSample, Looking, ReplicaCourse};
-use super::{PARTS, fewest_parts, over};
+use super::{PARTS, fewest_parts, mean_over_replicas};
 use crate::judge::{self, DifferenceUnit, VerdictRule, interval_of, kind_of, title, with_interval};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, SampleProbe, described,
@@ -64,28 +64,33 @@ impl Measure for BoundaryMeasure {
         case.domain.is_some() && inside
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
-        self.read(plan)?;
-        course::check(plan, blocks(plan))
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        self.read_options(plan)?;
+        course::check_blocks(plan, blocks(plan))
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         course::times(plan).split_off(1)
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let (looking, per_block) = (Looking::of(plan), course::per_block(plan, blocks(plan)));
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let (looking, per_block) = (
+            Looking::from_plan(plan),
+            course::per_block(plan, blocks(plan)),
+        );
         let look = move |record: &mut Record, moment: &mut SampleContext<'_>| {
             let number = record.course.len();
-            record.course.push(CourseSample::take(&looking, moment));
+            record
+                .course
+                .push(CourseSample::sample_gas(&looking, moment));
             if number > 0 && number.is_multiple_of(per_block) {
-                record.given.push(moment.simulation.boundaries());
+                record.given.push(moment.simulation.boundary_fluxes());
             }
         };
         Box::new(SampleProbe::from_start(Record::default(), look))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "boundaries", "What a boundary gives to the gas, per time, in the last window";
             key "engine", "", "Engine";
@@ -98,7 +103,7 @@ impl Measure for BoundaryMeasure {
             estimate "power", "energy/time", "Power given to the gas";
             note "parts", "1", PARTS;
         };
-        for one in One::all(plan, runs) {
+        for one in One::all_engines(plan, runs) {
             for name in one.names() {
                 let [along, across] = [0, 1].map(|axis| one.force(name, axis));
                 let contacts = one.rate(name, |given| given.particles);
@@ -111,17 +116,17 @@ impl Measure for BoundaryMeasure {
         vec![table]
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         plan.engines.len()
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
         _tables: &[Table],
     ) -> Vec<VerdictText> {
-        let all = One::all(plan, runs).into_iter();
+        let all = One::all_engines(plan, runs).into_iter();
         all.flat_map(|one| one.drag().into_iter().chain(one.balance(&runs.rule(plan))))
             .collect()
     }
@@ -137,7 +142,7 @@ struct One<'a> {
 
 impl<'a> One<'a> {
     /// All engines, in one window.
-    fn all(plan: &'a CasePlan, runs: &ReplicaRecords<'a>) -> Vec<Self> {
+    fn all_engines(plan: &'a CasePlan, runs: &ReplicaRecords<'a>) -> Vec<Self> {
         let steady = course::steady::<Record>(plan, runs, |record| &record.course);
         let window = BlockRange::last(plan, blocks(plan), &steady);
         let one = |(engine, records)| Self {
@@ -169,7 +174,7 @@ impl<'a> One<'a> {
         let error = errors.standard_errors[0][0];
         TableEstimate {
             replicas: Some(errors.parts[0]),
-            ..TableEstimate::of(mean, Some(error).filter(|error| error.is_finite()))
+            ..TableEstimate::with_error(mean, Some(error).filter(|error| error.is_finite()))
         }
     }
 
@@ -216,7 +221,7 @@ impl<'a> One<'a> {
             let topic = format!("drag of {name}, {}", title(self.engine.name));
             known
                 .contains(&&*name)
-                .then(|| judge::note(topic, sentence))
+                .then(|| judge::verdict_note(topic, sentence))
         };
         case.obstacle.iter().enumerate().filter_map(one).collect()
     }
@@ -227,7 +232,9 @@ impl<'a> One<'a> {
         let given: Vec<_> = last
             .filter_map(|all| all.iter().find(|one| one.name == BALANCE))
             .collect();
-        let sum = |of: fn(&BoundaryFlux) -> f64| over(given.iter().map(|one| Some(of(one))));
+        let sum = |of: fn(&BoundaryFlux) -> f64| {
+            mean_over_replicas(given.iter().map(|one| Some(of(one))))
+        };
         let particles = sum(|one| one.particles);
         let energy = sum(|one| one.energy).times(self.plan.scale.energy);
         // Shares of what the gas had at the start; two numbers share the level.

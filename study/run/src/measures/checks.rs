@@ -7,7 +7,7 @@ use stosszahl_results::{Table, TableCell, TableEstimate, VerdictKind, VerdictTex
 
 use super::gas::{self, GasRecord};
 use super::time_averaged_displacement as averaged;
-use super::{over, species};
+use super::{mean_over_replicas, species};
 use crate::judge::{
     DifferenceUnit, MeasuredPoint, VerdictRule, bound, interval_of, kind_of, short, verdict,
     warning, with_error, worst,
@@ -32,20 +32,20 @@ impl Measure for TheoryComparison {
         !plan.has_box()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         gas::homogeneous_only(plan)?;
-        self.read(plan)
+        self.read_options(plan)
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         vec![table(plan, &Found::of(plan, runs).rows())]
     }
 
-    fn tests(&self, _plan: &CasePlan) -> usize {
+    fn test_count(&self, _plan: &CasePlan) -> usize {
         QUANTITIES.len()
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
@@ -154,14 +154,14 @@ struct Found<'a> {
 
 impl<'a> Found<'a> {
     fn of(plan: &'a CasePlan, runs: &ReplicaRecords<'a>) -> Self {
-        let records: Vec<&GasRecord> = runs.find(0);
+        let records: Vec<&GasRecord> = runs.records_of(0);
         let lasts = plan.case.aggregation.is_none();
         let species = lasts.then(|| species::rows(plan, &records));
         Self {
             plan,
             gas: gas::rows(plan, &records),
             species: species.unwrap_or_default(),
-            averaged: averaged::rows(plan, &runs.find(0)),
+            averaged: averaged::rows(plan, &runs.records_of(0)),
             records,
             rule: runs.rule(plan),
             absolute_rule: runs.absolute_rule(plan),
@@ -186,7 +186,7 @@ impl<'a> Found<'a> {
         let whole = |of: fn(&gas::GasRow) -> &TableEstimate| {
             let later = self.gas.iter().filter(|row| row.time > 0.0);
             later
-                .filter_map(|row| MeasuredPoint::of(row.time, of(row)))
+                .filter_map(|row| MeasuredPoint::from_estimate(row.time, of(row)))
                 .collect()
         };
         add(Quantity::Energy, None, whole(|row| &row.energy));
@@ -201,13 +201,14 @@ impl<'a> Found<'a> {
                     .species
                     .iter()
                     .filter(|row| row.species == number && row.time > 0.0);
-                rows.filter_map(|row| MeasuredPoint::of(row.time, of(row)))
+                rows.filter_map(|row| MeasuredPoint::from_estimate(row.time, of(row)))
                     .collect()
             };
             let mut correlation = own(|row| &row.correlation);
             correlation.retain(|point| point.theory > LEAST_CORRELATION);
             let averaged = self.averaged.iter().filter(|row| row.species == number);
-            let averaged = averaged.filter_map(|row| MeasuredPoint::of(row.lag, &row.displacement));
+            let averaged =
+                averaged.filter_map(|row| MeasuredPoint::from_estimate(row.lag, &row.displacement));
             let (species, displacement) = (Some(number), own(|row| &row.displacement));
             add(Quantity::Temperature, species, own(|row| &row.temperature));
             add(Quantity::Displacement, species, displacement);
@@ -218,7 +219,7 @@ impl<'a> Found<'a> {
         let cumulant = self.cumulant().map(|point| {
             let off = TableEstimate {
                 replicas: point.replicas,
-                ..TableEstimate::of(point.measured - point.theory, point.total_error())
+                ..TableEstimate::with_error(point.measured - point.theory, point.total_error())
             };
             let rule = &self.absolute_rule;
             let interval = interval_of(&off, rule.level);
@@ -262,9 +263,9 @@ impl<'a> Found<'a> {
         let found = TableEstimate {
             theory: last.theory,
             theory_error: last.theory_error,
-            ..over(means)
+            ..mean_over_replicas(means)
         };
-        let point = MeasuredPoint::of(begin, &found)?;
+        let point = MeasuredPoint::from_estimate(begin, &found)?;
         (point.theory != 0.0 && point.deviation().is_finite()).then_some(point)
     }
 
@@ -289,9 +290,9 @@ impl<'a> Found<'a> {
             let energy = exponent(first.energy, last.energy);
             (first.time > 0.0).then_some(2.0 * number / self.plan.dimension as f64 + energy)
         };
-        MeasuredPoint::of(
+        MeasuredPoint::from_estimate(
             until,
-            &over(self.records.iter().map(sum)).against(Some(2.0)),
+            &mean_over_replicas(self.records.iter().map(sum)).against(Some(2.0)),
         )
     }
 
@@ -325,7 +326,7 @@ impl<'a> Found<'a> {
         let theory = quantity.theory(orders);
         let tolerance = 100.0 * self.plan.case.verdict.tolerance;
         let measured = with_error(all.point.measured, all.point.error);
-        let place = |kind| Some(self.place(largest(kind)?));
+        let place = |kind| Some(self.deviation_text(largest(kind)?));
         Some(match quantity {
             Quantity::Cumulant => {
                 let [simplest, _] = homogeneous::fourth_cumulants(self.plan)?;
@@ -369,7 +370,7 @@ impl<'a> Found<'a> {
                 (sentence, VerdictKind::Agree)
             }
             _ => {
-                let place = self.place(all);
+                let place = self.deviation_text(all);
                 let sentence = format!(
                     "Against {theory}, errors, or what one order more changes, are unknown or wider than {tolerance} %; the \
                      largest deviation is {place}."
@@ -419,7 +420,7 @@ impl<'a> Found<'a> {
     }
 
     /// A deviation with its place.
-    fn place(&self, row: &Row) -> String {
+    fn deviation_text(&self, row: &Row) -> String {
         // How far the velocities are from those that theory assumes.
         let before = |known: &&species::SpeciesRow| {
             Some(known.species) == row.species && known.time <= row.point.time

@@ -96,7 +96,7 @@ impl Measure for ClusterMeasure {
         plan.case.aggregation.is_some()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         gas::homogeneous_only(plan)?;
         let Some(sticking) = &plan.case.aggregation else {
             return measure::require(false, "", "only with [aggregation]");
@@ -122,13 +122,13 @@ impl Measure for ClusterMeasure {
         measure::require(good, "fit_monomers", allowed)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let schedule = Schedule::of(plan);
         let steady = schedule.steady_times();
         [schedule.samples, schedule.sizes, steady].concat()
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let schedule = Schedule::of(plan);
         Box::new(ClusterProbe {
             grouping: plan.grouping(),
@@ -138,16 +138,16 @@ impl Measure for ClusterMeasure {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let records: Vec<&ClusterRecord> = runs.records(0);
         vec![table(plan, &records), size_table(plan, &records)]
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         usize::from(Schedule::of(plan).steady.is_some())
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
@@ -222,14 +222,14 @@ fn is_due(times: &[f64], time: f64) -> bool {
 }
 
 impl Probe for ClusterProbe {
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
-        let Some(census) = moment.simulation.census() else {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
+        let Some(census) = moment.simulation.cluster_sizes() else {
             return;
         };
         let time = moment.time;
         if is_due(&self.schedule.samples, time) {
             let (energy, _) = gas::moments(&*moment.simulation, self.grouping, &[], &[]);
-            let particles = moment.simulation.count();
+            let particles = moment.simulation.particle_count();
             let sample = sample(&census, particles, energy, moment.heated);
             self.record.samples.push(sample);
         }

@@ -58,7 +58,7 @@ struct Row {
 }
 
 impl Row {
-    fn of(one: &Collision) -> Self {
+    fn from_collision(one: &Collision) -> Self {
         Self {
             time: one.time,
             pair: one.pair,
@@ -87,22 +87,24 @@ struct LogProbe {
 }
 
 impl Observer for LogProbe {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         let room = self.most - self.record.rows.len();
         if room > 0 {
             let late = batch.iter().filter(|one| one.time >= self.from);
-            self.record.rows.extend(late.take(room).map(Row::of));
+            self.record
+                .rows
+                .extend(late.take(room).map(Row::from_collision));
         }
     }
 }
 
 impl Probe for LogProbe {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         let goes_on = self.record.replica.is_some() && self.record.rows.len() < self.most;
         goes_on.then_some(self)
     }
 
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         self.record.replica = Some(moment.replica);
     }
 
@@ -126,25 +128,25 @@ impl Measure for CollisionLog {
         true
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let options: CollisionLogOptions = measure::options(plan, self.name())?;
         let allowed = format!("a number of collisions from 1 to {MOST}");
         measure::require((1..=MOST).contains(&options.most), "most", allowed)?;
         check_engines(plan, options.engines.as_deref())?;
-        options.replicas.check(plan)
+        options.replicas.check_replicas(plan)
     }
 
     /// No step of an engine lies across the begin.
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = self.options(plan).from;
         (from > 0.0).then_some(from).into_iter().collect()
     }
 
-    fn kept(&self, plan: &CasePlan) -> f64 {
+    fn kept_bytes(&self, plan: &CasePlan) -> f64 {
         self.options(plan).most as f64 * size_of::<Row>() as f64
     }
 
-    fn figures(&self, plan: &CasePlan) -> f64 {
+    fn figure_bytes(&self, plan: &CasePlan) -> f64 {
         let CollisionLogOptions {
             most,
             engines,
@@ -160,7 +162,7 @@ impl Measure for CollisionLog {
         self.options(plan).replicas.has(replica)
     }
 
-    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let options = self.options(plan);
         let is_asked = is_named(options.engines.as_deref(), engine.name);
         Box::new(LogProbe {
@@ -170,7 +172,7 @@ impl Measure for CollisionLog {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "collision_log", "Collisions one by one, in the order in which the engine made them.";
             key "engine", "", "Engine";

@@ -21,7 +21,7 @@ const COOLING: &str = r#"
 /// Number in a column of the row of `chaos.csv` of an engine, window and quantity.
 fn chaos(table: &Table, engine: &str, window: [f64; 2], quantity: &str, column: &str) -> f64 {
     let is = |row: usize, column: &str, wanted: &str| {
-        let at = table.find(column).expect("a column");
+        let at = table.find_column(column).expect("a column");
         table.rows[row][at] == TableCell::Text(wanted.to_owned())
     };
     let row = (0..table.rows.len()).find(|&row| {
@@ -48,7 +48,7 @@ struct Partners {
 }
 
 impl Observer for Partners {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let [i, j] = collision.pair;
             let met = |who: u32, whom: u32| {
@@ -136,7 +136,7 @@ fn twins_can_be_left_out() {
     let without = COOLING.replace("{ windows", "{ elastic_twin = false, windows");
     for text in [elastic, without] {
         let (tables, _, _) = run(&case(&text), measure("contacts"));
-        let column = tables[0].find("value_elastic").expect("a column");
+        let column = tables[0].find_column("value_elastic").expect("a column");
         assert!(
             tables[0]
                 .rows
@@ -206,7 +206,7 @@ const MIXTURE: &str = r#"
 
 /// Rows of a table with a word in a column.
 fn rows_of(table: &Table, column: &str, word: &str) -> Vec<usize> {
-    let at = table.find(column).expect("a column");
+    let at = table.find_column(column).expect("a column");
     let says = |row: &usize| table.rows[*row][at] == TableCell::Text(word.to_owned());
     (0..table.rows.len()).filter(says).collect()
 }
@@ -257,7 +257,9 @@ fn pairs_of_species_have_names_and_add_up() {
     assert!((first - sum / 100.0).abs() < 1e-9, "{first} {sum}");
     for name in ["contacts", "impact_parameters"] {
         let (tables, _, _) = run(&plan, measure(name));
-        let named = tables.iter().filter(|table| table.find("pair").is_some());
+        let named = tables
+            .iter()
+            .filter(|table| table.find_column("pair").is_some());
         let found: Vec<_> = named
             .map(|table| rows_of(table, "pair", "small, large").len())
             .collect();

@@ -16,7 +16,7 @@ use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, VerdictText, t
 
 use self::elastic_twin::{ElasticTwin, SavedTwin, TwinWindow, has_twin};
 use super::impact_parameters::{Spans, spans};
-use super::over;
+use super::mean_over_replicas;
 use crate::judge::{self, title};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, RunStop, SampleContext, described,
@@ -68,9 +68,9 @@ impl WindowSums {
 }
 
 impl Observer for WindowSums {
-    fn collisions(&mut self, batch: &[Collision]) {
-        self.contacts.collisions(batch);
-        self.flux.collisions(batch);
+    fn on_collisions(&mut self, batch: &[Collision]) {
+        self.contacts.on_collisions(batch);
+        self.flux.on_collisions(batch);
     }
 }
 
@@ -89,9 +89,9 @@ struct Observed {
 }
 
 impl Observer for Observed {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         self.collisions += batch.len() as u64;
-        self.own.collisions(batch);
+        self.own.on_collisions(batch);
     }
 }
 
@@ -117,9 +117,9 @@ impl Observed {
     ) -> Result<(), stosszahl_model::Failure> {
         twin.follow(self.collisions, stop)?;
         if !stop.is_raised() {
-            self.add_elastic([self.sampled, time], &twin.take());
-            twin.look();
-            self.add_elastic([time; 2], &twin.take());
+            self.add_elastic([self.sampled, time], &twin.take_sums());
+            twin.sample_twin();
+            self.add_elastic([time; 2], &twin.take_sums());
         }
         Ok(())
     }
@@ -138,17 +138,17 @@ struct ContactProbe {
 }
 
 impl Probe for ContactProbe {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         self.record
             .as_mut()
             .map(|record| record as &mut dyn Observer)
     }
 
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         let time = moment.simulation.time();
         let (particles, temperature) = (moment.particles(), moment.temperature());
         let mut own = WindowSums::new(&self.spans, particles, temperature);
-        own.contacts.look(time, particles);
+        own.contacts.sample_gas(time, particles);
         let record = self.record.insert(Observed {
             own,
             collisions: 0,
@@ -162,25 +162,25 @@ impl Probe for ContactProbe {
                     let window = |&span| (ContactSums::default(), FluxWindow::new(span));
                     record.elastic = self.spans.iter().map(window).collect();
                     let twin = self.twin.insert(twin);
-                    record.add_elastic([time; 2], &twin.take());
+                    record.add_elastic([time; 2], &twin.take_sums());
                 }
                 Err(error) => record.failure = Some(error.to_string()),
             }
         }
     }
 
-    fn stop(&mut self, stop: &RunStop) {
+    fn on_stop(&mut self, stop: &RunStop) {
         if let Some(record) = &mut self.record {
             record.own.synchronise(stop.time, stop.temperature);
         }
     }
 
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         let time = moment.simulation.time();
         let Some(record) = &mut self.record else {
             return;
         };
-        record.own.contacts.look(time, moment.particles());
+        record.own.contacts.sample_gas(time, moment.particles());
         if let Some(twin) = &mut self.twin
             && let Err(failure) = record.follow(twin, time, &moment.interrupt)
         {
@@ -194,13 +194,13 @@ impl Probe for ContactProbe {
         }
     }
 
-    fn save(&self) -> Result<Vec<u8>, postcard::Error> {
+    fn save_record(&self) -> Result<Vec<u8>, postcard::Error> {
         let twin = self.twin.as_ref().map(ElasticTwin::save).transpose();
         let twin = twin.map_err(|_| postcard::Error::SerdeSerCustom)?;
         postcard::to_stdvec(&(&self.record, twin))
     }
 
-    fn load(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
+    fn load_record(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
         let (record, twin): (Record, Option<SavedTwin>) = postcard::from_bytes(bytes)?;
         self.record = record;
         let resumed = twin
@@ -235,7 +235,7 @@ impl Measure for ContactMeasure {
         ContactOptions
     );
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         measure::require(
             plan.has_box(),
             "",
@@ -246,14 +246,14 @@ impl Measure for ContactMeasure {
     }
 
     /// The edges of the windows, and some looks at the local temperature in each.
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let mut times = plan.sample_times();
         times.extend(self.spans(plan).into_flattened());
         times.retain(|&time| time > 0.0);
         times
     }
 
-    fn gathers(&self, _plan: &CasePlan) -> bool {
+    fn gathers_particles(&self, _plan: &CasePlan) -> bool {
         true
     }
 
@@ -271,13 +271,13 @@ impl Measure for ContactMeasure {
     fn companion_share(&self, plan: &CasePlan, engine: &EnginePlan) -> f64 {
         if self.with_twin(plan, engine) {
             let ends = self.spans(plan).into_iter().map(|[_, end]| end);
-            plan.share(ends.fold(0.0, f64::max))
+            plan.done_share(ends.fold(0.0, f64::max))
         } else {
             0.0
         }
     }
 
-    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let spans = self.spans(plan).into_iter();
         let spans = spans.map(|span| span.map(|edge| plan.engine_time(edge)));
         let with_twin = self.with_twin(plan, engine);
@@ -293,15 +293,15 @@ impl Measure for ContactMeasure {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut tables = [chaos_table(), meetings_table(), velocities_table()];
         let [chaos, meetings, velocities] = &mut tables;
         for (engine, records) in runs.each::<Record>(plan) {
             for (number, &span) in self.spans(plan).iter().enumerate() {
                 let [sums, elastic] = [sums(&records, number), elastic(&records, number)];
                 for quantity in quantities(plan) {
-                    let found = over(quantity.values(&sums)).against(quantity.theory);
-                    let twin = over(quantity.values(&elastic));
+                    let found = mean_over_replicas(quantity.values(&sums)).against(quantity.theory);
+                    let twin = mean_over_replicas(quantity.values(&elastic));
                     if found.value.is_some() {
                         let key = (engine.name, span, &*quantity.name);
                         chaos.add((key, found, twin, sums.len()));
@@ -312,12 +312,14 @@ impl Measure for ContactMeasure {
                 }
                 for length in 0..=MOST_BETWEEN {
                     let between = [&sums, &elastic].map(|sums| {
-                        share(sums, move |sums| sums.between[length]).unwrap_or_default()
+                        collision_share(sums, move |sums| sums.between[length]).unwrap_or_default()
                     });
                     let known = (2..=LONGEST_RING).contains(&length);
                     let ring = [&sums, &elastic].map(|sums| {
                         let ring = |sums: &ContactSums| sums.rings[length.min(LONGEST_RING)];
-                        share(sums, ring).filter(|_| known).unwrap_or_default()
+                        collision_share(sums, ring)
+                            .filter(|_| known)
+                            .unwrap_or_default()
                     });
                     meetings.add((engine.name, span, length, between, ring, sums.len()));
                 }
@@ -349,7 +351,7 @@ impl Measure for ContactMeasure {
     }
 
     /// Whether partners near contact know each other in the last window, or only share a flow.
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
@@ -363,7 +365,7 @@ impl Measure for ContactMeasure {
         let known = quantities(plan);
         let told = |wanted: &str, sums: &[(ContactSums, f64)]| {
             let quantity = known.iter().find(|one| one.name == wanted)?;
-            let found = over(quantity.values(sums));
+            let found = mean_over_replicas(quantity.values(sums));
             found.value.map(|_| judge::in_units(&found, 1.0))
         };
         let near = |(engine, records): (&EnginePlan, &[&Record])| {
@@ -374,7 +376,10 @@ impl Measure for ContactMeasure {
                 told("slope_near", &sums)?,
                 told("slope_shuffled", &sums)?
             );
-            Some(judge::note(format!("pairs near contact, {name}"), sentence))
+            Some(judge::verdict_note(
+                format!("pairs near contact, {name}"),
+                sentence,
+            ))
         };
         let meetings = |(engine, records): (&EnginePlan, &[&Record])| {
             let (own, twin) = (sums(records, number), elastic(records, number));
@@ -390,7 +395,7 @@ impl Measure for ContactMeasure {
                 told("slope_new", &own)?,
                 told("slope_new", &twin)?
             );
-            Some(judge::note(
+            Some(judge::verdict_note(
                 format!("partners that meet again, {name}"),
                 sentence,
             ))
@@ -508,12 +513,15 @@ impl Quantity {
 
 /// Returns a ratio of sums over the replicas; `None` where nothing is known.
 fn ratio<T>(all: &[T], sums: impl Fn(&T) -> [f64; 2]) -> Option<TableEstimate> {
-    let found = over(pseudo(all, &sums, |ratio| ratio));
+    let found = mean_over_replicas(pseudo(all, &sums, |ratio| ratio));
     found.value.map(|_| found)
 }
 
 /// A share of the collisions of known partners.
-fn share(all: &[(ContactSums, f64)], of: impl Fn(&ContactSums) -> f64) -> Option<TableEstimate> {
+fn collision_share(
+    all: &[(ContactSums, f64)],
+    of: impl Fn(&ContactSums) -> f64,
+) -> Option<TableEstimate> {
     ratio(all, |(sums, _)| [of(sums), sums.named])
 }
 

@@ -62,7 +62,7 @@ impl Share {
 
 impl CourseSample {
     /// Looks at the whole gas.
-    pub fn take(looking: &Looking, moment: &SampleContext<'_>) -> Self {
+    pub fn sample_gas(looking: &Looking, moment: &SampleContext<'_>) -> Self {
         Self::take_with(looking, moment, None).0
     }
 
@@ -90,7 +90,7 @@ impl CourseSample {
         };
         let sample = Self {
             time: moment.time,
-            collisions: gas.work().collisions as f64 * gas.weight(),
+            collisions: gas.work_counters().collisions as f64 * gas.mean_weight(),
             potential: potential[0],
             species: species.chunks(SUMS).map(share).collect(),
         };
@@ -129,7 +129,7 @@ pub struct Looking {
 
 impl Looking {
     /// Creates the parameters from a plan.
-    pub fn of(plan: &CasePlan) -> Self {
+    pub fn from_plan(plan: &CasePlan) -> Self {
         Self {
             grouping: plan.grouping(),
             gravity: plan.gravity(),
@@ -152,7 +152,7 @@ pub struct Look {
 impl ParticleReduction for Look {
     const NAME: &'static str = "course";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         let species = self.looking.grouping.group(particle.species);
         let all = self.totals.open();
         let Particle { weight, mass, .. } = *particle;
@@ -181,14 +181,14 @@ impl ParticleReduction for Look {
         }
     }
 
-    fn close(&mut self, group: u32) {
+    fn close_group(&mut self, group: u32) {
         self.totals.close();
         if let Some(fields) = &mut self.fields {
             fields.close(group);
         }
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.totals.merge(&other.totals);
         if let (Some(fields), Some(more)) = (&mut self.fields, other.fields) {
             fields.merge(more);
@@ -226,7 +226,7 @@ pub fn samples(plan: &CasePlan) -> u64 {
 ///
 /// # Errors
 /// [`BadOption`] without a box, or if samples do not fall into equal blocks.
-pub fn check(plan: &CasePlan, blocks: usize) -> Result<(), BadOption> {
+pub fn check_blocks(plan: &CasePlan, blocks: usize) -> Result<(), BadOption> {
     measure::require(plan.case.domain.is_some(), "", "a case with a box")?;
     let samples = samples(plan);
     let good = (1..=10_000).contains(&blocks) && samples.is_multiple_of(blocks as u64);
@@ -314,7 +314,12 @@ pub struct BlockRange {
 
 impl BlockRange {
     /// Between two times, moved to the ends of blocks.
-    pub fn between(plan: &CasePlan, blocks: usize, [start, end]: [f64; 2], steady: bool) -> Self {
+    pub fn between_times(
+        plan: &CasePlan,
+        blocks: usize,
+        [start, end]: [f64; 2],
+        steady: bool,
+    ) -> Self {
         let length = block_length(plan, blocks);
         let first = ((start / length).round() as usize).min(blocks - 1);
         let last = ((end / length).round() as usize).clamp(first + 1, blocks);
@@ -335,9 +340,9 @@ impl BlockRange {
             // The block in which it becomes steady is left out.
             Some(from) => {
                 let start = (from / length).ceil() * length;
-                Self::between(plan, blocks, [start, until], true)
+                Self::between_times(plan, blocks, [start, until], true)
             }
-            None => Self::between(plan, blocks, [0.75 * until, until], false),
+            None => Self::between_times(plan, blocks, [0.75 * until, until], false),
         }
     }
 }

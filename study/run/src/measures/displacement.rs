@@ -5,7 +5,7 @@ use stosszahl_analysis::theory::Moment;
 use stosszahl_model::kinetic;
 use stosszahl_results::{Figure, FigureAxis, Table, table};
 
-use super::{grid, over};
+use super::{grid, mean_over_replicas};
 use crate::measure::{
     self, BadOption, Measure, Needs, Probe, ReplicaRecords, SampleProbe, described,
 };
@@ -116,7 +116,7 @@ impl Measure for DisplacementMeasure {
         DisplacementOptions
     );
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let DisplacementOptions { from } = measure::options(plan, self.name())?;
         let first = grid(plan, plan.case.run.until).next().unwrap_or(0.0);
         let last = plan.case.run.until - first;
@@ -127,20 +127,20 @@ impl Measure for DisplacementMeasure {
         measure::require(closed, "", allowed)
     }
 
-    fn needs(&self, _plan: &CasePlan) -> Needs {
+    fn engine_needs(&self, _plan: &CasePlan) -> Needs {
         Needs {
             displacements: true,
             ..Needs::default()
         }
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = self.from(plan);
         let later = moments(plan, from).into_iter().map(|moment| moment.0);
         std::iter::once(from).chain(later).collect()
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let from = self.from(plan);
         Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             if moment.time == from {
@@ -152,7 +152,7 @@ impl Measure for DisplacementMeasure {
         }))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "mean_squared_displacement", "Mean squared displacement in time.";
             key "engine", "", "Engine";
@@ -173,7 +173,8 @@ impl Measure for DisplacementMeasure {
         for (engine, records) in runs.each::<Record>(plan) {
             for (index, &(time, elapsed)) in moments.iter().enumerate() {
                 let squares = records.iter().map(|record| Some(record[index].1? * unit));
-                let square = over(squares).against(theory[index].map(|square| square * unit));
+                let square =
+                    mean_over_replicas(squares).against(theory[index].map(|square| square * unit));
                 table.add((engine.name, time, elapsed, square, records.len()));
             }
         }

@@ -4,7 +4,7 @@ use stosszahl_analysis::compare::quotients;
 use stosszahl_analysis::energy::EnergySample;
 use stosszahl_results::{Figure, FigureAxis, Table, VerdictKind, VerdictText, table};
 
-use super::over;
+use super::mean_over_replicas;
 use crate::judge::{self, ComparedPair, Comparison, DifferenceUnit, Places, title};
 use crate::measure::{Measure, NoOptions, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
@@ -37,18 +37,18 @@ impl Measure for EnergyMeasure {
         plan.has_box() && !super::series::has_energies_apart(plan)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
 
-    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SampleProbe::new(EnergyRecord::new(), |record, moment| {
             let sample = EnergySample::of_gas(&*moment.simulation, moment.moments());
             record.push((moment.time, sample));
         }))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let several = (plan.engines.len() > 1).then(|| comparison(plan, runs));
         let tables = [
             Some(energy(plan, runs)),
@@ -58,7 +58,7 @@ impl Measure for EnergyMeasure {
         tables.into_iter().flatten().collect()
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         let engines = plan.engines.len();
         let laws = if plan.haff_ratio(0.0).is_some() {
             engines
@@ -72,8 +72,8 @@ impl Measure for EnergyMeasure {
         }
     }
 
-    fn spreads(&self, plan: &CasePlan) -> Vec<ReplicaSpread> {
-        if self.tests(plan) == 0 {
+    fn quantity_spreads(&self, plan: &CasePlan) -> Vec<ReplicaSpread> {
+        if self.test_count(plan) == 0 {
             return Vec::new();
         }
         // Of K of N Maxwellian particles, 2/(D N).
@@ -108,7 +108,7 @@ impl Measure for EnergyMeasure {
         all.map(spread).collect()
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
@@ -223,12 +223,12 @@ fn energy(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
     for (engine, records) in runs.each::<EnergyRecord>(plan) {
         for (sample, time) in plan.sample_times().into_iter().enumerate() {
             let of = |value: fn(&EnergySample) -> f64| {
-                over(records.iter().map(|record| Some(value(&record[sample].1))))
+                mean_over_replicas(records.iter().map(|record| Some(value(&record[sample].1))))
             };
             let collisions = of(|sample| sample.collisions_per_particle)
                 .value
                 .unwrap_or(0.0);
-            let ratio = over(
+            let ratio = mean_over_replicas(
                 records
                     .iter()
                     .map(|record| Some(energy_ratio(record, sample))),
@@ -274,7 +274,9 @@ fn comparison(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
         let pairs = paired(runs, [a, b], times.len());
         let found = quotients(&pairs, &runs.rule(plan));
         for ((&time, pairs), found) in times.iter().zip(&pairs).zip(found) {
-            let mean = |of: fn(&(f64, f64)) -> f64| over(pairs.iter().map(|pair| Some(of(pair))));
+            let mean = |of: fn(&(f64, f64)) -> f64| {
+                mean_over_replicas(pairs.iter().map(|pair| Some(of(pair))))
+            };
             let names = [a, b].map(|engine| plan.engines[engine].name);
             let ratios = (mean(|pair| pair.0).value, mean(|pair| pair.1).value);
             let [low, high] =

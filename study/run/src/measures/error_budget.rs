@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 use stosszahl_dsmc::{Parameters, PartnerDisplacement, PartnerSelection};
 use stosszahl_results::{Table, table};
 
-use super::over;
+use super::mean_over_replicas;
 use crate::measure::{
     CompletedRun, Measure, NoOptions, Probe, ReplicaRecords, SampleProbe, described,
 };
@@ -50,7 +50,7 @@ pub enum Level {
 
 impl Level {
     /// Of an estimated relative error; what is no number is red.
-    pub fn of(estimate: f64) -> Self {
+    pub fn from_error(estimate: f64) -> Self {
         Self::by(estimate, GREEN, AMBER)
     }
 
@@ -89,17 +89,17 @@ impl Measure for ErrorBudget {
         plan.is_uniform_box()
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         vec![plan.case.run.until]
     }
 
-    fn probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SampleProbe::from_start(Record::new(), |record, moment| {
             record.push(moment.temperature());
         }))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "error_budget", "Sources of error of each engine.";
             key "engine", "", "Engine";
@@ -151,7 +151,7 @@ impl Source {
             name,
             value,
             estimate,
-            level: Level::of(estimate),
+            level: Level::from_error(estimate),
             reason,
         }
     }
@@ -297,7 +297,7 @@ impl Budget<'_> {
     }
 
     fn replicas(&self) -> Source {
-        let ratio = over(self.records.iter().map(|one| Some(one[1] / one[0])));
+        let ratio = mean_over_replicas(self.records.iter().map(|one| Some(one[1] / one[0])));
         let error = ratio
             .standard_error
             .zip(ratio.value)
@@ -323,7 +323,7 @@ mod tests {
     #[test]
     fn levels_follow_estimates_and_no_number_is_red() {
         use Level::{Amber, Green, Red};
-        let levels = [0.0, 0.01, 0.02, 0.05, 0.06, f64::NAN].map(Level::of);
+        let levels = [0.0, 0.01, 0.02, 0.05, 0.06, f64::NAN].map(Level::from_error);
         assert_eq!(levels, [Green, Green, Amber, Amber, Red, Red]);
     }
 }

@@ -87,12 +87,12 @@ impl Measure for FieldMeasure {
         !plan.is_uniform()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let options: FieldOptions = measure::options(plan, self.name())?;
         let good = options.cells.iter().all(|count| (1..=1000).contains(count));
         measure::require(good, "cells", "two whole numbers from 1 to 1000")?;
         let blocks = course::blocks(plan, options.blocks);
-        course::check(plan, blocks)?;
+        course::check_blocks(plan, blocks)?;
         let [columns, rows] = options.cells.map(|count| count as usize);
         let few = columns * rows * blocks * plan.species.len() <= MOST_SUMS;
         let allowed = format!("at most {MOST_SUMS} cells times blocks times species");
@@ -104,12 +104,12 @@ impl Measure for FieldMeasure {
         options.grid(plan).map(drop).map_err(failed)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         course::times(plan).split_off(1)
     }
 
     /// Seven sums for each cell, block and species, and two of collisions for each cell and block.
-    fn kept(&self, plan: &CasePlan) -> f64 {
+    fn kept_bytes(&self, plan: &CasePlan) -> f64 {
         let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
         let blocks = course::blocks(plan, options.blocks);
@@ -118,17 +118,17 @@ impl Measure for FieldMeasure {
     }
 
     /// A row of the table for each cell and window of each engine.
-    fn figures(&self, plan: &CasePlan) -> f64 {
+    fn figure_bytes(&self, plan: &CasePlan) -> f64 {
         let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
         let windows = options.windows.len() + 1;
         cells as f64 * (windows * plan.engines.len()) as f64 * SHOWN
     }
 
-    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let options = FieldOptions::of(plan);
         Box::new(Watch {
-            looking: Looking::of(plan),
+            looking: Looking::from_plan(plan),
             per_block: course::per_block(plan, course::blocks(plan, options.blocks)),
             lengths: plan.lengths,
             periodic: plan.periodic(),
@@ -144,7 +144,7 @@ impl Measure for FieldMeasure {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let options = FieldOptions::of(plan);
         let windows = windows(plan, &options, runs);
         let (mut cells, mut profiles) = (tables::cells(&options), tables::profiles(&options));
@@ -170,12 +170,12 @@ impl Measure for FieldMeasure {
             .collect()
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         // Profiles of two engines; the barometric profile, walls and symmetry of each.
         4 * plan.engines.len() - 1
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
@@ -193,7 +193,7 @@ impl Measure for FieldMeasure {
         let views: Vec<View<'_>> = (found.iter())
             .map(|(sums, free_shares)| View::new(plan, sums, free_shares, &window))
             .collect();
-        verdicts::all(
+        verdicts::field_verdicts(
             plan,
             counts,
             &steady,
@@ -214,7 +214,7 @@ fn windows(plan: &CasePlan, options: &FieldOptions, runs: &ReplicaRecords<'_>) -
     let blocks = course::blocks(plan, options.blocks);
     let chosen = options.windows.iter();
     chosen
-        .map(|&times| BlockRange::between(plan, blocks, times, false))
+        .map(|&times| BlockRange::between_times(plan, blocks, times, false))
         .chain([BlockRange::last(plan, blocks, &steady(plan, runs))])
         .collect()
 }
@@ -230,7 +230,7 @@ struct Watch {
 }
 
 impl Observer for Watch {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let at = [0, 1].map(|axis| {
                 let (x, length) = (collision.position[axis], self.lengths[axis]);
@@ -252,21 +252,21 @@ impl Observer for Watch {
 }
 
 impl Probe for Watch {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         Some(self)
     }
 
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
-        let sample = CourseSample::take(&self.looking, moment);
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
+        let sample = CourseSample::sample_gas(&self.looking, moment);
         self.record.course.push(sample);
     }
 
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         let Record { course, sums } = &mut self.record;
         let block = (course.len() - 1) / self.per_block;
         let (sample, fields) = CourseSample::take_with(&self.looking, moment, Some(sums.sample()));
         if let Some(fields) = fields {
-            sums.take(block, fields);
+            sums.add_sample(block, fields);
         }
         course.push(sample);
     }

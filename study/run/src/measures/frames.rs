@@ -74,7 +74,7 @@ struct Record {
 }
 
 impl Observer for Record {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         for collision in batch {
             let impact = collision.impact_square().sqrt() as f32;
             let [a, b] = collision.pair;
@@ -92,8 +92,8 @@ impl Record {
     /// Lengths and speeds are in engine units, as only their ratios matter.
     fn chosen(&self, gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
         let (mut crowd, mut sum) = (Crowd::default(), 0.0);
-        let mut energies = Vec::with_capacity(gas.count());
-        gas.visit(&mut |one| {
+        let mut energies = Vec::with_capacity(gas.particle_count());
+        gas.visit_particles(&mut |one| {
             crowd.add(one.weight, one.radius, one.velocity.xy().into());
             let energy = 0.5 * one.mass * one.velocity.norm_squared();
             sum += one.weight * energy;
@@ -107,9 +107,9 @@ impl Record {
                 impact: f64::from(last.impact),
             })
         };
-        let share = crowd.share(most);
+        let share = crowd.kept_share(most);
         let (mut number, mut kept) = (0, Vec::new());
-        gas.visit(&mut |one| {
+        gas.visit_particles(&mut |one| {
             if keeps(number as u64, one.weight, share) {
                 let met = met(number);
                 kept.push((number as u64, Dot { met, ..dot(one) }));
@@ -148,7 +148,7 @@ fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
         ..looks.crowd
     };
     let mut sample = ChosenParticles {
-        share: crowd.share(most),
+        share: crowd.kept_share(most),
         open: Vec::new(),
         seen: 0,
         kept: Vec::new(),
@@ -168,18 +168,18 @@ pub(super) struct FrameReduction {
 impl ParticleReduction for FrameReduction {
     const NAME: &'static str = "crowd";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         self.crowd.widen(particle.weight, particle.radius);
         let sums = self.totals.open();
         sums[0] += particle.weight;
         sums[1] += particle.weight * particle.velocity.xy().norm_squared();
     }
 
-    fn close(&mut self, _group: u32) {
+    fn close_group(&mut self, _group: u32) {
         self.totals.close();
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.crowd.widen_by(&other.crowd);
         self.totals.merge(&other.totals);
     }
@@ -200,12 +200,12 @@ pub(super) struct ChosenParticles {
 impl ParticleReduction for ChosenParticles {
     const NAME: &'static str = "frame";
 
-    fn add(&mut self, particle: &Particle) {
+    fn add_particle(&mut self, particle: &Particle) {
         self.open.push((self.seen, dot(particle)));
         self.seen += 1;
     }
 
-    fn close(&mut self, group: u32) {
+    fn close_group(&mut self, group: u32) {
         self.seen = 0;
         let numbered = self.open.drain(..);
         let numbered = numbered.map(|(place, dot)| (u64::from(group) << 32 | place, dot));
@@ -214,23 +214,23 @@ impl ParticleReduction for ChosenParticles {
         self.kept.extend(kept);
     }
 
-    fn merge(&mut self, other: Self) {
+    fn merge_sum(&mut self, other: Self) {
         self.kept.extend(other.kept);
     }
 }
 
 impl Probe for Camera {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         (!self.record.last.is_empty()).then_some(&mut self.record)
     }
 
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         if self.follows {
-            self.record.last = vec![Last::NONE; moment.simulation.count()];
+            self.record.last = vec![Last::NONE; moment.simulation.particle_count()];
         }
     }
 
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         let is_last = moment.time >= self.until;
         let most = if is_last { LAST } else { self.most };
         let gas = &*moment.simulation;
@@ -239,8 +239,9 @@ impl Probe for Camera {
         } else {
             chosen(gas, most)
         };
-        let (time, share) = (moment.time, crowd.share(most));
-        let frame = ParticleFrame::of(time, self.sides, self.periodic, &crowd, share, kept);
+        let (time, share) = (moment.time, crowd.kept_share(most));
+        let frame =
+            ParticleFrame::of_particles(time, self.sides, self.periodic, &crowd, share, kept);
         self.record.frames.push(frame);
     }
 
@@ -262,7 +263,7 @@ impl Measure for FrameMeasure {
         plan.has_box() && plan.dimension == 2
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let options: FrameOptions = measure::options(plan, self.name())?;
         let planar = plan.has_box() && plan.dimension == 2;
         measure::require(planar, "", "a gas with positions, in a box in the plane")?;
@@ -279,7 +280,7 @@ impl Measure for FrameMeasure {
         )
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let number = measure::chosen::<FrameOptions>(plan, self.name()).number;
         // Where others look: Monte Carlo that stops more often has other digits.
         let all = plan.sample_times();
@@ -296,7 +297,7 @@ impl Measure for FrameMeasure {
         // A frame shows a sample of so many at the most, and the last one may show all.
         let most = measure::chosen::<FrameOptions>(plan, self.name()).particles;
         let share = (most as f64 / plan.count().max(1) as f64).min(1.0);
-        let frames = self.times(plan).len() as f64;
+        let frames = self.sample_times(plan).len() as f64;
         // Beside the frames, the last collision of each.
         BYTES * (share * frames).max(frames.min(1.0)) + size_of::<Last>() as f64 * frames.min(1.0)
     }
@@ -305,18 +306,18 @@ impl Measure for FrameMeasure {
         replica == 0
     }
 
-    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(Camera {
             record: Record::default(),
             most: measure::chosen::<FrameOptions>(plan, self.name()).particles,
             until: plan.case.run.until,
-            follows: engine.is_exact() && !self.times(plan).is_empty(),
+            follows: engine.is_exact() && !self.sample_times(plan).is_empty(),
             sides: [plan.lengths[0], plan.lengths[1]],
             periodic: plan.periodic(),
         })
     }
 
-    fn frames(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
+    fn player_frames(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
         let engines = runs.each::<Record>(plan);
         let files = engines.filter_map(|(engine, records)| {
             let record = records.first().filter(|one| !one.frames.is_empty())?;

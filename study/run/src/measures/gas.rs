@@ -6,7 +6,7 @@ use stosszahl_dsmc::homogeneous::SpeciesMoments;
 use stosszahl_model::{Grouping, Simulation};
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
-use super::over;
+use super::mean_over_replicas;
 use crate::measure::{
     self, BadOption, Measure, Needs, NoOptions, Probe, ReplicaRecords, SampleContext, described,
     keeps_record,
@@ -28,12 +28,12 @@ impl Measure for HomogeneousGasMeasure {
         !plan.has_box()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         homogeneous_only(plan)?;
-        self.read(plan)
+        self.read_options(plan)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
 
@@ -49,14 +49,14 @@ impl Measure for HomogeneousGasMeasure {
         super::KEPT_PER_SPECIES * (1 + plan.species.len()) as f64
     }
 
-    fn needs(&self, plan: &CasePlan) -> Needs {
+    fn engine_needs(&self, plan: &CasePlan) -> Needs {
         Needs {
             displacements: has_displacement(plan),
             ..Needs::default()
         }
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(GasProbe {
             grouping: plan.grouping(),
             displacement: has_displacement(plan),
@@ -66,7 +66,7 @@ impl Measure for HomogeneousGasMeasure {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let records: Vec<&GasRecord> = runs.records(0);
         vec![table(&rows(plan, &records)), replicas(&records)]
     }
@@ -124,26 +124,26 @@ struct GasProbe {
 }
 
 impl Probe for GasProbe {
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         if self.displacement {
             moment.simulation.track_displacements();
         }
         if self.correlation {
             let start = &mut self.record.start;
             let mut keep = |one: &stosszahl_model::Particle| start.push(one.velocity.into());
-            moment.simulation.visit(&mut keep);
+            moment.simulation.visit_particles(&mut keep);
         }
     }
 
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         let simulation = &*moment.simulation;
         let paths = self.displacement.then(|| simulation.displacements());
         let paths = paths.flatten().unwrap_or_default();
         let (energy, groups) = moments(simulation, self.grouping, &paths, &self.record.start);
         self.record.samples.push(GasSample {
             time: moment.time,
-            particles: simulation.count(),
-            collisions: simulation.work().collisions,
+            particles: simulation.particle_count(),
+            collisions: simulation.work_counters().collisions,
             energy,
             groups,
         });
@@ -166,7 +166,7 @@ pub(super) fn moments(
     // Sums at first, in the fields of their means.
     let mut groups: Vec<SpeciesMoments> = Vec::new();
     let (mut twice, mut index) = (0.0, 0);
-    simulation.visit(&mut |particle| {
+    simulation.visit_particles(&mut |particle| {
         let number = grouping.group(particle.species);
         if number >= groups.len() {
             groups.resize(number + 1, SpeciesMoments::default());
@@ -215,7 +215,7 @@ pub(super) fn measured<T>(
     value: impl Fn(&T) -> f64,
     single: Option<f64>,
 ) -> TableEstimate {
-    let found = over(runs.iter().map(|run| Some(value(run))));
+    let found = mean_over_replicas(runs.iter().map(|run| Some(value(run))));
     let within = single.map(|error| error / (runs.len() as f64).sqrt());
     let errors = [found.standard_error, within].into_iter().flatten();
     TableEstimate {

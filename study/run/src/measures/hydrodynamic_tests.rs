@@ -86,7 +86,7 @@ fn tables_of<R: Clone + serde::Serialize + serde::de::DeserializeOwned + Send + 
         measure: 0,
         finished: &finished,
     };
-    measure(name).tables(plan, &runs)
+    measure(name).result_tables(plan, &runs)
 }
 
 /// Amplitudes of each mode that grow as a power of 1 + t/t0 beside noise that is across them: the exponent of the growth is found. Theory of a
@@ -341,14 +341,14 @@ fn transport_is_measured_from_the_collisions_of_the_run() {
     assert_eq!((coefficients.rows.len(), lags.rows.len()), (1, 32));
     for (column, expected) in expected {
         near(number(coefficients, 0, column), expected, 10.0);
-        if let Some(over) = coefficients.find(&format!("{column}_over_enskog")) {
+        if let Some(over) = coefficients.find_column(&format!("{column}_over_enskog")) {
             let over = &coefficients.columns[over].name;
             let theory = number(coefficients, 0, &format!("{column}_theory"));
             near(number(coefficients, 0, over) * theory, expected, 10.0);
         }
     }
     near(number(lags, 7, "lag"), 4.0, 1.0);
-    assert_eq!(verdicts.len(), measure("transport").tests(&plan));
+    assert_eq!(verdicts.len(), measure("transport").test_count(&plan));
     for verdict in &verdicts {
         // One replica has no errors.
         assert_eq!(verdict.kind, VerdictKind::Undecided, "{}", verdict.sentence);
@@ -370,7 +370,7 @@ fn options_that_cannot_be_are_refused() {
     let refused = |restitution: f64, text: &str, key: &str| {
         let name = text.split(']').next().expect("a name");
         let plan = disks(restitution, 40, 0.2, 40.0, text);
-        let error = measure(name).check(&plan).expect_err(text);
+        let error = measure(name).check_options(&plan).expect_err(text);
         assert_eq!(error.key, key, "{error}");
         error.allowed
     };
@@ -403,5 +403,5 @@ fn options_that_cannot_be_are_refused() {
     assert!(allowed.starts_with("an elastic gas"), "{allowed}");
     let mut plan = disks(1.0, 40, 0.2, 40.0, "transport]");
     plan.engines.clear();
-    assert!(measure("transport").check(&plan).is_err());
+    assert!(measure("transport").check_options(&plan).is_err());
 }

@@ -14,7 +14,7 @@ use stosszahl_model::{Observer, kinetic};
 use stosszahl_results::{Figure, FigureAxis, PointMark, Table, TableEstimate, VerdictText, table};
 
 use super::energy::pairs_of;
-use super::over;
+use super::mean_over_replicas;
 use crate::judge::{self, ImpactTest, title};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, RunStop, SampleContext, described,
@@ -110,11 +110,11 @@ struct ImpactProbe {
 }
 
 impl Probe for ImpactProbe {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         Some(&mut self.record)
     }
 
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         let (start, temperature) = (moment.simulation.time(), moment.temperature());
         let windows =
             CollisionWindows::new(&self.spans, self.bins, self.particles, start, temperature);
@@ -125,7 +125,7 @@ impl Probe for ImpactProbe {
         }
     }
 
-    fn stop(&mut self, stop: &RunStop) {
+    fn on_stop(&mut self, stop: &RunStop) {
         self.record.synchronise(stop.time, stop.temperature);
     }
 
@@ -154,7 +154,7 @@ impl Measure for ImpactMeasure {
         plan.is_uniform_box() && !plan.is_rough()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let ImpactOptions { windows, bins } = measure::options(plan, self.name())?;
         let allowed = "a whole number from 2 to 1000";
         measure::require((2..=1000).contains(&bins), "bins", allowed)?;
@@ -162,11 +162,11 @@ impl Measure for ImpactMeasure {
     }
 
     /// The edges of the windows, so that no step of an engine lies across them.
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         self.options(plan).0.into_flattened()
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let (windows, bins) = self.options(plan);
         let spans = windows
             .iter()
@@ -181,7 +181,7 @@ impl Measure for ImpactMeasure {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let (spans, _) = self.options(plan);
         let mut tables = histograms(plan, runs, &spans);
         if plan.has_theory() {
@@ -193,11 +193,11 @@ impl Measure for ImpactMeasure {
         tables
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         plan.engines.len()
     }
 
-    fn spreads(&self, plan: &CasePlan) -> Vec<ReplicaSpread> {
+    fn quantity_spreads(&self, plan: &CasePlan) -> Vec<ReplicaSpread> {
         let until = plan.case.run.until;
         let [start, end] = self.options(plan).0.last().copied().unwrap_or([0.0, until]);
         let each = plan.expected_collisions(end) - plan.expected_collisions(start);
@@ -216,7 +216,7 @@ impl Measure for ImpactMeasure {
         plan.engines.iter().map(spread).collect()
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
@@ -255,7 +255,7 @@ fn pooled(
     windows: &[&CollisionWindow],
     of: impl Fn(&CollisionWindow) -> Option<f64>,
 ) -> TableEstimate {
-    over(windows::pooled(windows, of).into_iter().map(Some))
+    mean_over_replicas(windows::pooled(windows, of).into_iter().map(Some))
 }
 
 /// Chi-squared of the collisions of all replicas against chaos, as if they were independent.
@@ -269,7 +269,7 @@ fn against_chaos(windows: &[&CollisionWindow]) -> Option<ChiSquaredTest> {
 
 /// The tests of all windows of one engine.
 fn tests(spans: &[[f64; 2]], records: &[&Record]) -> Vec<ImpactTest> {
-    let one = |(number, &span)| ImpactTest::of(span, &window(records, number));
+    let one = |(number, &span)| ImpactTest::test_window(span, &window(records, number));
     spans.iter().enumerate().map(one).collect()
 }
 
@@ -341,7 +341,7 @@ fn histograms(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) ->
                         0.0
                     }),
                     theory: windows.first().map(|window| window.chaos(bin)),
-                    ..over(each)
+                    ..mean_over_replicas(each)
                 };
                 bins.add((key, edges(bin, counts.len()), count, estimate));
             }
@@ -460,7 +460,7 @@ fn split(
         let values = pseudo_values(&both, add, |both| value(both).unwrap_or(f64::NAN));
         let known = values.iter().all(|value| !value.is_nan());
         (known && !values.is_empty())
-            .then(|| judge::in_units(&over(values.into_iter().map(Some)), 1.0))
+            .then(|| judge::in_units(&mean_over_replicas(values.into_iter().map(Some)), 1.0))
     };
     let [a, b] = engines.map(|engine| title(plan.engines[engine].name));
     let [start, end] = spans[number].map(judge::short);
@@ -477,7 +477,10 @@ fn split(
     };
     let sentence =
         format!("{a} over {b}, t = {start} to {end}, at equal total kinetic energy: {factors}.");
-    Some(judge::note(format!("cooling rate, {a} over {b}"), sentence))
+    Some(judge::verdict_note(
+        format!("cooling rate, {a} over {b}"),
+        sentence,
+    ))
 }
 
 fn pairs(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
@@ -509,7 +512,8 @@ fn pairs(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Tabl
                 for (bin, &count) in counts.iter().enumerate() {
                     let error = (count > 0).then(|| (count as f64).sqrt() * scale);
                     let theory = records.first().map(|one| one.windows[window].chaos(bin));
-                    let found = TableEstimate::of(count as f64 * scale, error).against(theory);
+                    let found =
+                        TableEstimate::with_error(count as f64 * scale, error).against(theory);
                     let numbers = pair.species.map(|number| number as u64 + 1);
                     let species = (numbers, plan.pair_name(pair.species));
                     table.add((engine.name, species, span, edges(bin, bins), count, found));

@@ -9,7 +9,7 @@ use stosszahl_analysis::spectra::Shells;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::spectra::{LARGEST, require_number, require_waves, shells};
-use super::{grid, over};
+use super::{grid, mean_over_replicas};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
@@ -60,7 +60,7 @@ impl Measure for IntermediateScattering {
         ScatteringOptions
     );
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_waves(plan)?;
         let options: ScatteringOptions = measure::options(plan, self.name())?;
         let numbers = &options.wave_numbers;
@@ -77,21 +77,21 @@ impl Measure for IntermediateScattering {
         options.shells(plan).map(|_| ()).map_err(bad)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = measure::chosen::<ScatteringOptions>(plan, self.name()).from;
         let later = grid(plan, plan.case.run.until - from).map(|elapsed| from + elapsed);
         std::iter::once(from).chain(later).collect()
     }
 
-    fn kept(&self, plan: &CasePlan) -> f64 {
+    fn kept_bytes(&self, plan: &CasePlan) -> f64 {
         let shells = measure::chosen::<ScatteringOptions>(plan, self.name()).shells(plan);
         shells.map_or(0.0, |shells| {
-            let looks = self.times(plan).len() * shells.ranges().count() * size_of::<f64>();
+            let looks = self.sample_times(plan).len() * shells.ranges().count() * size_of::<f64>();
             (looks + shells.modes().indices().len() * size_of::<[f64; 2]>()) as f64
         })
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let options = measure::chosen::<ScatteringOptions>(plan, self.name());
         let (shells, from) = (options.shells(plan), options.from);
         Box::new(SampleProbe::new(
@@ -105,7 +105,7 @@ impl Measure for IntermediateScattering {
                 if moment.time == from {
                     record.first.clone_from(&now);
                 }
-                let unit = moment.simulation.weight() / points as f64;
+                let unit = moment.simulation.mean_weight() / points as f64;
                 let products: Vec<f64> = (now.iter().zip(&record.first))
                     .map(|(now, first)| now[0] * first[0] + now[1] * first[1])
                     .collect();
@@ -119,7 +119,7 @@ impl Measure for IntermediateScattering {
         ))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let Ok(shells) = measure::chosen::<ScatteringOptions>(plan, self.name()).shells(plan)
         else {
             return Vec::new();
@@ -155,11 +155,11 @@ impl Measure for IntermediateScattering {
                     let pairs: Vec<[f64; 2]> = pairs.collect();
                     let ratio = jackknife(&pairs, |[now, first]| now / first);
                     let ratio = ratio.map_or_else(TableEstimate::default, |found| {
-                        TableEstimate::of(found.value, found.standard_error)
+                        TableEstimate::with_error(found.value, found.standard_error)
                     });
                     table.add((
                         (engine.name, numbers[shell], elapsed),
-                        over(values),
+                        mean_over_replicas(values),
                         ratio,
                         range.len(),
                         records.len(),

@@ -57,7 +57,7 @@ impl Measure for PairCorrelations {
         plan.is_uniform_box() && !plan.is_rough()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_periodic(plan)?;
         let options: PairCorrelationOptions = measure::options(plan, self.name())?;
         let allowed = "a range above 1, in diameters";
@@ -69,18 +69,18 @@ impl Measure for PairCorrelations {
         measure::require(good, "bin_width", allowed)
     }
 
-    fn gathers(&self, plan: &CasePlan) -> bool {
+    fn gathers_particles(&self, plan: &CasePlan) -> bool {
         plan.species.len() > 1
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         structure_times(
             plan,
             measure::chosen::<PairCorrelationOptions>(plan, self.name()).times,
         )
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let d = mean_diameter(plan);
         let PairCorrelationOptions {
             range, bin_width, ..
@@ -109,7 +109,7 @@ impl Measure for PairCorrelations {
         }))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Pair correlation",
             FigureAxis::linear("r_over_d", "r/d"),

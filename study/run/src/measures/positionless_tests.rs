@@ -27,7 +27,7 @@ fn measures(plan: &CasePlan) -> Vec<&'static dyn Measure> {
         |one: &&&dyn Measure| one.by_default(plan) || plan.case.measure.contains_key(one.name());
     let all: Vec<_> = ALL.iter().filter(asked).copied().collect();
     for one in &all {
-        one.check(plan).expect("good options");
+        one.check_options(plan).expect("good options");
     }
     all
 }
@@ -43,7 +43,7 @@ fn follow(plan: &CasePlan, measures: &[&'static dyn Measure], replica: u64) -> C
     };
     let stop = Interrupt::default();
     let control = Control::new(None, 1e9, &stop, &|_, _| {});
-    part.run(&control).expect("a run to its end")
+    part.run_engine(&control).expect("a run to its end")
 }
 
 /// All tables and verdicts of a plan.
@@ -58,8 +58,8 @@ pub(super) fn results(plan: &CasePlan) -> (Vec<Table>, Vec<VerdictText>) {
             measure,
             finished: &finished,
         };
-        let own = one.tables(plan, &runs);
-        verdicts.extend(one.verdicts(plan, &runs, &own));
+        let own = one.result_tables(plan, &runs);
+        verdicts.extend(one.result_verdicts(plan, &runs, &own));
         tables.extend(own);
     }
     (tables, verdicts)
@@ -67,7 +67,7 @@ pub(super) fn results(plan: &CasePlan) -> (Vec<Table>, Vec<VerdictText>) {
 
 /// The number in a row and column.
 fn number(table: &Table, row: usize, column: &str) -> f64 {
-    let column = table.find(column).expect("a column of this name");
+    let column = table.find_column(column).expect("a column of this name");
     match &table.rows[row][column] {
         TableCell::Number(number) => *number,
         TableCell::Count(count) => *count as f64,
@@ -404,7 +404,7 @@ fn what_cannot_be_measured_is_refused() {
             .iter()
             .find(|one| one.name() == name)
             .expect("a measure");
-        measure.check(&plan).expect_err("a refusal").key
+        measure.check_options(&plan).expect_err("a refusal").key
     };
     let gas = "[gas]\nnumber = 100\nvolume = 1e4\nrestitution = 0.9\n[run]\nuntil = 10\n";
     let boxed =

@@ -19,7 +19,7 @@ fn run(text: &str) -> (CasePlan, Vec<CompletedRun>) {
     let plan = CasePlan::new(&case, Path::new(".")).expect("a plan");
     let measures: [&'static dyn Measure; 2] = [&SnapshotMeasure, &CollisionLog];
     for one in measures {
-        one.check(&plan).expect("good options");
+        one.check_options(&plan).expect("good options");
     }
     let follow = |replica| {
         let part = EngineRun {
@@ -31,7 +31,7 @@ fn run(text: &str) -> (CasePlan, Vec<CompletedRun>) {
         };
         let stop = Interrupt::default();
         let control = Control::new(None, 1e9, &stop, &|_, _| {});
-        part.run(&control).expect("a run to its end")
+        part.run_engine(&control).expect("a run to its end")
     };
     let finished = (0..plan.case.replicas).map(follow).collect();
     (plan, finished)
@@ -47,7 +47,7 @@ fn runs(measure: usize, finished: &[Vec<CompletedRun>]) -> ReplicaRecords<'_> {
 
 fn files(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Vec<(Snapshot, String)> {
     let files = SnapshotMeasure
-        .snapshots(plan, &runs(0, finished))
+        .snapshot_files(plan, &runs(0, finished))
         .into_iter();
     files
         .map(|(one, bytes)| (one, String::from_utf8(bytes).expect("text")))
@@ -55,11 +55,13 @@ fn files(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Vec<(Snapshot, Stri
 }
 
 fn log(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Table {
-    CollisionLog.tables(plan, &runs(1, finished)).remove(0)
+    CollisionLog
+        .result_tables(plan, &runs(1, finished))
+        .remove(0)
 }
 
 fn numbers(table: &Table, name: &str) -> Vec<f64> {
-    let column = table.find(name).expect("a column of this name");
+    let column = table.find_column(name).expect("a column of this name");
     let number = |row: &Vec<TableCell>| match &row[column] {
         TableCell::Number(number) => *number,
         TableCell::Count(count) => *count as f64,
@@ -192,7 +194,10 @@ fn options_that_cannot_be_are_named() {
         let text = format!("format = 2\ntitle = \"a test\"\n{SPHERES}{text}");
         let case: Case = toml::from_str(&text).expect("a case");
         let plan = CasePlan::new(&case, Path::new(".")).expect("a plan");
-        measure.check(&plan).expect_err("it cannot be").to_string()
+        measure
+            .check_options(&plan)
+            .expect_err("it cannot be")
+            .to_string()
     };
     for (options, expected) in [
         (

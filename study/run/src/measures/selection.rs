@@ -39,7 +39,7 @@ impl Replicas {
     }
 
     /// Refuses replicas that the case does not have.
-    pub(super) fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    pub(super) fn check_replicas(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let Self::List(list) = self else {
             return Ok(());
         };

@@ -7,7 +7,7 @@ use stosszahl_results::{
 };
 
 use super::course::{self, BlockRange, CourseSample, Looking, ReplicaCourse, Share};
-use super::over;
+use super::mean_over_replicas;
 use crate::judge::{
     self, ComparedPair, Comparison, DifferenceUnit, MeasuredPoint, Places, VerdictRule,
     against_theory, holds_zero, in_units, title,
@@ -39,12 +39,12 @@ impl Measure for TimeSeriesMeasure {
         has_energies_apart(plan)
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
-        self.read(plan)?;
-        course::check(plan, 1)
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
+        self.read_options(plan)?;
+        course::check_blocks(plan, 1)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         course::times(plan).split_off(1)
     }
 
@@ -52,17 +52,17 @@ impl Measure for TimeSeriesMeasure {
         super::KEPT_PER_SPECIES * (1 + plan.species.len()) as f64
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let looking = Looking::of(plan);
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+        let looking = Looking::from_plan(plan);
         Box::new(SampleProbe::from_start(
             ReplicaCourse::new(),
             move |course, moment| {
-                course.push(CourseSample::take(&looking, moment));
+                course.push(CourseSample::sample_gas(&looking, moment));
             },
         ))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let (mut series, mut species) = (series_table(plan), species_table());
         for (engine, courses) in runs.each::<ReplicaCourse>(plan) {
             fill_series(&mut series, plan, engine, &courses);
@@ -76,7 +76,7 @@ impl Measure for TimeSeriesMeasure {
             .collect()
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         // Energy, or two temperatures, or the column of each engine; two temperatures of each with the first.
         if has_energies_apart(plan) {
             4 * plan.engines.len() - 2
@@ -85,7 +85,7 @@ impl Measure for TimeSeriesMeasure {
         }
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
@@ -183,7 +183,7 @@ fn mean(
     index: usize,
     of: impl Fn(&CourseSample) -> Option<f64>,
 ) -> TableEstimate {
-    over(courses.iter().map(|course| of(&course[index])))
+    mean_over_replicas(courses.iter().map(|course| of(&course[index])))
 }
 
 fn shortest(courses: &[&ReplicaCourse]) -> usize {
@@ -355,7 +355,7 @@ impl One<'_> {
         } else {
             "The energy"
         };
-        Some(judge::kept(self.topic("energy"), subject, worst, KEPT))
+        Some(judge::is_kept(self.topic("energy"), subject, worst, KEPT))
     }
 
     /// Temperatures of a homogeneous gas of rough particles against theory.
@@ -367,26 +367,28 @@ impl One<'_> {
         };
         let freedom = course::freedom(self.plan);
         let name = title(self.engine.name);
-        let test = |of: &dyn Fn(&Share) -> Option<f64>,
-                    expected: fn(&Temperatures) -> f64,
-                    what: &str| {
-            let theory = theory
-                .iter()
-                .map(expected)
-                .enumerate()
-                .take(shortest(self.runs));
-            let points =
-                theory
-                    .filter(|&(_, theory)| theory > 0.0)
-                    .filter_map(|(index, theory)| {
-                        let found = mean(self.runs, index, |sample| of(&sample.total()));
-                        MeasuredPoint::of(self.runs[0][index].time, &found.against(Some(theory)))
-                    });
-            let quantity = format!("temperature of {what}");
-            let points: Vec<MeasuredPoint> = points.collect();
-            let words = [name, "the two-temperature theory", &quantity];
-            against_theory(&topic, words, &points, &self.rule)
-        };
+        let test =
+            |of: &dyn Fn(&Share) -> Option<f64>, expected: fn(&Temperatures) -> f64, what: &str| {
+                let theory = theory
+                    .iter()
+                    .map(expected)
+                    .enumerate()
+                    .take(shortest(self.runs));
+                let points =
+                    theory
+                        .filter(|&(_, theory)| theory > 0.0)
+                        .filter_map(|(index, theory)| {
+                            let found = mean(self.runs, index, |sample| of(&sample.total()));
+                            MeasuredPoint::from_estimate(
+                                self.runs[0][index].time,
+                                &found.against(Some(theory)),
+                            )
+                        });
+                let quantity = format!("temperature of {what}");
+                let points: Vec<MeasuredPoint> = points.collect();
+                let words = [name, "the two-temperature theory", &quantity];
+                against_theory(&topic, words, &points, &self.rule)
+            };
         let translation = test(
             &|share| Some(share.temperature(freedom)),
             |t| t.translation,
@@ -416,7 +418,7 @@ impl One<'_> {
     fn inside(&self, of: impl Fn(&CourseSample) -> f64) -> TableEstimate {
         let [start, end] = self.window.times;
         let within = |sample: &&CourseSample| sample.time > start && sample.time <= end;
-        over(self.runs.iter().map(|run| {
+        mean_over_replicas(self.runs.iter().map(|run| {
             let values: Vec<f64> = run.iter().filter(within).map(&of).collect();
             Some(values.iter().sum::<f64>() / values.len().max(1) as f64)
         }))
@@ -427,7 +429,7 @@ impl One<'_> {
         let found = self.inside(|sample| sample.total().temperature(freedom));
         let start = self.plan.temperature;
         let found = found.against(Some(column.temperature())).times(1.0 / start);
-        let point = MeasuredPoint::of(self.window.times[0], &found)?;
+        let point = MeasuredPoint::from_estimate(self.window.times[0], &found)?;
         let quantity = format!(
             "temperature ({} of the start, {:.4} by theory)",
             in_units(&found, 1.0),
@@ -457,7 +459,7 @@ impl One<'_> {
         let times = self.plan.engine_time(time) / self.plan.mean_free_time;
         let found = TableEstimate {
             replicas: rest.replicas,
-            ..TableEstimate::of(depth, error)
+            ..TableEstimate::with_error(depth, error)
         };
         let open = match holds_zero(&found, self.rule.level) {
             _ if lowest + 1 == samples => "; it is still falling at the end",

@@ -34,16 +34,16 @@ impl Measure for ShearBalance {
         true
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let allowed = "a gas in a shear flow, by box.shear_rate; this one is not";
         measure::require(plan.is_sheared(), "", allowed)?;
         let allowed =
             "a case with exact dynamics, which alone closes the balance to rounding: [engine.ed]";
         measure::require(has_exact_dynamics(plan), "", allowed)?;
-        self.read(plan)
+        self.read_options(plan)
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "shear_balance", "Energy balance -a P_xy V = dissipation + change of energy in uniform shear flow, by replica.";
             key "engine", "", "Engine";
@@ -60,7 +60,7 @@ impl Measure for ShearBalance {
         vec![table]
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,

@@ -211,7 +211,7 @@ impl Measure for SnapshotMeasure {
         plan.is_uniform_box()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let options: SnapshotOptions = measure::options(plan, self.name())?;
         if let Some(interval) = options.interval {
             let alone = options.times.is_none();
@@ -222,7 +222,7 @@ impl Measure for SnapshotMeasure {
             measure::require(interval > 0.0 && most, "interval", allowed)?;
         }
         check_engines(plan, options.engines.as_deref())?;
-        options.replicas.check(plan)?;
+        options.replicas.check_replicas(plan)?;
         if let Some(formats) = &options.formats {
             let allowed = "a gas with positions; snapshots of one without are CSV";
             measure::require(plan.has_box(), "formats", allowed)?;
@@ -237,7 +237,7 @@ impl Measure for SnapshotMeasure {
         measure::require(told, "quantities", allowed)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let options = measure::chosen::<SnapshotOptions>(plan, self.name());
         let until = plan.case.run.until;
         match (options.times, options.interval) {
@@ -254,15 +254,15 @@ impl Measure for SnapshotMeasure {
 
     fn kept_per_particle(&self, plan: &CasePlan) -> f64 {
         let options = measure::chosen::<SnapshotOptions>(plan, self.name());
-        LINE * (self.times(plan).len() * options.formats().len()) as f64
+        LINE * (self.sample_times(plan).len() * options.formats().len()) as f64
     }
 
-    fn gathers(&self, plan: &CasePlan) -> bool {
-        !self.times(plan).is_empty()
+    fn gathers_particles(&self, plan: &CasePlan) -> bool {
+        !self.sample_times(plan).is_empty()
     }
 
     fn kept_last_per_particle(&self, plan: &CasePlan) -> f64 {
-        if self.times(plan).is_empty() {
+        if self.sample_times(plan).is_empty() {
             0.0
         } else {
             let options = measure::chosen::<SnapshotOptions>(plan, self.name());
@@ -275,7 +275,7 @@ impl Measure for SnapshotMeasure {
         options.replicas.has(replica)
     }
 
-    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let (name, units) = (engine.name, SnapshotUnits::new(plan));
         let placed = plan.has_box();
         let options = measure::chosen::<SnapshotOptions>(plan, self.name());
@@ -302,8 +302,12 @@ impl Measure for SnapshotMeasure {
         }))
     }
 
-    fn snapshots(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<(Snapshot, Vec<u8>)> {
-        let times = self.times(plan);
+    fn snapshot_files(
+        &self,
+        plan: &CasePlan,
+        runs: &ReplicaRecords<'_>,
+    ) -> Vec<(Snapshot, Vec<u8>)> {
+        let times = self.sample_times(plan);
         let endings = measure::chosen::<SnapshotOptions>(plan, self.name()).endings(plan);
         let mut files = Vec::new();
         for (engine, records) in runs.each::<Records>(plan) {

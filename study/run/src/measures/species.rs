@@ -26,13 +26,13 @@ impl Measure for SpeciesMeasure {
         !plan.has_box() && plan.case.aggregation.is_none()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         lasting_only(plan)?;
-        self.read(plan)
+        self.read_options(plan)
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
-        vec![table(plan, &rows(plan, &runs.find(0)))]
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+        vec![table(plan, &rows(plan, &runs.records_of(0)))]
     }
 }
 
@@ -43,9 +43,9 @@ impl Measure for VelocityCorrelation {
         NoOptions
     );
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         lasting_only(plan)?;
-        self.read(plan)
+        self.read_options(plan)
     }
 }
 
@@ -73,7 +73,7 @@ pub(super) struct SpeciesRow {
 /// All species at all sample times.
 pub(super) fn rows(plan: &CasePlan, records: &[&GasRecord]) -> Vec<SpeciesRow> {
     let curves = homogeneous::curves(plan).ok();
-    let taus = tau::all(plan, records);
+    let taus = tau::tau_at_samples(plan, records);
     let mut rows = Vec::new();
     for (index, time) in plan.sample_times().into_iter().enumerate() {
         let curve = curves.and_then(|curves| curves.at.get(index));

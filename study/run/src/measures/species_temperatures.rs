@@ -6,7 +6,7 @@ use stosszahl_model::{Grouping, Simulation};
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, VerdictText, table};
 
 use super::energy::void_for;
-use super::over;
+use super::mean_over_replicas;
 use crate::judge::{MeasuredPoint, against_theory, title};
 use crate::measure::{
     self, BadOption, Measure, NoOptions, Probe, ReplicaRecords, SampleProbe, described,
@@ -39,7 +39,7 @@ fn temperatures(gas: &dyn Simulation, grouping: Grouping) -> Vec<f64> {
 
 /// Jackknife estimate of the ratio of the means over replicas of two numbers, with its error.
 fn ratio(sums: &[[f64; 2]]) -> TableEstimate {
-    over(of_sums(sums, |[a, b]| a / b).into_iter().map(Some))
+    mean_over_replicas(of_sums(sums, |[a, b]| a / b).into_iter().map(Some))
 }
 
 impl Measure for SpeciesTemperatures {
@@ -53,17 +53,17 @@ impl Measure for SpeciesTemperatures {
         plan.is_uniform_box() && !plan.is_rough() && plan.species.len() > 1
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let allowed = "several species, by [[species]]; this gas has one";
         measure::require(plan.species.len() > 1, "", allowed)?;
-        self.read(plan)
+        self.read_options(plan)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         plan.sample_times()
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let grouping = plan.grouping();
         Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             let gas = &*moment.simulation;
@@ -71,7 +71,7 @@ impl Measure for SpeciesTemperatures {
         }))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Temperatures of the species",
             FigureAxis::logarithmic("time", "time"),
@@ -95,7 +95,8 @@ impl Measure for SpeciesTemperatures {
                 let expected = theory.map(|all| &all[index]);
                 for species in 0..plan.species.len() {
                     let of = |record: &Record, place: usize| record[index].1[place];
-                    let own = over(records.iter().map(|r| Some(of(r, species) / r[0].0)));
+                    let own =
+                        mean_over_replicas(records.iter().map(|r| Some(of(r, species) / r[0].0)));
                     let own = own.against(expected.map(|all| all[species]));
                     let pairs = records
                         .iter()
@@ -110,13 +111,13 @@ impl Measure for SpeciesTemperatures {
         vec![table]
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         plan.engines.len() * plan.species.len().saturating_sub(1)
     }
 
     /// Ratios of the temperatures to that of the first in the early state of a cooling gas: of their means, each temperature over
     /// that of the gas by theory, so that early times do not outweigh the rest.
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,
@@ -148,9 +149,10 @@ impl Measure for SpeciesTemperatures {
                 let topic = format!("species temperatures, {name}");
                 let [one, first] = [species, 0].map(|place| &plan.species[place].name);
                 let quantity = format!("T({one})/T({first}) of the early gas");
-                let points: Vec<MeasuredPoint> = MeasuredPoint::of(times[early[0]], &found)
-                    .into_iter()
-                    .collect();
+                let points: Vec<MeasuredPoint> =
+                    MeasuredPoint::from_estimate(times[early[0]], &found)
+                        .into_iter()
+                        .collect();
                 let words = [name, "Enskog's equations", &quantity];
                 let found = against_theory(&topic, words, &points, &runs.rule(plan));
                 list.extend(found.map(|found| void_for(found, plan, &[engine])));

@@ -9,7 +9,7 @@ use stosszahl_model::transport;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::structure_factor::{require_periodic, structure_times};
-use super::{over, require_kept};
+use super::{mean_over_replicas, require_kept};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
@@ -102,7 +102,7 @@ enum Shear {
 
 impl Shear {
     /// Enskog's theory of a gas of equal disks that cools freely, is elastic, or is in a bath.
-    fn of(plan: &CasePlan) -> Option<Self> {
+    fn from_plan(plan: &CasePlan) -> Option<Self> {
         if !plan.has_theory() || plan.dimension != 2 {
             return None;
         }
@@ -212,7 +212,7 @@ impl Measure for HydrodynamicSpectra {
         SpectraOptions
     );
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_waves(plan)?;
         let options: SpectraOptions = measure::options(plan, self.name())?;
         require_number(options.largest_wave_number, "largest_wave_number")?;
@@ -231,24 +231,24 @@ impl Measure for HydrodynamicSpectra {
         })
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         measure::chosen::<SpectraOptions>(plan, self.name()).looks(plan)
     }
 
-    fn kept(&self, plan: &CasePlan) -> f64 {
+    fn kept_bytes(&self, plan: &CasePlan) -> f64 {
         let shells = measure::chosen::<SpectraOptions>(plan, self.name()).shells(plan);
         let each = shells.map_or(0, |shells| {
             shells.ranges().count() * size_of::<Spectrum>()
                 + shells.modes().indices().len() * size_of::<[f64; 2]>()
         });
-        (self.times(plan).len() * each) as f64
+        (self.sample_times(plan).len() * each) as f64
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let shells = measure::chosen::<SpectraOptions>(plan, self.name()).shells(plan);
         Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             let gas = &*moment.simulation;
-            let weight = gas.weight();
+            let weight = gas.mean_weight();
             let found = shells.as_ref().ok();
             let mut found = found.and_then(|shells| {
                 shells
@@ -262,7 +262,7 @@ impl Measure for HydrodynamicSpectra {
         }))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let Ok(shells) = measure::chosen::<SpectraOptions>(plan, self.name()).shells(plan) else {
             return Vec::new();
         };
@@ -353,7 +353,7 @@ fn average(
         all.filter(|all| !all.is_empty())
             .map(|all| mean(all.into_iter()))
     };
-    over(records.iter().map(one))
+    mean_over_replicas(records.iter().map(one))
 }
 
 fn fill_steady(
@@ -363,7 +363,7 @@ fn fill_steady(
     shells: &Shells,
     records: &[&Record],
 ) {
-    let theory = Shear::of(plan);
+    let theory = Shear::from_plan(plan);
     let equilibrium = theory.filter(|one| one.is_equilibrium()).map(|_| 1.0);
     let half = 0.5 * plan.case.run.until;
     let first = records
@@ -423,7 +423,7 @@ fn fill_spectra(
     shells: &Shells,
     records: &[&Record],
 ) {
-    let theory = Shear::of(plan);
+    let theory = Shear::from_plan(plan);
     let elastic = theory.is_some_and(Shear::is_equilibrium);
     let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
     for (index, (time, _)) in records
@@ -504,7 +504,7 @@ fn growth(sums: &[[f64; 2]], span: f64) -> TableEstimate {
     let found = jackknife(sums, rate).filter(|found| found.value.is_finite());
     found.map_or_else(TableEstimate::default, |found| {
         let error = found.standard_error.filter(|error| error.is_finite());
-        TableEstimate::of(found.value, error)
+        TableEstimate::with_error(found.value, error)
     })
 }
 
@@ -538,8 +538,9 @@ fn fill_decay(
         // Modes of a shell count by their spectrum halfway through the run, when the start is forgotten.
         let halfway = clock(plan, 0.5 * plan.case.run.until);
         let clocks = [halfway, halfway + span];
-        let expected = Shear::of(plan).map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
-        let inviscid = Shear::of(plan).map_or(0.0, Shear::inviscid_rate);
+        let expected =
+            Shear::from_plan(plan).map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
+        let inviscid = Shear::from_plan(plan).map_or(0.0, Shear::inviscid_rate);
         let viscosity = expected.map_or_else(TableEstimate::default, |expected| TableEstimate {
             value: found
                 .value
@@ -563,7 +564,7 @@ fn fill_growth(
     shells: &Shells,
     records: &[&Record],
 ) {
-    let theory = Shear::of(plan);
+    let theory = Shear::from_plan(plan);
     let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
     let looks = records.iter().map(|record| record.len()).min().unwrap_or(0);
     for second in 1..looks {

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 use stosszahl_results::{Figure, FigureAxis, Table, VerdictText, table};
 
-use super::over;
+use super::mean_over_replicas;
 use crate::judge::{ComparedPair, Comparison, DifferenceUnit, Places, still_moving, title};
 use crate::measure::{
     self, BadOption, Measure, NoOptions, Probe, ReplicaRecords, RunStop, SampleContext, described,
@@ -68,13 +68,13 @@ struct SteadyProbe {
 }
 
 impl Probe for SteadyProbe {
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         let temperature = moment.temperature();
         (self.record.start, self.record.after) = (temperature, temperature);
         self.record.last = moment.simulation.time();
     }
 
-    fn stop(&mut self, stop: &RunStop) {
+    fn on_stop(&mut self, stop: &RunStop) {
         let before = match stop.kicked_from {
             None if self.kicked => return,
             before => before.unwrap_or(stop.temperature),
@@ -99,14 +99,14 @@ impl Measure for SteadyState {
         is_heated(plan)
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let allowed = "a gas that is heated, by a bath, [thermostat], or by contacts with gas.restitution.delta; this one is not";
         measure::require(is_heated(plan), "", allowed)?;
-        self.read(plan)
+        self.read_options(plan)
     }
 
     /// Looks at the temperature of a gas that nothing kicks.
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         if plan.case.bath().is_some() {
             return Vec::new();
         }
@@ -114,7 +114,7 @@ impl Measure for SteadyState {
         looks.map(|share| share * plan.case.run.until).collect()
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SteadyProbe {
             kicked: plan.case.bath().is_some(),
             until: plan.engine_time(plan.case.run.until),
@@ -122,7 +122,7 @@ impl Measure for SteadyState {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "steady_state", "Temperature of a heated gas, averaged over quarters of the run.";
             key "engine", "", "Engine";
@@ -139,7 +139,8 @@ impl Measure for SteadyState {
         let edge = |part: usize| plan.case.run.until * part as f64 / PARTS as f64;
         for (engine, records) in runs.each::<Record>(plan) {
             for part in 0..PARTS {
-                let ratio = over(records.iter().map(|one| one.temperature(part, part + 1)));
+                let ratio =
+                    mean_over_replicas(records.iter().map(|one| one.temperature(part, part + 1)));
                 let ratio = ratio.against(plan.steady_temperature());
                 table.add((
                     engine.name,
@@ -153,11 +154,11 @@ impl Measure for SteadyState {
         vec![table]
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         2 * plan.engines.len()
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,

@@ -10,7 +10,7 @@ use stosszahl_analysis::theory::UniformShear;
 use stosszahl_model::Observer;
 use stosszahl_results::{Table, TableEstimate, table};
 
-use super::over;
+use super::mean_over_replicas;
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, RunStop, SampleContext, described,
     keeps_record, require,
@@ -66,29 +66,29 @@ struct StressProbe {
 }
 
 impl Probe for StressProbe {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         self.record
             .as_mut()
             .map(|record| record as &mut dyn Observer)
     }
 
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         let kinetic = kinetic_stress(&mut |sum| moment.simulation.reduce_particles(sum));
         let now = moment.simulation.time();
         let recorder = StressRecorder::new(self.span, self.blocks, now, kinetic);
         self.record = Some(recorder.in_flow(self.flow.0, self.flow.1));
     }
 
-    fn stop(&mut self, stop: &RunStop) {
+    fn on_stop(&mut self, stop: &RunStop) {
         if let (Some(record), Some(before)) = (&mut self.record, stop.kicked_from) {
             record.scale(stop.time, stop.temperature / before);
         }
     }
 
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         let kinetic = kinetic_stress(&mut |sum| moment.simulation.reduce_particles(sum));
         if let Some(record) = &mut self.record {
-            record.look(moment.simulation.time(), kinetic);
+            record.set_kinetic(moment.simulation.time(), kinetic);
         }
     }
 
@@ -215,7 +215,7 @@ fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2])
         let sums = all.iter().map(&of).filter(|sums| sums[1] > 0.0);
         of_sums(&sums.collect::<Vec<_>>(), |[above, below]| above / below)
     };
-    let mut found = over(pseudo(&replicas).into_iter().map(Some));
+    let mut found = mean_over_replicas(pseudo(&replicas).into_iter().map(Some));
     let spread: Spread = pseudo(&blocks).into_iter().collect();
     found.standard_error = match (found.standard_error, spread.standard_error()) {
         (Some(a), Some(b)) => Some(a.max(b)),
@@ -280,7 +280,7 @@ impl Measure for StressMeasure {
         true
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require(
             plan.has_box(),
             "",
@@ -300,7 +300,7 @@ impl Measure for StressMeasure {
     }
 
     /// Looks at equal intervals from the start of the averages, at the middle of each.
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let options: StressOptions = measure::chosen(plan, self.name());
         let (from, until) = (options.start(plan), plan.case.run.until);
         let looks = options.blocks * options.looks;
@@ -313,7 +313,7 @@ impl Measure for StressMeasure {
         times
     }
 
-    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let apart = match &engine.kind {
             EngineKind::MonteCarlo(parameters) => parameters.scheme.properties().feels_flow,
             _ => true,
@@ -328,7 +328,7 @@ impl Measure for StressMeasure {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut table = table! {
             "stress", "Pressure tensor over n T, with n T from the same looks; errors over replicas and blocks of time.";
             key "engine", "", "Engine";

@@ -7,7 +7,7 @@ use stosszahl_analysis::structure_factor::{
 };
 use stosszahl_results::{CellValues, Figure, FigureAxis, Table, table};
 
-use super::over;
+use super::mean_over_replicas;
 use crate::measure::{
     self, BadOption, CompletedRun, Measure, Probe, ReplicaRecords, SampleContext, SampleProbe,
     described,
@@ -172,7 +172,8 @@ pub(super) fn by_time<T: 'static, K: CellValues, C: CellValues>(
                 .collect();
             let first = found.into_iter().next().unwrap_or_default();
             for (number, (key, _, more)) in first.into_iter().enumerate() {
-                let value = over(values.iter().map(|values| values.get(number).copied()));
+                let value =
+                    mean_over_replicas(values.iter().map(|values| values.get(number).copied()));
                 table.add((engine.name, *time, key, value, more));
             }
         }
@@ -201,7 +202,7 @@ impl Measure for StructureFactors {
         plan.is_disk_fluid()
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_periodic(plan)?;
         measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
         let options: StructureFactorOptions = measure::options(plan, self.name())?;
@@ -220,29 +221,29 @@ impl Measure for StructureFactors {
         })
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         structure_times(
             plan,
             measure::chosen::<StructureFactorOptions>(plan, self.name()).times,
         )
     }
 
-    fn gathers(&self, plan: &CasePlan) -> bool {
+    fn gathers_particles(&self, plan: &CasePlan) -> bool {
         plan.species.len() > 1
     }
 
-    fn working(&self, plan: &CasePlan) -> f64 {
+    fn working_bytes(&self, plan: &CasePlan) -> f64 {
         let (lengths, options) = Self::lattice(&measure::chosen(plan, self.name()), plan);
-        StructureFactorPlan::bytes(lengths, options)
+        StructureFactorPlan::memory_bytes(lengths, options)
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let (lengths, options) = Self::lattice(&measure::chosen(plan, self.name()), plan);
         let record = ByTime::<Found>::new();
         let species = SpeciesOf::new(plan);
         Box::new(SampleProbe::new(record, move |record, moment| {
-            let weight = moment.simulation.weight();
-            let count = moment.simulation.count();
+            let weight = moment.simulation.mean_weight();
+            let count = moment.simulation.particle_count();
             // The lattice, which may be larger than the gas, is there only meanwhile.
             let grid = StructureFactorPlan::new(lengths, options);
             let found = grid
@@ -261,7 +262,7 @@ impl Measure for StructureFactors {
         }))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Structure factor",
             FigureAxis::logarithmic("mode_number", "mode number L/wavelength"),

@@ -17,7 +17,7 @@ pub(super) fn rate(plan: &CasePlan) -> Option<f64> {
 }
 
 /// `tau_1` at all sample times; empty where it has no rate.
-pub(super) fn all(plan: &CasePlan, records: &[&GasRecord]) -> Vec<TableEstimate> {
+pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&GasRecord]) -> Vec<TableEstimate> {
     let Some(rate) = rate(plan) else {
         return Vec::new();
     };

@@ -24,7 +24,7 @@ pub(super) struct Log {
 }
 
 impl Observer for Log {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         self.collisions.extend(batch);
     }
 }
@@ -66,7 +66,7 @@ pub(super) fn start(plan: &CasePlan, seed: u64) -> Particles {
             position[axis] = plan.lengths[axis] * (place[axis] as f64 + 0.5) / side as f64;
             velocity[axis] = number();
         }
-        let mut particle = Particle::of(kind.radius, kind.mass);
+        let mut particle = Particle::at_rest(kind.radius, kind.mass);
         (particle.position, particle.velocity) = (position, velocity);
         if plan.grains.rough.is_some() {
             particle.spin = match plan.dimension {
@@ -82,7 +82,7 @@ pub(super) fn start(plan: &CasePlan, seed: u64) -> Particles {
         lengths: plan.lengths,
         periodic: [0, 1, 2].map(|axis| {
             axis >= plan.dimension
-                || *plan.case.walls.at(axis, 0) == stosszahl_case::format::FaceSpec::default()
+                || *plan.case.walls.face_at(axis, 0) == stosszahl_case::format::FaceSpec::default()
         }),
         all,
     }
@@ -127,7 +127,7 @@ pub(super) fn run_from(
     measure: &dyn Measure,
     seed: u64,
 ) -> (Vec<Table>, Vec<VerdictText>, Log) {
-    measure.check(plan).expect("the options are good");
+    measure.check_options(plan).expect("the options are good");
     let mut log = Log::default();
     let finished: Vec<Vec<CompletedRun>> = plan
         .engines
@@ -136,11 +136,11 @@ pub(super) fn run_from(
             (0..plan.case.replicas)
                 .map(|replica| {
                     let mut gas = simulation(plan, engine, seed + replica);
-                    let mut probe = measure.probe(plan, engine);
+                    let mut probe = measure.new_probe(plan, engine);
                     log = follow(plan, measure, engine, &mut *gas, &mut probe);
                     CompletedRun {
                         probes: vec![probe],
-                        work: gas.work(),
+                        work: gas.work_counters(),
                         bytes: 0,
                         seconds: 0.0,
                     }
@@ -153,13 +153,13 @@ pub(super) fn run_from(
         measure: 0,
         finished: &finished,
     };
-    let tables = measure.tables(plan, &runs);
+    let tables = measure.result_tables(plan, &runs);
     for table in &tables {
         for row in &table.rows {
             assert_eq!(row.len(), table.columns.len(), "{}", table.name);
         }
     }
-    let verdicts = measure.verdicts(plan, &runs, &tables);
+    let verdicts = measure.result_verdicts(plan, &runs, &tables);
     (tables, verdicts, log)
 }
 
@@ -171,37 +171,39 @@ fn follow(
     probe: &mut Box<dyn Probe>,
 ) -> Log {
     let mut log = Log::default();
-    let mut times = measure.times(plan);
+    let mut times = measure.sample_times(plan);
     times.sort_by(f64::total_cmp);
     log.states.push((0.0, gas.particles().all));
-    probe.begin(&mut SampleContext::new(0.0, gas));
+    probe.on_start(&mut SampleContext::new(0.0, gas));
     for (number, time) in times.iter().copied().enumerate() {
         let until = plan.engine_time(time);
         let mut no_observer = ();
         loop {
-            let observer = probe.observer().unwrap_or(&mut no_observer);
+            let observer = probe.collision_observer().unwrap_or(&mut no_observer);
             if (gas.advance(until, Budget::Leg, &mut (&mut log, observer))).expect("it goes on") {
                 break;
             }
         }
         log.states.push((until, gas.particles().all));
-        probe.stop(&RunStop {
+        probe.on_stop(&RunStop {
             time: until,
             temperature: gas.temperature(),
             kicked_from: None,
         });
-        probe.sample(&mut SampleContext::new(time, gas));
+        probe.on_sample(&mut SampleContext::new(time, gas));
         if number == times.len() / 2 {
-            let bytes = probe.save().expect("a record");
-            *probe = measure.probe(plan, engine);
-            probe.load(&bytes).expect("the record");
+            let bytes = probe.save_record().expect("a record");
+            *probe = measure.new_probe(plan, engine);
+            probe.load_record(&bytes).expect("the record");
         }
     }
     log
 }
 
 pub(super) fn number(table: &Table, row: usize, column: &str) -> f64 {
-    let at = table.find(column).unwrap_or_else(|| panic!("{column}"));
+    let at = table
+        .find_column(column)
+        .unwrap_or_else(|| panic!("{column}"));
     match table.rows[row][at] {
         TableCell::Number(number) => number,
         TableCell::Count(count) => count as f64,
@@ -210,7 +212,7 @@ pub(super) fn number(table: &Table, row: usize, column: &str) -> f64 {
 }
 
 fn word<'a>(table: &'a Table, row: usize, column: &str) -> &'a str {
-    match &table.rows[row][table.find(column).expect("a column")] {
+    match &table.rows[row][table.find_column(column).expect("a column")] {
         TableCell::Text(text) => text,
         _ => "",
     }
@@ -411,7 +413,7 @@ fn check_fields(plan: &CasePlan, carries: bool) {
             pressure * scale,
             100.0 * scale,
         );
-        if table.find("collision_rate").is_some() {
+        if table.find_column("collision_rate").is_some() {
             let rate = 2.0 * collisions / (to - from) / (count / 4.0);
             near(
                 number(table, row, "collision_rate"),
@@ -520,7 +522,7 @@ fn what_is_measured_by_default_can_be_measured() {
         let plan = case(text);
         let mut found = 0;
         for measure in ALL.iter().filter(|one| one.by_default(&plan)) {
-            let checked = measure.check(&plan);
+            let checked = measure.check_options(&plan);
             assert!(checked.is_ok(), "{}: {checked:?}\n{text}", measure.name());
             found += 1;
         }
@@ -668,7 +670,7 @@ fn verdicts_without_errors_claim_nothing() {
 fn options_that_cannot_be_are_refused() {
     let refused = |table: &str, key: &str| {
         let plan = case(&PERIODIC.replace("cells = [3, 2], blocks = 4", table));
-        let error = measure("fields").check(&plan).expect_err(table);
+        let error = measure("fields").check_options(&plan).expect_err(table);
         assert_eq!(error.key, key, "{error}");
     };
     refused("cells = [0, 2]", "cells");
@@ -685,7 +687,7 @@ fn options_that_cannot_be_are_refused() {
     let long = long.replace("samples = 16", "samples = 100");
     assert_eq!(
         measure("fields")
-            .check(&case(&long))
+            .check_options(&case(&long))
             .expect_err("too many")
             .key,
         "cells"
@@ -693,7 +695,10 @@ fn options_that_cannot_be_are_refused() {
     let mut plan = case(PERIODIC);
     plan.case.domain = None;
     for name in ["series", "fields", "boundaries"] {
-        assert!(measure(name).check(&plan).is_err(), "{name} without a box");
+        assert!(
+            measure(name).check_options(&plan).is_err(),
+            "{name} without a box"
+        );
     }
 }
 

@@ -7,7 +7,7 @@ use stosszahl_model::Grouping;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::gas::{self, against, measured, pairs};
-use super::{over, species};
+use super::{mean_over_replicas, species};
 use crate::measure::{
     self, BadOption, Measure, Needs, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
@@ -40,7 +40,7 @@ impl Measure for TimeAveragedDisplacement {
         PathOptions
     );
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         species::lasting_only(plan)?;
         let particles = measure::options::<PathOptions>(plan, NAME)?.particles;
         let good = (1..=1_000_000).contains(&particles);
@@ -49,18 +49,18 @@ impl Measure for TimeAveragedDisplacement {
         measure::require(!lags(plan).is_empty(), "", allowed)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         vec![plan.case.run.until]
     }
 
-    fn needs(&self, plan: &CasePlan) -> Needs {
+    fn engine_needs(&self, plan: &CasePlan) -> Needs {
         Needs {
             displacements: true,
             trajectories: paths(plan),
         }
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let lags = lags(plan);
         Box::new(PathProbe {
             grouping: plan.grouping(),
@@ -71,9 +71,9 @@ impl Measure for TimeAveragedDisplacement {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let mut rows = rows(plan, &runs.records(0));
-        compare_with_ensemble(plan, &mut rows, &runs.records(0), &runs.find(0));
+        compare_with_ensemble(plan, &mut rows, &runs.records(0), &runs.records_of(0));
         vec![table(plan, &rows)]
     }
 }
@@ -103,7 +103,7 @@ pub struct PathAverages(Vec<Vec<[f64; 2]>>);
 
 impl PathAverages {
     /// The average of a group at a lag, and that of its square over paths; no numbers without them.
-    fn at(&self, group: usize, lag: usize) -> [f64; 2] {
+    fn average_at(&self, group: usize, lag: usize) -> [f64; 2] {
         let averages = self.0.get(group).and_then(|averages| averages.get(lag));
         averages.copied().unwrap_or([f64::NAN; 2])
     }
@@ -123,7 +123,7 @@ impl PathProbe {
     fn chosen(&self, moment: &SampleContext<'_>) -> Vec<Vec<u32>> {
         let mut lists = vec![Vec::new(); self.groups];
         let mut index = 0;
-        moment.simulation.visit(&mut |particle| {
+        moment.simulation.visit_particles(&mut |particle| {
             let list = lists.get_mut(self.grouping.group(particle.species));
             if let Some(list) = list.filter(|list| list.len() < self.paths) {
                 list.push(index);
@@ -135,11 +135,11 @@ impl PathProbe {
 }
 
 impl Probe for PathProbe {
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         moment.simulation.track_displacements();
     }
 
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         let chosen = self.chosen(moment).into_iter();
         let simulation = &*moment.simulation;
         let averages = chosen.map(|list| {
@@ -176,16 +176,16 @@ pub(super) fn rows(plan: &CasePlan, records: &[&PathAverages]) -> Vec<PathRow> {
     let engine: Vec<f64> = lags.iter().map(|&lag| plan.engine_time(lag)).collect();
     let theory = homogeneous::curves(plan).ok().and_then(|curves| {
         let until = plan.engine_time(plan.case.run.until);
-        let theory = Theory::of(plan).ok()?;
+        let theory = Theory::from_plan(plan).ok()?;
         theory.time_averaged(curves.orders, &engine, until)
     });
     let mut rows = Vec::new();
     for species in 0..plan.species.len() {
         for (index, &lag) in lags.iter().enumerate() {
-            let of = |record: &&PathAverages| record.at(species, index)[0];
+            let of = |record: &&PathAverages| record.average_at(species, index)[0];
             let theory = theory.as_ref().map(|theory| theory[species][index]);
             let moments = |record: &&PathAverages| {
-                let [mean, square] = record.at(species, index);
+                let [mean, square] = record.average_at(species, index);
                 [1.0, mean, square]
             };
             let moments: Vec<[f64; 3]> = records.iter().map(moments).collect();
@@ -194,7 +194,7 @@ pub(super) fn rows(plan: &CasePlan, records: &[&PathAverages]) -> Vec<PathRow> {
                 lag,
                 species,
                 displacement: against(measured(records, of, None), theory),
-                breaking: over(of_sums(&moments, variance).into_iter().map(Some)),
+                breaking: mean_over_replicas(of_sums(&moments, variance).into_iter().map(Some)),
                 over_ensemble: TableEstimate::default(),
             });
         }
@@ -224,14 +224,14 @@ fn compare_with_ensemble(
             let all = records.iter().zip(pairs(gas, index));
             let both = all.filter_map(|(record, (sample, _))| {
                 let ensemble = sample.groups.get(row.species)?.displacement;
-                Some([record.at(row.species, lag)[0], ensemble])
+                Some([record.average_at(row.species, lag)[0], ensemble])
             });
             let both: Vec<[f64; 2]> = both.collect();
             let group = curve.and_then(|curve| curve.groups.get(row.species));
             let theory = row.displacement.theory.zip(group);
             row.over_ensemble = TableEstimate {
                 theory: theory.map(|(averaged, group)| averaged / group.displacement.value),
-                ..over(
+                ..mean_over_replicas(
                     of_sums(&both, |[averaged, all]| averaged / all)
                         .into_iter()
                         .map(Some),

@@ -35,10 +35,10 @@ impl Simulation for ScriptedSimulation {
     fn dimension(&self) -> usize {
         self.start.dimension
     }
-    fn count(&self) -> usize {
+    fn particle_count(&self) -> usize {
         self.start.all.len()
     }
-    fn weight(&self) -> f64 {
+    fn mean_weight(&self) -> f64 {
         1.0
     }
     fn advance(
@@ -49,7 +49,7 @@ impl Simulation for ScriptedSimulation {
     ) -> Result<bool, Failure> {
         let due = |one: &&Collision| self.time < one.time && one.time <= until;
         let batch: Vec<Collision> = self.collisions.iter().filter(due).copied().collect();
-        observer.collisions(&batch);
+        observer.on_collisions(&batch);
         self.time = until;
         Ok(true)
     }
@@ -59,7 +59,7 @@ impl Simulation for ScriptedSimulation {
     fn is_interrupted(&self) -> bool {
         false
     }
-    fn visit(&self, look: &mut dyn FnMut(&Particle)) {
+    fn visit_particles(&self, look: &mut dyn FnMut(&Particle)) {
         self.particles().all.iter().for_each(look);
     }
     fn particles(&self) -> Particles {
@@ -70,23 +70,23 @@ impl Simulation for ScriptedSimulation {
         }
         now
     }
-    fn kick(&mut self, _changes: &[Vector3<f64>]) -> Result<(), Failure> {
+    fn add_velocities(&mut self, _changes: &[Vector3<f64>]) -> Result<(), Failure> {
         Ok(())
     }
     fn scale_velocities(&mut self, _factor: f64) -> Result<(), Failure> {
         Ok(())
     }
-    fn checkpoint(&self) -> Result<Vec<u8>, Failure> {
+    fn save_checkpoint(&self) -> Result<Vec<u8>, Failure> {
         Ok(Vec::new())
     }
-    fn work(&self) -> WorkCounters {
+    fn work_counters(&self) -> WorkCounters {
         let done = self.collisions.iter().filter(|one| one.time <= self.time);
         WorkCounters {
             collisions: done.count() as u64,
             ..WorkCounters::default()
         }
     }
-    fn bytes(&self) -> usize {
+    fn memory_bytes(&self) -> usize {
         0
     }
     fn track_displacements(&mut self) -> bool {
@@ -162,37 +162,37 @@ fn tables(
     measure: &dyn Measure,
     toys: &[ScriptedSimulation],
 ) -> (Vec<Table>, Vec<Vec<CompletedRun>>) {
-    measure.check(plan).expect("a measure");
-    let mut times = measure.times(plan);
+    measure.check_options(plan).expect("a measure");
+    let mut times = measure.sample_times(plan);
     times.sort_by(f64::total_cmp);
     times.dedup();
     let run = |engine, toy: &ScriptedSimulation| {
         let mut toy = toy.clone();
-        let mut probe = measure.probe(plan, engine);
-        probe.begin(&mut SampleContext::new(0.0, &mut toy));
+        let mut probe = measure.new_probe(plan, engine);
+        probe.on_start(&mut SampleContext::new(0.0, &mut toy));
         for &time in &times {
             let until = plan.engine_time(time);
             let mut no_observer = ();
-            match probe.observer() {
+            match probe.collision_observer() {
                 Some(observer) => toy.advance(until, Budget::Unlimited, observer),
                 None => toy.advance(until, Budget::Unlimited, &mut no_observer),
             }
             .expect("a law");
-            probe.stop(&RunStop {
+            probe.on_stop(&RunStop {
                 time: until,
                 temperature: toy.temperature(),
                 kicked_from: None,
             });
-            probe.sample(&mut SampleContext::new(time, &mut toy));
-            let bytes = probe.save().expect("a record");
-            let mut next = measure.probe(plan, engine);
-            next.load(&bytes).expect("the same record");
-            assert_eq!(next.save().expect("a record"), bytes);
+            probe.on_sample(&mut SampleContext::new(time, &mut toy));
+            let bytes = probe.save_record().expect("a record");
+            let mut next = measure.new_probe(plan, engine);
+            next.load_record(&bytes).expect("the same record");
+            assert_eq!(next.save_record().expect("a record"), bytes);
             probe = next;
         }
         CompletedRun {
             probes: vec![probe],
-            work: toy.work(),
+            work: toy.work_counters(),
             bytes: 0,
             seconds: 0.0,
         }
@@ -207,13 +207,13 @@ fn tables(
         measure: 0,
         finished: &finished,
     };
-    let tables = measure.tables(plan, &runs);
+    let tables = measure.result_tables(plan, &runs);
     for table in &tables {
         for row in &table.rows {
             assert_eq!(row.len(), table.columns.len(), "{}", table.name);
         }
     }
-    for verdict in measure.verdicts(plan, &runs, &tables) {
+    for verdict in measure.result_verdicts(plan, &runs, &tables) {
         assert!(verdict.sentence.len() <= 175, "{}", verdict.sentence);
     }
     (tables, finished)
@@ -221,7 +221,7 @@ fn tables(
 
 /// Numbers of a column; not a number where a cell is empty.
 fn column(table: &Table, name: &str) -> Vec<f64> {
-    let at = table.find(name).expect("a column");
+    let at = table.find_column(name).expect("a column");
     let number = |row: &Vec<TableCell>| match row[at] {
         TableCell::Number(number) => number,
         TableCell::Count(count) => count as f64,
@@ -433,7 +433,7 @@ fn species_and_snapshots() {
         measure: 0,
         finished: &finished,
     };
-    let files = measure.snapshots(&plan, &runs);
+    let files = measure.snapshot_files(&plan, &runs);
     assert_eq!(files[0].0.file, "snapshots/ed-0.xyz");
     assert_eq!((&*files[0].0.engine, files[0].0.time), ("ed", 4.0));
     let text = String::from_utf8(files[0].1.clone()).expect("text");
@@ -458,10 +458,10 @@ fn frames_are_at_times_of_samples() {
     let toys = [toy.clone()];
     let measure = super::frames::FrameMeasure;
     let all = plan.sample_times();
-    assert!(measure.by_default(&plan) && measure.times(&plan) == all);
+    assert!(measure.by_default(&plan) && measure.sample_times(&plan) == all);
     let table = "number = 5\nparticles = 10".parse().expect("a table");
     plan.case.measure.insert("frames".into(), table);
-    let times = measure.times(&plan);
+    let times = measure.sample_times(&plan);
     assert!(times.len() == 5 && times[0] == 0.0 && times[4] == 4.0);
     assert!(times.iter().all(|time| all.contains(time)));
     let (_, finished) = tables(&plan, &measure, &toys);
@@ -470,7 +470,7 @@ fn frames_are_at_times_of_samples() {
         measure: 0,
         finished: &finished,
     };
-    let files = measure.frames(&plan, &runs);
+    let files = measure.player_frames(&plan, &runs);
     assert_eq!((files.len(), &*files[0].file), (1, "frames/ed.bin"));
     let frames = &files[0].frames;
     let found: Vec<f64> = frames.iter().map(|frame| frame.time).collect();
@@ -487,7 +487,7 @@ fn bad_options_are_named() {
         let mut plan = disks("energy");
         let table = table.parse().expect("a table");
         plan.case.measure.insert(measure.name().into(), table);
-        measure.check(&plan).expect_err("a bad option").key
+        measure.check_options(&plan).expect_err("a bad option").key
     };
     let impact = super::impact_parameters::ImpactMeasure;
     assert_eq!(bad(&impact, "bins = 1"), "bins");
@@ -512,6 +512,6 @@ fn measures_are_described() {
     names.dedup();
     assert_eq!(names.len(), super::ALL.len());
     for one in super::ALL {
-        assert!(one.about().ends_with('.') && one.schema().as_object().is_some());
+        assert!(one.about().ends_with('.') && one.options_schema().as_object().is_some());
     }
 }

@@ -6,7 +6,7 @@ use stosszahl_analysis::theory::ElasticDisks;
 use stosszahl_model::{Collision, Observer, format_short};
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, VerdictText, table};
 
-use super::over;
+use super::mean_over_replicas;
 use crate::judge::{Comparison, DifferenceUnit, Finding, VerdictRule, interval_of, title};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
@@ -131,7 +131,7 @@ impl Coefficient {
 
     /// The mean of these integrals from half of the largest lag on: what the slope of the moment is.
     fn green_kubo(&self, all: &[Vec<Correlations>]) -> TableEstimate {
-        over(all.iter().map(|correlations| {
+        mean_over_replicas(all.iter().map(|correlations| {
             let integrals = self.integrals(correlations);
             let late = integrals.get(integrals.len() / 2..)?;
             (!late.is_empty()).then(|| late.iter().sum::<f64>() / late.len() as f64)
@@ -140,7 +140,7 @@ impl Coefficient {
 
     /// Over all replicas.
     fn estimate(&self, all: &[Vec<HelfandMoments>], points: usize) -> TableEstimate {
-        over(all.iter().map(|moments| self.slope(moments, points)))
+        mean_over_replicas(all.iter().map(|moments| self.slope(moments, points)))
     }
 }
 
@@ -153,7 +153,7 @@ struct TransportProbe {
 }
 
 impl Observer for TransportProbe {
-    fn collisions(&mut self, batch: &[Collision]) {
+    fn on_collisions(&mut self, batch: &[Collision]) {
         if let Some(moments) = &mut self.record {
             for collision in batch {
                 moments.collide(collision);
@@ -161,17 +161,17 @@ impl Observer for TransportProbe {
         }
     }
 
-    fn looks(&self) -> bool {
+    fn is_active(&self) -> bool {
         self.record.is_some()
     }
 }
 
 impl Probe for TransportProbe {
-    fn observer(&mut self) -> Option<&mut dyn Observer> {
+    fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         Some(self)
     }
 
-    fn begin(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_start(&mut self, moment: &mut SampleContext<'_>) {
         if self.exact {
             let start = moment.simulation.time();
             let all = &moment.particles().all;
@@ -182,7 +182,7 @@ impl Probe for TransportProbe {
         }
     }
 
-    fn sample(&mut self, moment: &mut SampleContext<'_>) {
+    fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
         if let Some(moments) = &mut self.record {
             moments.advance(moment.simulation.time());
         }
@@ -205,7 +205,7 @@ impl Measure for TransportMeasure {
         TransportOptions
     );
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let options: TransportOptions = measure::options(plan, self.name())?;
         let disks = plan.has_theory() && plan.dimension == 2;
         measure::require(disks, "", "equal smooth disks in a periodic box")?;
@@ -228,11 +228,11 @@ impl Measure for TransportMeasure {
         measure::require(good, "points", allowed)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         vec![plan.case.run.until]
     }
 
-    fn gathers(&self, _plan: &CasePlan) -> bool {
+    fn gathers_particles(&self, _plan: &CasePlan) -> bool {
         true
     }
 
@@ -240,7 +240,7 @@ impl Measure for TransportMeasure {
         Helfand::BYTES_PER_DISK as f64
     }
 
-    fn probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let options = measure::chosen::<TransportOptions>(plan, self.name());
         let points = options.points as usize;
         Box::new(TransportProbe {
@@ -252,7 +252,7 @@ impl Measure for TransportMeasure {
         })
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let options = measure::chosen::<TransportOptions>(plan, self.name());
         let (points, enskog) = (options.points as usize, enskog(plan));
         let mut lags = lag_table();
@@ -280,15 +280,20 @@ impl Measure for TransportMeasure {
                     let values = one.correlation.map(|of| {
                         let unit = plan.time / theory;
                         let values = fluxes.iter().map(|own| Some(of(own.get(point)?) * unit));
-                        over(values)
+                        mean_over_replicas(values)
                     });
                     let integrals = integrals.iter().map(|own| Some(own.get(point)? / theory));
                     let lag = options.lag(plan) * point as f64 / points as f64;
                     let key = (engine.name, one.name, lag);
-                    correlations.add((key, values.unwrap_or_default(), over(integrals), all.len()));
+                    correlations.add((
+                        key,
+                        values.unwrap_or_default(),
+                        mean_over_replicas(integrals),
+                        all.len(),
+                    ));
                 }
                 for point in 0..points {
-                    let apparent = over(all.iter().map(|moments| {
+                    let apparent = mean_over_replicas(all.iter().map(|moments| {
                         let moments = moments.get(point)?;
                         Some((one.moment)(moments) / (moments.lag * theory))
                     }));
@@ -300,7 +305,7 @@ impl Measure for TransportMeasure {
         vec![coefficients, lags, correlations]
     }
 
-    fn tests(&self, plan: &CasePlan) -> usize {
+    fn test_count(&self, plan: &CasePlan) -> usize {
         plan.engines
             .iter()
             .filter(|engine| engine.is_exact())
@@ -308,7 +313,7 @@ impl Measure for TransportMeasure {
             * whole().count()
     }
 
-    fn verdicts(
+    fn result_verdicts(
         &self,
         plan: &CasePlan,
         runs: &ReplicaRecords<'_>,

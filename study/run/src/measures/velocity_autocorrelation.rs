@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_results::{Figure, FigureAxis, Table, table};
 
-use super::{grid, over, require_kept};
+use super::{grid, mean_over_replicas, require_kept};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
@@ -43,7 +43,7 @@ impl Measure for VelocityAutocorrelation {
         AutocorrelationOptions
     );
 
-    fn gathers(&self, _plan: &CasePlan) -> bool {
+    fn gathers_particles(&self, _plan: &CasePlan) -> bool {
         true
     }
 
@@ -51,7 +51,7 @@ impl Measure for VelocityAutocorrelation {
         size_of::<[f64; 3]>() as f64
     }
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         measure::options::<AutocorrelationOptions>(plan, self.name())?;
         let closed = plan.case.inflow.is_empty() && plan.case.aggregation.is_none();
         let allowed =
@@ -60,13 +60,13 @@ impl Measure for VelocityAutocorrelation {
         require_kept(plan)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = self.from(plan);
         let later = grid(plan, plan.case.run.until - from).map(|elapsed| from + elapsed);
         std::iter::once(from).chain(later).collect()
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let from = self.from(plan);
         Box::new(SampleProbe::new(
             Record::default(),
@@ -86,7 +86,7 @@ impl Measure for VelocityAutocorrelation {
         ))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let figure = Figure::curves(
             "Velocity autocorrelation",
             FigureAxis::logarithmic("lag", "time"),
@@ -106,7 +106,12 @@ impl Measure for VelocityAutocorrelation {
                 let values = records
                     .iter()
                     .map(|one| Some(one.correlations.get(index)?.1));
-                table.add((engine.name, elapsed, over(values), records.len()));
+                table.add((
+                    engine.name,
+                    elapsed,
+                    mean_over_replicas(values),
+                    records.len(),
+                ));
             }
         }
         vec![table]

@@ -5,7 +5,7 @@ use stosszahl_analysis::velocities::{Bins, VelocityHistogram, VelocityQuantity};
 use stosszahl_model::{kinetic, transport};
 use stosszahl_results::{Figure, FigureAxis, PointMark, Table, table};
 
-use super::over;
+use super::mean_over_replicas;
 use super::structure_factor::structure_times;
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
@@ -101,7 +101,7 @@ impl Measure for VelocityDistributionMeasure {
         VelocityDistributionOptions
     );
 
-    fn check(&self, plan: &CasePlan) -> Result<(), BadOption> {
+    fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let options: VelocityDistributionOptions = measure::options(plan, self.name())?;
         let VelocityDistributionOptions { bins, range, .. } = options;
         let allowed = "a whole number from 2 to 10000";
@@ -110,20 +110,20 @@ impl Measure for VelocityDistributionMeasure {
         measure::require((0.1..=100.0).contains(&range), "range", allowed)
     }
 
-    fn times(&self, plan: &CasePlan) -> Vec<f64> {
+    fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         structure_times(
             plan,
             measure::chosen::<VelocityDistributionOptions>(plan, self.name()).times,
         )
     }
 
-    fn kept(&self, plan: &CasePlan) -> f64 {
+    fn kept_bytes(&self, plan: &CasePlan) -> f64 {
         let bins = measure::chosen::<VelocityDistributionOptions>(plan, self.name()).bins as usize;
         let each = size_of::<VelocityHistogram>() + bins * size_of::<f64>();
-        (self.times(plan).len() * plan.species.len() * each) as f64
+        (self.sample_times(plan).len() * plan.species.len() * each) as f64
     }
 
-    fn probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
+    fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let bins = measure::chosen::<VelocityDistributionOptions>(plan, self.name()).bins(plan);
         let grouping = plan.grouping();
         Box::new(SampleProbe::new(Record::new(), move |record, moment| {
@@ -132,7 +132,7 @@ impl Measure for VelocityDistributionMeasure {
         }))
     }
 
-    fn tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
+    fn result_tables(&self, plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Table> {
         let options = measure::chosen::<VelocityDistributionOptions>(plan, self.name());
         let bins = options.bins(plan);
         let (mut densities, mut cumulants) = (density_table(&options), cumulant_table());
@@ -143,7 +143,7 @@ impl Measure for VelocityDistributionMeasure {
                 for (number, species) in plan.species.iter().enumerate() {
                     let of = |part: &dyn Fn(&VelocityHistogram) -> f64| {
                         let found = records.iter().map(|record| record[index].1.get(number));
-                        over(found.map(|found| found?.as_ref().map(part)))
+                        mean_over_replicas(found.map(|found| found?.as_ref().map(part)))
                     };
                     let fourth = of(&|found| found.fourth_cumulant).against(a2);
                     cumulants.add((

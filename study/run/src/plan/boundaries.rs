@@ -31,7 +31,7 @@ impl CasePlan {
         let case = &self.case;
         let face = |axis: usize, side: usize| -> Result<Face<S>, PlanError> {
             let key = format!("walls.{}", FACES[axis][side]);
-            let wall = match case.walls.at(axis, side) {
+            let wall = match case.walls.face_at(axis, side) {
                 Written::Word(FaceWord::Periodic) => return Ok(Face::Periodic),
                 Written::Word(FaceWord::Open) => return Ok(Face::Open),
                 Written::Word(FaceWord::Specular) => return Ok(Face::Wall(Wall::specular())),
@@ -45,7 +45,7 @@ impl CasePlan {
             });
             Ok(Face::Wall(Wall {
                 rebound: rebound(wall.restitution, wall.slip, wall.temperature),
-                sliding: S::vector(|axis| sliding[axis]),
+                sliding: S::from_components(|axis| sliding[axis]),
                 vibration: vibration.transpose()?,
             }))
         };
@@ -111,8 +111,9 @@ impl CasePlan {
         for (number, inflow) in case.inflow.iter().enumerate() {
             let key = |name: &str| format!("inflow.{}.{name}", number + 1);
             let face = FACES.iter().flatten().position(|name| *name == inflow.face);
-            let is_open =
-                |face: &usize| *case.walls.at(face / 2, face % 2) == Written::Word(FaceWord::Open);
+            let is_open = |face: &usize| {
+                *case.walls.face_at(face / 2, face % 2) == Written::Word(FaceWord::Open)
+            };
             let face = face.filter(is_open).ok_or_else(|| {
                 PlanError::new(key("face"), &inflow.face, "an open face of the box")
             })?;
@@ -128,7 +129,7 @@ impl CasePlan {
                     axis: face / 2,
                     side: face % 2,
                     density: densities.map_or(uniform, |densities| densities[species]),
-                    velocity: S::vector(|axis| velocity[axis]),
+                    velocity: S::from_components(|axis| velocity[axis]),
                     temperature,
                     spin_temperature: inflow.spin_temperature.unwrap_or(temperature),
                     like: self.first_of(species),
@@ -186,14 +187,14 @@ fn no_obstacle(index: usize, error: ObstacleError) -> PlanError {
 }
 
 /// Checks that the walls and obstacles fit the box.
-pub(super) fn check(plan: &CasePlan) -> Result<(), PlanError> {
+pub(super) fn check_boundaries(plan: &CasePlan) -> Result<(), PlanError> {
     let case = &plan.case;
     if plan.lengths[0] == 0.0 {
         return Ok(());
     }
     for (axis, names) in FACES.iter().enumerate() {
         for (side, name) in names.iter().enumerate() {
-            let Written::Wall(wall) = case.walls.at(axis, side) else {
+            let Written::Wall(wall) = case.walls.face_at(axis, side) else {
                 continue;
             };
             let half = 0.5 * plan.lengths[axis];

@@ -25,10 +25,10 @@ impl<S: Space> Confinement<S> {
     ///
     /// # Errors
     /// [`PlanError`] names the invalid face, body or box.
-    pub(crate) fn of(plan: &CasePlan) -> Result<Self, PlanError> {
+    pub(crate) fn from_plan(plan: &CasePlan) -> Result<Self, PlanError> {
         let walls = plan.walls::<S>()?;
         let domain = walls
-            .domain(S::vector(|axis| plan.lengths[axis]))
+            .domain(S::from_components(|axis| plan.lengths[axis]))
             .map_err(|error| PlanError::new("box", error.found, error.allowed))?;
         Ok(Self {
             domain,

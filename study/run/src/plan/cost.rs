@@ -121,7 +121,7 @@ impl RuntimeEstimate {
     }
 
     /// Returns the ratio of each part to that of another; the ending is unchanged.
-    pub(crate) fn over(&self, other: &Self) -> Self {
+    pub(crate) fn ratio_to(&self, other: &Self) -> Self {
         let ratio = |a: f64, b: f64| if a > 0.0 && b > 0.0 { a / b } else { 1.0 };
         let both = self.engines.iter().zip(&other.engines);
         let both = both.map(|(a, b)| [ratio(a[0], b[0]), ratio(a[1], b[1])]);
@@ -173,7 +173,7 @@ impl CasePlan {
         let engines: Vec<EngineCost> = engines
             .map(|(engine, kept)| EngineCost {
                 name: engine.name,
-                bytes: self.bytes(engine, kept[0], looks, threads),
+                bytes: self.engine_bytes(engine, kept[0], looks, threads),
                 collisions: self.collisions(engine),
                 trials_per_collision: self.trials_per_collision(engine),
             })
@@ -186,7 +186,7 @@ impl CasePlan {
             records += kept[0] + (replicas - 1) as f64 * kept[1];
             for replica in 0..replicas.min(threads) {
                 let kept = kept[replica.min(1)];
-                parts.push((self.bytes(engine, kept, looks, threads), kept));
+                parts.push((self.engine_bytes(engine, kept, looks, threads), kept));
             }
         }
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -236,7 +236,7 @@ impl CasePlan {
     }
 
     /// Memory of one engine of one replica with `kept` kept bytes, on this many threads \[bytes\].
-    fn bytes(&self, engine: &EnginePlan, kept: f64, looks: &Looks, threads: usize) -> f64 {
+    fn engine_bytes(&self, engine: &EnginePlan, kept: f64, looks: &Looks, threads: usize) -> f64 {
         let count = self.count() as f64 * engine.copies() as f64;
         let vector = 8.0 * self.dimension as f64;
         let spin = match (self.grains.rough.is_some(), self.dimension) {
@@ -495,12 +495,12 @@ mod tests {
     #[test]
     fn what_is_measured_once_corrects_what_is_guessed_elsewhere() {
         let (guess, found) = (pace(2.0, &[[1.0, 1.0]]), pace(1.0, &[[3.0, 2.0]]));
-        let factor = found.over(&guess);
+        let factor = found.ratio_to(&guess);
         assert_eq!(
             pace(4.0, &[[5.0, 5.0]]).scaled(&factor),
             pace(2.0, &[[15.0, 10.0]])
         );
         // What takes no time corrects nothing.
-        assert_eq!(found.over(&pace(0.0, &[[1.0, 1.0]])).start, 1.0);
+        assert_eq!(found.ratio_to(&pace(0.0, &[[1.0, 1.0]])).start, 1.0);
     }
 }

@@ -313,7 +313,7 @@ impl CasePlan {
 
     /// Returns true if the box is periodic along an axis.
     pub fn is_periodic_along(&self, axis: usize) -> bool {
-        *self.case.walls.at(axis, 0) == FaceSpec::default()
+        *self.case.walls.face_at(axis, 0) == FaceSpec::default()
     }
 
     /// Returns the map from the species numbers of an engine to the species of the plan.
@@ -357,7 +357,7 @@ impl CasePlan {
     /// Gravity along the axes that end at walls or openings, where a gas has a height.
     pub fn gravity(&self) -> Vector3<f64> {
         let all = self.grains.gravity.unwrap_or_default();
-        let ends = |axis: usize| *self.case.walls.at(axis, 0) != FaceSpec::default();
+        let ends = |axis: usize| *self.case.walls.face_at(axis, 0) != FaceSpec::default();
         Vector3::from_fn(|axis, _| if ends(axis) { all[axis] } else { 0.0 })
     }
 

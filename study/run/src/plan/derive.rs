@@ -35,7 +35,7 @@ impl CasePlan {
     /// # Errors
     /// [`PlanError`] names the key that is to blame.
     pub fn new(case: &Case, folder: &Path) -> Result<Self, PlanError> {
-        Self::within(case, folder, available_memory())
+        Self::derive_within(case, folder, available_memory())
     }
 
     /// Derives the plan of a case where `free` bytes of memory are free for the data of each
@@ -43,7 +43,7 @@ impl CasePlan {
     ///
     /// # Errors
     /// As [`CasePlan::new`].
-    pub fn within(case: &Case, folder: &Path, free: Option<f64>) -> Result<Self, PlanError> {
+    pub fn derive_within(case: &Case, folder: &Path, free: Option<f64>) -> Result<Self, PlanError> {
         let numbered = numbered(case)?;
         let case = &*numbered;
         let temperature = temperature(case)?;
@@ -114,7 +114,7 @@ impl CasePlan {
             warnings: Vec::new(),
             choices: std::mem::take(&mut gas.choices),
         };
-        boundaries::check(&plan)?;
+        boundaries::check_boundaries(&plan)?;
         plan.find_times()?;
         plan.check_times()?;
         plan.check_gravity()?;
@@ -122,7 +122,7 @@ impl CasePlan {
         plan.check_sticking()?;
         plan.check_bath()?;
         plan.check_start()?;
-        plan.engines = engines::all(&mut plan)?;
+        plan.engines = engines::all_engines(&mut plan)?;
         plan.check_density()?;
         plan.separate_rounded()?;
         plan.check_file()?;
@@ -254,7 +254,7 @@ impl CasePlan {
         for (index, inflow) in self.case.inflow.iter().enumerate() {
             let kinds = inflow.number_density.iter().flatten().zip(&self.species);
             let covered = |(density, one): (&f64, &SpeciesPlan)| {
-                density * in_space!(self.dimension, S => S::ball(one.radius))
+                density * in_space!(self.dimension, S => S::particle_volume(one.radius))
             };
             let share: f64 = kinds.map(covered).sum();
             let found = format!("particles cover {} of the stream", short(share));
@@ -402,7 +402,7 @@ fn boxed(
     let dimension = case.gas.dimension as usize;
     let equal = particles.kinds.len() == 1;
     let balls = |particles: &SizedParticles| {
-        let ball = |radius| in_space!(dimension, S => S::ball(radius));
+        let ball = |radius| in_space!(dimension, S => S::particle_volume(radius));
         particles.covered(|count, radius| count * ball(radius))
     };
     let covered = match dimension {
@@ -648,16 +648,21 @@ mod tests {
             ([0, 1], [0.5, 1.0], [1.0, 5.0]),
             ([1, 1], [1.0, 1.0], [5.0, 5.0]),
         ] {
-            let exact = by_hand.between(radii, masses).expect("a law").normal(0.1);
-            assert_eq!(plan.law.between(kinds, 0.1), exact);
+            let exact = by_hand
+                .law_between(radii, masses)
+                .expect("a law")
+                .normal_restitution(0.1);
+            assert_eq!(plan.law.pair_restitution(kinds, 0.1), exact);
         }
 
         // A comparison whose unit of speed is 3, of mass 4 and of length 0.5.
         let one = "diameter = 0.5\nmass = 4\ntemperature = 36\nnumber = 20\n[box]\npacking_fraction = 0.1\n[run]\nuntil = 1\n[engine.ed]\n";
         let plan = planned(&std::format!("{gas}{one}")).expect("a comparison");
-        let law = by_hand.between([0.25, 0.25], [4.0, 4.0]).expect("a law");
+        let law = by_hand
+            .law_between([0.25, 0.25], [4.0, 4.0])
+            .expect("a law");
         // Rounding of two powers.
-        assert!((plan.law.normal(0.1) - law.normal(0.3)).abs() < 1e-14);
+        assert!((plan.law.normal_restitution(0.1) - law.normal_restitution(0.3)).abs() < 1e-14);
         assert!(plan.haff_time.is_finite() && plan.restitution < 1.0);
 
         let continuous = "volume = 1e4\n[run]\nuntil = 1\n[polydisperse]\nnumber = 100\ndistribution = \"uniform\"\nrelative_width = 0.2\n";
@@ -677,7 +682,7 @@ mod tests {
                     [[species]]\nnumber = 10\n[[species]]\nnumber = 10\ndiameter = 2\n";
         let file = format().from_text(Path::new("case.toml"), text, &[]);
         let file = file.expect("a case");
-        let plan = |free| CasePlan::within(&file.points[0].case, Path::new(""), free);
+        let plan = |free| CasePlan::derive_within(&file.points[0].case, Path::new(""), free);
         let said = plan(Some(1.0)).expect_err("too much").to_string();
         assert!(said.contains("--ignore-memory-limit"), "{said}");
         assert_eq!(plan(None).expect("a plan").count(), 20);

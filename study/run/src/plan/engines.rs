@@ -18,7 +18,7 @@ use super::data::{CasePlan, EngineKind, EnginePlan, PlanError, in_space};
 const NATURAL_RATES: f64 = 1e4;
 
 /// All engines, in their order.
-pub(super) fn all(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanError> {
+pub(super) fn all_engines(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanError> {
     let written = plan.case.engine.clone();
     let mut list = Vec::new();
     if let Some(ed) = &written.ed {
@@ -286,7 +286,7 @@ impl CasePlan {
 }
 
 fn cells<S: Space>(parameters: &Parameters, plan: &CasePlan, diameter: f64) -> [usize; 3] {
-    let lengths = S::vector(|axis| plan.lengths[axis]);
+    let lengths = S::from_components(|axis| plan.lengths[axis]);
     // The sides are positive, or the plan would not be.
     stosszahl_model::Domain::<S>::periodic(lengths).map_or([1; 3], |domain| {
         parameters.cells(&domain, plan.packing_fraction, diameter)

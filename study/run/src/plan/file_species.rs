@@ -41,7 +41,7 @@ impl FileSpecies {
     ///
     /// # Errors
     /// [`PlanError`] if a name of a species cannot be told from another.
-    pub(super) fn of(file: &StartFile, case: &Case) -> Result<Self, PlanError> {
+    pub(super) fn from_file(file: &StartFile, case: &Case) -> Result<Self, PlanError> {
         let count = file.count();
         let each =
             |own: &Option<Vec<f64>>, all: f64| own.clone().unwrap_or_else(|| vec![all; count]);
@@ -138,7 +138,7 @@ impl FileSpecies {
     pub(super) fn covered(&self, dimension: usize) -> f64 {
         let balls = self.radii.iter();
         balls
-            .map(|&radius| in_space!(dimension, S => S::ball(radius)))
+            .map(|&radius| in_space!(dimension, S => S::particle_volume(radius)))
             .sum()
     }
 

@@ -55,7 +55,7 @@ impl CasePlan {
     /// Diameter of the first disk, or else the smallest distance between walls that face each other
     /// \[length\].
     fn width(&self) -> Option<f64> {
-        let is_wall = |axis: usize, side: usize| self.case.walls.at(axis, side).is_wall();
+        let is_wall = |axis: usize, side: usize| self.case.walls.face_at(axis, side).is_wall();
         let between = (0..self.dimension).filter(|&axis| is_wall(axis, 0) && is_wall(axis, 1));
         let between = between.map(|axis| self.lengths[axis]).reduce(f64::min);
         let disk = self

@@ -48,7 +48,7 @@ pub(super) fn uncovered_volume(
     // Obstacles are for disks, so that this is all of the volume.
     let [x, y, _] = *lengths;
     let area = FreeArea::new(&obstacles, [x, y], periodic(case), clearance);
-    let free = area.between([0.0; 2], [x, y]);
+    let free = area.rectangle_between([0.0; 2], [x, y]);
     let allowed = "obstacles that leave room for the gas";
     PlanError::require(free > 1e-9 * all, "obstacle", "no free area", allowed)?;
     Ok(free)
@@ -65,7 +65,7 @@ pub(super) fn covered_area(case: &Case) -> Result<f64, PlanError> {
         [corner[0].max(most.x), corner[1].max(most.y)]
     });
     let area = FreeArea::new(&obstacles, corner, [false; 2], 0.0);
-    Ok(corner[0] * corner[1] - area.between([0.0; 2], corner))
+    Ok(corner[0] * corner[1] - area.rectangle_between([0.0; 2], corner))
 }
 
 /// Finds the factor of all radii with which a length that depends on them is the wanted one;
@@ -92,7 +92,7 @@ pub(super) fn factor_of_radii(
 
 /// Returns true for each of the first two axes along which the box is periodic.
 fn periodic(case: &Case) -> [bool; 2] {
-    [0, 1].map(|axis| *case.walls.at(axis, 0) == FaceSpec::default())
+    [0, 1].map(|axis| *case.walls.face_at(axis, 0) == FaceSpec::default())
 }
 
 impl CasePlan {
@@ -113,7 +113,7 @@ impl CasePlan {
         let [low, high] = [region.low, region.high].map(|corner| [corner[0], corner[1]]);
         let sides = [self.lengths[0], self.lengths[1]];
         let area = FreeArea::new(&obstacles, sides, self.periodic(), 0.0);
-        let share = area.between(low, high) / ((high[0] - low[0]) * (high[1] - low[1]));
+        let share = area.rectangle_between(low, high) / ((high[0] - low[0]) * (high[1] - low[1]));
         Ok(if share > 1e-9 { share } else { 0.0 })
     }
 
@@ -134,7 +134,7 @@ impl CasePlan {
         let share = |row: usize, column: usize| {
             let low = [edge(0, column), edge(1, row)];
             let high = [edge(0, column + 1), edge(1, row + 1)];
-            area.between(low, high) / ((high[0] - low[0]) * (high[1] - low[1]))
+            area.rectangle_between(low, high) / ((high[0] - low[0]) * (high[1] - low[1]))
         };
         (0..counts[1])
             .flat_map(|row| (0..counts[0]).map(move |column| (row, column)))

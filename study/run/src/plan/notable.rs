@@ -164,7 +164,7 @@ impl CasePlan {
     fn notable_fall(&self, list: &mut Vec<String>) {
         let gravity = self.gravity();
         let walls = || {
-            self.case.walls.all().filter_map(|face| match face {
+            self.case.walls.all_faces().filter_map(|face| match face {
                 FaceSpec::Wall(wall) => Some(wall),
                 FaceSpec::Word(_) => None,
             })
@@ -182,7 +182,7 @@ impl CasePlan {
         let mass = masses.sum::<f64>() / self.count() as f64;
         let stops = |axis: &usize| {
             let side = usize::from(gravity[*axis] > 0.0);
-            self.case.walls.at(*axis, side).is_wall()
+            self.case.walls.face_at(*axis, side).is_wall()
         };
         let depths = (0..self.dimension)
             .filter(stops)
@@ -216,7 +216,7 @@ impl CasePlan {
                 ));
             }
             // `stosszahl_dsmc::Engine::wall_error`, before there is an engine.
-            let walled = |axis: &usize| self.case.walls.at(*axis, 0).is_wall();
+            let walled = |axis: &usize| self.case.walls.face_at(*axis, 0).is_wall();
             let widths = (0..self.dimension)
                 .filter(walled)
                 .map(|axis| self.lengths[axis]);

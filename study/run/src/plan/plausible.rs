@@ -78,7 +78,7 @@ impl CasePlan {
             }
             FaceSpec::Word(_) => false,
         };
-        let held = self.case.walls.all().any(takes_up) || !self.case.obstacle.is_empty();
+        let held = self.case.walls.all_faces().any(takes_up) || !self.case.obstacle.is_empty();
         let open = !self.case.inflow.is_empty();
         let periodic = |axis: &usize| self.is_periodic_along(*axis);
         let axis = (0..self.dimension)
@@ -182,21 +182,23 @@ impl CasePlan {
     fn sources(&self) -> Vec<Source> {
         let length = |vector: &[f64]| vector.iter().map(|one| one * one).sum::<f64>().sqrt();
         let faces = stosszahl_case::format::FACES.iter().flatten();
-        let walls = faces.zip(self.case.walls.all()).filter_map(|(name, face)| {
-            let FaceSpec::Wall(wall) = face else {
-                return None;
-            };
-            let sliding = length(wall.sliding.as_deref().unwrap_or_default());
-            // There and back in a period.
-            let shaking = wall
-                .vibration
-                .map_or(0.0, |one| 2.0 * one.amplitude / one.period);
-            Some(Source {
-                key: format!("walls.{name}"),
-                temperature: wall.temperature,
-                speed: sliding.max(shaking),
-            })
-        });
+        let walls = faces
+            .zip(self.case.walls.all_faces())
+            .filter_map(|(name, face)| {
+                let FaceSpec::Wall(wall) = face else {
+                    return None;
+                };
+                let sliding = length(wall.sliding.as_deref().unwrap_or_default());
+                // There and back in a period.
+                let shaking = wall
+                    .vibration
+                    .map_or(0.0, |one| 2.0 * one.amplitude / one.period);
+                Some(Source {
+                    key: format!("walls.{name}"),
+                    temperature: wall.temperature,
+                    speed: sliding.max(shaking),
+                })
+            });
         let obstacles = self.case.obstacle.iter().enumerate();
         let obstacles = obstacles.map(|(number, one)| Source {
             key: format!("obstacle.{}", number + 1),

@@ -60,7 +60,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles,
         }
     } else if let Some(continuous) = &case.polydisperse {
         let count = continuous.number as usize;
-        let mut stream = Streams::new(case.seed, 0).at(Purpose::Placement, [0, 0]);
+        let mut stream = Streams::new(case.seed, 0).stream_at(Purpose::Placement, [0, 0]);
         let mut diameters: Vec<f64> = (0..count)
             .map(|_| diameter(continuous, &mut stream))
             .collect();
@@ -380,7 +380,7 @@ fn one_law(
     let of_case = Material::new(modulus, ratio, viscosities).and_then(|material| {
         let of = |index: usize| &gas.species[index];
         let radii = pair.map(|index| of(index).radius * length);
-        material.between(radii, pair.map(|index| of(index).mass * mass))
+        material.law_between(radii, pair.map(|index| of(index).mass * mass))
     });
     let strength = of_case.map_err(refused)?.strength() * unit;
     Viscoelastic::new(strength).map(Law::from).map_err(refused)

@@ -54,7 +54,7 @@ struct Source<'a> {
 fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
     let name = case.start.file.as_deref();
     let name = name.ok_or_else(|| content("none".into(), "a file"))?;
-    let file = initial::read(&folder.join(name))
+    let file = initial::read_start_file(&folder.join(name))
         .map_err(|error| content(error.to_string(), "a start file as docs describe it"))?;
     let source = Source {
         case,
@@ -62,7 +62,7 @@ fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
         file,
         changes: Vec::new(),
     };
-    source.check()?;
+    source.check_file()?;
     Ok(source)
 }
 
@@ -73,7 +73,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     let lengths = source.lengths()?;
     let shear_offset = source.shear_offset(lengths[0])?;
     source.wrap(lengths, shear_offset)?;
-    let species = FileSpecies::of(&source.file, case)?;
+    let species = FileSpecies::from_file(&source.file, case)?;
     let warmth = source.warmth(&species.masses, temperature)?;
     let scale = if case.has_thermal_units() {
         UnitScale {
@@ -132,7 +132,7 @@ pub(super) struct Dealt {
 pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     let mut source = source(case, folder)?;
     let name = source.name;
-    let species = FileSpecies::of(&source.file, case)?;
+    let species = FileSpecies::from_file(&source.file, case)?;
     let temperature = source.warmth(&species.masses, 1.0)?;
     let dimension = case.gas.dimension as usize;
     let temperatures = species.temperatures(&source.file, dimension, temperature);
@@ -194,7 +194,7 @@ pub(super) fn scaled(file: StartFile, scale: UnitScale) -> StartFile {
 impl Source<'_> {
     /// Refuses particles of another dimension, and simulators that stand for several particles or
     /// for less than one.
-    fn check(&self) -> Result<(), PlanError> {
+    fn check_file(&self) -> Result<(), PlanError> {
         let (file, name) = (&self.file, self.name);
         if file.count() < 2 {
             return Err(content("one particle".into(), "at least two"));
@@ -279,7 +279,7 @@ impl Source<'_> {
             return Ok(lengths);
         };
         for axis in 0..dimension {
-            let is_periodic = *self.case.walls.at(axis, 0) == FaceSpec::default();
+            let is_periodic = *self.case.walls.face_at(axis, 0) == FaceSpec::default();
             let [low, high] = FACES[axis];
             if is_periodic && !said[axis] {
                 let flags = said.map(|one| if one { "T" } else { "F" }).join(" ");
@@ -333,7 +333,7 @@ impl Source<'_> {
     /// `shear_offset` along x; refuses particles beyond its other ends.
     fn wrap(&mut self, lengths: [f64; 3], shear_offset: f64) -> Result<(), PlanError> {
         let dimension = self.case.gas.dimension as usize;
-        let periodic = |axis: usize| *self.case.walls.at(axis, 0) == FaceSpec::default();
+        let periodic = |axis: usize| *self.case.walls.face_at(axis, 0) == FaceSpec::default();
         // Images of positions do not depend on the rate.
         let shear = (shear_offset != 0.0).then_some(Shear {
             rate: 1.0,
@@ -455,7 +455,7 @@ impl Source<'_> {
 impl CasePlan {
     /// Box of disks as it is at the start of a shear flow.
     fn box_of_start(&self) -> Result<Domain<Plane>, PlanError> {
-        let domain = Confinement::<Plane>::of(self)?.domain;
+        let domain = Confinement::<Plane>::from_plan(self)?.domain;
         // With a displacement of at most half the width, one image on each side is enough.
         let shear = self.grains.shear().map(|shear| Shear {
             offset: nearest(shear.offset, self.lengths[0]),
@@ -533,9 +533,9 @@ impl CasePlan {
             .map(|(index, &at)| (at, reach(index)))
             .collect();
         in_space!(self.dimension, S => {
-            let confinement = Confinement::<S>::of(self)?;
+            let confinement = Confinement::<S>::from_plan(self)?;
             for (index, &(at, reach)) in all.iter().enumerate() {
-                let at = S::vector(|axis| at[axis]);
+                let at = S::from_components(|axis| at[axis]);
                 if let Some((what, depth)) = confinement.blocks(at, reach) {
                     let found = format!(
                         "{name}: particle {index} (counted from 0) overlaps {what} by {}",

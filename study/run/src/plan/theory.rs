@@ -233,7 +233,7 @@ impl CasePlan {
     }
 
     /// Share of a run that is done at a time of the case, by the collisions that theory expects.
-    pub fn share(&self, time: f64) -> f64 {
+    pub fn done_share(&self, time: f64) -> f64 {
         let all = self.expected_collisions(self.case.run.until);
         if all > 0.0 && all.is_finite() {
             (self.expected_collisions(time) / all).clamp(0.0, 1.0)

@@ -157,7 +157,7 @@ fn starts_have_the_fourth_cumulant_asked_for() {
             );
             let mut velocities = Vec::new();
             gas.expect("a gas")
-                .visit(&mut |one| velocities.push(one.velocity));
+                .visit_particles(&mut |one| velocities.push(one.velocity));
             cumulant(&velocities, 2.0)
         };
         let [found, error] = mean(&(0..60).map(sample).collect::<Vec<_>>());

@@ -23,7 +23,7 @@ pub fn keeps_energy(plan: &CasePlan) -> bool {
     let driven = plan.case.thermostat.is_some() || plan.is_sheared();
     // Along a periodic axis gravity does work for ever.
     let ends = plan.gravity() == plan.grains.gravity.unwrap_or_default();
-    plan.is_elastic() && !driven && plan.case.walls.all().all(specular) && obstacles && ends
+    plan.is_elastic() && !driven && plan.case.walls.all_faces().all(specular) && obstacles && ends
 }
 
 /// Whether a wall gives no energy: it reverses velocities, and does not move where it has friction.
@@ -105,7 +105,9 @@ pub fn column(
     let points = engine.name == "dsmc-boltzmann"
         && (case.engine.boltzmann.as_ref()).is_some_and(|one| centre(one.wall_contact))
         && case.engine.ed.is_none();
-    let closed = [0, 1].iter().all(|&side| case.walls.at(1, side).is_wall());
+    let closed = [0, 1]
+        .iter()
+        .all(|&side| case.walls.face_at(1, side).is_wall());
     let applies = points
         && closed
         && gravity.x == 0.0
@@ -166,7 +168,7 @@ pub fn wall_temperature(plan: &CasePlan) -> Option<f64> {
         return None;
     }
     let mut found = None;
-    for face in plan.case.walls.all() {
+    for face in plan.case.walls.all_faces() {
         match face {
             FaceSpec::Word(FaceWord::Periodic | FaceWord::Specular) => {}
             FaceSpec::Wall(WallSpec {

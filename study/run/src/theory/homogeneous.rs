@@ -14,7 +14,9 @@ use crate::plan::CasePlan;
 /// # Errors
 /// [`TheoryError`] if it cannot be followed in the first Sonine order.
 pub fn curves(plan: &CasePlan) -> Result<&TheoryCurves, TheoryError> {
-    let solved = plan.theory.get_or_init(|| Theory::of(plan)?.curves());
+    let solved = plan
+        .theory
+        .get_or_init(|| Theory::from_plan(plan)?.curves());
     solved.as_ref().map_err(|error| *error)
 }
 
@@ -44,7 +46,7 @@ impl<'a> Theory<'a> {
     ///
     /// # Errors
     /// [`TheoryError`] if a number is out of range, or the gas is packed too densely for its contact values.
-    pub fn of(plan: &'a CasePlan) -> Result<Self, TheoryError> {
+    pub fn from_plan(plan: &'a CasePlan) -> Result<Self, TheoryError> {
         if let VelocitiesSpec::Drawn(drawn) = plan.case.start.velocities {
             let allowed = "Maxwellian velocities at the start";
             return Err(Invalid::new("a2 of the start", drawn.a2, allowed).into());

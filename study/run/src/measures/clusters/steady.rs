@@ -4,7 +4,7 @@ use stosszahl_analysis::statistics::Estimate;
 use stosszahl_results::VerdictText;
 
 use super::{ClusterRecord, Half, Schedule, Sizes};
-use crate::judge::{MeasuredPoint, VerdictRule, against_theory, note, with_error};
+use crate::judge::{MeasuredPoint, VerdictRule, against_theory, verdict_note, with_error};
 use crate::plan::CasePlan;
 
 /// Numbers of clusters by size, summed over the times of the steady state, and the number of these.
@@ -113,7 +113,7 @@ pub(super) fn steady_state(
     if let Some([exponent, cutoff]) = fit(records, steady.fit_monomers) {
         let [low, high] = steady.fit_monomers;
         let d = plan.dimension as f64;
-        list.push(note(
+        list.push(verdict_note(
             "sizes in the steady state",
             // With k ~ R^D and dk ~ R^(D - 1) dR, k^-q dk is R^-(D q - D + 1) dR.
             format!(

@@ -66,7 +66,7 @@ pub(super) fn table(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2
                     let elastic: Vec<FluxWindow> = known.iter().filter_map(one).collect();
                     let pair = Pair::new(plan, engine, [a, b], chi);
                     let collisions: f64 = (windows.iter())
-                        .map(|window| window.of([a, b]).collisions)
+                        .map(|window| window.pair_sums([a, b]).collisions)
                         .sum();
                     if let Some(values) = pair.values(&windows) {
                         let numbers = [a, b].map(|one| one as u64 + 1);
@@ -127,7 +127,7 @@ impl Pair {
     ) -> Option<TableEstimate> {
         ratio(windows, |window: &FluxWindow| {
             let norm = window.norm(self.dimension, self.pairs, self.volume);
-            [sum(&window.of(self.species)), norm]
+            [sum(&window.pair_sums(self.species)), norm]
         })
     }
 
@@ -152,7 +152,7 @@ impl Pair {
         let rate = rate.unwrap_or_default();
         let flux = self.sonine.zip(self.factor).and_then(|(sonine, factor)| {
             let found = ratio(windows, |window: &FluxWindow| {
-                let sums = window.of(self.species);
+                let sums = window.pair_sums(self.species);
                 [sums.approaching + sums.separating, factor * sums.rate]
             })?;
             Some(found.times(sonine))

@@ -67,7 +67,7 @@ impl ElasticTwin {
         let gas = stosszahl_ed::simulate(grains, DissipationRule::Elastic, &periodic, start)?;
         let always = [f64::NEG_INFINITY, f64::INFINITY];
         let mut sums = WindowSums::new(&[always], start, start.temperature());
-        sums.contacts.look(start.time, start);
+        sums.contacts.sample_gas(start.time, start);
         Ok(Self {
             gas,
             start: start.time,
@@ -77,8 +77,8 @@ impl ElasticTwin {
     }
 
     /// Takes the sums since the last call, of a sample or of the collisions between two samples.
-    pub(super) fn take(&mut self) -> TwinWindow {
-        let flux = self.sums.flux.windows[0].take();
+    pub(super) fn take_sums(&mut self) -> TwinWindow {
+        let flux = self.sums.flux.windows[0].take_sums();
         (mem::take(&mut self.sums.contacts.windows[0].1), flux)
     }
 
@@ -89,7 +89,7 @@ impl ElasticTwin {
     /// [`Failure`] if the twin cannot be advanced.
     pub(super) fn follow(&mut self, collisions: u64, stop: &Interrupt) -> Result<(), Failure> {
         self.gas.set_stop_flag(stop);
-        let left = collisions.saturating_sub(self.gas.work().collisions);
+        let left = collisions.saturating_sub(self.gas.work_counters().collisions);
         self.advance(left as f64)?;
         if !self.gas.is_interrupted() {
             let (time, temperature) = (self.gas.time(), self.gas.temperature());
@@ -101,9 +101,12 @@ impl ElasticTwin {
     /// Advances by the mean time of some collisions, leg by leg, so that a checkpoint resumes to
     /// the same bytes.
     fn advance(&mut self, collisions: f64) -> Result<(), Failure> {
-        let (done, passed) = (self.gas.work().collisions, self.gas.time() - self.start);
+        let (done, passed) = (
+            self.gas.work_counters().collisions,
+            self.gas.time() - self.start,
+        );
         // As if some collisions at the rate of theory had been before.
-        let prior = PRIOR * self.gas.count() as f64;
+        let prior = PRIOR * self.gas.particle_count() as f64;
         let rate = (done as f64 + prior) / (passed + prior / self.expected);
         let until = self.gas.time() + collisions / rate;
         while until.is_finite() && until > self.gas.time() && !self.gas.is_interrupted() {
@@ -115,9 +118,9 @@ impl ElasticTwin {
     }
 
     /// Samples local temperatures and pairs of the twin.
-    pub(super) fn look(&mut self) {
+    pub(super) fn sample_twin(&mut self) {
         let particles = self.gas.particles();
-        self.sums.contacts.look(particles.time, &particles);
+        self.sums.contacts.sample_gas(particles.time, &particles);
     }
 
     /// Returns the content of a checkpoint.
@@ -126,7 +129,7 @@ impl ElasticTwin {
     /// [`Failure`] if memory does not suffice.
     pub(super) fn save(&self) -> Result<SavedTwin, Failure> {
         Ok(SavedTwin {
-            engine: ByteBuf::from(self.gas.checkpoint()?),
+            engine: ByteBuf::from(self.gas.save_checkpoint()?),
             start: self.start,
             expected: self.expected,
             sums: self.sums.clone(),

@@ -31,11 +31,13 @@ pub(super) const FEWEST_ROWS: usize = 4;
 
 /// Whether a case is a channel: inflow on the left, an open face on the right, walls below and above, and nothing inside.
 pub(super) fn is_channel(case: &Case) -> bool {
-    let open = *case.walls.at(0, 1) == FaceSpec::Word(FaceWord::Open);
-    let walled = [0, 1].iter().all(|&side| match case.walls.at(1, side) {
-        FaceSpec::Word(word) => *word == FaceWord::Specular,
-        FaceSpec::Wall(_) => true,
-    });
+    let open = *case.walls.face_at(0, 1) == FaceSpec::Word(FaceWord::Open);
+    let walled = [0, 1]
+        .iter()
+        .all(|&side| match case.walls.face_at(1, side) {
+            FaceSpec::Word(word) => *word == FaceWord::Specular,
+            FaceSpec::Wall(_) => true,
+        });
     entering(case).is_some() && open && walled && case.obstacle.is_empty()
 }
 
@@ -51,7 +53,7 @@ pub(super) fn middle(rows: usize) -> Range<usize> {
 
 impl<'a> Channel<'a> {
     /// The channel of a case, if it is one and its fields are fine enough.
-    pub(super) fn of(
+    pub(super) fn from_plan(
         plan: &'a CasePlan,
         view: &'a View<'a>,
         [columns, rows]: [usize; 2],
@@ -75,8 +77,8 @@ impl<'a> Channel<'a> {
     /// a subject.
     pub(super) fn verdicts(&self, topic: impl Fn(&str) -> String) -> Vec<VerdictText> {
         let mut list = vec![
-            judge::note(topic("along the channel"), self.along()),
-            judge::note(topic("walls of the channel"), self.walls()),
+            judge::verdict_note(topic("along the channel"), self.along()),
+            judge::verdict_note(topic("walls of the channel"), self.walls()),
         ];
         list.extend(self.symmetry(topic("symmetry")));
         list
@@ -137,7 +139,7 @@ impl<'a> Channel<'a> {
         let [low, high] = [speed(0..1), speed(self.rows - 1..self.rows)];
         let error = low.standard_error.zip(high.standard_error);
         let error = error.map(|(a, b)| 0.5 * a.hypot(b));
-        let edges = TableEstimate::of(0.5 * (value(&low) + value(&high)), error);
+        let edges = TableEstimate::with_error(0.5 * (value(&low) + value(&high)), error);
         let free = FREE * value(&centre);
         let slow = (0..self.rows / 2).take_while(|&row| value(&speed(row..row + 1)) < free);
         let height = self.plan.lengths[1] * self.plan.scale.length;
@@ -182,6 +184,6 @@ impl<'a> Channel<'a> {
         ];
         let unknown = "Errors of the fields are unknown, so mirrored cells are not compared.";
         let found = judge::profiles(&topic, words, &both, parts, &self.rule);
-        found.or_else(|| Some(judge::note(topic, unknown)))
+        found.or_else(|| Some(judge::verdict_note(topic, unknown)))
     }
 }

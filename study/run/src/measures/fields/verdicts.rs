@@ -25,7 +25,7 @@ struct Row<'a> {
 
 impl Row<'_> {
     fn number(&self, column: &str) -> Option<f64> {
-        match self.cells.get(self.table.find(column)?)? {
+        match self.cells.get(self.table.find_column(column)?)? {
             TableCell::Number(number) if number.is_finite() => Some(*number),
             _ => None,
         }
@@ -34,11 +34,14 @@ impl Row<'_> {
     /// A quantity and its standard error.
     fn measured(&self, column: &str) -> TableEstimate {
         let error = self.number(&format!("{column}_se"));
-        TableEstimate::of(self.number(column).unwrap_or(f64::NAN), error)
+        TableEstimate::with_error(self.number(column).unwrap_or(f64::NAN), error)
     }
 
     fn says(&self, column: &str, word: &str) -> bool {
-        let cell = self.table.find(column).and_then(|at| self.cells.get(at));
+        let cell = self
+            .table
+            .find_column(column)
+            .and_then(|at| self.cells.get(at));
         matches!(cell, Some(TableCell::Text(text)) if text == word)
     }
 }
@@ -54,7 +57,7 @@ fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &BlockRange) -> Vec<R
 }
 
 /// All of them, the most important first. `views` are those of the engines.
-pub(super) fn all(
+pub(super) fn field_verdicts(
     plan: &CasePlan,
     counts: [usize; 2],
     steady: &[Option<f64>],
@@ -100,7 +103,7 @@ pub(super) fn all(
             mean(SPEED),
             rule,
         ));
-        if let Some(channel) = Channel::of(plan, view, counts, rule) {
+        if let Some(channel) = Channel::from_plan(plan, view, counts, rule) {
             list.extend(channel.verdicts(about));
         }
     }
@@ -135,7 +138,7 @@ fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &BlockRange) -> V
     );
     // A uniform gas that cools has no steady state to wait for.
     if window.steady || plan.is_uniform() {
-        judge::note("steady state", sentence)
+        judge::verdict_note("steady state", sentence)
     } else {
         judge::warning("steady state", sentence)
     }
@@ -155,7 +158,7 @@ fn overcrowded(plan: &CasePlan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option
     let solid = plan.species.iter().filter(|kind| !kind.tracer);
     let kinds: Vec<_> = solid
         .map(|kind| {
-            let volume = unit * in_space!(plan.dimension, S => S::ball(kind.radius));
+            let volume = unit * in_space!(plan.dimension, S => S::particle_volume(kind.radius));
             (volume, of(if alone { "all" } else { &kind.name }))
         })
         .collect();
@@ -175,14 +178,14 @@ fn overcrowded(plan: &CasePlan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option
         "{name} packs particles closer than they can lie: their packing fraction is {} at {}, and at most {} is possible. Its particles \
          collide and do not touch, so a bed that comes to rest sinks into itself, and its profiles there are not those of hard particles.",
         judge::short(packing),
-        place(row),
+        place_text(row),
         judge::short(closest),
     );
     Some(judge::warning(format!("packing, {name}"), sentence))
 }
 
 /// The place of a row of a profile in words.
-fn place(row: &Row<'_>) -> String {
+fn place_text(row: &Row<'_>) -> String {
     let axis = if row.says("along", "x") { "x" } else { "y" };
     let at = row.number("at").unwrap_or(f64::NAN);
     format!("{axis} = {}", judge::short(at))
@@ -207,13 +210,13 @@ fn profiles_agree(
     });
     let pair_at = |(a, b): (&Row<'_>, &Row<'_>)| {
         let densities = [a, b].map(|row| row.measured("number_density"));
-        (densities, place(a))
+        (densities, place_text(a))
     };
     let places: Vec<_> = first.into_iter().zip(second).map(pair_at).collect();
     let topic = format!("density profile, {} against {}", pair[0], pair[1]);
     let found = judge::profiles(&topic, [pair[0], pair[1], "density"], &places, parts, rule);
     let unknown = "Errors of the profiles are unknown, so they are not compared.";
-    found.or_else(|| (places.len() > 2).then(|| judge::note(topic, unknown)))
+    found.or_else(|| (places.len() > 2).then(|| judge::verdict_note(topic, unknown)))
 }
 
 /// Verdict on the profile of a settled column.
@@ -227,8 +230,8 @@ fn barometric(
 ) -> Option<VerdictText> {
     plan.grains.gravity?;
     let layer = |row: &Row<'_>| {
-        let theory = TableEstimate::of(row.number("number_density_theory")?, Some(0.0));
-        Some(([row.measured("number_density"), theory], place(row)))
+        let theory = TableEstimate::with_error(row.number("number_density_theory")?, Some(0.0));
+        Some(([row.measured("number_density"), theory], place_text(row)))
     };
     let layers: Vec<_> = rows.iter().filter_map(layer).collect();
     let words = [title(engine.name), "the barometric law", "density"];

@@ -72,7 +72,7 @@ impl<'a> View<'a> {
             let value = quantity(&place.values, index);
             TableEstimate {
                 replicas: Some(found.parts[PLACES[index]]),
-                ..TableEstimate::of(value, Some(error).filter(|error| error.is_finite()))
+                ..TableEstimate::with_error(value, Some(error).filter(|error| error.is_finite()))
             }
             .times(self.units[index])
         };
@@ -107,7 +107,7 @@ impl<'a> View<'a> {
             let error = errors.standard_errors[0][index];
             TableEstimate {
                 replicas: Some(errors.parts[index]),
-                ..TableEstimate::of(
+                ..TableEstimate::with_error(
                     numbers[index],
                     Some(error).filter(|error| error.is_finite()),
                 )
