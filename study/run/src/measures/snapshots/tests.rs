@@ -37,7 +37,7 @@ fn particles(dimension: usize, walled: bool) -> Particles {
                 spin
             },
             species,
-            ..Particle::of(radius, mass)
+            ..Particle::at_rest(radius, mass)
         }
     };
     Particles {
