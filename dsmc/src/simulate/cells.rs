@@ -24,7 +24,7 @@ const LEAST_LEG: u64 = 20;
 /// Name of the splitting and merging entry of [`Simulation::boundary_fluxes`].
 pub const BALANCE: &str = "splitting and merging";
 
-/// Contents of a checkpoint.
+/// State of a decomposed or whole gas as a checkpoint stores it, with the shards of its simulators.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(super) struct CheckpointContent<P: ParticleModel, F: DisplacementTracking<P::Space>> {

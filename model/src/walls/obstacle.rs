@@ -26,7 +26,7 @@ const FINEST: f64 = 1e-8;
 /// Least sine of a corner between two edges that fold back.
 const SHARPEST: f64 = 1e-6;
 
-/// The shape of an obstacle.
+/// Circle, straight plate, polyline or polygon that particles rebound from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ObstacleShape {
