@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Domain, Field, Invalid, Particle, ParticleModel, ParticleSpec, ParticleState, Particles,
+    Domain, Field, InvalidValue, Particle, ParticleModel, ParticleSpec, ParticleState, Particles,
     Simulation, SizeDistribution, Smooth, Space, State, Surface, Volume,
 };
 
@@ -174,13 +174,13 @@ impl<K: Keep> Begin<'_, K> {
             ..
         } = *self.gas;
         let rate = scene.field().shear_rate();
-        let domain = |lengths: [f64; 3], time: f64| -> Result<Domain<P::Space>, Invalid> {
+        let domain = |lengths: [f64; 3], time: f64| -> Result<Domain<P::Space>, InvalidValue> {
             let lengths = P::Space::from_components(|axis| lengths[axis]);
             (boundaries.walls).domain(lengths)?.in_flow(rate, time)
         };
         let (engine, follows, shards) = match self.source {
             StartSource::Start(starts) => {
-                let state = |start: &Particles| -> Result<State<P>, Invalid> {
+                let state = |start: &Particles| -> Result<State<P>, InvalidValue> {
                     Ok(State {
                         time: start.time,
                         domain: domain(start.lengths, start.time)?,
