@@ -2,7 +2,7 @@
 
 use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Invalid;
+use stosszahl_model::InvalidValue;
 
 /// Error of a measurement or a test, with the numbers that it refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -60,7 +60,7 @@ pub enum Error {
     },
     /// A number is out of range.
     #[error(transparent)]
-    Invalid(#[from] Invalid),
+    Invalid(#[from] InvalidValue),
     /// The largest shell is zero, or there are no shells.
     #[error("the largest wave number must be at least 1")]
     WaveNumberInvalid,

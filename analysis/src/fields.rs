@@ -18,7 +18,7 @@
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::Invalid;
+use stosszahl_model::InvalidValue;
 use stosszahl_model::sum::SparseSums;
 
 use crate::Error;
@@ -39,11 +39,11 @@ impl FieldGrid {
     /// [`Error::Invalid`] unless all are positive and finite.
     pub fn new(lengths: [f64; 2], counts: [usize; 2], depth: f64) -> Result<Self, Error> {
         for side in [lengths[0], lengths[1], depth] {
-            Invalid::unless_positive("side of the box of a field", side)?;
+            InvalidValue::unless_positive("side of the box of a field", side)?;
         }
         for count in counts {
             let name = "number of cells of a field along an axis";
-            Invalid::require(count > 0, name, 0.0, "at least 1")?;
+            InvalidValue::require(count > 0, name, 0.0, "at least 1")?;
         }
         Ok(Self {
             lengths,
@@ -292,9 +292,9 @@ impl FieldSums {
     /// # Errors
     /// [`Error::Invalid`] without a species, a block, or a positive length of time.
     pub fn new(grid: FieldGrid, species: usize, blocks: usize, block: f64) -> Result<Self, Error> {
-        Invalid::unless_positive("length of a block", block)?;
+        InvalidValue::unless_positive("length of a block", block)?;
         for (quantity, found) in [("number of species", species), ("number of blocks", blocks)] {
-            Invalid::require(found > 0, quantity, 0.0, "at least 1")?;
+            InvalidValue::require(found > 0, quantity, 0.0, "at least 1")?;
         }
         Ok(Self {
             grid,

@@ -4,11 +4,11 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Grouping, Particle, ParticleReduction, Sum};
+use stosszahl_model::{DynReduction, Grouping, Particle, ParticleReduction};
 
 /// Function that adds all particles of a gas to a sum, as [`stosszahl_model::Simulation::reduce_particles`]
 /// does.
-pub type AddUp<'a> = dyn FnMut(&mut dyn Sum) + 'a;
+pub type AddUp<'a> = dyn FnMut(&mut dyn DynReduction) + 'a;
 
 /// Mean flow of one species.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

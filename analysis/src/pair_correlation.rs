@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{SVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Interrupt, Invalid, Particle, ParticleReduction, random};
+use stosszahl_model::{Interrupt, InvalidValue, Particle, ParticleReduction, random};
 
 use self::by_cells::{Histogram, count_by_cells};
 pub use self::partial::of_species;
@@ -112,7 +112,7 @@ fn measure<const D: usize>(
     interrupt: &Interrupt,
 ) -> Result<PairCorrelation, Error> {
     check_range(&lengths, range, bins)?;
-    Invalid::unless_positive("diameter", diameter)?;
+    InvalidValue::unless_positive("diameter", diameter)?;
     check_positions(positions, 2)?;
     let mut histogram = Histogram::new(lengths, range, bins);
     let all = |&position| (position, true);
@@ -230,7 +230,7 @@ impl PairCounts {
     /// # Errors
     /// As [`of_disks`]; [`Error::PointsTooFew`] without a centre, too.
     pub fn correlation(&self, diameter: f64) -> Result<PairCorrelation, Error> {
-        Invalid::unless_positive("diameter", diameter)?;
+        InvalidValue::unless_positive("diameter", diameter)?;
         self.seen.check(2)?;
         if self.centres == 0 {
             return Err(Error::PointsTooFew {
@@ -657,7 +657,7 @@ mod tests {
         );
         assert_eq!(
             measure(&two, [8.0; 2], 0.0, 1.0, 4),
-            Err(Invalid::new("diameter", 0.0, "finite numbers above 0").into())
+            Err(InvalidValue::new("diameter", 0.0, "finite numbers above 0").into())
         );
         for found in [0.0, -1.0, 4.0 + 1e-12, f64::INFINITY] {
             assert_eq!(

@@ -19,13 +19,13 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
-use stosszahl_model::{Collision, Observer, Particle, ParticleReduction, Sum};
+use stosszahl_model::{Collision, DynReduction, Observer, Particle, ParticleReduction};
 
 /// Computes the kinetic part of the pressure tensor times the volume, about the mean velocity
 /// \[energy\].
 ///
 /// `reduce_particles` adds all particles of a gas, as [`stosszahl_model::Simulation::reduce_particles`] does.
-pub fn kinetic_stress(reduce_particles: &mut dyn FnMut(&mut dyn Sum)) -> Matrix3<f64> {
+pub fn kinetic_stress(reduce_particles: &mut dyn FnMut(&mut dyn DynReduction)) -> Matrix3<f64> {
     let mut sum = KineticStress::default();
     reduce_particles(&mut sum);
     sum.tensor()

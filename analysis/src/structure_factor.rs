@@ -93,7 +93,7 @@ use nalgebra::Vector2;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Invalid, Particle, ParticleReduction};
+use stosszahl_model::{InvalidValue, Particle, ParticleReduction};
 
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions};
@@ -279,7 +279,7 @@ impl StructureFactorPlan {
             diameter,
         } = options;
         check_lengths(lengths)?;
-        Invalid::unless_positive("diameter", diameter)?;
+        InvalidValue::unless_positive("diameter", diameter)?;
         if largest == 0 {
             return Err(Error::WaveNumberInvalid);
         }
@@ -427,7 +427,7 @@ impl StructureFactorPlan {
         weight: f64,
     ) -> Result<StructureFactor, Error> {
         lattice.seen.check(1)?;
-        Invalid::unless_positive("number of disks that a point stands for", weight)?;
+        InvalidValue::unless_positive("number of disks that a point stands for", weight)?;
         let scale = weight / lattice.seen.count as f64;
         self.transform(lattice);
         let values = self.modes.iter().map(|mode| {
@@ -653,7 +653,7 @@ pub fn direct_shells(
 ) -> Result<StructureFactor, Error> {
     check_lengths(lengths)?;
     check_positions(positions, 1)?;
-    Invalid::unless_positive("number of disks that a point stands for", weight)?;
+    InvalidValue::unless_positive("number of disks that a point stands for", weight)?;
     if largest_wave_number == 0 {
         return Err(Error::WaveNumberInvalid);
     }

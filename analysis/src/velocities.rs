@@ -241,7 +241,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution as _, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
-    use stosszahl_model::Sum;
+    use stosszahl_model::DynReduction;
 
     fn bins(quantity: VelocityQuantity, dimension: usize) -> Bins {
         Bins {
@@ -254,7 +254,7 @@ mod tests {
 
     /// Measures the distribution of particles of one species, added in groups.
     fn measure(bins: Bins, particles: &[Particle]) -> Option<VelocityHistogram> {
-        let mut reduce = |sum: &mut dyn Sum| {
+        let mut reduce = |sum: &mut dyn DynReduction| {
             for (group, some) in particles.chunks(1000).enumerate() {
                 for one in some {
                     sum.add_particle(one);

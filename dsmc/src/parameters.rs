@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
-use stosszahl_model::{Domain, Invalid, MessageUnits, Space, format_short};
+use stosszahl_model::{Domain, InvalidValue, MessageUnits, Space, format_short};
 
 use crate::scheme::{PartnerDisplacement, PartnerSelection, Scheme, SchemeProperties};
 
@@ -69,7 +69,7 @@ impl Parameters {
 
     pub(crate) fn check_values(&self) -> Result<(), DsmcError> {
         let check = |name, value: f64, good: bool, allowed| {
-            Invalid::require(good, name, value, allowed).map(|_| ())
+            InvalidValue::require(good, name, value, allowed).map(|_| ())
         };
         let copies = f64::from(self.simulators_per_particle);
         check(
@@ -310,7 +310,7 @@ fn shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
 pub enum DsmcError {
     /// Invalid number of a law, a size, a box or a parameter.
     #[error(transparent)]
-    Invalid(#[from] Invalid),
+    Invalid(#[from] InvalidValue),
     /// Bytes that are not a checkpoint of this engine.
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),

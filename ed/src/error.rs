@@ -3,7 +3,7 @@
 use std::fmt;
 
 use stosszahl_model::walls::ObstacleError;
-use stosszahl_model::{Invalid, MessageUnits, format_short};
+use stosszahl_model::{InvalidValue, MessageUnits, format_short};
 
 use crate::surroundings::FACES;
 
@@ -126,7 +126,7 @@ pub enum EventDrivenError {
     },
     /// A law, a size or a box is invalid.
     #[error(transparent)]
-    Invalid(#[from] Invalid),
+    Invalid(#[from] InvalidValue),
     /// The bytes are no checkpoint of this engine.
     #[error("the bytes are no checkpoint of these disks: {0}")]
     Checkpoint(#[from] postcard::Error),

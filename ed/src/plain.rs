@@ -22,7 +22,7 @@ pub struct Event {
     pub pair: [usize; 2],
 }
 
-/// Partners of a contact.
+/// Indices of two disks, or of a disk and what it touched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactPartners {
     /// Two disks, the smaller index first.

@@ -7,7 +7,7 @@ use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Field, Interrupt, Invalid, Observer, Particle, ParticleModel,
+    BoundaryFlux, Budget, Failure, Field, Interrupt, InvalidValue, Observer, Particle, ParticleModel,
     ParticleSpec, ParticleState, Particles, Plane, RecentContacts, Shear, Simulation,
     SizeDistribution, Sizes, Smooth, State, Surface, Vector as _, VelocityMoments, WorkCounters,
 };
@@ -541,7 +541,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
     }
 
     fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure> {
-        Invalid::unless_positive("factor of all velocities", factor).map_err(Failure::new)?;
+        InvalidValue::unless_positive("factor of all velocities", factor).map_err(Failure::new)?;
         self.drive(|bodies| {
             for body in bodies {
                 body.velocity *= factor;

@@ -34,7 +34,7 @@
 use nalgebra::Vector3;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::random::{Purpose, Streams};
 
 /// Thermal bath that acts at equal intervals.
@@ -61,13 +61,13 @@ impl Bath {
     /// time \[energy/time\], by one kick in each `interval` \[time\].
     ///
     /// # Errors
-    /// [`Invalid`] unless both are positive and finite, and the energy of one kick too.
-    pub fn white_noise(heating: f64, interval: f64) -> Result<Self, Invalid> {
-        Invalid::unless_positive("energy of a kick", heating * interval)?;
-        let heating = Invalid::unless_positive("heating", heating)?;
+    /// [`InvalidValue`] unless both are positive and finite, and the energy of one kick too.
+    pub fn white_noise(heating: f64, interval: f64) -> Result<Self, InvalidValue> {
+        InvalidValue::unless_positive("energy of a kick", heating * interval)?;
+        let heating = InvalidValue::unless_positive("heating", heating)?;
         Ok(Self {
             noise: Noise::White { heating },
-            interval: Invalid::unless_positive("interval between kicks", interval)?,
+            interval: InvalidValue::unless_positive("interval between kicks", interval)?,
         })
     }
 
@@ -75,20 +75,20 @@ impl Bath {
     /// \[energy\], which acts once in each `interval` \[time\].
     ///
     /// # Errors
-    /// [`Invalid`] unless all are positive and finite, and drag times interval at most
+    /// [`InvalidValue`] unless all are positive and finite, and drag times interval at most
     /// [`Self::LARGEST_DAMPING`].
-    pub fn langevin(drag: f64, temperature: f64, interval: f64) -> Result<Self, Invalid> {
-        let damping = Invalid::unless_positive("drag times interval", drag * interval)?;
+    pub fn langevin(drag: f64, temperature: f64, interval: f64) -> Result<Self, InvalidValue> {
+        let damping = InvalidValue::unless_positive("drag times interval", drag * interval)?;
         let allowed = "a number above 0 and at most 100";
         let fits = damping <= Self::LARGEST_DAMPING;
-        Invalid::require(fits, "drag times interval", damping, allowed)?;
+        InvalidValue::require(fits, "drag times interval", damping, allowed)?;
         let noise = Noise::Langevin {
-            drag: Invalid::unless_positive("drag", drag)?,
-            temperature: Invalid::unless_positive("temperature of the bath", temperature)?,
+            drag: InvalidValue::unless_positive("drag", drag)?,
+            temperature: InvalidValue::unless_positive("temperature of the bath", temperature)?,
         };
         Ok(Self {
             noise,
-            interval: Invalid::unless_positive("interval between kicks", interval)?,
+            interval: InvalidValue::unless_positive("interval between kicks", interval)?,
         })
     }
 

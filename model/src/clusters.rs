@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::sizes::Sizes;
 
 /// Clusters of k compact monomers: mass `k m_1`, radius `R_1 k^(1/D)`. The tag is k itself.
@@ -26,15 +26,20 @@ impl Clusters {
     /// monomers.
     ///
     /// # Errors
-    /// [`Invalid`] if radius or mass is not positive and finite, the dimension another, or a
+    /// [`InvalidValue`] if radius or mass is not positive and finite, the dimension another, or a
     /// cluster empty.
-    pub fn new(radius: f64, mass: f64, dimension: usize, start: Vec<u32>) -> Result<Self, Invalid> {
-        Invalid::unless_positive("radius of a monomer", radius)?;
-        Invalid::unless_positive("mass of a monomer", mass)?;
+    pub fn new(
+        radius: f64,
+        mass: f64,
+        dimension: usize,
+        start: Vec<u32>,
+    ) -> Result<Self, InvalidValue> {
+        InvalidValue::unless_positive("radius of a monomer", radius)?;
+        InvalidValue::unless_positive("mass of a monomer", mass)?;
         let dimensions = (2..=3).contains(&dimension);
-        Invalid::require(dimensions, "dimension", dimension as f64, "2 or 3")?;
+        InvalidValue::require(dimensions, "dimension", dimension as f64, "2 or 3")?;
         let occupied = !start.contains(&0);
-        Invalid::require(
+        InvalidValue::require(
             occupied,
             "number of monomers of a cluster",
             0.0,

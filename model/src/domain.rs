@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::images::{Images, Shear};
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::space::{Space, Vector};
 
 /// A rectangular box from the origin to `lengths`, periodic along some of its axes, or all.
@@ -20,15 +20,15 @@ impl<S: Space> Domain<S> {
     /// Creates a box with the given side lengths \[length\] that is periodic in every direction.
     ///
     /// # Errors
-    /// [`Invalid`] unless all are positive and finite.
-    pub fn periodic(lengths: S::Vector) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless all are positive and finite.
+    pub fn periodic(lengths: S::Vector) -> Result<Self, InvalidValue> {
         Self::new(lengths, [true; 3])
     }
 
     /// Creates a box that is periodic along some of its axes.
-    pub(crate) fn new(lengths: S::Vector, periodic: [bool; 3]) -> Result<Self, Invalid> {
+    pub(crate) fn new(lengths: S::Vector, periodic: [bool; 3]) -> Result<Self, InvalidValue> {
         for axis in 0..S::DIMENSION {
-            Invalid::unless_positive("side of the box", lengths[axis])?;
+            InvalidValue::unless_positive("side of the box", lengths[axis])?;
         }
         let images = Images::new(lengths, periodic);
         Ok(Self { images })
@@ -37,12 +37,12 @@ impl<S: Space> Domain<S> {
     /// Returns this box in uniform shear flow.
     ///
     /// # Errors
-    /// [`Invalid`] unless the box is periodic along the flow and its gradient.
-    pub fn sheared(self, shear: Option<Shear>) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless the box is periodic along the flow and its gradient.
+    pub fn sheared(self, shear: Option<Shear>) -> Result<Self, InvalidValue> {
         if let Some(shear) = shear {
             let is_periodic = self.is_periodic(0) && self.is_periodic(1);
             let allowed = "in a box that is periodic along the first two axes";
-            Invalid::require(is_periodic, "shear rate", shear.rate, allowed)?;
+            InvalidValue::require(is_periodic, "shear rate", shear.rate, allowed)?;
         }
         let images = self.images.sheared(shear);
         Ok(Self { images })
@@ -52,7 +52,7 @@ impl<S: Space> Domain<S> {
     ///
     /// # Errors
     /// As [`Self::sheared`], and for a rate that is 0 or not finite.
-    pub fn in_flow(self, shear: Option<Shear>, time: f64) -> Result<Self, Invalid> {
+    pub fn in_flow(self, shear: Option<Shear>, time: f64) -> Result<Self, InvalidValue> {
         if let Some(shear) = shear {
             Shear::new(shear.rate)?;
         }

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use crate::images::Shear;
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::space::Space;
 
 /// Motion of particles between contacts.
@@ -58,11 +58,11 @@ impl<S: Space> Gravity<S> {
     /// Creates a field from an acceleration \[length/time^2\].
     ///
     /// # Errors
-    /// [`Invalid`] unless its components are finite.
-    pub fn new(acceleration: S::Vector) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless its components are finite.
+    pub fn new(acceleration: S::Vector) -> Result<Self, InvalidValue> {
         for axis in 0..S::DIMENSION {
             let found = acceleration[axis];
-            Invalid::require(found.is_finite(), "acceleration", found, "finite numbers")?;
+            InvalidValue::require(found.is_finite(), "acceleration", found, "finite numbers")?;
         }
         Ok(Self { acceleration })
     }
@@ -94,8 +94,8 @@ impl Sheared {
     /// Creates a flow with a shear rate a \[1/time\].
     ///
     /// # Errors
-    /// [`Invalid`] if the rate is zero or not finite.
-    pub fn new(rate: f64) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] if the rate is zero or not finite.
+    pub fn new(rate: f64) -> Result<Self, InvalidValue> {
         let Shear { rate, .. } = Shear::new(rate)?;
         Ok(Self { rate })
     }

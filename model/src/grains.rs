@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::field::{Field, Free, Gravity, Sheared};
 use crate::images::Shear;
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::physics::Scene;
 use crate::restitution::Law;
 use crate::sizes::{Monodisperse, Polydisperse, Sizes as _};
@@ -62,7 +62,7 @@ impl ParticleSpec {
     }
 
     /// Returns the sizes as species, which scenes with walls, spin or gravity need.
-    fn species(&self, count: usize) -> Result<Species, Invalid> {
+    fn species(&self, count: usize) -> Result<Species, InvalidValue> {
         let kind = |radius, mass, count| crate::species::SpeciesProperties {
             radius,
             mass,
@@ -105,23 +105,23 @@ impl ParticleSpec {
     /// number of particles.
     ///
     /// # Errors
-    /// [`Invalid`] for sizes or fields out of range.
+    /// [`InvalidValue`] for sizes or fields out of range.
     pub fn scene<S: Space, C: Surface<S>>(
         &self,
         surface: C,
         count: usize,
-    ) -> Result<Scene<S, C, Law, Species, Gravity<S>>, Invalid> {
+    ) -> Result<Scene<S, C, Law, Species, Gravity<S>>, InvalidValue> {
         Ok(scene(surface, self, self.species(count)?, self.field()?))
     }
 
     /// Returns the scene of smooth particles of these sizes in a uniform shear flow.
     ///
     /// # Errors
-    /// [`Invalid`] for a rate that is zero or not finite, and where gravity acts too.
+    /// [`InvalidValue`] for a rate that is zero or not finite, and where gravity acts too.
     pub fn sheared_smooth<S: Space, Z>(
         &self,
         sizes: Z,
-    ) -> Result<Scene<S, Smooth, Law, Z, Sheared>, Invalid> {
+    ) -> Result<Scene<S, Smooth, Law, Z, Sheared>, InvalidValue> {
         Ok(scene(Smooth, self, sizes, self.flow()?))
     }
 
@@ -129,24 +129,24 @@ impl ParticleSpec {
     /// species.
     ///
     /// # Errors
-    /// [`Invalid`] for sizes or rates out of range, and where gravity acts too.
+    /// [`InvalidValue`] for sizes or rates out of range, and where gravity acts too.
     pub fn sheared<S: Space, C: Surface<S>>(
         &self,
         surface: C,
         count: usize,
-    ) -> Result<Scene<S, C, Law, Species, Sheared>, Invalid> {
+    ) -> Result<Scene<S, C, Law, Species, Sheared>, InvalidValue> {
         Ok(scene(surface, self, self.species(count)?, self.flow()?))
     }
 
-    fn flow(&self) -> Result<Sheared, Invalid> {
+    fn flow(&self) -> Result<Sheared, InvalidValue> {
         let rate = self.shear_rate.unwrap_or_default();
         let is_alone = self.gravity.is_none() && !self.is_bounded;
         let allowed = "a periodic box without gravity, walls and obstacles";
-        Invalid::require(is_alone, "shear rate", rate, allowed)?;
+        InvalidValue::require(is_alone, "shear rate", rate, allowed)?;
         Sheared::new(rate)
     }
 
-    fn field<S: Space>(&self) -> Result<Gravity<S>, Invalid> {
+    fn field<S: Space>(&self) -> Result<Gravity<S>, InvalidValue> {
         let pull = self.gravity.unwrap_or_default();
         Gravity::new(S::from_components(|axis| pull[axis]))
     }

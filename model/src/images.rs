@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::space::Space;
 
 /// Uniform shear flow u = (a y, 0): gradient along the second axis, flow along the first.
@@ -24,10 +24,10 @@ impl Shear {
     /// Creates a shear flow whose boxes are aligned.
     ///
     /// # Errors
-    /// [`Invalid`] if the rate is zero or not finite.
-    pub fn new(rate: f64) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] if the rate is zero or not finite.
+    pub fn new(rate: f64) -> Result<Self, InvalidValue> {
         let is_rate = rate.is_finite() && rate != 0.0;
-        Invalid::require(is_rate, "shear rate", rate, "finite and not 0")?;
+        InvalidValue::require(is_rate, "shear rate", rate, "finite and not 0")?;
         Ok(Self { rate, offset: 0.0 })
     }
 }

@@ -6,7 +6,7 @@ use crate::format_short;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{quantity} is {found}; allowed: {allowed}", found = format_short(*found))]
 #[non_exhaustive]
-pub struct Invalid {
+pub struct InvalidValue {
     /// Name of the quantity.
     pub quantity: &'static str,
     /// Value found.
@@ -15,7 +15,7 @@ pub struct Invalid {
     pub allowed: &'static str,
 }
 
-impl Invalid {
+impl InvalidValue {
     /// Creates the error, for other crates.
     pub fn new(quantity: &'static str, found: f64, allowed: &'static str) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl Invalid {
     /// Returns the number `found` if it is allowed, an error otherwise.
     ///
     /// # Errors
-    /// [`Invalid`] unless `is_allowed`.
+    /// [`InvalidValue`] unless `is_allowed`.
     pub fn require(
         is_allowed: bool,
         quantity: &'static str,
@@ -45,7 +45,7 @@ impl Invalid {
     /// Returns a finite number above zero, an error otherwise.
     ///
     /// # Errors
-    /// [`Invalid`] for all others.
+    /// [`InvalidValue`] for all others.
     pub fn unless_positive(quantity: &'static str, found: f64) -> Result<f64, Self> {
         Self::require(
             found > 0.0 && found.is_finite(),

@@ -24,7 +24,7 @@ use crate::sizes::Sizes as _;
 use crate::snapshot::Fingerprint;
 use crate::space::{Space, Vector as _, Volume};
 use crate::state::State;
-use crate::sum::{ParticleReduction, Sum};
+use crate::sum::{DynReduction, ParticleReduction};
 use crate::walls::WallLedger;
 
 /// All particles at one time: the input of measurements and the start of engines.
@@ -299,7 +299,7 @@ pub trait Simulation: Send {
     fn particles(&self) -> Particles;
 
     /// Adds all particles to an empty sum, on all processes.
-    fn reduce_particles(&self, sum: &mut dyn Sum) {
+    fn reduce_particles(&self, sum: &mut dyn DynReduction) {
         self.visit_particles(&mut |particle| sum.add_particle(particle));
         sum.close_group(0);
     }
@@ -307,7 +307,7 @@ pub trait Simulation: Send {
     /// Adds all particles to an empty sum that also needs neighbours up to a distance `reach`
     /// \[length\], with one group for each strip of the box. Particles of weight zero are not in
     /// the strip, but near it. Only positions and weights are given.
-    fn reduce_neighbourhoods(&self, _reach: f64, sum: &mut dyn Sum) {
+    fn reduce_neighbourhoods(&self, _reach: f64, sum: &mut dyn DynReduction) {
         self.reduce_particles(sum);
     }
 

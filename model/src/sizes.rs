@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 
 /// Radius \[length\] and mass of the particles.
 ///
@@ -103,12 +103,12 @@ impl Polydisperse {
     /// Creates sizes from (radius, mass) of each particle, in the order of the state.
     ///
     /// # Errors
-    /// [`Invalid`] if a value is not positive and finite, or there is none.
-    pub fn new(sizes: Vec<(f64, f64)>) -> Result<Self, Invalid> {
-        Invalid::require(!sizes.is_empty(), "number of sizes", 0.0, "at least 1")?;
+    /// [`InvalidValue`] if a value is not positive and finite, or there is none.
+    pub fn new(sizes: Vec<(f64, f64)>) -> Result<Self, InvalidValue> {
+        InvalidValue::require(!sizes.is_empty(), "number of sizes", 0.0, "at least 1")?;
         for &(radius, mass) in &sizes {
-            Invalid::unless_positive("radius", radius)?;
-            Invalid::unless_positive("mass", mass)?;
+            InvalidValue::unless_positive("radius", radius)?;
+            InvalidValue::unless_positive("mass", mass)?;
         }
         let largest = sizes.iter().map(|size| size.0).fold(0.0, f64::max);
         let equal = sizes.iter().all(|size| *size == sizes[0]);
@@ -123,11 +123,11 @@ impl Polydisperse {
     /// Returns these sizes with the number of the species of each particle.
     ///
     /// # Errors
-    /// [`Invalid`] unless there is one for each particle.
-    pub fn of_kinds(self, kinds: Vec<u32>) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless there is one for each particle.
+    pub fn of_kinds(self, kinds: Vec<u32>) -> Result<Self, InvalidValue> {
         let (found, complete) = (kinds.len() as f64, kinds.len() == self.sizes.len());
         let allowed = "one for each particle";
-        Invalid::require(complete, "number of species of particles", found, allowed)?;
+        InvalidValue::require(complete, "number of species of particles", found, allowed)?;
         Ok(Self {
             kinds: Some(kinds.into()),
             ..self

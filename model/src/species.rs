@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::sizes::Sizes;
 
 /// One species of a mixture.
@@ -38,22 +38,22 @@ impl Species {
     /// Creates the mixture of the given species.
     ///
     /// # Errors
-    /// [`Invalid`] if there is none, or 2^32 or more, if a radius or mass is not positive and
+    /// [`InvalidValue`] if there is none, or 2^32 or more, if a radius or mass is not positive and
     /// finite, or if there are 2^32 particles or more.
-    pub fn new(kinds: Vec<SpeciesProperties>) -> Result<Self, Invalid> {
+    pub fn new(kinds: Vec<SpeciesProperties>) -> Result<Self, InvalidValue> {
         let some = !kinds.is_empty() && u32::try_from(kinds.len()).is_ok();
         let found = kinds.len() as f64;
-        Invalid::require(some, "number of species", found, "1 to 4294967295")?;
+        InvalidValue::require(some, "number of species", found, "1 to 4294967295")?;
         let mut first = vec![0_usize];
         let mut total = 0_usize;
         for kind in &kinds {
-            Invalid::unless_positive("radius", kind.radius)?;
-            Invalid::unless_positive("mass", kind.mass)?;
+            InvalidValue::unless_positive("radius", kind.radius)?;
+            InvalidValue::unless_positive("mass", kind.mass)?;
             total = total.saturating_add(kind.count);
             first.push(total);
         }
         let few = u32::try_from(total).is_ok();
-        Invalid::require(
+        InvalidValue::require(
             few,
             "number of particles",
             total as f64,
@@ -74,11 +74,11 @@ impl Species {
     /// Returns this mixture with the number of the species that each entry of the list belongs to.
     ///
     /// # Errors
-    /// [`Invalid`] unless there is one for each entry.
-    pub fn of_kinds(self, numbers: Vec<u32>) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless there is one for each entry.
+    pub fn of_kinds(self, numbers: Vec<u32>) -> Result<Self, InvalidValue> {
         let (found, complete) = (numbers.len() as f64, numbers.len() == self.kinds.len());
         let allowed = "one for each entry";
-        Invalid::require(complete, "number of species of entries", found, allowed)?;
+        InvalidValue::require(complete, "number of species of entries", found, allowed)?;
         Ok(Self {
             numbers: numbers.into(),
             ..self

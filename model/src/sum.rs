@@ -29,7 +29,7 @@ pub trait ParticleReduction: Serialize + DeserializeOwned {
 }
 
 /// Object-safe form of [`ParticleReduction`], as an engine uses it.
-pub trait Sum {
+pub trait DynReduction {
     /// Name of the kind of sum.
     fn kind_name(&self) -> &'static str;
 
@@ -46,7 +46,7 @@ pub trait Sum {
     fn add_saved(&mut self, bytes: &[u8]) -> bool;
 }
 
-impl<T: ParticleReduction> Sum for T {
+impl<T: ParticleReduction> DynReduction for T {
     fn kind_name(&self) -> &'static str {
         T::NAME
     }
@@ -72,10 +72,13 @@ impl<T: ParticleReduction> Sum for T {
 
 /// Function that restores a sum that another process has saved, by the name of its kind; `None` for
 /// another kind.
-pub type ReductionFactory = fn(&str, &[u8]) -> Option<Box<dyn Sum>>;
+pub type ReductionFactory = fn(&str, &[u8]) -> Option<Box<dyn DynReduction>>;
 
 /// Restores a sum of the kind `T`: the [`ReductionFactory`] of one kind.
-pub fn made<T: ParticleReduction + 'static>(name: &str, bytes: &[u8]) -> Option<Box<dyn Sum>> {
+pub fn restore_reduction<T: ParticleReduction + 'static>(
+    name: &str,
+    bytes: &[u8],
+) -> Option<Box<dyn DynReduction>> {
     if name != T::NAME {
         return None;
     }
@@ -244,7 +247,7 @@ mod tests {
     /// are put together in another order.
     #[test]
     fn the_order_of_groups_is_nobodys_concern() {
-        let show = |sum: &mut dyn Sum, group: u32| {
+        let show = |sum: &mut dyn DynReduction, group: u32| {
             for number in 0..50 {
                 let seed = f64::from(group * 50 + number + 1);
                 sum.add_particle(&Particle {
@@ -257,9 +260,9 @@ mod tests {
         };
         let mut alone = Both::new();
         (0..30).for_each(|group| show(&mut alone, group));
-        let asked = Sum::save_bytes(&Both::new());
+        let asked = DynReduction::save_bytes(&Both::new());
         let mut hands: Vec<_> = (0..3)
-            .map(|_| made::<Both>("both", &asked).expect("a sum"))
+            .map(|_| restore_reduction::<Both>("both", &asked).expect("a sum"))
             .collect();
         for group in (0..30).rev() {
             show(&mut *hands[group as usize % 3], group);
@@ -272,6 +275,6 @@ mod tests {
         let [wanted, found] = [alone.values(), all.values()]
             .map(|[a, b]| a.into_iter().chain(b).map(f64::to_bits).collect::<Vec<_>>());
         assert_eq!(wanted, found);
-        assert!(made::<Both>("other", &asked).is_none());
+        assert!(restore_reduction::<Both>("other", &asked).is_none());
     }
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::colliding_pair::{CollidingPair, PostCollision};
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::space::{Space, Vector};
 
 /// The tangential half of the contact law, between two particles and between a particle and a wall.
@@ -145,15 +145,15 @@ impl Rough {
     /// most 1: 1/2 for a disk, 2/5 for a sphere ([`Space::INERTIA`]).
     ///
     /// # Errors
-    /// [`Invalid`] outside these ranges.
-    pub fn new(tangential_restitution: f64, inertia: f64) -> Result<Self, Invalid> {
-        Invalid::require(
+    /// [`InvalidValue`] outside these ranges.
+    pub fn new(tangential_restitution: f64, inertia: f64) -> Result<Self, InvalidValue> {
+        InvalidValue::require(
             (-1.0..=1.0).contains(&tangential_restitution),
             "coefficient of tangential restitution",
             tangential_restitution,
             "-1 to 1",
         )?;
-        Invalid::require(
+        InvalidValue::require(
             inertia > 0.0 && inertia <= 1.0,
             "moment of inertia over m R^2",
             inertia,

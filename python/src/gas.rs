@@ -6,7 +6,8 @@ use pyo3::types::PyByteArray;
 use stosszahl_gas::{Face, Rebound, Wall};
 use stosszahl_model::walls::Vibration;
 use stosszahl_model::{
-    Constant, DeltaModel, Invalid, Law, Particle, Particles, ThresholdModel, Viscoelastic, Volume,
+    Constant, DeltaModel, InvalidValue, Law, Particle, Particles, ThresholdModel, Viscoelastic,
+    Volume,
 };
 
 use crate::arrays::{column, vectors};
@@ -65,7 +66,7 @@ enum GivenLaw {
 }
 
 impl GivenLaw {
-    fn law(&self) -> Result<Law, Invalid> {
+    fn law(&self) -> Result<Law, InvalidValue> {
         Ok(match *self {
             Self::Constant(coefficient) => Constant::new(coefficient)?.into(),
             Self::Delta { coefficient, delta } => DeltaModel::new(coefficient, delta)?.into(),

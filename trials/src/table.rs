@@ -7,7 +7,7 @@ use stosszahl_results as results;
 
 use crate::TrialError;
 
-/// Verdict of a row.
+/// Word by which `stosszahl-trials validate` judges a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowVerdict {
     /// Claimed, and within the tolerance, with an error bar of at most half of it.
@@ -32,7 +32,7 @@ impl RowVerdict {
     }
 }
 
-/// One row of the table.
+/// Claim with expected and found value, error and verdict.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialTableRow {
     /// Part, scheme and setting of the row.

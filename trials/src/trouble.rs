@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt;
 
 use stosszahl_dsmc::homogeneous::HomogeneousError;
-use stosszahl_model::{Invalid, initial::PlacementError};
+use stosszahl_model::{InvalidValue, initial::PlacementError};
 
 /// Reason why a trial could not be run, or a command fails: any error, or a text.
 #[derive(Debug)]
@@ -46,7 +46,7 @@ impl fmt::Display for TrialError {
 impl<E: Error + Send + Sync + 'static> From<E> for TrialError {
     fn from(error: E) -> Self {
         let source: Box<dyn Error + Send + Sync> = error.into();
-        let refused = source.is::<Invalid>()
+        let refused = source.is::<InvalidValue>()
             || source.is::<PlacementError>()
             || source.is::<HomogeneousError>();
         Self { source, refused }

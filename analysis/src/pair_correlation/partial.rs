@@ -1,7 +1,7 @@
 //! Partial pair correlations of mixtures.
 
 use nalgebra::{SVector, Vector3};
-use stosszahl_model::{Interrupt, Invalid};
+use stosszahl_model::{Interrupt, InvalidValue};
 
 use super::by_cells::{Histogram, count_by_cells};
 use super::{PairCorrelation, check_range, correlation, like_pairs};
@@ -31,7 +31,7 @@ pub fn of_species(
 ) -> Result<Vec<PairCorrelation>, Error> {
     let all: Vec<Vector3<f64>> = species.iter().flatten().copied().collect();
     check_range(lengths, range, bins)?;
-    Invalid::unless_positive("diameter", diameter)?;
+    InvalidValue::unless_positive("diameter", diameter)?;
     check_positions(&all, 2)?;
     let count = |points: &mut dyn Iterator<Item = &Vector3<f64>>| match *lengths {
         [x, y] => neighbours([x, y], range, bins, points, interrupt),

@@ -1,4 +1,4 @@
-use stosszahl_model::Invalid;
+use stosszahl_model::InvalidValue;
 
 use super::*;
 use crate::statistics::{Estimate, student_t_test};
@@ -274,7 +274,7 @@ fn bad_input_is_refused() {
     for diameter in [0.0, -1.0, f64::INFINITY] {
         assert_eq!(
             refusal([8.0; 2], LatticeOptions { diameter, ..good }),
-            Some(Invalid::new("diameter", diameter, "finite numbers above 0").into())
+            Some(InvalidValue::new("diameter", diameter, "finite numbers above 0").into())
         );
     }
     assert_eq!(
@@ -317,7 +317,7 @@ fn bad_input_is_refused() {
     ));
     assert_eq!(
         plan.measure(&points[..1], 0.0),
-        Err(Invalid::new(
+        Err(InvalidValue::new(
             "number of disks that a point stands for",
             0.0,
             "finite numbers above 0"

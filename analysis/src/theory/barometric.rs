@@ -10,7 +10,7 @@
 //! Institute of Technology, 1985), appendix B, corrected. The gas is dilute: particles have no
 //! volume here.
 
-use stosszahl_model::Invalid;
+use stosszahl_model::InvalidValue;
 
 use super::error::TheoryError;
 
@@ -58,7 +58,7 @@ impl BarometricColumn {
             .iter()
             .flat_map(|layer| [("mass", layer.mass), ("number of particles", layer.number)]);
         for (name, value) in numbers.into_iter().chain(masses) {
-            Invalid::unless_positive(name, value)?;
+            InvalidValue::unless_positive(name, value)?;
         }
         // Energy above that of the start: rising in the temperature, negative at the start, and not
         // at the end of the fall.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_model::{Invalid, kinetic};
+use stosszahl_model::{InvalidValue, kinetic};
 
 use super::component::Component;
 use super::error::TheoryError;
@@ -39,7 +39,7 @@ pub fn values(
     let packing = PI / if dimension == 2 { 4.0 } else { 6.0 } * moment(dimension as i32);
     let equal = kinetic::contact_value(packing);
     let fits = packing < 1.0 && (dimension == 3 || equal.is_finite());
-    Invalid::require(fits, "packing fraction", packing, "below close packing")?;
+    InvalidValue::require(fits, "packing fraction", packing, "below close packing")?;
     let pair = |a: f64, b: f64| {
         if dimension == 2 {
             let ratio = if packing > 0.0 {

@@ -1,6 +1,6 @@
 //! The homogeneous cooling state of a mixture: all temperatures fall together.
 
-use stosszahl_model::{Invalid, Restitution};
+use stosszahl_model::{InvalidValue, Restitution};
 
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
@@ -27,14 +27,14 @@ impl CoolingState {
     /// ratios no longer change.
     ///
     /// # Errors
-    /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the ratios
-    /// do not settle.
+    /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the
+    /// ratios do not settle.
     pub fn at_temperature<R: Restitution>(
         mixture: &MaxwellianMixture<R>,
         mean: f64,
     ) -> Result<Self, TheoryError> {
         let count = mixture.components().len();
-        Invalid::unless_positive("mean temperature", mean)?;
+        InvalidValue::unless_positive("mean temperature", mean)?;
         let leader = mixture
             .components()
             .iter()
@@ -59,7 +59,7 @@ impl CoolingState {
         };
         let scale = mixture.rates(leader, &vec![1.0; count]).cooling;
         let allowed = "above 0: an elastic or empty gas has no cooling state";
-        Invalid::require(
+        InvalidValue::require(
             scale > 0.0 && scale.is_finite(),
             "cooling rate",
             scale,
@@ -86,7 +86,7 @@ impl CoolingState {
             span *= 1.1;
         }
         let name = "change of temperature ratios in the last span";
-        Err(Invalid::new(name, span, "none").into())
+        Err(InvalidValue::new(name, span, "none").into())
     }
 
     /// Creates the state from given temperatures, taken to be those of the cooling state.

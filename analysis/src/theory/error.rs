@@ -1,6 +1,6 @@
 //! Errors of the kinetic theory.
 
-use stosszahl_model::Invalid;
+use stosszahl_model::InvalidValue;
 
 /// Reason why a curve cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -8,7 +8,7 @@ use stosszahl_model::Invalid;
 pub enum TheoryError {
     /// A number out of range.
     #[error(transparent)]
-    Invalid(#[from] Invalid),
+    Invalid(#[from] InvalidValue),
     /// The integration failed.
     #[error(
         "the integration stopped at {at} with steps of {step}: the solution is not smooth there"

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_model::{Invalid, Restitution};
+use stosszahl_model::{InvalidValue, Restitution};
 
 use super::component::Component;
 use super::contact::{self, ContactValues};
@@ -61,7 +61,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         contact: ContactValues,
     ) -> Result<Self, TheoryError> {
         let check = |name, value: f64, good: bool, allowed| {
-            Invalid::require(good && value.is_finite(), name, value, allowed)
+            InvalidValue::require(good && value.is_finite(), name, value, allowed)
         };
         let d = dimension as f64;
         check("dimension", d, (2..=3).contains(&dimension), "2 or 3")?;
@@ -263,12 +263,12 @@ impl<R: Restitution> MaxwellianMixture<R> {
     /// Checks that there is one temperature above zero for each species.
     pub(super) fn check_temperatures(&self, temperatures: &[f64]) -> Result<(), TheoryError> {
         for &t in temperatures {
-            Invalid::unless_positive("temperature", t)?;
+            InvalidValue::unless_positive("temperature", t)?;
         }
         let count = temperatures.len();
         let is_right = count == self.components.len();
         let name = "number of temperatures";
-        Invalid::require(is_right, name, count as f64, "the number of species")?;
+        InvalidValue::require(is_right, name, count as f64, "the number of species")?;
         Ok(())
     }
 

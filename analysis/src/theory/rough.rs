@@ -18,7 +18,7 @@
 //! Huthmann, McNamara & Zippelius, Phys. Rev. E 58, 3416 (1998), doi:10.1103/PhysRevE.58.3416.
 //! Temperatures are m <v^2>/D and I <w^2> for each rotation.
 
-use stosszahl_model::{Invalid, Rough, Space};
+use stosszahl_model::{InvalidValue, Rough, Space};
 
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
@@ -69,8 +69,8 @@ impl RoughGas {
     /// correlation `contact_value` at contact.
     ///
     /// # Errors
-    /// [`TheoryError::Invalid`] if restitution is not in 0 to 1, or another number is not above
-    /// zero and finite.
+    /// [`TheoryError::Invalid`] if restitution is not in 0 to 1, or another number is not
+    /// above zero and finite.
     pub fn new<S: Space>(
         restitution: f64,
         surface: Rough,
@@ -79,7 +79,7 @@ impl RoughGas {
         mass: f64,
         contact_value: f64,
     ) -> Result<Self, TheoryError> {
-        Invalid::require(
+        InvalidValue::require(
             (0.0..=1.0).contains(&restitution),
             "restitution",
             restitution,
@@ -91,7 +91,7 @@ impl RoughGas {
             ("mass", mass),
             ("contact value", contact_value),
         ] {
-            Invalid::unless_positive(name, value)?;
+            InvalidValue::unless_positive(name, value)?;
         }
         let q = surface.inertia();
         let eta = q * (1.0 + surface.tangential_restitution()) / (2.0 * (1.0 + q));

@@ -53,7 +53,7 @@ pub struct CollidingParticles<V> {
     pub line: V,
 }
 
-/// Outcome of a contact.
+/// Change that a [`ContactRule`] made to a pair: none, a bounce, or other particles in its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactOutcome {
     /// The pair passed without a change.
@@ -72,7 +72,7 @@ pub enum ContactOutcome {
     },
 }
 
-/// Law of contacts of a pair.
+/// Rule for a pair at contact: bounce, aggregation or fragmentation.
 pub trait ContactRule<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
     /// True if particles may appear and vanish.
     const SIZES_CHANGE: bool;

@@ -4,7 +4,7 @@ use rand::RngExt;
 use rand_distr::{Beta, Distribution, Exp1, Poisson};
 use stosszahl_model::random::{Purpose, Stream, Streams};
 use stosszahl_model::{
-    Collision, Interrupt, Invalid, Observer, Recorder, Separation, Sizes, Vector, VectorOf,
+    Collision, Interrupt, InvalidValue, Observer, Recorder, Separation, Sizes, Vector, VectorOf,
 };
 
 use super::clock::{Clock, SelectionCounters, StopReason};
@@ -42,7 +42,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
     /// appears or vanishes; `motion` relies on that.
     ///
     /// # Errors
-    /// [`HomogeneousError::Invalid`] if paths are to be tracked while particles appear and vanish.
+    /// [`HomogeneousError::Invalid`] if paths are to be tracked while particles appear and
+    /// vanish.
     pub fn new(
         mut gas: HomogeneousGas<P>,
         motion: M,
@@ -51,7 +52,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
     ) -> Result<Self, HomogeneousError> {
         let stay = !(motion.is_tracked() && C::SIZES_CHANGE);
         let name = "number of tracked particles in a gas that sticks or breaks";
-        Invalid::require(stay, name, gas.count() as f64, "0")?;
+        InvalidValue::require(stay, name, gas.count() as f64, "0")?;
         contacts.prepare_gas(&mut gas);
         Ok(Self {
             gas,
@@ -139,7 +140,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
     /// # Errors
     /// [`HomogeneousError::Invalid`] unless the factor is above zero and finite.
     pub fn scale_velocities(&mut self, factor: f64) -> Result<(), HomogeneousError> {
-        Invalid::unless_positive("factor of all velocities", factor)?;
+        InvalidValue::unless_positive("factor of all velocities", factor)?;
         for particle in &mut self.gas.particles {
             particle.velocity = particle.velocity * factor;
         }
@@ -167,7 +168,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         let mut recorder = Recorder::new(observer);
         let is_to_come = until >= self.clock.time;
         let allowed = "the present or later";
-        Invalid::require(is_to_come, "time to advance to", until, allowed)?;
+        InvalidValue::require(is_to_come, "time to advance to", until, allowed)?;
         let mut stream = if let Some(stream) = self.paused.take() {
             stream
         } else {
@@ -186,7 +187,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
             self.refit()?;
             let rate = self.selection.proposal_rate();
             let allowed = "a finite number: speeds or densities are too large";
-            Invalid::require(rate.is_finite(), "rate of proposals", rate, allowed)?;
+            InvalidValue::require(rate.is_finite(), "rate of proposals", rate, allowed)?;
             if rate == 0.0 || self.gas.count() < 2 {
                 if until.is_finite() {
                     self.clock.time = until;

@@ -13,7 +13,7 @@ pub enum HomogeneousError {
     NoAggregation,
     /// A number is out of range.
     #[error(transparent)]
-    Invalid(#[from] stosszahl_model::Invalid),
+    Invalid(#[from] stosszahl_model::InvalidValue),
     /// The physics is not that of a gas without positions.
     #[error("{what} in a gas without positions; allowed: {allowed}")]
     Unfit {

@@ -4,7 +4,7 @@ use rand::Rng;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::initial::VelocityDistribution;
 use stosszahl_model::{
-    Free, Invalid, ParticleModel, Sizes, Smooth, Space, Vector, VectorOf, memory,
+    Free, InvalidValue, ParticleModel, Sizes, Smooth, Space, Vector, VectorOf, memory,
 };
 
 use super::error::HomogeneousError;
@@ -97,12 +97,12 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         volume: f64,
         particles: impl IntoIterator<Item = (VectorOf<P>, TagOf<P>)>,
     ) -> Result<Self, HomogeneousError> {
-        Invalid::unless_positive("volume", volume)?;
+        InvalidValue::unless_positive("volume", volume)?;
         let particles = particles.into_iter();
         let mut list = memory::reserved(particles.size_hint().0);
         for (velocity, tag) in particles {
             let square = velocity.square();
-            Invalid::require(
+            InvalidValue::require(
                 square.is_finite(),
                 "squared speed",
                 square,
@@ -111,7 +111,7 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
             list.push(GasParticle::new(velocity, tag));
         }
         let count = list.len();
-        Invalid::require(
+        InvalidValue::require(
             count < 1 << 31,
             "number of particles",
             count as f64,
@@ -273,7 +273,7 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         let is_good = found.is_finite() && coefficients.all(|&m| m >= 0.0);
         let name = "collision rate of the largest pair per speed";
         let allowed = "a finite number: the gas is packed too densely, or its volume is too small";
-        Invalid::require(is_good, name, found, allowed)?;
+        InvalidValue::require(is_good, name, found, allowed)?;
         self.kernel = kernel;
         Ok(())
     }

@@ -6,7 +6,7 @@ use stosszahl_model::{Sizes, Space, Vector, VectorOf};
 use super::gas::{HomogeneousGas, SmoothPhysics};
 use super::motion::DisplacementRecord;
 
-/// Moments of one species.
+/// Moments of velocities and displacements of one species, by [`moments`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesMoments {
     /// Number of particles.

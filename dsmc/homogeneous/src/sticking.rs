@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
-use stosszahl_model::{Clusters, Invalid, ParticleModel, Sizes, Space, Vector, VectorOf};
+use stosszahl_model::{Clusters, InvalidValue, ParticleModel, Sizes, Space, Vector, VectorOf};
 
 use super::contact::{Bounce, CollidingParticles, ContactOutcome, ContactRule};
 use super::gas::{GasParticle, HomogeneousGas, SmoothPhysics};
@@ -114,18 +114,18 @@ impl Sticking {
     /// Creates the contact law of a rule, with an empty ledger.
     ///
     /// # Errors
-    /// [`Invalid`] unless thresholds are numbers not below zero and `retained` is from 0 to 1.
-    pub fn new(rule: AggregationRule) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless thresholds are numbers not below zero and `retained` is from 0 to 1.
+    pub fn new(rule: AggregationRule) -> Result<Self, InvalidValue> {
         for threshold in [rule.stick, rule.shatter] {
             let (what, value) = match threshold.limit {
                 EnergyLimit::Energy(energy) => ("threshold energy", energy),
                 EnergyLimit::Speed(speed) => ("threshold speed", speed),
             };
-            Invalid::require(value >= 0.0, what, value, "at least 0")?;
+            InvalidValue::require(value >= 0.0, what, value, "at least 0")?;
         }
         let kept = rule.retained;
         let allowed = (0.0..=1.0).contains(&kept);
-        Invalid::require(allowed, "speed kept in breaking", kept, "0 to 1")?;
+        InvalidValue::require(allowed, "speed kept in breaking", kept, "0 to 1")?;
         Ok(Self {
             rule,
             ledger: AggregationLedger::default(),

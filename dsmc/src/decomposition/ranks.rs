@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use stosszahl_model::Sum;
+use stosszahl_model::DynReduction;
 
 use super::bytes::{from_bytes, to_bytes};
 
@@ -87,7 +87,7 @@ pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
 }
 
 /// Reduces a sum to the root process along a binary tree, in log2(size) rounds.
-pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn Sum) {
+pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn DynReduction) {
     let (me, size) = (ranks.rank(), ranks.size());
     let mut step = 1;
     while step < size {

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::snapshot::Fingerprint;
 use stosszahl_model::sum::{ReductionFactory, Totals};
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, ParticleModel,
-    Particles, Simulation, Sum, Vector as _, WorkCounters,
+    BoundaryFlux, Budget, DynReduction, Failure, Interrupt, InvalidValue, Observer, Particle,
+    ParticleModel, Particles, Simulation, Vector as _, WorkCounters,
 };
 
 use super::begin::{CellGas, CheckpointSource, Keep, Shards, StartSource, begin};
@@ -65,7 +65,7 @@ fn lead(
     }
     let led = if let Some(rate) = gas.grains.shear_rate {
         let allowed = "no shear flow where several processes hold one gas";
-        Err(Invalid::new("shear rate", rate, allowed).into())
+        Err(InvalidValue::new("shear rate", rate, allowed).into())
     } else if gas.boundaries.weights.follows() {
         Err(DsmcError::BadWeights {
             found: "weights that follow the number".into(),
@@ -209,7 +209,7 @@ fn all_ways<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 fn add_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &CellSimulation<P, F>,
     reach: Option<f64>,
-    sum: &mut dyn Sum,
+    sum: &mut dyn DynReduction,
     ranks: &dyn Ranks,
 ) {
     match reach {
@@ -224,7 +224,7 @@ fn add_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &CellSimulation<P, F>,
     reach: f64,
-    sum: &mut dyn Sum,
+    sum: &mut dyn DynReduction,
     ranks: &dyn Ranks,
 ) {
     let (me, size) = (ranks.rank(), ranks.size());
@@ -346,7 +346,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Among<P, F> {
     }
 
     /// Reduces a sum over all processes.
-    fn add_by_all(&self, reach: Option<f64>, sum: &mut dyn Sum) {
+    fn add_by_all(&self, reach: Option<f64>, sum: &mut dyn DynReduction) {
         RootCommand::AddUp(reach, sum.kind_name().to_owned(), sum.save_bytes()).give(&*self.ranks);
         add_all(&self.part(), reach, sum, &*self.ranks);
     }
@@ -410,11 +410,11 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for Among<P
         self.whole().visit_particles(look);
     }
 
-    fn reduce_particles(&self, sum: &mut dyn Sum) {
+    fn reduce_particles(&self, sum: &mut dyn DynReduction) {
         self.add_by_all(None, sum);
     }
 
-    fn reduce_neighbourhoods(&self, reach: f64, sum: &mut dyn Sum) {
+    fn reduce_neighbourhoods(&self, reach: f64, sum: &mut dyn DynReduction) {
         self.add_by_all(Some(reach), sum);
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Domain, Invalid, Particle, ParticleModel, ParticleSpec, ParticleState, Particles, Simulation,
+    Domain, InvalidValue, Particle, ParticleModel, ParticleSpec, ParticleState, Particles, Simulation,
     SizeDistribution, Smooth, Space, State, Surface, Volume,
 };
 
@@ -174,13 +174,13 @@ impl<K: Keep> Begin<'_, K> {
             ..
         } = *self.gas;
         let shear = self.gas.grains.shear();
-        let domain = |lengths: [f64; 3], time: f64| -> Result<Domain<P::Space>, Invalid> {
+        let domain = |lengths: [f64; 3], time: f64| -> Result<Domain<P::Space>, InvalidValue> {
             let lengths = P::Space::from_components(|axis| lengths[axis]);
             (boundaries.walls).domain(lengths)?.in_flow(shear, time)
         };
         let (engine, follows, shards) = match self.source {
             StartSource::Start(starts) => {
-                let state = |start: &Particles| -> Result<State<P>, Invalid> {
+                let state = |start: &Particles| -> Result<State<P>, InvalidValue> {
                     Ok(State {
                         time: start.time,
                         domain: domain(start.lengths, start.time)?,

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
 use stosszahl_model::walls::FACES;
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Interrupt, Invalid, Observer, Particle, ParticleModel,
-    Particles, Simulation, Sizes, Space, Sum, Surface, Vector as _, VectorOf, WorkCounters,
+    BoundaryFlux, Budget, DynReduction, Failure, Interrupt, InvalidValue, Observer, Particle,
+    ParticleModel, Particles, Simulation, Sizes, Space, Surface, Vector as _, VectorOf,
+    WorkCounters,
 };
 
 use super::others::Others;
@@ -24,7 +25,7 @@ const LEAST_LEG: u64 = 20;
 /// Name of the splitting and merging entry of [`Simulation::boundary_fluxes`].
 pub const BALANCE: &str = "splitting and merging";
 
-/// Contents of a checkpoint.
+/// State of a decomposed or whole gas as a checkpoint stores it, with the shards of its simulators.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(super) struct CheckpointContent<P: ParticleModel, F: DisplacementTracking<P::Space>> {
@@ -152,7 +153,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
             .each(|simulator, weight| look(&self.particle(simulator, weight)));
     }
 
-    fn reduce_particles(&self, sum: &mut dyn Sum) {
+    fn reduce_particles(&self, sum: &mut dyn DynReduction) {
         for tile in self.engine.tiles_here() {
             (self.engine).each_in(tile, |simulator, weight| {
                 sum.add_particle(&self.particle(simulator, weight));
@@ -161,7 +162,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
         }
     }
 
-    fn reduce_neighbourhoods(&self, _reach: f64, sum: &mut dyn Sum) {
+    fn reduce_neighbourhoods(&self, _reach: f64, sum: &mut dyn DynReduction) {
         self.visit_particles(&mut |particle| sum.add_particle(particle));
         sum.close_group(0);
     }
@@ -189,7 +190,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Simulation for CellSim
     }
 
     fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure> {
-        Invalid::unless_positive("factor of all velocities", factor).map_err(Failure::new)?;
+        InvalidValue::unless_positive("factor of all velocities", factor).map_err(Failure::new)?;
         self.engine.scale_velocities(factor);
         Ok(())
     }

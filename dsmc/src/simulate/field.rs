@@ -1,7 +1,7 @@
 //! Field of gravity or uniform shear flow, chosen at run time: one engine type for both.
 
 use stosszahl_model::{
-    Field, Gravity, Invalid, Law, ParticleSpec, Scene, Sheared, Space, Species, Surface,
+    Field, Gravity, InvalidValue, Law, ParticleSpec, Scene, Sheared, Space, Species, Surface,
 };
 
 /// Field of a gas that may be sheared.
@@ -45,12 +45,12 @@ impl<S: Space> Field<S> for UniformField<S> {
 /// Scene of any grains with this surface, under gravity or in a shear flow.
 ///
 /// # Errors
-/// [`Invalid`] for sizes or fields that cannot be.
+/// [`InvalidValue`] for sizes or fields that cannot be.
 pub(super) fn scene_of<S: Space, C: Surface<S>>(
     grains: &ParticleSpec,
     surface: C,
     count: usize,
-) -> Result<Scene<S, C, Law, Species, UniformField<S>>, Invalid> {
+) -> Result<Scene<S, C, Law, Species, UniformField<S>>, InvalidValue> {
     if grains.shear_rate.is_some() {
         let flow = grains.sheared(surface, count)?;
         return Ok(in_field(flow, UniformField::Sheared));

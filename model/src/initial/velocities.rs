@@ -4,7 +4,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::physics::{ParticleModel, VectorOf};
 use crate::sizes::Sizes;
 use crate::space::Space;
@@ -40,16 +40,16 @@ impl VelocityDistribution {
     /// Creates a distribution with the fourth cumulant `a2` in `dimension` dimensions.
     ///
     /// # Errors
-    /// [`Invalid`] below [`Self::least_cumulant`], which no distribution has, and above
+    /// [`InvalidValue`] below [`Self::least_cumulant`], which no distribution has, and above
     /// [`Self::LARGEST_CUMULANT`].
-    pub fn new(dimension: usize, a2: f64) -> Result<Self, Invalid> {
+    pub fn new(dimension: usize, a2: f64) -> Result<Self, InvalidValue> {
         let allowed = if dimension == 2 {
             "from -0.5, all particles of one speed, to 10"
         } else {
             "from -0.4, all particles of one speed, to 10"
         };
         let fits = (Self::least_cumulant(dimension)..=Self::LARGEST_CUMULANT).contains(&a2);
-        Invalid::require(fits, "fourth cumulant", a2, allowed)?;
+        InvalidValue::require(fits, "fourth cumulant", a2, allowed)?;
         if a2 == 0.0 {
             return Ok(Self::MAXWELLIAN);
         }
@@ -61,7 +61,7 @@ impl VelocityDistribution {
         }
         Gamma::new(variance.recip(), d * variance)
             .map(|gamma| Self(Shape::Gamma(gamma)))
-            .map_err(|_| Invalid::new("fourth cumulant", a2, allowed))
+            .map_err(|_| InvalidValue::new("fourth cumulant", a2, allowed))
     }
 
     /// Draws a velocity of a particle whose thermal speed `sqrt(T/m)` is `spread` \[length/time\].

@@ -1,7 +1,7 @@
 //! Constant restitution: one coefficient for all approach speeds.
 
 use super::normal_law::Restitution;
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 
 /// One coefficient for all speeds; [`Constant::ELASTIC`] is the elastic gas, which needs no law of
 /// its own.
@@ -15,10 +15,11 @@ impl Constant {
     /// Creates the law with the given coefficient.
     ///
     /// # Errors
-    /// [`Invalid`] outside [0, 1].
-    pub fn new(coefficient: f64) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] outside [0, 1].
+    pub fn new(coefficient: f64) -> Result<Self, InvalidValue> {
         let allowed = (0.0..=1.0).contains(&coefficient);
-        Invalid::require(allowed, "coefficient of restitution", coefficient, "0 to 1").map(Self)
+        InvalidValue::require(allowed, "coefficient of restitution", coefficient, "0 to 1")
+            .map(Self)
     }
 
     /// Coefficient of restitution, in \[0, 1\].

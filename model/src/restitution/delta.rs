@@ -1,7 +1,7 @@
 //! Contacts that dissipate and heat: the Delta model.
 
 use super::normal_law::{Restitution, Separation};
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 
 /// Constant restitution with a speed that every contact adds: a pair that approaches at the normal
 /// speed g separates at `r g + 2 Delta`.
@@ -26,12 +26,12 @@ impl DeltaModel {
     /// Creates the law with a coefficient r and a speed Delta \[length/time\].
     ///
     /// # Errors
-    /// [`Invalid`] unless r is in \[0, 1\] and Delta is finite and not negative.
-    pub fn new(coefficient: f64, delta: f64) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless r is in \[0, 1\] and Delta is finite and not negative.
+    pub fn new(coefficient: f64, delta: f64) -> Result<Self, InvalidValue> {
         let allowed = (0.0..=1.0).contains(&coefficient);
-        Invalid::require(allowed, "coefficient of restitution", coefficient, "0 to 1")?;
+        InvalidValue::require(allowed, "coefficient of restitution", coefficient, "0 to 1")?;
         let allowed = delta >= 0.0 && delta.is_finite();
-        Invalid::require(
+        InvalidValue::require(
             allowed,
             "added speed Delta",
             delta,

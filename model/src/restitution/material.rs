@@ -1,7 +1,7 @@
 //! Viscoelastic strength from material constants.
 
 use super::viscoelastic::Viscoelastic;
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 
 /// The material of viscoelastic spheres.
 ///
@@ -22,28 +22,28 @@ impl Material {
     /// viscosities of shear `eta_1` and of bulk `eta_2` \[energy time/length^3\].
     ///
     /// # Errors
-    /// [`Invalid`] unless the modulus is positive, the ratio above -1 and at most 1/2, and
+    /// [`InvalidValue`] unless the modulus is positive, the ratio above -1 and at most 1/2, and
     /// viscosities are at least zero and make a dissipative time above zero.
     pub fn new(
         young_modulus: f64,
         poisson_ratio: f64,
         viscosities: [f64; 2],
-    ) -> Result<Self, Invalid> {
-        Invalid::unless_positive("Young's modulus", young_modulus)?;
+    ) -> Result<Self, InvalidValue> {
+        InvalidValue::unless_positive("Young's modulus", young_modulus)?;
         let is_ratio = poisson_ratio > -1.0 && poisson_ratio <= 0.5;
         let allowed = "numbers above -1 and at most 0.5";
-        Invalid::require(is_ratio, "Poisson's ratio", poisson_ratio, allowed)?;
+        InvalidValue::require(is_ratio, "Poisson's ratio", poisson_ratio, allowed)?;
         for viscosity in viscosities {
             let is_viscosity = viscosity >= 0.0 && viscosity.is_finite();
             let allowed = "finite numbers, at least 0";
-            Invalid::require(is_viscosity, "viscosity", viscosity, allowed)?;
+            InvalidValue::require(is_viscosity, "viscosity", viscosity, allowed)?;
         }
         let material = Self {
             young_modulus,
             poisson_ratio,
             viscosities,
         };
-        Invalid::unless_positive("dissipative time of a material", material.time())?;
+        InvalidValue::unless_positive("dissipative time of a material", material.time())?;
         Ok(material)
     }
 
@@ -60,11 +60,15 @@ impl Material {
     /// effective diameter is twice this radius).
     ///
     /// # Errors
-    /// [`Invalid`] unless radii, masses and the strength are positive and finite.
-    pub fn law_between(&self, radii: [f64; 2], masses: [f64; 2]) -> Result<Viscoelastic, Invalid> {
+    /// [`InvalidValue`] unless radii, masses and the strength are positive and finite.
+    pub fn law_between(
+        &self,
+        radii: [f64; 2],
+        masses: [f64; 2],
+    ) -> Result<Viscoelastic, InvalidValue> {
         let effective = |[a, b]: [f64; 2]| 1.0 / (1.0 / a + 1.0 / b);
-        let radius = Invalid::unless_positive("effective radius", effective(radii))?;
-        let mass = Invalid::unless_positive("effective mass", effective(masses))?;
+        let radius = InvalidValue::unless_positive("effective radius", effective(radii))?;
+        let mass = InvalidValue::unless_positive("effective mass", effective(masses))?;
         let stiffness = self.young_modulus / (1.0 - self.poisson_ratio.powi(2));
         let kappa = 1.5_f64.powf(1.5) * stiffness * radius.sqrt() / mass;
         Viscoelastic::new((self.time() * kappa.powf(0.4)).sqrt())

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::normal_law::{Restitution, Separation};
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 
 /// One law of the same form for each unordered pair of species; cheap to clone, as replicas share
 /// the table.
@@ -18,10 +18,10 @@ impl<R: Restitution> PerPair<R> {
     /// and j; of each unordered pair, the law with i <= j is used.
     ///
     /// # Errors
-    /// [`Invalid`] unless there are `count * count` laws, at least one.
-    pub fn new(count: usize, laws: Vec<R>) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless there are `count * count` laws, at least one.
+    pub fn new(count: usize, laws: Vec<R>) -> Result<Self, InvalidValue> {
         let complete = count > 0 && count.checked_mul(count) == Some(laws.len());
-        Invalid::require(
+        InvalidValue::require(
             complete,
             "number of laws of pairs",
             laws.len() as f64,

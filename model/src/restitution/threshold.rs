@@ -1,7 +1,7 @@
 //! Constant restitution above a threshold of the approach speed, elastic contacts below it.
 
 use super::normal_law::Restitution;
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 
 /// Constant restitution r for normal approach speeds from a threshold g* on; slower contacts are
 /// elastic.
@@ -27,17 +27,17 @@ impl ThresholdModel {
     /// Creates the law with a coefficient r and a threshold g* \[length/time\].
     ///
     /// # Errors
-    /// [`Invalid`] unless r is in \[0, 1\] and g* is finite and not negative.
-    pub fn new(coefficient: f64, threshold: f64) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless r is in \[0, 1\] and g* is finite and not negative.
+    pub fn new(coefficient: f64, threshold: f64) -> Result<Self, InvalidValue> {
         let is_allowed = (0.0..=1.0).contains(&coefficient);
-        Invalid::require(
+        InvalidValue::require(
             is_allowed,
             "coefficient of restitution",
             coefficient,
             "0 to 1",
         )?;
         let is_allowed = threshold >= 0.0 && threshold.is_finite();
-        Invalid::require(
+        InvalidValue::require(
             is_allowed,
             "threshold of the approach speed",
             threshold,

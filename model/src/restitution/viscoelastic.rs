@@ -1,7 +1,7 @@
 //! Restitution that falls with the approach speed.
 
 use super::normal_law::Restitution;
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 
 /// Viscoelastic spheres: restitution falls with the approach speed g as a function of
 /// v* = strength * g^(1/10).
@@ -43,9 +43,9 @@ impl Viscoelastic {
     /// Creates the law with the given strength \[speed^(-1/10)\].
     ///
     /// # Errors
-    /// [`Invalid`] unless it is positive and finite.
-    pub fn new(strength: f64) -> Result<Self, Invalid> {
-        Invalid::unless_positive("viscoelastic strength", strength).map(Self)
+    /// [`InvalidValue`] unless it is positive and finite.
+    pub fn new(strength: f64) -> Result<Self, InvalidValue> {
+        InvalidValue::unless_positive("viscoelastic strength", strength).map(Self)
     }
 
     /// Strength of dissipation \[speed^(-1/10)\].

@@ -21,7 +21,7 @@ pub use rebound::{Rebound, Touch, WallLedger};
 pub use vibration::Vibration;
 
 use crate::domain::Domain;
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::space::{Plane, Space, Volume};
 
 /// Names of the faces of a box, lower and upper, by axis.
@@ -105,7 +105,7 @@ pub enum WallError {
         /// Side of the axis: 0 lower, 1 upper.
         side: usize,
         /// Refused number, and its allowed values.
-        source: Invalid,
+        source: InvalidValue,
     },
 }
 
@@ -195,8 +195,8 @@ impl<S: Space> Walls<S> {
     /// Creates a box of the given sides with these faces.
     ///
     /// # Errors
-    /// [`Invalid`] unless they are positive and finite.
-    pub fn domain(&self, lengths: S::Vector) -> Result<Domain<S>, Invalid> {
+    /// [`InvalidValue`] unless they are positive and finite.
+    pub fn domain(&self, lengths: S::Vector) -> Result<Domain<S>, InvalidValue> {
         let periodic = [0, 1, 2].map(|axis| self.faces[axis][0] == Face::Periodic);
         Domain::new(lengths, periodic)
     }
@@ -210,13 +210,13 @@ impl<S: Space> Walls<S> {
 }
 
 /// Checks that the numbers of a wall across an axis are valid.
-fn check_wall<S: Space>(wall: &Wall<S>, axis: usize) -> Result<(), Invalid> {
+fn check_wall<S: Space>(wall: &Wall<S>, axis: usize) -> Result<(), InvalidValue> {
     wall.rebound.check_values()?;
     for component in 0..S::DIMENSION {
         let speed = wall.sliding[component];
         let is_along = component != axis || speed == 0.0;
-        Invalid::require(is_along, "sliding", speed, "a velocity along the wall")?;
-        Invalid::require(speed.is_finite(), "sliding", speed, "a finite velocity")?;
+        InvalidValue::require(is_along, "sliding", speed, "a velocity along the wall")?;
+        InvalidValue::require(speed.is_finite(), "sliding", speed, "a finite velocity")?;
     }
     Ok(())
 }

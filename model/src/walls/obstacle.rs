@@ -1,6 +1,6 @@
 //! Obstacles inside the box, in the plane: disks, segments, polylines and polygons.
 
-use crate::{Invalid, format_short};
+use crate::{InvalidValue, format_short};
 use nalgebra::Vector2;
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::math::{Pose, Vector};
@@ -26,7 +26,7 @@ const FINEST: f64 = 1e-8;
 /// Least sine of a corner between two edges that fold back.
 const SHARPEST: f64 = 1e-6;
 
-/// The shape of an obstacle.
+/// Circle, straight plate, polyline or polygon that particles rebound from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ObstacleShape {
@@ -93,7 +93,7 @@ pub enum ObstacleError {
     },
     /// A number out of range.
     #[error(transparent)]
-    Invalid(#[from] Invalid),
+    Invalid(#[from] InvalidValue),
     /// An edge without length.
     #[error("edge {edge} has the length {length:e}; allowed are lengths above {least:e}")]
     Degenerate {
@@ -385,7 +385,7 @@ fn check_numbers(outline: &ObstacleShape) -> Result<Vec<Vector2<f64>>, ObstacleE
         ObstacleShape::Circle { centre, radius } => {
             let is_allowed = *radius > 0.0 && *radius <= 1e100;
             let allowed = "a positive number up to 1e100";
-            Invalid::require(is_allowed, "radius", *radius, allowed)?;
+            InvalidValue::require(is_allowed, "radius", *radius, allowed)?;
             vec![*centre]
         }
         ObstacleShape::Segment { ends } => ends.to_vec(),
@@ -400,7 +400,7 @@ fn check_numbers(outline: &ObstacleShape) -> Result<Vec<Vector2<f64>>, ObstacleE
     let numbers = points.iter().flat_map(|point| point.iter());
     let bad = |number: &&f64| number.is_nan() || number.abs() > 1e100;
     if let Some(&value) = numbers.into_iter().find(bad) {
-        return Err(Invalid::new("a coordinate", value, "a number up to 1e100").into());
+        return Err(InvalidValue::new("a coordinate", value, "a number up to 1e100").into());
     }
     Ok(points)
 }

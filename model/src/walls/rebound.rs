@@ -4,7 +4,7 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 use crate::physics::{ParticleModel, SpinOf, VectorOf};
 use crate::space::{Space, Vector};
 use crate::surface::Surface;
@@ -45,10 +45,10 @@ pub struct Touch<V> {
 
 impl Rebound {
     /// Checks that the numbers of the law are valid.
-    pub(super) fn check_values(&self) -> Result<(), Invalid> {
+    pub(super) fn check_values(&self) -> Result<(), InvalidValue> {
         let within = |name, number: f64, least: f64, allowed| {
             let is_within = (least..=1.0).contains(&number);
-            Invalid::require(is_within, name, number, allowed).map(|_| ())
+            InvalidValue::require(is_within, name, number, allowed).map(|_| ())
         };
         match *self {
             Self::Restitutive { restitution, slip } => {
@@ -58,7 +58,7 @@ impl Rebound {
             Self::Diffuse { temperature } => {
                 let is_energy = temperature >= 0.0 && temperature.is_finite();
                 let allowed = "an energy of at least 0";
-                Invalid::require(is_energy, "temperature", temperature, allowed).map(|_| ())
+                InvalidValue::require(is_energy, "temperature", temperature, allowed).map(|_| ())
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::invalid::Invalid;
+use crate::invalid::InvalidValue;
 
 /// A triangle wave: the wall goes `amplitude` into the gas and back in each period, at constant
 /// speed, so that the time of a contact has a closed form. It begins at its face, inwards, at time
@@ -17,11 +17,11 @@ impl Vibration {
     /// Creates a vibration.
     ///
     /// # Errors
-    /// [`Invalid`] unless amplitude and period are positive and finite.
-    pub fn new(amplitude: f64, period: f64) -> Result<Self, Invalid> {
+    /// [`InvalidValue`] unless amplitude and period are positive and finite.
+    pub fn new(amplitude: f64, period: f64) -> Result<Self, InvalidValue> {
         Ok(Self {
-            amplitude: Invalid::unless_positive("amplitude of a vibration", amplitude)?,
-            period: Invalid::unless_positive("period of a vibration", period)?,
+            amplitude: InvalidValue::unless_positive("amplitude of a vibration", amplitude)?,
+            period: InvalidValue::unless_positive("period of a vibration", period)?,
         })
     }
 

@@ -5,7 +5,7 @@ use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{
-    Domain, Free, Interrupt, Invalid, Law, Particle, ParticleSpec, ParticleState, Particles, Plane,
+    Domain, Free, Interrupt, InvalidValue, Law, Particle, ParticleSpec, ParticleState, Particles, Plane,
     Rough, Scene, Shear, SizeDistribution, Sizes, Smooth, Space, Species, SpeciesProperties, State,
     Volume,
 };
@@ -87,7 +87,7 @@ pub struct GasBuilder {
     packing: Option<f64>,
     size: Option<[f64; 2]>,
     walls: [[Face<Volume>; 2]; 3],
-    law: Result<Law, Invalid>,
+    law: Result<Law, InvalidValue>,
     tangential: Option<f64>,
     gravity: Option<Vector3<f64>>,
     shear_rate: Option<f64>,
@@ -238,8 +238,8 @@ impl GasBuilder {
     /// [`GasError`] if a number is out of range or disks find no place.
     pub fn build(self) -> Result<Gas, GasError> {
         let streams = Streams::new(self.seed, self.replica);
-        Invalid::unless_positive("temperature", self.temperature)?;
-        Invalid::require(
+        InvalidValue::unless_positive("temperature", self.temperature)?;
+        InvalidValue::require(
             self.contact_time >= 0.0 && self.contact_time.is_finite(),
             "contact time",
             self.contact_time,
@@ -299,7 +299,7 @@ impl GasBuilder {
             (_, Some([x, y])) => x * y,
             (_, None) => {
                 let packing = self.packing.unwrap_or(0.1);
-                covered.sum::<f64>() / Invalid::unless_positive("packing fraction", packing)?
+                covered.sum::<f64>() / InvalidValue::unless_positive("packing fraction", packing)?
             }
         };
         let walls = Walls::new(&self.walls)?;

@@ -40,7 +40,7 @@ pub use stosszahl_model::{Law, Rough, Simulation};
 pub enum GasError {
     /// A number is out of range.
     #[error(transparent)]
-    Invalid(#[from] stosszahl_model::Invalid),
+    Invalid(#[from] stosszahl_model::InvalidValue),
     /// Particles find no place.
     #[error(transparent)]
     Placement(#[from] stosszahl_model::initial::PlacementError),

@@ -25,7 +25,7 @@ pub(crate) struct NumberLocation<'a> {
     pub errors: Errors,
 }
 
-/// Source of a number.
+/// Derived quantity or table column that a claim of a paper is compared with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum NumberSource<'a> {
     /// Quantity that follows from a case.

@@ -56,7 +56,7 @@ pub enum Role {
     Note,
 }
 
-/// Cell of a table.
+/// Text, number or count in one column of a row; written to CSV.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TableCell {
     /// Words of a text column.
@@ -138,7 +138,7 @@ pub struct Figure {
     pub colour: Option<FigureAxis>,
 }
 
-/// An axis of a figure.
+/// Column along the horizontal or vertical axis of a figure, with label and scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FigureAxis {
     /// Name of the column.
@@ -149,7 +149,7 @@ pub struct FigureAxis {
     pub scale: AxisScale,
 }
 
-/// Scale of an axis.
+/// Linear or logarithmic spacing of the values of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AxisScale {

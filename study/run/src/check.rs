@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use stosszahl_case::{Case, CaseError, CaseFile, CasePoint, Format};
-use stosszahl_model::Invalid;
+use stosszahl_model::InvalidValue;
 use stosszahl_results::{Role, Table, TableCell, engine_title};
 
 use crate::engines;
@@ -174,7 +174,7 @@ impl<'a> Planned<'a> {
             plan.case.run.samples = Some(1);
         }
         plan.case.verdict.sonine_orders = Some(1);
-        let unsolved = Invalid::new("replicas", 0.0, "at least 1");
+        let unsolved = InvalidValue::new("replicas", 0.0, "at least 1");
         plan.theory = OnceLock::from(Err(unsolved.into()));
         let none: Vec<Vec<CompletedRun>> = plan.engines.iter().map(|_| Vec::new()).collect();
         let each = self.measures.iter().enumerate().flat_map(|(measure, one)| {

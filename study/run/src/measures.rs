@@ -50,7 +50,7 @@ use stosszahl_analysis::structure_factor::LatticePoints;
 use stosszahl_analysis::{flow, modes, velocities};
 use stosszahl_dsmc::SimulatorWeights;
 use stosszahl_model::sum::{self, ReductionFactory};
-use stosszahl_model::{Sum, VelocityMoments};
+use stosszahl_model::{DynReduction, VelocityMoments};
 use stosszahl_results::TableEstimate;
 
 use crate::measure::{self, BadOption, Measure};
@@ -99,19 +99,19 @@ pub(crate) fn grid(plan: &CasePlan, until: f64) -> impl Iterator<Item = f64> + u
 }
 
 /// Makes a sum that the first of several processes asks for: all kinds that measures use.
-pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn Sum>> {
+pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn DynReduction>> {
     let kinds: [ReductionFactory; 11] = [
-        sum::made::<VelocityMoments>,
-        sum::made::<flow::SpeciesFlows>,
-        sum::made::<flow::Warmth>,
-        sum::made::<KineticStress>,
-        sum::made::<velocities::VelocityCounts>,
-        sum::made::<LatticePoints>,
-        sum::made::<modes::Amplitudes>,
-        sum::made::<PairCounts>,
-        sum::made::<frames::FrameReduction>,
-        sum::made::<frames::ChosenParticles>,
-        sum::made::<course::Look>,
+        sum::restore_reduction::<VelocityMoments>,
+        sum::restore_reduction::<flow::SpeciesFlows>,
+        sum::restore_reduction::<flow::Warmth>,
+        sum::restore_reduction::<KineticStress>,
+        sum::restore_reduction::<velocities::VelocityCounts>,
+        sum::restore_reduction::<LatticePoints>,
+        sum::restore_reduction::<modes::Amplitudes>,
+        sum::restore_reduction::<PairCounts>,
+        sum::restore_reduction::<frames::FrameReduction>,
+        sum::restore_reduction::<frames::ChosenParticles>,
+        sum::restore_reduction::<course::Look>,
     ];
     kinds.iter().find_map(|made| made(name, empty))
 }

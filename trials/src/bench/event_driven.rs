@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use stosszahl_ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, StripedEngine};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::{
-    Invalid, ParticleModel, ParticleState, Plane, Scene, Shear, Sheared, State, kinetic,
+    InvalidValue, ParticleModel, ParticleState, Plane, Scene, Shear, Sheared, State, kinetic,
 };
 
 use super::{BenchWork, Speed, timed};
@@ -61,13 +61,13 @@ impl BenchEd {
     fn start(&self) -> Result<State<EqualDisks>, TrialError> {
         let (packing, each) = (self.packing_fraction, self.equilibrate);
         let good = packing > 0.0 && packing <= kinetic::CLOSE_PACKING;
-        Invalid::require(
+        InvalidValue::require(
             good,
             "--packing-fraction",
             packing,
             "above 0 and at most 0.9069",
         )?;
-        Invalid::require(
+        InvalidValue::require(
             (0.0..1e9).contains(&each),
             "--equilibrate",
             each,

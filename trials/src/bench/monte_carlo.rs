@@ -5,7 +5,7 @@ use clap::Args;
 use rand::RngExt;
 use stosszahl_dsmc::{DsmcEngine, Parameters, Scheme};
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Constant, Domain, Invalid, Plane, Space, State, Volume};
+use stosszahl_model::{Constant, Domain, InvalidValue, Plane, Space, State, Volume};
 
 use super::{BenchWork, Speed, timed};
 use crate::TrialError;
@@ -46,7 +46,7 @@ impl BenchWork for BenchDsmc {
             ("--per-cell", self.per_cell),
             ("--collisions-per-step", self.collisions_per_step),
         ] {
-            Invalid::require(
+            InvalidValue::require(
                 (1e-6..=1e6).contains(&value),
                 name,
                 value,

@@ -15,7 +15,7 @@ pub struct Head {
     pub typed: Option<String>,
 }
 
-/// Block of a page.
+/// Generated part of a Markdown page, between its two comments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageBlock {
     /// First line of the block.

@@ -132,7 +132,7 @@ const ALL_BUT_HALFWAY: &[EngineVersion] = &[ED, DSMC, HOMOGENEOUS];
 const EXACT: &[EngineVersion] = &[ED];
 const WITHOUT_POSITIONS: &[EngineVersion] = &[HOMOGENEOUS];
 const LUDING: EntrySource = EntrySource::Case("luding-1998");
-const PAIRED: &str = "docs/paired-case.md";
+const CASE_OF_1998: &str = "docs/luding-1998.md";
 const MIXTURES: &str = "docs/mixtures.md";
 const FLOWS: &str = "docs/flows.md";
 /// Picture of the case of 1998.
@@ -141,15 +141,20 @@ const EVIDENCE: &str = "docs/evidence.svg";
 /// All blocks, in the order of a check.
 pub const ENTRIES: &[DocsEntry] = &[
     entry("quick", "README.md", BOTH, quick).cheap(),
-    entry("luding-1998-fig3b", PAIRED, EXACT, fig3b).cheap(),
-    entry("luding-1998-energies", PAIRED, BOTH, energies).with_source(LUDING),
-    entry("luding-1998-dissipation", PAIRED, BOTH, dissipation).with_source(LUDING),
-    entry("luding-1998-slopes", PAIRED, BOTH, slopes).with_source(LUDING),
+    entry("luding-1998-fig3b", CASE_OF_1998, EXACT, fig3b).cheap(),
+    entry("luding-1998-energies", CASE_OF_1998, BOTH, energies).with_source(LUDING),
+    entry("luding-1998-dissipation", CASE_OF_1998, BOTH, dissipation).with_source(LUDING),
+    entry("luding-1998-slopes", CASE_OF_1998, BOTH, slopes).with_source(LUDING),
     entry("map-uniform", map::PAGE, EXACT, map::uniform),
     entry("map-waves", map::PAGE, EXACT, map::waves),
-    entry("short-range-correlation", PAIRED, EXACT, gases::pairs),
-    made_by("broken-chaos", PAIRED, &[ED, DSMC, HALFWAY], BROKEN_CHAOS),
-    made_by("luding-1998-unbiased", PAIRED, BOTH, UNBIASED),
+    entry("short-range-correlation", CASE_OF_1998, EXACT, gases::pairs),
+    made_by(
+        "broken-chaos",
+        CASE_OF_1998,
+        &[ED, DSMC, HALFWAY],
+        BROKEN_CHAOS,
+    ),
+    made_by("luding-1998-unbiased", CASE_OF_1998, BOTH, UNBIASED),
     made_by("density-ladder", map::PAGE, BOTH, gases::LADDER),
     entry(
         "transport",
@@ -175,7 +180,7 @@ pub const ENTRIES: &[DocsEntry] = &[
         .with_source(EntrySource::Papers),
     made_by("bodrova-2024", MIXTURES, WITHOUT_POSITIONS, papers::BODROVA)
         .with_source(EntrySource::Papers),
-    entry("evidence", PAIRED, BOTH, evidence).with_source(LUDING),
+    entry("evidence", CASE_OF_1998, BOTH, evidence).with_source(LUDING),
     made_by("map-onset", map::PAGE, EXACT, map::ONSET),
 ];
 

@@ -94,8 +94,7 @@ pub(super) fn factors(
     Ok(markdown(&header, &rows))
 }
 
-/// Maker of the block of energies of exact disks over those of the contact-point scheme from dilute
-/// to dense, and the rate of the scheme.
+/// Maker of the block of the case `density-ladder`: energy ratios and collision rates by packing.
 pub(super) const LADDER: DataMaker = DataMaker::Data {
     table: ladder,
     data: DataTable {

@@ -35,7 +35,7 @@
 //! 0.045, 0.049, 0.047, 0.048` for the fourth cumulant of spheres at restitution 0.5; about 1.23
 //! times it they settle at 0.0476. `<x>` is fixed by `a_1` then, `T_k = (1 - a_1) T`.
 
-use stosszahl_model::{Invalid, Restitution};
+use stosszahl_model::{InvalidValue, Restitution};
 
 use super::error::TheoryError;
 use super::integrate::Integrator;
@@ -206,8 +206,8 @@ impl<R: Restitution> MaxwellianMixture<R> {
     /// time.
     ///
     /// # Errors
-    /// As [`Self::expand`]; [`TheoryError::Invalid`] unless all lags are above zero, below `total`,
-    /// and do not fall.
+    /// As [`Self::expand`]; [`TheoryError::Invalid`] unless all lags are above zero, below
+    /// `total`, and do not fall.
     pub fn time_averaged(
         &self,
         orders: usize,
@@ -219,7 +219,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         for &lag in lags {
             let allowed = "above 0, below the whole time and not below the one before";
             let is_allowed = lag >= least && lag < total && total.is_finite();
-            Invalid::require(is_allowed, "lag", lag, allowed)?;
+            InvalidValue::require(is_allowed, "lag", lag, allowed)?;
             least = lag;
         }
         let system = self.system(orders, temperatures)?;

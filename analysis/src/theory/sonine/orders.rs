@@ -1,7 +1,7 @@
 //! Orders of the Sonine expansion: their range, the norms of the polynomials and the tolerance of
 //! the integration.
 
-use stosszahl_model::Invalid;
+use stosszahl_model::InvalidValue;
 
 use super::super::error::TheoryError;
 use super::super::integrate::Tolerance;
@@ -20,7 +20,7 @@ pub(super) fn check_orders(
 ) -> Result<(), TheoryError> {
     let name = "order of the Sonine expansion";
     let is_offered = (1..=most).contains(&orders);
-    Invalid::require(is_offered, name, orders as f64, allowed)?;
+    InvalidValue::require(is_offered, name, orders as f64, allowed)?;
     Ok(())
 }
 

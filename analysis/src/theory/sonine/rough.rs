@@ -18,7 +18,7 @@
 //!
 //! with `S' = 1 - u' s'` and R rotations.
 
-use stosszahl_model::Invalid;
+use stosszahl_model::InvalidValue;
 
 use super::super::error::TheoryError;
 use super::super::integrate::Integrator;
@@ -201,7 +201,7 @@ impl RoughGas {
     ) -> Result<Vec<RoughMoment>, TheoryError> {
         check_orders(orders, MOST_ROUGH_ORDERS, "from 1 to 3")?;
         for value in [start.translation, start.rotation] {
-            Invalid::unless_positive("temperature", value)?;
+            InvalidValue::unless_positive("temperature", value)?;
         }
         let degrees = [self.dimension, self.rotations];
         let system = System {

@@ -22,7 +22,7 @@ fn what_is_no_obstacle_is_refused() {
         let error = refused(ObstacleShape::Circle { centre, radius });
         assert!(matches!(
             error,
-            ObstacleError::Invalid(Invalid {
+            ObstacleError::Invalid(InvalidValue {
                 quantity: "radius",
                 ..
             })

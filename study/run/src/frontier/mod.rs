@@ -95,7 +95,7 @@ pub struct Frontier {
     pub is_reporter: bool,
 }
 
-/// Table of words.
+/// List of formatted rows that the command `frontier` prints and its report shows.
 #[derive(Clone, Debug)]
 pub struct WordTable {
     /// Title of the list.

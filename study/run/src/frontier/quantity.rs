@@ -25,7 +25,7 @@ const LOW_WAVE_NUMBERS: i64 = 4;
 /// Measures that runs make.
 pub(crate) const MEASURES: [&str; 3] = ["energy", "impact_parameters", "structure_factor"];
 
-/// Kind of a quantity.
+/// Choice of `--quantity`: the quantity whose error ranks the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QuantityKind {
     /// Energy K(t)/K(0) at seven times, the last the end of the run; relative errors.

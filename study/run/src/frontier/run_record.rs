@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Result of one run.
+/// Values and work of one run of a setting, by which a frontier ranks it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RunResult {
     /// Values of the quantities, in their order.

@@ -89,7 +89,7 @@ pub fn margin(share: f64) -> String {
     format!("{} %", short(two_digits(percent, true)))
 }
 
-/// Unit of a difference.
+/// Per cent of the quantity, or its own unit: how a verdict states a difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DifferenceUnit {
     /// Share of the quantity, shown in per cent.

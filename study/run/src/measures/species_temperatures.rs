@@ -13,7 +13,7 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Temperatures of the species.
+/// Measure of the temperature of each species, and of their ratios, against Enskog's equations.
 pub struct SpeciesTemperatures;
 
 /// The early state, in units of Haff's time, or of the mean free time without dissipation: after the ratios have settled, before the gas can have become inhomogeneous.

@@ -2,7 +2,7 @@
 
 use stosszahl_analysis::theory::BathState;
 use stosszahl_case::format::ThermostatKind;
-use stosszahl_model::{Bath, Invalid, transport};
+use stosszahl_model::{Bath, InvalidValue, transport};
 
 use crate::words::short;
 
@@ -39,7 +39,7 @@ impl CasePlan {
             _ => Bath::white_noise(self.heating(), time),
         };
         let failed =
-            |error: Invalid| PlanError::new("thermostat", error.to_string(), error.allowed);
+            |error: InvalidValue| PlanError::new("thermostat", error.to_string(), error.allowed);
         bath.map(|bath| Some((bath, interval))).map_err(failed)
     }
 

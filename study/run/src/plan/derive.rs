@@ -526,7 +526,7 @@ const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
 
 /// Lists radius, mass and species of each particle, if the list fits into the free memory.
 fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
-    let refused = |error: stosszahl_model::Invalid| {
+    let refused = |error: stosszahl_model::InvalidValue| {
         let found = format!(
             "{} {}",
             error.quantity,

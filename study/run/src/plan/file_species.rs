@@ -164,7 +164,7 @@ impl FileSpecies {
                 mass: self.masses[0],
             }));
         }
-        let failed = |error: stosszahl_model::Invalid| {
+        let failed = |error: stosszahl_model::InvalidValue| {
             let allowed = "ratios of radii and masses up to 1e300";
             PlanError::new("start.file", error, allowed)
         };

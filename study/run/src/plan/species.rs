@@ -7,7 +7,7 @@ use stosszahl_case::format::{
 };
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::{
-    Constant, DeltaModel, Invalid, Law, Material, PerPair, SpeciesProperties as Like,
+    Constant, DeltaModel, InvalidValue, Law, Material, PerPair, SpeciesProperties as Like,
     ThresholdModel, Viscoelastic,
 };
 
@@ -347,7 +347,7 @@ fn one_law(
     gas: &ResolvedGas,
     pair: [usize; 2],
 ) -> Result<Law, PlanError> {
-    let refused = |error: Invalid| PlanError::new(key, error.found, error.allowed);
+    let refused = |error: InvalidValue| PlanError::new(key, error.found, error.allowed);
     let viscoelastic = match written {
         RestitutionSpec::Constant(coefficient) => {
             return Constant::new(coefficient).map(Law::from).map_err(refused);

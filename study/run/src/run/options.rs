@@ -8,7 +8,7 @@ use stosszahl_results::Existing;
 use crate::control::Progress;
 use crate::plan::available_memory;
 
-/// Options of a run.
+/// Folder, threads and limits with which [`crate::run_case`] runs a case.
 pub struct RunOptions<'a> {
     /// Results folder; `results/NAME` of the case file by default.
     pub out: Option<PathBuf>,

@@ -46,7 +46,7 @@ pub enum StartError {
     Plan(#[from] PlanError),
     /// Invalid sizes or sides.
     #[error(transparent)]
-    Invalid(#[from] stosszahl_model::Invalid),
+    Invalid(#[from] stosszahl_model::InvalidValue),
     /// Elastic dynamics that cannot start or continue.
     #[error("elastic equilibration: {0}")]
     Dynamics(#[from] stosszahl_ed::EventDrivenError),

@@ -5,7 +5,7 @@ use std::ops::Range;
 use stosszahl_analysis::theory::{CoolingState, MaxwellianMixture, Moment, TheoryError};
 use stosszahl_case::format::VelocitiesSpec;
 use stosszahl_model::kinetic;
-use stosszahl_model::{Invalid, Law};
+use stosszahl_model::{InvalidValue, Law};
 
 use crate::plan::CasePlan;
 
@@ -49,7 +49,7 @@ impl<'a> Theory<'a> {
     pub fn from_plan(plan: &'a CasePlan) -> Result<Self, TheoryError> {
         if let VelocitiesSpec::Drawn(drawn) = plan.case.start.velocities {
             let allowed = "Maxwellian velocities at the start";
-            return Err(Invalid::new("a2 of the start", drawn.a2, allowed).into());
+            return Err(InvalidValue::new("a2 of the start", drawn.a2, allowed).into());
         }
         Ok(Self {
             plan,
