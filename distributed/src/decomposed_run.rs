@@ -18,7 +18,7 @@ use crate::messages::{CaseMessage, read, to_message};
 use crate::world::{Traffic, World};
 
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
-pub fn run_decomposed(arguments: &RunArguments, patience: Duration) -> ExitCode {
+pub fn run_on_ranks(arguments: &RunArguments, patience: Duration) -> ExitCode {
     let world = Arc::new(World::new());
     let _heartbeat = Heartbeat::start(&world, patience);
     let ranks: Arc<dyn Ranks> = world.clone();

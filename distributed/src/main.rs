@@ -44,7 +44,7 @@ fn main() -> ExitCode {
     match MpiArguments::try_parse() {
         Ok(MpiArguments {
             command: MpiCommand::Run { run, rank_timeout },
-        }) => decomposed_run::run_decomposed(&run, Duration::from_secs_f64(rank_timeout)),
+        }) => decomposed_run::run_on_ranks(&run, Duration::from_secs_f64(rank_timeout)),
         // All processes find the same error, and the root prints it.
         Err(error) => {
             if universe.world().rank() == ROOT {
