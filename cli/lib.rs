@@ -34,7 +34,7 @@
 //! | `aggregation` | particles that stick and break, in [`dsmc::homogeneous`] |
 //! | `cases` | [`case`], [`study`], [`results`]; all gases |
 //! | `report` | [`report`], [`reproduction`]; `cases` |
-//! | `parquet` | [`results::Table::to_parquet`], and `--tables parquet` of the program; `cases` |
+//! | `parquet` | `Table::to_parquet` of [`results`], and `--tables parquet` of the program; `cases` |
 //! | `cli` (the default) | the program `stosszahl`; `report` |
 //!
 //! Each of the features `rough`, `shear`, `spheres` and `aggregation` is a quarter to a half of the
