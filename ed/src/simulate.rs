@@ -7,9 +7,10 @@ use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::simulation::in_slices;
 use stosszahl_model::{
-    BoundaryFlux, Budget, Failure, Field, Interrupt, InvalidValue, Observer, Particle, ParticleModel,
-    ParticleSpec, ParticleState, Particles, Plane, RecentContacts, Shear, Simulation,
-    SizeDistribution, Sizes, Smooth, State, Surface, Vector as _, VelocityMoments, WorkCounters,
+    BoundaryFlux, Budget, Failure, Field, Interrupt, InvalidValue, Observer, Particle,
+    ParticleModel, ParticleSpec, ParticleState, Particles, Plane, RecentContacts, Shear,
+    Simulation, SizeDistribution, Sizes, Smooth, State, Surface, Vector as _, VelocityMoments,
+    WorkCounters,
 };
 
 use crate::checkpoint::{DissipationRule, EventCounters, EventDrivenCheckpoint};

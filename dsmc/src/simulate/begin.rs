@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Domain, InvalidValue, Particle, ParticleModel, ParticleSpec, ParticleState, Particles, Simulation,
-    SizeDistribution, Smooth, Space, State, Surface, Volume,
+    Domain, InvalidValue, Particle, ParticleModel, ParticleSpec, ParticleState, Particles,
+    Simulation, SizeDistribution, Smooth, Space, State, Surface, Volume,
 };
 
 use super::cells::{CellSimulation, CheckpointContent};

@@ -5,9 +5,9 @@ use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{
-    Domain, Free, Interrupt, InvalidValue, Law, Particle, ParticleSpec, ParticleState, Particles, Plane,
-    Rough, Scene, Shear, SizeDistribution, Sizes, Smooth, Space, Species, SpeciesProperties, State,
-    Volume,
+    Domain, Free, Interrupt, InvalidValue, Law, Particle, ParticleSpec, ParticleState, Particles,
+    Plane, Rough, Scene, Shear, SizeDistribution, Sizes, Smooth, Space, Species, SpeciesProperties,
+    State, Volume,
 };
 
 use crate::GasError;

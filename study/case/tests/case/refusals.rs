@@ -642,8 +642,12 @@ fn relations_of_sheared_boxes_are_checked() {
                 shear_rate = 0.5\n[run]\nuntil = 1\n[engine.ed]\n";
     assert!(read(text, &[]).is_ok());
     assert!(read(text, &["box.shear_rate=-2"]).is_ok());
-    let within = "engine={ ed = {}, dsmc-boltzmann = {}, dsmc-free-volume = {}, dsmc-enskog = {} }";
-    assert!(read(text, &[within]).is_ok());
+    for engines in [
+        "engine={ ed = {}, dsmc-boltzmann = {}, dsmc-free-volume = {}, dsmc-enskog = {} }",
+        "engine={ dsmc-esmc = {}, dsmc-stochastic-disks = {}, dsmc-contact-point = {} }",
+    ] {
+        assert!(read(text, &[engines]).is_ok());
+    }
     assert!(read(text, &["gas.tangential_restitution=0.5"]).is_ok());
     let rows: &[Row] = &[
         (&["box.shear_rate=0"], "box.shear_rate", "not 0"),
@@ -668,11 +672,6 @@ fn relations_of_sheared_boxes_are_checked() {
             &["obstacle=[{ circle = { centre = [1, 1], radius = 0.5 } }]"],
             "box.shear_rate",
             "obstacle",
-        ),
-        (
-            &["engine={ ed = {}, dsmc-esmc = {} }"],
-            "box.shear_rate",
-            "edge of the box",
         ),
         (
             &["engine={ ed = {}, dsmc-enskog = { displacement = true } }"],
