@@ -17,7 +17,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
 use crate::error::ResultsError;
-use crate::table::{Cell, Table};
+use crate::table::{Table, TableCell};
 
 /// Type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,8 +36,8 @@ impl SpeciesProperties {
         let mut counts = 0;
         for row in &table.rows {
             match &row[column] {
-                Cell::Count(count) if i64::try_from(*count).is_ok() => counts += 1,
-                Cell::Empty => {}
+                TableCell::Count(count) if i64::try_from(*count).is_ok() => counts += 1,
+                TableCell::Empty => {}
                 _ => return Self::Numbers,
             }
         }
@@ -110,7 +110,7 @@ impl Table {
             match kind {
                 SpeciesProperties::Words => {
                     let words = cells.map(|cell| match cell {
-                        Cell::Text(text) if !text.is_empty() => {
+                        TableCell::Text(text) if !text.is_empty() => {
                             Some(ByteArray::from(text.as_str()))
                         }
                         _ => None,
@@ -120,14 +120,14 @@ impl Table {
                 }
                 SpeciesProperties::Counts => {
                     let counts = cells.map(|cell| match cell {
-                        Cell::Count(count) => i64::try_from(*count).ok(),
+                        TableCell::Count(count) => i64::try_from(*count).ok(),
                         _ => None,
                     });
                     let (counts, known) = split(counts);
                     (column.typed::<Int64Type>()).write_batch(&counts, Some(&known), None)?;
                 }
                 SpeciesProperties::Numbers => {
-                    let (numbers, known) = split(cells.map(Cell::number));
+                    let (numbers, known) = split(cells.map(TableCell::number));
                     (column.typed::<DoubleType>()).write_batch(&numbers, Some(&known), None)?;
                 }
             }
@@ -157,17 +157,17 @@ mod tests {
     use parquet::record::RowAccessor as _;
 
     use super::*;
-    use crate::table::{Column, Role};
+    use crate::table::{Role, TableColumn};
 
     #[test]
     fn a_table_reads_back() {
-        let column = |name: &'static str, unit: &'static str| Column {
+        let column = |name: &'static str, unit: &'static str| TableColumn {
             name: name.into(),
             unit: unit.into(),
             meaning: format!("meaning of {name}").into(),
             role: Role::Value,
         };
-        let text = |text: &str| Cell::Text(text.to_owned());
+        let text = |text: &str| TableCell::Text(text.to_owned());
         let table = Table {
             name: "energy".into(),
             about: "An energy.".into(),
@@ -178,13 +178,23 @@ mod tests {
                 column("no", "1"),
             ],
             rows: vec![
-                vec![text("ed"), Cell::Number(0.1), Cell::Count(7), Cell::Empty],
-                vec![text("=x"), Cell::Count(2), Cell::Empty, Cell::Empty],
                 vec![
-                    Cell::Empty,
-                    Cell::Number(f64::NAN),
-                    Cell::Count(u64::MAX >> 1),
-                    Cell::Empty,
+                    text("ed"),
+                    TableCell::Number(0.1),
+                    TableCell::Count(7),
+                    TableCell::Empty,
+                ],
+                vec![
+                    text("=x"),
+                    TableCell::Count(2),
+                    TableCell::Empty,
+                    TableCell::Empty,
+                ],
+                vec![
+                    TableCell::Empty,
+                    TableCell::Number(f64::NAN),
+                    TableCell::Count(u64::MAX >> 1),
+                    TableCell::Empty,
                 ],
             ],
             figures: Vec::new(),
