@@ -50,14 +50,14 @@ pub struct SettingAccuracy {
     quantiles: Quantiles,
 }
 
-/// Quantiles for a number of degrees of freedom.
+/// Quantiles of Student's and of the chi-squared distribution for one number of degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Quantiles {
     /// Student's quantile at [`OUTSIDE`] on two sides.
     range: f64,
     /// Student's quantile at [`EXCEEDED`] on two sides.
     assured: f64,
-    /// Factors from the spread found to the lowest and highest true spread.
+    /// Lowest and highest true standard deviation of the values, over the measured one.
     spread: [f64; 2],
 }
 

@@ -171,7 +171,8 @@ where
         });
     }
 
-    /// Calls `look` with each simulator and its weight, in the order of cell numbers.
+    /// Calls `look` with each simulator and its weight (particles per simulator), in the order of
+    /// cell numbers.
     pub(crate) fn each(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
         for cell in self.cells_in_order() {
             let (tile, local) = self.grid.locate(cell);
@@ -182,8 +183,8 @@ where
         }
     }
 
-    /// Calls `look` with the index in [`DsmcEngine::state`], the simulator and its weight, in the
-    /// order of cell numbers.
+    /// Calls `look` with the index in [`DsmcEngine::state`] of each simulator, the simulator and
+    /// its weight (particles per simulator), in the order of cell numbers.
     pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
         let (mut places, mut order) = (self.places(), 0);
         self.each(|simulator, weight| {
@@ -343,8 +344,8 @@ where
     }
 
     /// Returns true if the flag of [`DsmcEngine::set_stop_flag`] stopped a step. The gas is then in
-    /// the middle of it, its state is meaningless, and [`DsmcEngine::advance`] does nothing; resume
-    /// from the last checkpoint.
+    /// the middle of the step, its state is meaningless, and [`DsmcEngine::advance`] does nothing;
+    /// resume from the last checkpoint.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }

@@ -58,8 +58,8 @@ pub trait EventTimes {
     }
 
     /// Announces that the events of these disks come up in a number of buckets, the last of which
-    /// ends at a time. The plan is kept for them until then; after a jump of the calendar it may be
-    /// that of other disks.
+    /// ends at the time `end`. The plan is kept until then; after a jump of the calendar it may be
+    /// the plan for other disks.
     fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut PrefetchPlan) {}
 
     /// Prefetches the partner of a disk that the current bucket names. Returns the partner's
@@ -78,12 +78,12 @@ pub trait Calendar: Sized + Send + Sync {
     /// Creates a calendar that holds the events of all disks, none of which is earlier than `now`.
     fn new(agenda: &impl EventTimes, now: f64) -> Self;
 
-    /// Adds the next event of a disk, in place of the one before if that did not come up; not
-    /// earlier than the last one popped. An infinite time means no event. A disk whose event was
-    /// popped gets its next one before the next pop.
+    /// Adds the next event of a disk, which replaces an earlier entry of the disk that was not
+    /// popped; not earlier than the last event popped. An infinite time means no event. A disk
+    /// whose event was popped gets its next one before the next pop.
     fn push(&mut self, entry: CalendarEntry);
 
-    /// Adds an event as [`Self::push`], unless the calendar holds it already.
+    /// Adds the next event of a disk, unless the calendar holds it already.
     fn push_once(&mut self, entry: CalendarEntry) {
         self.push(entry);
     }
@@ -105,8 +105,8 @@ fn entries(agenda: &impl EventTimes) -> impl Iterator<Item = CalendarEntry> {
         .filter(|entry| entry.time.is_finite())
 }
 
-/// Estimates the rate of events from the waits for them: from the earliest twentieth, unless those
-/// coincide.
+/// Estimates the rate of events from the waits for them: from the earliest twentieth, unless these
+/// waits coincide \[1/time\].
 pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
     waits.retain(|&wait| wait > 0.0);
     if waits.is_empty() {
@@ -186,7 +186,7 @@ pub struct Buckets {
     plans: [PrefetchPlan; AHEAD],
     /// Number of disks named in the ring and the spill.
     near: usize,
-    /// Number of events popped since the current bucket was that of number `since`.
+    /// Number of events popped since the current bucket was the bucket with the number `since`.
     popped: usize,
     since: u64,
     last_time: f64,

@@ -124,7 +124,7 @@ where
         ContactInfo {
             pair,
             now,
-            age: self.epoch * self.speed + now,
+            absolute_time: self.epoch * self.speed + now,
             unit: self.unit,
             disks: self.names.len(),
             straight: P::Field::FREE,

@@ -49,11 +49,11 @@ enum Order {
 
 /// Event-driven dynamics of disks in a box: periodic, or between walls and around obstacles.
 ///
-/// An engine lives for one leg of a run: [`EventDrivenEngine::checkpoint`] and a new engine start
-/// the next one with a fresh epoch and the disks sorted in memory. As the leg is a function of the
-/// checkpoint alone, a run continues from it to the same bytes. In a long leg the engine does the
-/// same now and then. The times at which an engine stops on its way have no influence on where it
-/// goes.
+/// An engine lives for one leg of a run, a number of collisions: [`EventDrivenEngine::checkpoint`]
+/// and a new engine start the next leg with a fresh epoch and the disks sorted in memory. As the
+/// leg is a function of the checkpoint alone, a run continues from it to the same bytes. In a long
+/// leg the engine does the same now and then. The times at which an engine stops do not change its
+/// trajectory.
 pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) scene: P,
     pub(crate) dissipation: DissipationRule,
@@ -81,7 +81,7 @@ pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) speed: f64,
     /// Absolute time at which the engine time is zero.
     pub(crate) epoch: f64,
-    /// Current engine time.
+    /// Current engine time: absolute time since `epoch`, times `speed`.
     pub(crate) now: f64,
     /// Absolute time; exactly the requested one when it was reached \[time\].
     pub(crate) time: f64,
@@ -131,7 +131,7 @@ where
     ///
     /// # Errors
     /// As [`EventDrivenEngine::new`]; and if the boundaries do not fit the box, or a disk overlaps
-    /// one of them.
+    /// a boundary.
     pub fn between(
         scene: P,
         dissipation: DissipationRule,
@@ -186,8 +186,8 @@ where
         })
     }
 
-    /// Starts from a valid checkpoint. Its disks may be in another order than the scene's: `which`
-    /// of these each is.
+    /// Starts from a valid checkpoint, whose disks may be in another order than the particles of
+    /// the scene: `which` gives the index in the scene of each disk.
     pub(crate) fn from_checkpoint(
         scene: P,
         dissipation: DissipationRule,
@@ -303,9 +303,9 @@ where
         self.stop.on(interrupt);
     }
 
-    /// Returns true if an advance was interrupted. The state is then that of some moment within it,
-    /// and the engine advances no further. To get the bytes of a run without an interrupt, resume
-    /// from the checkpoint before that advance.
+    /// Returns true if an advance was interrupted. The state then belongs to some time within the
+    /// advance, and the engine advances no further. To get the bytes of a run without an interrupt,
+    /// resume from the checkpoint before the advance.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }

@@ -170,7 +170,7 @@ impl TrialTableRow {
         numbers(self.tolerance, values)
     }
 
-    /// Formats one line for the terminal.
+    /// Formats the row as a line of the terminal: verdict, setting, quantity, expected and found.
     pub fn line(&self) -> String {
         let [within, expected, found, error] = self.numbers();
         let within = self

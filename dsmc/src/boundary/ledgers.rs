@@ -111,7 +111,7 @@ pub(crate) struct ExactLedgers {
 }
 
 impl ExactLedgers {
-    /// Adds the entries of a tile and clears them there.
+    /// Adds the entries of a tile's ledgers, and sets these to zero.
     pub(crate) fn take_ledgers<S: Space>(&mut self, other: &mut Ledgers<S>) {
         let mut place = 0;
         other.sums(|sum| {

@@ -25,7 +25,7 @@ pub(super) struct TileNeighbourhood<'a, 'b, P: ParticleModel, F: DisplacementTra
     changes: Vec<ChangeOf<P>>,
 }
 
-/// Location of a simulator: index of its tile in the neighbourhood, and its index there.
+/// Location of a simulator: index of its tile in the neighbourhood, and its index in the tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct At {
     pub(super) tile: u32,
@@ -76,8 +76,8 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         self.tile(self.middle())
     }
 
-    /// Index of the tile that holds a cell, and the cell's number there; `None` beyond the tiles
-    /// that touch.
+    /// Index of the tile that holds a cell, and the cell's number in it; `None` beyond the adjacent
+    /// tiles.
     #[inline]
     pub(super) fn find(&self, cell: [u32; 3]) -> Option<(u32, usize)> {
         let number = self.grid.tile_number(self.grid.owner(cell)) as u32;

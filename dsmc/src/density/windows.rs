@@ -22,7 +22,7 @@ pub(crate) struct CutWindow<T> {
 pub(crate) enum WindowCentre {
     /// A cell, by its coordinates along the first two axes.
     Cell([u32; 2]),
-    /// A sub-cell, by its number among those of all split cells.
+    /// A sub-cell, by its index among the sub-cells of all split cells.
     SubCell(usize),
 }
 

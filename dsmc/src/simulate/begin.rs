@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
-    Domain, InvalidValue, Particle, ParticleModel, ParticleSpec, ParticleState, Particles, Simulation,
-    SizeDistribution, Smooth, Space, State, Surface, Volume,
+    Domain, InvalidValue, Particle, ParticleModel, ParticleSpec, ParticleState, Particles,
+    Simulation, SizeDistribution, Smooth, Space, State, Surface, Volume,
 };
 
 use super::cells::{CellSimulation, CheckpointContent};
@@ -67,7 +67,7 @@ pub fn resume(
     begin(gas, StartSource::Checkpoint(left), &Alone)
 }
 
-/// Destination of a new engine: this process alone, or one of several.
+/// Destination of a new engine: this process alone, or one of several processes.
 pub(super) trait Keep {
     type Kept;
     /// True if shards stay unread, for the processes that own their tiles.

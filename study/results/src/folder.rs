@@ -128,7 +128,7 @@ impl Folder {
         // Another process may have changed it in between.
         let known = admit(path, existing, inputs, &runs)?;
         if path.join(CLAIMS).exists() {
-            require_nobody(path)?;
+            require_unshared(path)?;
             list.take_over(&claims::lists(path))
                 .map_err(ResultsError::system(path, "written"))?;
             claims::remove_workers(path);
@@ -325,8 +325,12 @@ fn require_names(runs: &[RunId]) -> Result<(), ResultsError> {
     }
 }
 
-/// Refuses a folder that a live process shares, if the lock does not show it.
-fn require_nobody(path: &Path) -> Result<(), ResultsError> {
+/// Refuses a folder in which another process still works, by the heartbeats of the processes that
+/// share it.
+///
+/// # Errors
+/// [`ResultsError::Locked`] if there is one; others if the file system fails.
+fn require_unshared(path: &Path) -> Result<(), ResultsError> {
     let visitor = FolderWorker::register(path, PATIENCE)?;
     if visitor.find_other()? {
         return Err(ResultsError::Locked {
@@ -430,7 +434,7 @@ impl<'a> RunPlace<'a> {
         self.folder.path.join(&self.run.name)
     }
 
-    /// Name of the point of a sweep; empty without a sweep.
+    /// Name of the run: that of its point in a sweep; empty without a sweep.
     pub fn name(&self) -> &str {
         &self.run.name
     }

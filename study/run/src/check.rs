@@ -263,7 +263,7 @@ impl<'a> Planned<'a> {
         };
         let kept: Vec<MeasureMemory> = self.plan.engines.iter().map(kept).collect();
         let (plan, measures) = (&self.plan, self.measures.iter());
-        let looks = Looks {
+        let sampling = Looks {
             gathers: measures.clone().any(|one| one.gathers_particles(plan)),
             working: (measures.clone().map(|one| one.working_bytes(plan))).fold(0.0, f64::max),
             last: measures
@@ -276,7 +276,7 @@ impl<'a> Planned<'a> {
         let figures = measures.map(|one| one.figure_bytes(plan)).sum();
         Cost {
             pace: self.pace(),
-            ..plan.cost(threads, &kept, &looks, figures)
+            ..plan.cost(threads, &kept, &sampling, figures)
         }
     }
 

@@ -332,7 +332,8 @@ fn contact_point(list: &mut List<'_>) {
     }
 }
 
-/// Adds settings of simulators, cells and steps of the schemes within cells.
+/// Adds settings of Monte Carlo schemes with partners in the same cell: by number of simulators,
+/// cell size and number of steps.
 fn within_cells(list: &mut List<'_>) {
     let plan = list.plan;
     let path = kinetic::mean_free_path(plan.packing_fraction, plan.contact_value);
