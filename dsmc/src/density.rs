@@ -58,7 +58,7 @@ pub(crate) struct Density<S: Space> {
     /// Units in the 2n + 1 cells along the first axis around each cell; whole numbers up to 2^24
     /// are exact. Empty for single-cell windows.
     lines: Vec<f32>,
-    /// Units in the whole window of each cell.
+    /// Covered units in the whole density window of each cell.
     sums: Vec<f32>,
     /// Axes along which the box is not periodic; windows end at its faces.
     bounded: [bool; 3],
@@ -82,7 +82,7 @@ pub(crate) struct FreeVolumeFactors {
 }
 
 impl FreeVolumeFactors {
-    /// Factors of a window without boundaries.
+    /// Corrections of the density in a window without boundaries: none.
     pub(crate) const NONE: Self = Self {
         bodies: 1.0,
         centres: 1.0,
@@ -207,7 +207,7 @@ impl<S: Space> Density<S> {
         self.offset = columns % self.counts[0];
     }
 
-    /// Sets the windows that obstacles cut.
+    /// Sets the density windows that obstacles cut.
     pub(crate) fn cut(&mut self, windows: Option<CutWindows>) {
         self.cut_windows = windows;
     }
@@ -319,7 +319,7 @@ impl<S: Space> Density<S> {
         self.reach.map(along).iter().product()
     }
 
-    /// Weights of the cells in a window.
+    /// Kind of weights of the cells in a density window.
     pub(crate) fn weighing(&self) -> DensityKernel {
         self.weighing
     }
@@ -341,7 +341,7 @@ impl<S: Space> Density<S> {
         self.unit
     }
 
-    /// Returns true if pairs collide at all.
+    /// Returns true unless the scheme is free molecular flow, without collisions.
     pub(crate) fn collides(&self) -> bool {
         self.scheme.partners() != PartnerSelection::None
     }
@@ -564,7 +564,7 @@ impl<S: Space> Density<S> {
         (self.mean.is_some() || units as usize >= self.table.len()) && self.value_of(units).1
     }
 
-    /// Memory \[bytes\].
+    /// Memory of the density field \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         8 * (self.table.capacity() + 2 * self.crowding.capacity())
             + 4 * (self.lines.capacity() + self.sums.capacity())

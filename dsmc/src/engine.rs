@@ -194,7 +194,7 @@ where
         });
     }
 
-    /// Multiplies all velocities.
+    /// Multiplies all velocities by a factor.
     pub fn scale_velocities(&mut self, factor: f64) {
         self.pause = None;
         for cell in self.cells_in_order() {
@@ -279,7 +279,7 @@ where
         all
     }
 
-    /// Counters of the run since the start.
+    /// Counters of steps, collisions and other events since the start of the run.
     pub fn tally(&self) -> CollisionCounters {
         self.tally
     }
@@ -289,7 +289,7 @@ where
         &self.ledgers
     }
 
-    /// Present time \[time\].
+    /// Time of the gas \[time\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -388,8 +388,8 @@ where
         self.fill(&simulators);
     }
 
-    /// Fixes the time step \[time\], whatever the gas does; the caller must ensure that it is short
-    /// enough. Not part of a checkpoint.
+    /// Fixes the time step \[time\], also if the gas heats up; the caller must ensure that it is
+    /// short enough. Not part of a checkpoint.
     pub fn hold_step(&mut self, length: f64) {
         self.pause = None;
         self.held_step = (length > 0.0).then_some(length);

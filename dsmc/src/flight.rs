@@ -12,7 +12,7 @@ use crate::tile::{DepartedSimulator, Migrant, Scratch, SendBuffer, Tile, code, f
 pub(crate) struct FreeFlight<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
-    /// Duration \[time\].
+    /// Duration of the free flight \[time\].
     pub(crate) duration: f64,
     /// Boundaries during the flight; `None` if the box is periodic.
     pub(crate) passage: Option<Passage<'a, P>>,

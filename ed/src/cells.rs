@@ -224,7 +224,7 @@ impl CellLists {
         }
     }
 
-    /// Returns this grid without disks.
+    /// Returns a grid of the same cells without disks.
     pub(crate) fn emptied(&self) -> Self {
         Self {
             columns: self.columns.clone(),
@@ -334,7 +334,7 @@ impl CellLists {
         (cell, offset)
     }
 
-    /// Returns the corner of a cell.
+    /// Returns the lower left corner of a cell \[length\].
     pub(crate) fn corner(&self, cell: CellCoordinates) -> Vector2<f64> {
         vector![
             f64::from(cell[0]) * self.width[0],
@@ -361,8 +361,8 @@ impl CellLists {
         }
     }
 
-    /// Returns the vector from the corner of the second cell to that of the first, over the nearest
-    /// image.
+    /// Returns the vector from the corner of the second cell to the corner of the first, over the
+    /// nearest image.
     #[inline(always)]
     pub(crate) fn corner_offset(
         &self,
@@ -494,7 +494,7 @@ impl CellLists {
         memory::prefetch(&self.firsts, place);
     }
 
-    /// Memory held \[bytes\].
+    /// Memory of the cell lists \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         4 * (self.firsts.capacity() + self.columns.capacity() + self.rows.capacity())
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::WallLedger;
 use stosszahl_model::{ParticleModel, ParticleState, ShearWork, State};
 
-/// Rule of which collisions lose energy.
+/// Rule for which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum DissipationRule {
     /// No collisions lose energy, so that a gas equilibrates: all contacts are elastic and smooth,
@@ -12,7 +12,7 @@ pub enum DissipationRule {
     Elastic,
     /// All collisions lose energy, by the coefficients of restitution of disks and walls.
     Scene,
-    /// Collisions lose energy if the last contacts of both disks, including those with walls, are
+    /// Collisions lose energy if the last contacts of both disks, contacts with walls included, are
     /// older than this time \[time\]; others are elastic. This is the TC model of Luding &
     /// McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017, which prevents inelastic
     /// collapse.
@@ -44,7 +44,7 @@ impl EventCounters {
         self.collisions + self.rebounds
     }
 
-    /// Adds the counters of another tally.
+    /// Adds other counters to these, one by one.
     pub(crate) fn add(&mut self, other: &Self) {
         self.collisions += other.collisions;
         self.predictions += other.predictions;
@@ -69,7 +69,7 @@ pub struct EventDrivenCheckpoint<P: ParticleModel> {
     /// the position of a disk that was never wrapped. Empty unless requested, by a start that has
     /// flags for each disk.
     pub image_flags: Vec<[i32; 2]>,
-    /// Work done so far.
+    /// Counters of collisions and other events since the start of the run.
     pub tally: EventCounters,
     /// Number of contacts since time last advanced noticeably.
     pub stalled: u64,
@@ -108,7 +108,7 @@ impl<P: ParticleModel> EventDrivenCheckpoint<P> {
         })
     }
 
-    /// Memory held \[bytes\].
+    /// Memory of the checkpoint \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         self.state.bodies.capacity() * size_of::<ParticleState<P>>()
             + self.last_contact.capacity() * 8

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use crate::cells::NONE;
 
-/// Collisions without progress of time that count as a collapse, beyond those that many disks may
-/// have at once.
+/// Number of collisions without progress of time that count as a collapse, besides a number that
+/// grows with the number of disks.
 const COLLAPSE: u64 = 4000;
 
 /// Latest collisions whose disks are the cluster of a collapse.
@@ -42,7 +42,7 @@ const CELLS_OF_A_CROSSING: usize = 512;
 pub(crate) struct CollapseDetector {
     /// Engine time at which time last advanced noticeably.
     time: f64,
-    /// Number of contacts at that time.
+    /// Number of contacts when time last advanced.
     collisions: u64,
     /// Pair and engine time of the last collisions.
     recent: [([u32; 2], f64); RECENT],
@@ -62,7 +62,7 @@ pub(crate) struct ContactInfo {
     pub(crate) unit: f64,
     /// Number of disks.
     pub(crate) disks: usize,
-    /// True if disks fly straight.
+    /// True if disks fly straight, without gravity.
     pub(crate) straight: bool,
 }
 

@@ -17,10 +17,10 @@ use crate::prefetch_plan::PrefetchPlan;
 use crate::record::{DiskRecord, FIRST, VOID};
 use crate::sliding_rows::SlidingRows;
 
-/// All disks and the grid they are in.
+/// Disks of a gas, and the cell lists that hold them.
 pub(crate) struct DiskSystem<F> {
     pub(crate) all: Vec<DiskRecord>,
-    /// Flight between events.
+    /// Law of motion between events: straight, under gravity, or in a shear flow.
     pub(crate) motion: FlightMotion<F>,
     pub(crate) cells: CellLists,
     /// Sliding of the rows of cells, in a shear flow.
@@ -144,7 +144,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         -rate * (along - 0.5 * rate * across * flight) * across * flight
     }
 
-    /// Advances a disk to a time.
+    /// Moves a disk freely up to an engine time.
     #[inline(always)]
     pub(crate) fn advance(&mut self, who: u32, time: f64) {
         self.motion.advance(&mut self.all[who as usize], time);
@@ -210,7 +210,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (line, 0.0)
     }
 
-    /// Returns true if there are several grids.
+    /// Returns true if disks are listed in several grids, by their sizes.
     #[inline]
     pub(crate) fn hierarchical(&self) -> bool {
         self.levels.is_some()
@@ -594,7 +594,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         worst
     }
 
-    /// Memory held \[bytes\].
+    /// Memory of disks and cell lists \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         self.all.capacity() * size_of::<DiskRecord>()
             + self.cells.memory_bytes()

@@ -38,12 +38,12 @@ const HORIZON: f64 = 4096.0;
 /// where cells are wide: positions are rounded to 4e-15 cells.
 const HORIZON_CELLS: f64 = 16.0;
 
-/// Order of the disks of a checkpoint.
+/// Order of the disks in a checkpoint.
 #[derive(Clone, Copy)]
 enum Order {
-    /// Order of the start.
+    /// Order of the disks in the start of the run.
     State,
-    /// Order of the cells, about.
+    /// Approximate order of the cells.
     Memory,
 }
 
@@ -96,7 +96,7 @@ pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) rebounds: Vec<u32>,
     /// Number of collisions at which a fresh start is due.
     pub(crate) refresh: u64,
-    /// Engine time at which a fresh start is due.
+    /// Engine time at which the epoch is moved and disks are sorted anew.
     pub(crate) horizon: f64,
     pub(crate) progress: CollapseDetector,
     /// Engine time in which a typical disk moves by its diameter, since the last fresh start.
@@ -490,7 +490,7 @@ where
         &self.surroundings.boundaries
     }
 
-    /// Returns the work done so far.
+    /// Returns the counters of collisions and other events since the start of the run.
     pub fn tally(&self) -> EventCounters {
         self.tally
     }
@@ -501,7 +501,7 @@ where
         self.stale
     }
 
-    /// Current time \[time\].
+    /// Absolute time of the gas \[time\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -525,7 +525,7 @@ where
         worst
     }
 
-    /// Memory held \[bytes\].
+    /// Memory of the engine \[bytes\].
     pub fn memory_bytes(&self) -> usize {
         self.disks.memory_bytes()
             + self.calendar.memory_bytes()

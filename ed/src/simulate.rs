@@ -23,7 +23,7 @@ use crate::surroundings::DiskBoundaries;
 /// about as much as a tenth of a collision per disk. A run that resumes from a checkpoint in a leg
 /// repeats up to that many.
 const LEG: u64 = 4;
-/// Fewest collisions in one leg.
+/// Fewest collisions in one leg of a run.
 const LEAST_LEG: u64 = 100_000;
 
 /// Disks for which one more thread pays.
@@ -78,7 +78,7 @@ pub fn simulate(
     begin.choose(grains, start.all.len())
 }
 
-/// Resumes from [`Simulation::save_checkpoint`]; all other arguments must be those of the start.
+/// Resumes from [`Simulation::save_checkpoint`]; all other arguments must be as at the start.
 /// The last collisions before it, up to four of each disk or 100 000 in all, are repeated, which
 /// the interrupt can break off.
 ///
@@ -227,9 +227,9 @@ fn flat(vector: Vector3<f64>) -> Vector2<f64> {
 /// Event-driven disks behind [`Simulation`].
 ///
 /// Between legs the gas is a checkpoint, and each leg makes a new engine. Within a leg the engine
-/// stops at the requested times. A checkpoint there holds that of the beginning of the leg and
-/// these times: a run that resumes from it repeats the leg up to there, to the same bytes. The
-/// stops have no influence on the trajectory.
+/// stops at the requested times. A checkpoint at a stop holds the checkpoint of the beginning of
+/// the leg and these times: a run that resumes from it repeats the leg up to there, to the same
+/// bytes. The stops have no influence on the trajectory.
 struct Disks<P: ParticleModel<Space = Plane>> {
     scene: P,
     dissipation: DissipationRule,

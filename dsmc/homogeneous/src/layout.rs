@@ -6,13 +6,13 @@ use stosszahl_model::{Vector, memory};
 use super::gas::{COLDEST, GasParticle, HomogeneousGas, SmoothPhysics, size_key};
 use super::selection::ProposalValidity;
 
-/// Bits of the squared speed below those of a group: eight groups per factor two, so a bound is on
-/// average 2 % above.
+/// Bits of the squared speed that are ignored within a group: eight groups per factor two, so a
+/// speed bound is on average 2 % above the speeds.
 const SPEED_SHIFT: u32 = 52 - 3;
-/// Number of groups in a class; the slowest holds all slower particles.
+/// Number of groups in a class; the slowest group also holds all slower particles.
 const WINDOW: u32 = 160;
-/// Number of groups above that of the fastest particle, for particles that get faster: a factor two
-/// in speed.
+/// Number of groups above the group of the fastest particle, for particles that get faster: a
+/// factor two in speed.
 const HEADROOM: u32 = 16;
 
 /// Class of particles of like radius.

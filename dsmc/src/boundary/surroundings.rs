@@ -239,7 +239,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         0.5 * (self.lengths[axis] + 2.0 * beyond) / self.mean_radius
     }
 
-    /// Memory \[bytes\].
+    /// Memory of boundaries and cut cells \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         let columns = self.columns.iter().chain(&self.bodies);
         let numbers = columns.map(Vec::capacity).sum::<usize>() + self.factors.capacity();
@@ -312,7 +312,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         self.weights.block(middle(grid.counts(), cell))
     }
 
-    /// Replaces the weights of regions.
+    /// Replaces the weights of simulators by region.
     pub(crate) fn set_weights(&mut self, grid: &Grid<P::Space>, weights: SimulatorWeights) {
         self.factors = factors(grid, &weights);
         self.weights = weights;

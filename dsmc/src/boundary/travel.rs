@@ -27,7 +27,7 @@ pub(crate) struct BoundaryFlight<'a, P: ParticleModel> {
     pub(crate) begin: f64,
     /// Duration of the flight \[time\].
     pub(crate) duration: f64,
-    /// Particles that the simulator stands for.
+    /// Number of particles that the simulator represents.
     pub(crate) particles: f64,
 }
 

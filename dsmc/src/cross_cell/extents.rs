@@ -17,7 +17,7 @@ pub(super) struct VelocityBox<S: Space> {
 }
 
 impl<S: Space> VelocityBox<S> {
-    /// An empty bounding box.
+    /// Creates a bounding box of no velocities.
     #[inline(always)]
     pub(super) fn empty() -> Self {
         Self {

@@ -476,7 +476,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         self.excess.get(index).copied()
     }
 
-    /// Returns true if all partners are sought at one point, whatever their size.
+    /// Returns true if partners of all sizes are sought at the same point.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {
         P::Sizes::UNIFORM || self.excess.is_empty()

@@ -455,7 +455,7 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         images.nearest(position - point).square()
     }
 
-    /// Gathered particle of this number.
+    /// Particle of this number among the particles gathered for the search.
     fn nth(&self, number: u32) -> usize {
         let mut number = number as usize;
         for run in &self.runs {

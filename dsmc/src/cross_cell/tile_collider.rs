@@ -54,7 +54,8 @@ pub(super) struct Cell<S: Space> {
     pub(super) at: [u32; 3],
     /// Index range of the cell's particles in the halo copy.
     pub(super) members: Range<usize>,
-    /// Area or volume of the particles in the neighbourhood, over that of the largest particle.
+    /// Area or volume of the particles in the neighbourhood, over the area or volume of the
+    /// largest.
     pub(super) units: f64,
     /// Corrections of the density for the volume that boundaries take from the neighbourhood.
     pub(super) crowding: FreeVolumeFactors,

@@ -70,7 +70,7 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         self.middle
     }
 
-    /// Central tile.
+    /// Tile in the centre of the neighbourhood.
     #[inline(always)]
     pub(super) fn home(&self) -> &Tile<P, F> {
         self.tile(self.middle())
@@ -96,7 +96,7 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         self.tiles.iter().map(|tile| tile.simulators.len())
     }
 
-    /// A copy of a simulator.
+    /// Returns a copy of the simulator at a location.
     #[inline(always)]
     pub(super) fn read(&self, at: At) -> SimulatorOf<P, F> {
         self.tile(at.tile).simulators[at.index as usize]

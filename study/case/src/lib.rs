@@ -75,7 +75,7 @@ pub struct CaseFile {
     pub text: String,
     /// Path of the file.
     pub path: PathBuf,
-    /// The points of the sweeps, each different from the others; one point without settings if
+    /// Points of the sweeps, all different; one point without settings if
     /// there is no sweep.
     pub points: Vec<CasePoint>,
     /// Remarks on how the file was read, in sentences for the user.

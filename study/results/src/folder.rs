@@ -31,9 +31,9 @@ use crate::manifest::{
 };
 use crate::table::Table;
 
-/// Name of the folder of checkpoints inside that of a run.
+/// Name of the folder of checkpoints inside the results folder of a run.
 pub const CHECKPOINTS: &str = "checkpoints";
-/// Name of the folder of snapshots inside that of a run.
+/// Name of the folder of snapshots inside the results folder of a run.
 pub const SNAPSHOTS: &str = "snapshots";
 
 /// Time after which a process that shares a folder counts as lost to one that needs it exclusively.
@@ -59,7 +59,7 @@ pub struct Folder {
     fingerprints: Vec<[u8; 32]>,
     list: Mutex<FileList>,
     warning: Option<String>,
-    /// This process among those that work in the folder; `None` if it works alone.
+    /// Registration of this process among all that share the folder; `None` if it works alone.
     worker: Option<FolderWorker>,
 }
 
@@ -208,7 +208,7 @@ impl Folder {
         }
     }
 
-    /// This process among those that work in the folder; `None` if it works alone.
+    /// Registration of this process among all that share the folder; `None` if it works alone.
     pub fn worker(&self) -> Option<&FolderWorker> {
         self.worker.as_ref()
     }
@@ -434,7 +434,7 @@ impl<'a> RunPlace<'a> {
         self.folder.path.join(&self.run.name)
     }
 
-    /// Name of the run: that of its point in a sweep; empty without a sweep.
+    /// Name of the point of a sweep that this run is; empty without a sweep.
     pub fn name(&self) -> &str {
         &self.run.name
     }
@@ -444,7 +444,7 @@ impl<'a> RunPlace<'a> {
         self.fingerprint
     }
 
-    /// Name of a task of this run among those of all points.
+    /// Name of a task, unique among the tasks of all points: a prefix for this run, and `name`.
     pub fn task(&self, name: &str) -> String {
         format!("{}-{name}", self.task_prefix())
     }

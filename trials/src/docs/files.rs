@@ -119,7 +119,7 @@ fn words(table: &Table) -> String {
     all
 }
 
-/// Counts the rows of all tables in the blocks of a page; those of a block inside another count
+/// Counts the rows of all tables in the blocks of a page; rows of a block inside another count
 /// once.
 pub fn generated_rows(page: &str) -> usize {
     let (mut depth, mut rows) = (0_usize, 0_usize);

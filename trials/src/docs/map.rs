@@ -69,7 +69,7 @@ impl<'a> Gas<'a> {
         Ok(self.late("at_pair_speed")?.divided_by(unit))
     }
 
-    /// Returns a column of the last window.
+    /// Returns a column of the last time window.
     fn late(&self, column: &str) -> Result<MeasuredNumber, TrialError> {
         self.rates[self.rates.len() - 1].measured(column)
     }

@@ -101,7 +101,7 @@ fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>,
     Ok(bodies.map(|(new, old)| new.velocity - old).collect())
 }
 
-/// Advances a gas to a time, leg by leg as a run does.
+/// Advances a gas to a time, in the same parts as a run, from checkpoint to checkpoint.
 pub(super) fn advance(gas: &mut dyn Simulation, until: f64, observer: &mut dyn Observer) -> Done {
     while !gas.advance(until, Budget::Leg, observer)? {}
     Ok(())

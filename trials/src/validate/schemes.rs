@@ -12,7 +12,8 @@ use crate::gas::PLAIN;
 pub enum SchemeQuantity {
     /// Collision rate of a disk in an elastic gas, over Enskog's.
     CollisionRate,
-    /// Pressure p/(nT) of an elastic gas from the flux of momentum, over that of hard disks.
+    /// Pressure p/(nT) of an elastic gas from the flux of momentum, over the pressure of hard
+    /// disks.
     Pressure,
     /// Self-diffusion of an elastic gas over Enskog's.
     Diffusion,

@@ -83,7 +83,7 @@ impl RunSetting {
         matches!(self.engine.kind, EngineKind::EventDriven { .. })
     }
 
-    /// Returns true if the setting is that of an ensemble for a case of this many disks.
+    /// Returns true if the setting is exact dynamics of the whole gas of this many disks.
     pub(crate) fn is_reference(&self, disks: usize) -> bool {
         self.engine.kind == event_driven(0.0) && self.disks == disks
     }
@@ -186,7 +186,7 @@ fn scheme_choices(parameters: &Parameters, plan: &CasePlan, disks: usize) -> Vec
     words.into_iter().flatten().collect()
 }
 
-/// Returns the default start of simulators: with the long waves of the start where those grow.
+/// Returns the default start of simulators: with the long density waves of the start if they grow.
 fn copies(plan: &CasePlan, disks: usize) -> SimulatorStart {
     let widest = plan.lengths[0].max(plan.lengths[1]);
     let width = widest * (disks as f64 / plan.count() as f64).sqrt();

@@ -41,7 +41,7 @@ impl MeasuredPoint {
         self.measured / self.theory - 1.0
     }
 
-    /// Standard error, to which what is unknown of the theory adds up.
+    /// Standard error of the value, combined in quadrature with the uncertainty of the theory.
     pub fn total_error(&self) -> Option<f64> {
         let error = self.error?;
         Some(error.hypot(self.theory_error.unwrap_or(0.0)))
@@ -107,8 +107,8 @@ pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
     }
 }
 
-/// Verdict on points against a theory; `subject` is what is measured, such as "ED (exact)", and
-/// `quantity` its quantity.
+/// Verdict on points against a theory; `subject` names the engine, such as "ED (exact)", and
+/// `quantity` the measured quantity.
 pub fn against_theory(
     topic: &str,
     [subject, theory, quantity]: [&str; 3],
@@ -156,9 +156,10 @@ pub fn holds_zero(found: &TableEstimate, level: f64) -> Option<bool> {
     Some(low <= 0.0 && high >= 0.0)
 }
 
-/// Verdict on a relative difference of two profiles, all places together by Bonferroni. `places`
-/// are both values and where they are, in words; those without errors are left out, and there is no
-/// verdict where all are. Errors come from `parts` blocks of time.
+/// Verdict on the relative difference of two profiles, over all points together by Bonferroni.
+/// `places` holds the values of both profiles at each point, and the position in words; points
+/// without errors are left out, and without points there is no verdict. Errors come from `parts`
+/// blocks of time.
 pub fn profiles(
     topic: &str,
     [a, b, quantity]: [&str; 3],
