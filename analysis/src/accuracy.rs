@@ -40,7 +40,7 @@ pub struct SettingAccuracy {
     pub mean: f64,
     /// Systematic error: mean less reference, over the unit.
     pub systematic: f64,
-    /// Standard error of the systematic error, including that of the reference, over the unit.
+    /// Standard error of the systematic error, the error of the reference included, over the unit.
     pub systematic_error: f64,
     /// Statistical error of one run: the standard deviation of the values, over the unit.
     pub statistical: f64,

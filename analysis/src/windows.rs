@@ -99,7 +99,7 @@ impl CollisionWindow {
         (self.collisions > 0).then(|| 12.0 * (self.uniform()[0] / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] if collisions were independent, which those of one
+    /// Standard error of [`Self::slope`] if collisions were independent, which collisions of one
     /// clustered gas are not: the spread over replicas is compared with it.
     pub fn slope_error(&self) -> Option<f64> {
         let n = self.collisions as f64;

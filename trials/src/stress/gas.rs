@@ -320,8 +320,8 @@ impl<P: Planar> StressGas<P> {
         Ok(())
     }
 
-    /// Checks the first collisions against those of all pairs: equal pairs in equal order, times
-    /// within a tolerance of the last time.
+    /// Checks the first collisions against a search over all pairs: equal pairs in equal order,
+    /// times within a tolerance of the last time.
     pub fn follows_all_pairs(
         &self,
         log: &mut TrialLog,

@@ -49,8 +49,8 @@ pub(super) fn exact(
 }
 
 /// Creates a Monte Carlo gas from a start, with velocities of its own for each simulator:
-/// Maxwellian, momentum zero and T = 1 exactly. Otherwise those of several simulators of a disk
-/// would be turned copies, and as far from a Maxwellian as those of the few disks.
+/// Maxwellian, momentum zero and T = 1 exactly. Otherwise the velocities of the
+/// simulators of a disk would be turned copies, as far from a Maxwellian as the few disks are.
 pub(super) fn monte_carlo(
     start: &Particles,
     restitution: f64,
