@@ -289,7 +289,7 @@ pub struct RunArguments {
     /// run can be continued. For jobs with a walltime [default: none].
     #[arg(long, value_name = "TIME")]
     pub stop_after: Option<humantime::Duration>,
-    /// Files of tables.
+    /// File formats in which tables are written.
     #[command(flatten)]
     pub tables: TableArguments,
     /// Amount of output at the end.
@@ -344,7 +344,7 @@ pub struct MergeArguments {
     /// Replace an existing results folder.
     #[arg(long)]
     pub force: bool,
-    /// Files of tables.
+    /// File formats in which tables are written.
     #[command(flatten)]
     pub tables: TableArguments,
     /// Amount of output at the end.

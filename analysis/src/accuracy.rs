@@ -40,7 +40,7 @@ pub struct SettingAccuracy {
     pub mean: f64,
     /// Systematic error: mean less reference, over the unit.
     pub systematic: f64,
-    /// Standard error of the systematic error, including that of the reference, over the unit.
+    /// Standard error of the systematic error, the error of the reference included, over the unit.
     pub systematic_error: f64,
     /// Statistical error of one run: the standard deviation of the values, over the unit.
     pub statistical: f64,
@@ -50,14 +50,14 @@ pub struct SettingAccuracy {
     quantiles: Quantiles,
 }
 
-/// Quantiles for a number of degrees of freedom.
+/// Quantiles of Student's and of the chi-squared distribution for one number of degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Quantiles {
     /// Student's quantile at [`OUTSIDE`] on two sides.
     range: f64,
     /// Student's quantile at [`EXCEEDED`] on two sides.
     assured: f64,
-    /// Factors from the spread found to the lowest and highest true spread.
+    /// Lowest and highest true standard deviation of the values, over the measured one.
     spread: [f64; 2],
 }
 

@@ -56,7 +56,7 @@ impl ComparisonVerdict {
 /// Rule by which an interval becomes a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VerdictRule {
-    /// Chance that the interval of the comparison, all its places together, misses the truth.
+    /// Probability that the interval of a comparison misses the truth at any of its points.
     pub level: f64,
     /// Largest difference that counts as agreement, in the unit of the difference.
     pub margin: f64,
@@ -219,7 +219,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &VerdictRule) -> Vec<Quotient>
 }
 
 /// Compares numbers that should be zero at several times, by a rule with a margin in their unit;
-/// `values[t]` holds that of each replica, or pseudo-values.
+/// `values[t]` holds the number of each replica at time t, or pseudo-values.
 pub fn differences(values: &[Vec<f64>], rule: &VerdictRule) -> Vec<Interval> {
     let rows: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     let quantiles = quantiles(&rows, rule.level);

@@ -256,19 +256,20 @@ impl Values {
     }
 }
 
-/// Fields at one place, and their standard errors.
+/// Mean fields of one set of cells, and their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredFields {
-    /// Mean fields at the place.
+    /// Mean fields of the set of cells.
     pub values: Values,
-    /// Standard errors of the fields; NaN where fewer than two parts of the runs saw the place.
+    /// Standard errors of the fields; NaN if fewer than two blocks of the runs have particles
+    /// there.
     pub errors: Values,
 }
 
-/// Fields at several places, with errors.
+/// Mean fields of several sets of cells, with errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldAverages {
-    /// Fields by place, in the order of places.
+    /// Mean fields of each set of cells, in their order.
     pub places: Vec<MeasuredFields>,
     /// Independent parts of the runs behind the errors of each field, in the order of
     /// [`Values::list`]; see [`TimeErrors::parts`].
@@ -435,9 +436,8 @@ impl ParticleAverages<'_> {
         }
     }
 
-    /// Computes numbers that follow from the fields of some cells, with their errors as those of
-    /// one place. The numbers are computed for all replicas and blocks together, and again for each
-    /// part.
+    /// Computes numbers that follow from the fields of some cells, with standard errors. The
+    /// numbers are computed for all replicas and blocks together, and again for each block.
     pub fn derived<const N: usize>(
         &self,
         cells: &[usize],
@@ -466,7 +466,7 @@ impl ParticleAverages<'_> {
         [self.replicas.len(), self.blocks.len()]
     }
 
-    /// Returns the cells of each place.
+    /// Returns the sets of cells over which fields are averaged.
     fn groups(&self, along: CellAveraging) -> Vec<Vec<usize>> {
         let Some(first) = self.replicas.first() else {
             return Vec::new();

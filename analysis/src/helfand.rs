@@ -76,8 +76,8 @@ struct Sums {
 
 /// Correlations of fluxes at one lag; their integral over the lag is the coefficient.
 ///
-/// Units are those of [`HelfandMoments`] without the lag, over a time. The first correlations, at lag
-/// zero, are of bins with themselves and count half.
+/// Units are those of [`HelfandMoments`] without the lag, over a time. The first correlations, at
+/// lag zero, are of bins with themselves and count half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correlations {
     /// Lag \[time\].
@@ -303,7 +303,7 @@ impl Helfand {
         }
     }
 
-    /// Multiplies the changes in the bin that ends with those in the bins before it.
+    /// Multiplies the changes in the bin that ends with the changes in the bins before it.
     fn correlate(&mut self) {
         let total = |integrals: &Integrals, flux: usize| integrals[0][flux] + integrals[1][flux];
         // The kinetic part of the pressure is that of the energy, which never changes.

@@ -50,8 +50,8 @@ impl ImpactParameters {
         (self.collisions > 0).then(|| 12.0 * (self.sum / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] if collisions are independent; those of one clustered gas
-    /// are not.
+    /// Standard error of [`Self::slope`] if collisions are independent; collisions of one clustered
+    /// gas are not.
     pub fn slope_error(&self) -> Option<f64> {
         let count = self.collisions as f64;
         let mean = self.sum / count;

@@ -55,7 +55,8 @@ pub struct Amplitude {
 /// Squared amplitudes of one mode over the number of points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Power {
-    /// S(k) = |rho|²/N of the points; times their weight it is that of the disks.
+    /// Structure factor S(k) = |rho|²/N of the points; times the weight of a point it is S(k) of
+    /// the disks.
     pub density: f64,
     /// |`p_par`|²/N: T/m in equilibrium \[length²/time²\].
     pub longitudinal: f64,
@@ -171,7 +172,7 @@ impl Modes {
     }
 
     /// Computes `Σ_j w_j exp(-i k · r_j)` of all modes, in their order, for several weights w of
-    /// each point at once; `weights` gives those of a point by its number.
+    /// each point at once; `weights` gives the weights of a point by its index.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].

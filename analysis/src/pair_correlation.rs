@@ -148,8 +148,8 @@ fn check_range(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// Divides the neighbours by bin of a number of pairs by those expected of independent points; each
-/// pair is two neighbours.
+/// Divides the number of neighbours in each bin by the number expected of independent points; each
+/// pair counts as two neighbours.
 fn correlation(
     lengths: &[f64],
     diameter: f64,
@@ -174,8 +174,9 @@ fn correlation(
     }
 }
 
-/// Pairs of a gas, strip by strip of its box ([`stosszahl_model::Simulation::reduce_neighbourhoods`]):
-/// neighbours of centres among the particles of the strip and those near it.
+/// Pairs of a gas, strip by strip of its box
+/// ([`stosszahl_model::Simulation::reduce_neighbourhoods`]): neighbours of chosen centres among the
+/// particles in and near the strip.
 ///
 /// Where particles stand for less than one of the gas, only as many of them are centres as there
 /// are particles of the gas, chosen by a hash of their positions. Then m simulators per particle

@@ -141,7 +141,8 @@ impl Shells {
         self.ranges().map(|range| mean(&all[range])).collect()
     }
 
-    /// Measures the spectra of one configuration of some disks, as [`Self::measure_gas`].
+    /// Measures the spectra of density and velocity of one configuration of disks; the velocity
+    /// spectra are zero if all disks are at rest.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -158,8 +159,8 @@ impl Shells {
         })
     }
 
-    /// Measures the spectra of one configuration of a gas; those of velocities are zero in a gas at
-    /// rest.
+    /// Measures the spectra of density and velocity of one configuration of a gas; the velocity
+    /// spectra are zero in a gas at rest.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].

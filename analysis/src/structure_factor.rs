@@ -366,8 +366,8 @@ impl StructureFactorPlan {
         self.measure_on(lattice, weight)
     }
 
-    /// Measures the partial structure factors of the points of several species, those of all pairs
-    /// (a, b) in the order of [`pair_index`](crate::contact_value::pair_index):
+    /// Measures the partial structure factors of the points of several species, for all pairs (a,
+    /// b) in the order of [`pair_index`](crate::contact_value::pair_index):
     ///
     /// ```text
     /// S_ab(k) = Re [Σ_a exp(-i k · r) Σ_b exp(i k · r)] / sqrt(N_a N_b)

@@ -12,8 +12,8 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Fewest joined blocks of all replicas together.
 const FEWEST: usize = 4;
-/// Blocks of all replicas from which an error is known so well that the largest of several is
-/// hardly too large.
+/// Number of blocks, in all replicas together, that give a standard error so accurately that the
+/// largest of such errors for several block lengths is hardly too large.
 const MANY: usize = 16;
 /// Chance that uncorrelated blocks seem to be correlated, for each length of longer blocks.
 const FALSE_ALARM: f64 = 0.05;
@@ -21,10 +21,10 @@ const FALSE_ALARM: f64 = 0.05;
 /// correlated.
 const DOUBT: f64 = 0.3;
 
-/// Standard errors of averages of N quantities at several places.
+/// Standard errors of time averages of N quantities at several points or bins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimeErrors<const N: usize> {
-    /// Standard errors by place; NaN where fewer than two parts have a value.
+    /// Standard errors by point or bin; NaN if fewer than two blocks have a value.
     pub standard_errors: Vec<[f64; N]>,
     /// Independent parts of the runs that the errors of a quantity come from: blocks that are
     /// longer than the correlation time, or replicas where none are. Intervals are Student's with
@@ -34,11 +34,12 @@ pub struct TimeErrors<const N: usize> {
 
 impl<const N: usize> TimeErrors<N> {
     /// Computes the errors of averages over `replicas` replicas, each of `blocks` blocks of equal
-    /// time. `averages` are those over all of it by place. `part` returns the values at a place in
-    /// some blocks of a replica: `None`, or NaN for a quantity, where nothing is known.
+    /// time. `averages` are the averages over all of it, by point or bin. `part` returns the values
+    /// at a point in some blocks of a replica: `None`, or NaN for a quantity, where nothing is
+    /// known.
     ///
-    /// The error at a place is the largest of those over at least 16 blocks, over the blocks that
-    /// are long enough for the quantity at all places together, and over replicas.
+    /// The error at a point is the largest of the errors over at least 16 blocks, over the blocks
+    /// that are long enough for the quantity at all points together, and over replicas.
     ///
     /// ```
     /// use stosszahl_analysis::time_average::TimeErrors;
@@ -97,12 +98,12 @@ impl<const N: usize> TimeErrors<N> {
 struct Level<const N: usize> {
     /// Number of blocks of all replicas.
     parts: usize,
-    /// Squares of the errors by place.
+    /// Squares of the standard errors by point or bin.
     squares: Vec<[f64; N]>,
 }
 
-/// Returns the numbers of joined blocks of a replica, from as many as there are down to one for
-/// replicas.
+/// Returns the numbers of joined blocks into which a replica is divided, from all its blocks down
+/// to one.
 fn divisions(replicas: usize, blocks: usize) -> Vec<usize> {
     let mut divisions = Vec::new();
     let mut each = blocks;
@@ -135,7 +136,7 @@ fn squared_errors<const N: usize>(
 }
 
 /// Returns the index of the shortest blocks after which the error of a quantity does not grow, by
-/// Fisher's test of the quotient of its squares, averaged over all places. That is the shortest
+/// Fisher's test of the quotient of its squares, averaged over all points. These are the shortest
 /// blocks if no longer ones show a correlation, otherwise the first after which no growth is
 /// likely.
 fn long_enough<const N: usize>(levels: &[Level<N>], quantity: usize) -> usize {

@@ -99,7 +99,7 @@ impl CollisionWindow {
         (self.collisions > 0).then(|| 12.0 * (self.uniform()[0] / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] if collisions were independent, which those of one
+    /// Standard error of [`Self::slope`] if collisions were independent, which collisions of one
     /// clustered gas are not: the spread over replicas is compared with it.
     pub fn slope_error(&self) -> Option<f64> {
         let n = self.collisions as f64;
@@ -148,10 +148,10 @@ impl CollisionWindow {
     }
 }
 
-/// Cooling rate over that of molecular chaos, and its four factors.
+/// Cooling rate over the rate of molecular chaos, and its four factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DissipationFactors {
-    /// Collision rate over that of Enskog's theory.
+    /// Collision rate over the rate of Enskog's theory.
     pub rate: f64,
     /// Mean <g^2> of colliding pairs over 2 (D + 1) T/m.
     pub speed: f64,
@@ -159,12 +159,12 @@ pub struct DissipationFactors {
     pub impact: f64,
     /// Mean <g^2(1 - b^2/d^2)> over the product of the means of both factors.
     pub correlation: f64,
-    /// Cooling rate over that of molecular chaos: the product of all four factors.
+    /// Cooling rate over the rate of molecular chaos: the product of all four factors.
     pub dissipation: f64,
 }
 
 impl DissipationFactors {
-    /// Cooling rate over that of molecular chaos at the squared speed of the colliding pairs
+    /// Cooling rate over the rate of molecular chaos at the squared speed of the colliding pairs
     /// instead of at the total kinetic energy: energy is lost as the power 3/2 of it. The effect of
     /// waves and clusters on the speeds of pairs drops out.
     pub fn at_pair_speed(&self) -> f64 {

@@ -58,7 +58,7 @@ pub(crate) struct Density<S: Space> {
     /// Units in the 2n + 1 cells along the first axis around each cell; whole numbers up to 2^24
     /// are exact. Empty for single-cell windows.
     lines: Vec<f32>,
-    /// Units in the whole window of each cell.
+    /// Covered units in the whole density window of each cell.
     sums: Vec<f32>,
     /// Axes along which the box is not periodic; windows end at its faces.
     bounded: [bool; 3],
@@ -82,7 +82,7 @@ pub(crate) struct FreeVolumeFactors {
 }
 
 impl FreeVolumeFactors {
-    /// Factors of a window without boundaries.
+    /// Corrections of the density in a window without boundaries: none.
     pub(crate) const NONE: Self = Self {
         bodies: 1.0,
         centres: 1.0,
@@ -201,12 +201,13 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Displaces the rows above the box by `columns`, and those below it the other way.
+    /// Displaces the rows above the box by `columns`, and the rows below it by as many columns
+    /// back.
     pub(crate) fn slide(&mut self, columns: usize) {
         self.offset = columns % self.counts[0];
     }
 
-    /// Sets the windows that obstacles cut.
+    /// Sets the density windows that obstacles cut.
     pub(crate) fn cut(&mut self, windows: Option<CutWindows>) {
         self.cut_windows = windows;
     }
@@ -300,13 +301,13 @@ impl<S: Space> Density<S> {
         self.reach
     }
 
-    /// Number of cells in a window, weighted.
+    /// Sum of the cell weights in a density window.
     pub(crate) fn cells_around(&self) -> f64 {
         block(self.weighing, self.reach)
     }
 
-    /// Weighted mean of the cell weights in a window.
-    pub(crate) fn squares(&self) -> f64 {
+    /// Mean of the cell weights w in a density window, weighted by w: sum of w^2 over sum of w.
+    pub(crate) fn mean_weight(&self) -> f64 {
         let along = |reach: usize| match self.weighing {
             DensityKernel::Flat => 1.0,
             // The sum of the squares of 1, ..., n, ..., 1 is n(2 n^2 + 1)/3; the sum is n^2.
@@ -318,7 +319,7 @@ impl<S: Space> Density<S> {
         self.reach.map(along).iter().product()
     }
 
-    /// Weights of the cells in a window.
+    /// Kind of weights of the cells in a density window.
     pub(crate) fn weighing(&self) -> DensityKernel {
         self.weighing
     }
@@ -340,13 +341,13 @@ impl<S: Space> Density<S> {
         self.unit
     }
 
-    /// Returns true if pairs collide at all.
+    /// Returns true unless the scheme is free molecular flow, without collisions.
     pub(crate) fn collides(&self) -> bool {
         self.scheme.partners() != PartnerSelection::None
     }
 
-    /// Sets the covered units of all cells. `fill` writes those of one line along the first axis,
-    /// given its number.
+    /// Sets the covered units of all cells. `fill` writes the units of one line of cells along the
+    /// first axis, given the number of the line.
     pub(crate) fn update(&mut self, parallel: bool, fill: &(dyn Fn(usize, &mut [f32]) + Sync)) {
         let (columns, reach, bounded) = (self.counts[0], self.reach[0], self.bounded[0]);
         let weighing = self.weighing;
@@ -486,8 +487,8 @@ impl<S: Space> Density<S> {
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
-    /// Coordinates of the cell at an offset from a cell, across periodic faces. In a sheared box the
-    /// cells beyond the edge are displaced by whole columns, as in [`Self::add_lines`].
+    /// Coordinates of the cell at an offset from a cell, across periodic faces. In a sheared box
+    /// the cells beyond the edge are displaced by whole columns, as in [`Self::add_lines`].
     #[inline(always)]
     fn original(&self, cell: [u32; 3], step: [i64; 3]) -> [usize; 3] {
         let shifted = |axis: usize| {
@@ -563,7 +564,7 @@ impl<S: Space> Density<S> {
         (self.mean.is_some() || units as usize >= self.table.len()) && self.value_of(units).1
     }
 
-    /// Memory \[bytes\].
+    /// Memory of the density field \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         8 * (self.table.capacity() + 2 * self.crowding.capacity())
             + 4 * (self.lines.capacity() + self.sums.capacity())

@@ -171,7 +171,8 @@ where
         });
     }
 
-    /// Calls `look` with each simulator and its weight, in the order of cell numbers.
+    /// Calls `look` with each simulator and its weight (particles per simulator), in the order of
+    /// cell numbers.
     pub(crate) fn each(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
         for cell in self.cells_in_order() {
             let (tile, local) = self.grid.locate(cell);
@@ -182,8 +183,8 @@ where
         }
     }
 
-    /// Calls `look` with the index in [`DsmcEngine::state`], the simulator and its weight, in the
-    /// order of cell numbers.
+    /// Calls `look` with the index in [`DsmcEngine::state`] of each simulator, the simulator and
+    /// its weight (particles per simulator), in the order of cell numbers.
     pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
         let (mut places, mut order) = (self.places(), 0);
         self.each(|simulator, weight| {
@@ -193,7 +194,7 @@ where
         });
     }
 
-    /// Multiplies all velocities.
+    /// Multiplies all velocities by a factor.
     pub fn scale_velocities(&mut self, factor: f64) {
         self.pause = None;
         for cell in self.cells_in_order() {
@@ -278,7 +279,7 @@ where
         all
     }
 
-    /// Counters of the run since the start.
+    /// Counters of steps, collisions and other events since the start of the run.
     pub fn tally(&self) -> CollisionCounters {
         self.tally
     }
@@ -288,7 +289,7 @@ where
         &self.ledgers
     }
 
-    /// Present time \[time\].
+    /// Time of the gas \[time\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -343,8 +344,8 @@ where
     }
 
     /// Returns true if the flag of [`DsmcEngine::set_stop_flag`] stopped a step. The gas is then in
-    /// the middle of it, its state is meaningless, and [`DsmcEngine::advance`] does nothing; resume
-    /// from the last checkpoint.
+    /// the middle of the step, its state is meaningless, and [`DsmcEngine::advance`] does nothing;
+    /// resume from the last checkpoint.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
@@ -387,8 +388,8 @@ where
         self.fill(&simulators);
     }
 
-    /// Fixes the time step \[time\], whatever the gas does; the caller must ensure that it is short
-    /// enough. Not part of a checkpoint.
+    /// Fixes the time step \[time\], also if the gas heats up; the caller must ensure that it is
+    /// short enough. Not part of a checkpoint.
     pub fn hold_step(&mut self, length: f64) {
         self.pause = None;
         self.held_step = (length > 0.0).then_some(length);

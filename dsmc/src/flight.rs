@@ -12,7 +12,7 @@ use crate::tile::{DepartedSimulator, Migrant, Scratch, SendBuffer, Tile, code, f
 pub(crate) struct FreeFlight<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
-    /// Duration \[time\].
+    /// Duration of the free flight \[time\].
     pub(crate) duration: f64,
     /// Boundaries during the flight; `None` if the box is periodic.
     pub(crate) passage: Option<Passage<'a, P>>,
@@ -72,8 +72,8 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Moves the sorted simulators of the scratch buffer by a free flight, and keeps those that
-    /// stay in the tile.
+    /// Moves the sorted simulators of the scratch buffer by a free flight, and keeps the simulators
+    /// that stay in the tile.
     pub(crate) fn fly(
         &mut self,
         flight: &FreeFlight<'_, P>,
@@ -229,7 +229,8 @@ where
         None
     }
 
-    /// Sends a simulator as [`Self::depart`], among boundaries, given its state before the flight.
+    /// Moves a simulator among boundaries, given its state before the flight, and sends it to its
+    /// new tile. Returns it if it stays in this tile.
     #[cold]
     #[inline(never)]
     fn depart_between(
@@ -252,8 +253,8 @@ where
         staying
     }
 
-    /// Delivers a simulator to its cell in as many copies as its weight there requires: to this
-    /// tile through `stay`, or to another.
+    /// Delivers a simulator to its new cell, in as many copies as the weight of the cell requires:
+    /// to this tile through `stay`, or to another tile.
     #[expect(
         clippy::too_many_arguments,
         reason = "all that changes is apart, so that it can be borrowed"

@@ -125,7 +125,8 @@ impl<S: Space> Grid<S> {
         grid
     }
 
-    /// Smallest coordinate whose cell is `first` or beyond; the box side if there is none.
+    /// Smallest coordinate in the cells from `first` on \[length\]; the box side beyond the last
+    /// cell.
     fn edge(&self, axis: usize, first: u32) -> f64 {
         if first == 0 {
             return 0.0;
@@ -286,8 +287,8 @@ impl<S: Space> Grid<S> {
         })
     }
 
-    /// Numbers of a tile and of all that touch it, sorted, each once. In a sheared box any tile of the
-    /// row beyond the edge may touch it, as rows slide past each other.
+    /// Numbers of a tile and of all adjacent tiles, sorted, each once. In a sheared box every tile
+    /// of the row beyond the edge is adjacent, as rows slide past each other.
     pub(crate) fn touching(&self, tile: [u32; 3]) -> Vec<usize> {
         let is_sheared = self.domain.images().shear().is_some();
         let mut numbers = Vec::with_capacity(OFFSETS);
@@ -352,8 +353,8 @@ pub(crate) fn offset(number: usize) -> [i32; 3] {
     [number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1]
 }
 
-/// Number of the offset from one tile to an adjacent one, for `tiles` tiles along each axis; `None`
-/// if they are not adjacent. If several offsets lead there, the choice is fixed.
+/// Number of the offset from one tile to another, for `tiles` tiles along each axis; `None` if they
+/// are not adjacent. If several offsets connect them, the choice is fixed.
 pub(crate) fn offset_number(tiles: [u32; 3], from: [u32; 3], to: [u32; 3]) -> Option<usize> {
     let mut number = 0;
     for axis in (0..3).rev() {

@@ -362,7 +362,7 @@ pub enum DsmcError {
         "restitution {restitution} with the inelastic displacement d (1 + r)/(2r) = {displacement}; allowed: up to the \
          shortest side {side}, and a diameter", restitution = format_short(*restitution), displacement = format_short(*displacement), side = format_short(*side))]
     FarDisplacement {
-        /// Restitution at the thermal speed.
+        /// Coefficient of restitution at the thermal speed.
         restitution: f64,
         /// Displacement of the largest particles \[length\].
         displacement: f64,

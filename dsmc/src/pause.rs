@@ -1,7 +1,7 @@
 //! Pauses between two steps.
 
-/// Pause between two steps, in the middle of the flight from one to the other. The gas is
-/// consistent there. If the advance continues to the same time, the next step is that of a run
+/// Pause between two time steps, in the middle of a free flight, where all simulators have the same
+/// time. If the advance continues to the same end time, the next step equals the step of a run
 /// without the pause.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pause {

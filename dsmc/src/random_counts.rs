@@ -6,7 +6,7 @@ use rand::{Rng, RngExt};
 ///
 /// The number of candidate pairs needs the exact mean and a small variance. Poisson numbers, exact
 /// for an isolated cell, increase the diffusion in cells with few partners by 0.85 over the number
-/// in a cell; random rounding by half of that (`docs/development/monte-carlo.md`). Carrying the
+/// in a cell; random rounding by half as much (`docs/development/monte-carlo.md`). Carrying the
 /// remainder to the next step does as well, but must be stored.
 #[inline(always)]
 pub(crate) fn draw_whole(mean: f64, stream: &mut impl Rng) -> u64 {

@@ -11,8 +11,8 @@ use crate::random_counts::draw_whole;
 /// Number of steps between two adaptations.
 const EVERY: u64 = 16;
 
-/// Flight numbers stay below it, so that draws here have distinct addresses.
-const HERE: u64 = 1 << 63;
+/// First number of the random streams of regions; numbers of flights stay below it.
+const REGION_STREAMS: u64 = 1 << 63;
 
 impl<P, F> DsmcEngine<P, F>
 where
@@ -20,8 +20,8 @@ where
     F: DisplacementTracking<P::Space>,
 {
     /// Doubles or halves the weights of regions that hold too few or too many simulators. Each
-    /// simulator there is deleted, kept or doubled at random; the change is entered in the balance
-    /// ledger. Tiles must be sorted before, and are sorted after.
+    /// simulator of such a region is deleted, kept or doubled at random; the change is entered in
+    /// the balance ledger. Tiles must be sorted before, and are sorted after.
     pub(crate) fn follow_number(&mut self) {
         let Some(surroundings) = &self.surroundings else {
             return;
@@ -39,7 +39,7 @@ where
         }
         let draws = self
             .streams
-            .bundle(Purpose::Balance, HERE | self.tally.steps);
+            .bundle(Purpose::Balance, REGION_STREAMS | self.tally.steps);
         let mut simulators = Vec::with_capacity(self.simulators);
         for cell in self.cells_in_order() {
             let (tile, local) = self.grid.locate(cell);

@@ -88,7 +88,7 @@ fn independent<P: ParticleModel>(
     state.bodies.iter().map(turned).collect()
 }
 
-/// Draws a vector with components uniform from 0 to those of `lengths`.
+/// Draws a vector with uniform components, each from 0 to the component of `lengths`.
 fn random_vector<P: ParticleModel>(lengths: VectorOf<P>, stream: &mut impl Rng) -> VectorOf<P> {
     let mut vector = VectorOf::<P>::default();
     for axis in 0..P::Space::DIMENSION {

@@ -47,7 +47,7 @@ pub enum PartnerSelection {
     WithinCell,
     /// A simulator of the cell at the contact distance along a random line of centres.
     ContactCell,
-    /// A simulator that overlaps, here or in a neighbouring cell.
+    /// A simulator that overlaps, in the same cell or a neighbouring one.
     Overlap,
     /// A simulator within a radius around the point of contact, or the nearest to it.
     AroundContact,
@@ -74,7 +74,7 @@ pub enum DensityWindow {
     Adaptive,
 }
 
-/// Properties of a scheme: all that tells it from the others with the same partner selection.
+/// Properties in which collision schemes differ, also schemes with the same partner selection.
 #[derive(Clone, Copy, Debug)]
 pub struct SchemeProperties {
     /// Name in file names and tables.
@@ -93,9 +93,9 @@ pub struct SchemeProperties {
     pub max_contact_value: f64,
     /// Default clearance of walls: centres of point-like particles, surfaces of hard ones.
     pub clearance: WallClearance,
-    /// True if the uniform shear flow between partners contributes to their approach speed, and they
-    /// carry momentum over their distance: that of contact, as in Enskog's theory, or that of the
-    /// centres where they overlap. Other partners are treated as points.
+    /// True if the uniform shear flow between partners contributes to their approach speed, and
+    /// partners carry momentum over their distance: the contact distance, as in Enskog's theory, or
+    /// the distance of their centres if they overlap. Other partners are treated as points.
     pub feels_flow: bool,
     /// Branch of the random streams of a replica: schemes draw different numbers.
     pub random_branch: u64,
@@ -103,8 +103,8 @@ pub struct SchemeProperties {
 
 /// Collision scheme: which pairs collide, and how often.
 ///
-/// Collision rates per pair are those of kinetic theory times chi. The first four draw pairs within
-/// a cell; the last three draw partners by position, at about a contact distance d.
+/// Collision rates per pair are the rates of kinetic theory times chi. The first four schemes draw
+/// pairs within a cell; the last three draw partners by position, at about a contact distance d.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Scheme {
     /// No collisions at all: free molecular flow.
@@ -188,7 +188,7 @@ impl Scheme {
 
     /// Properties of the scheme.
     pub const fn properties(self) -> SchemeProperties {
-        /// Limit of chi of schemes without their own: beyond that of any packing.
+        /// Limit of chi for schemes without a limit of their own: beyond chi at any packing.
         const UNLIMITED: f64 = 1e3;
         /// Properties that most schemes within cells share.
         const WITHIN_CELL: SchemeProperties = SchemeProperties {
@@ -271,7 +271,7 @@ impl Scheme {
         }
     }
 
-    /// Scheme with other settings of its own; those that it does not have are ignored.
+    /// The same scheme with other settings; settings that the scheme lacks are ignored.
     #[must_use]
     pub fn with_settings(self, settings: SchemeSettings) -> Self {
         match self {
@@ -307,8 +307,8 @@ impl Scheme {
     }
 
     /// Returns true if partners are drawn by position, also from other cells. Their collisions
-    /// carry momentum over the distance of the partners, as those of exact particles do, and their
-    /// virial is part of the pressure. Partners within a cell are treated as points.
+    /// carry momentum over the distance of the partners, as collisions of exact particles do, and
+    /// their virial is part of the pressure. Partners within a cell are treated as points.
     pub fn is_cross_cell(self) -> bool {
         matches!(
             self.partners(),
@@ -318,7 +318,7 @@ impl Scheme {
         )
     }
 
-    /// Returns true if the collision rate is that of a dilute gas at any density.
+    /// Returns true if chi = 1, so that the collision rate is dilute at any density.
     pub fn is_dilute(self) -> bool {
         self.properties().contact == ContactLaw::Dilute
     }

@@ -26,7 +26,7 @@ use crate::threads::Pool;
 use crate::tile::{SendBuffer, Tile};
 
 /// Target number of simulators per tile: with its working copy a tile fits the second-level cache,
-/// 2 MB here; fewer simulators leave a larger tile.
+/// of 2 MB; fewer simulators leave a larger tile.
 const PER_TILE: usize = 8192;
 
 /// Target number of simulators per tile of cross-cell schemes: larger tiles need fewer ghost cells.
@@ -107,9 +107,9 @@ where
         )
     }
 
-    /// Starts an engine as [`DsmcEngine::start_between`] from one independent state for each
-    /// simulator of a particle. Needed where a state may not be shifted and rotated, as between
-    /// walls and in a flow.
+    /// Starts an engine between boundaries from one independent state for each simulator of a
+    /// particle. Needed where a state may not be shifted and rotated, as between walls and in a
+    /// flow.
     ///
     /// # Errors
     /// As [`DsmcEngine::start_between`], and unless there is a state for each simulator of a

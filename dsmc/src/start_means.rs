@@ -48,9 +48,9 @@ impl Means {
         }
     }
 
-    /// Number of simulators for which tiles are made, all together covering `covered`: that of the
-    /// start, or of an empty box filled by its inflows. It does not follow the present number, so
-    /// that a resumed run has the tiles of its start.
+    /// Number of simulators for which tiles are made: the number of the start, or of an empty box
+    /// filled by its inflows, where `covered` is the area or volume of all simulators together. It
+    /// does not follow the present number, so that a resumed run has the tiles of its start.
     pub(crate) fn expected(&self, covered: f64) -> usize {
         match self.simulators {
             0 => (covered * self.count / self.covered).min(MOST_SIMULATORS) as usize,

@@ -31,8 +31,8 @@ where
 {
     /// Advances by whole steps to the time `until`, with the last step shortened to end there
     /// exactly, or for `most_steps`. Returns `true` if the time was reached; `false` also if
-    /// [`DsmcEngine::set_stop_flag`] stopped it or [`DsmcEngine::set_pause_flag`] paused it. After a pause, the next
-    /// call with the same time continues as if there had been none.
+    /// [`DsmcEngine::set_stop_flag`] stopped it or [`DsmcEngine::set_pause_flag`] paused it. After
+    /// a pause, the next call with the same time continues as if there had been none.
     pub fn advance(&mut self, until: f64, most_steps: u64, observer: &mut dyn Observer) -> bool {
         if self.stop.has_ended() {
             return false;
@@ -373,8 +373,8 @@ where
         );
     }
 
-    /// Delivers particles that left their tile and sums the counters of all tiles: those of
-    /// boundaries, and of collisions if there were some.
+    /// Delivers simulators that left their tile, and sums the counters of all tiles: of boundaries,
+    /// and of collisions if `collided`.
     fn exchange(&mut self, collided: bool, looks: bool) {
         std::mem::swap(&mut self.departing, &mut self.arriving);
         self.far.clear();

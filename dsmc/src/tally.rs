@@ -138,7 +138,7 @@ impl<S: Space> Default for StepBounds<S> {
 pub(crate) struct EnergyUnit(f64);
 
 impl EnergyUnit {
-    /// Unit for energies that add up to about `total`, and at most to 64 times of it.
+    /// Unit for energies whose sum is about `total`, and at most 64 times `total`.
     pub(crate) fn for_total(total: f64) -> Self {
         let exponent = (total.to_bits() >> 52) as i32 - 1023;
         let power = (exponent + 1 - 58).clamp(-1000, 1000);

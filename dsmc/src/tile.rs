@@ -107,7 +107,8 @@ pub(crate) fn fit<T>(vector: &mut Vec<T>, count: usize) {
 /// Simulators of a block of cells.
 pub(crate) struct Tile<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(crate) place: TilePlace<P::Space>,
-    /// Simulators: after sorting, by cell; after a flight, those that stayed, by source cell.
+    /// Simulators: after sorting, by cell; after a flight, simulators that stayed, by source
+    /// cell.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
     /// Cell of each simulator after a flight, by its number in the tile.
     pub(crate) codes: Vec<u16>,

@@ -38,9 +38,8 @@ pub(crate) struct CollisionContext<'a, P: ParticleModel> {
     pub(crate) moment_ratio: f64,
     /// Uniform shear flow between partners.
     pub(crate) flow: CellFlow,
-    /// Relative speed that a pair may gain in the collisions of one step, beyond that of all
-    /// velocities at its start \[length/time\]: two contacts of each partner; 0 for laws that only
-    /// dissipate.
+    /// Relative speed that a pair may gain by the collisions of one time step, by two contacts of
+    /// each partner \[length/time\]; 0 for laws that only dissipate.
     pub(crate) heating: f64,
     /// Length of the step \[time\].
     pub(crate) step: f64,
@@ -247,7 +246,8 @@ where
         self.surroundings.and_then(|all| all.split_cell(at))
     }
 
-    /// Collides the sub-cells of a split cell. Returns the particles per simulator there.
+    /// Collides the simulators of each sub-cell of a split cell. Returns the particles per
+    /// simulator of the cell.
     #[inline(never)]
     fn collide_split<F: DisplacementTracking<P::Space>>(
         &self,
@@ -274,7 +274,7 @@ where
         weight
     }
 
-    /// Collides a cell or sub-cell. Returns the particles per simulator there.
+    /// Collides the simulators of a cell or sub-cell. Returns its particles per simulator.
     #[inline(always)]
     fn collide_cell<F: DisplacementTracking<P::Space>>(
         &self,
@@ -329,8 +329,8 @@ where
         cell.weight
     }
 
-    /// Collides a cell in a uniform shear flow that partners feel. Returns the particles per
-    /// simulator there.
+    /// Collides the simulators of a cell in a uniform shear flow that partners feel. Returns its
+    /// particles per simulator.
     ///
     /// The line of centres is drawn first, uniformly. The pair collides at a rate proportional to
     /// its approach speed along that line, which includes the flow over the contact distance
@@ -465,7 +465,7 @@ where
             * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
     }
 
-    /// Collides a pair of members.
+    /// Collides an accepted pair of simulators of a cell, and reports the collision.
     #[inline(always)]
     fn collide_pair<F: DisplacementTracking<P::Space>>(
         &self,

@@ -58,8 +58,8 @@ pub trait EventTimes {
     }
 
     /// Announces that the events of these disks come up in a number of buckets, the last of which
-    /// ends at a time. The plan is kept for them until then; after a jump of the calendar it may be
-    /// that of other disks.
+    /// ends at the time `end`. The plan is kept until then; after a jump of the calendar it may be
+    /// the plan for other disks.
     fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut PrefetchPlan) {}
 
     /// Prefetches the partner of a disk that the current bucket names. Returns the partner's
@@ -69,7 +69,7 @@ pub trait EventTimes {
     }
 }
 
-/// A priority queue of events.
+/// Priority queue of the next events of disks.
 ///
 /// Nothing is ever removed but by [`Calendar::pop`]: an entry is stale when its disk's next event
 /// is at another time. A calendar may drop stale entries, or announce them; the caller can
@@ -78,12 +78,12 @@ pub trait Calendar: Sized + Send + Sync {
     /// Creates a calendar that holds the events of all disks, none of which is earlier than `now`.
     fn new(agenda: &impl EventTimes, now: f64) -> Self;
 
-    /// Adds the next event of a disk, in place of the one before if that did not come up; not
-    /// earlier than the last one popped. An infinite time means no event. A disk whose event was
-    /// popped gets its next one before the next pop.
+    /// Adds the next event of a disk, which replaces an earlier entry of the disk that was not
+    /// popped; not earlier than the last event popped. An infinite time means no event. A disk
+    /// whose event was popped gets its next one before the next pop.
     fn push(&mut self, entry: CalendarEntry);
 
-    /// Adds an event as [`Self::push`], unless the calendar holds it already.
+    /// Adds the next event of a disk, unless the calendar holds it already.
     fn push_once(&mut self, entry: CalendarEntry) {
         self.push(entry);
     }
@@ -91,7 +91,7 @@ pub trait Calendar: Sized + Send + Sync {
     /// Removes and returns the earliest event if it is not later than `until`.
     fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<CalendarEntry>;
 
-    /// Memory held \[bytes\].
+    /// Memory of the calendar \[bytes\].
     fn memory_bytes(&self) -> usize;
 }
 
@@ -105,8 +105,8 @@ fn entries(agenda: &impl EventTimes) -> impl Iterator<Item = CalendarEntry> {
         .filter(|entry| entry.time.is_finite())
 }
 
-/// Estimates the rate of events from the waits for them: from the earliest twentieth, unless those
-/// coincide.
+/// Estimates the rate of events from the waits for them: from the earliest twentieth, unless these
+/// waits coincide \[1/time\].
 pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
     waits.retain(|&wait| wait > 0.0);
     if waits.is_empty() {
@@ -148,12 +148,12 @@ impl Calendar for Sorted {
     }
 }
 
-/// A ring of time buckets.
+/// Calendar of events in a ring of time buckets.
 ///
 /// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that
 /// names disks but no times, so that filing an event waits for nothing: the line is only written
 /// to. When it becomes the current one, the time of each of its disks is looked up, which also
-/// shows the stale ones, and those of this bucket are lined up. An event of the current bucket
+/// shows the stale ones, and the events of this bucket are lined up. An event of the current bucket
 /// joins them, one beyond the ring goes to the far list, which is looked through four times a turn,
 /// and one that finds its bucket full to a heap. As the disks of the next buckets are known, they
 /// are prefetched before their turn.
@@ -186,7 +186,7 @@ pub struct Buckets {
     plans: [PrefetchPlan; AHEAD],
     /// Number of disks named in the ring and the spill.
     near: usize,
-    /// Number of events popped since the current bucket was that of number `since`.
+    /// Number of events popped since the current bucket was the bucket with the number `since`.
     popped: usize,
     since: u64,
     last_time: f64,
@@ -210,10 +210,10 @@ impl Soon {
 #[repr(align(64))]
 struct Bucket([u32; NAMES]);
 
-/// Events that a bucket should hold.
+/// Number of events that a bucket should hold.
 const LOAD: f64 = 8.0;
 
-/// Loads between which the width stays.
+/// Numbers of events per bucket between which the width of buckets stays.
 const LOADS: [f64; 2] = [5.0, 11.0];
 
 /// Most events whose earliest is found by comparing all.
@@ -225,7 +225,7 @@ const BLOCK: usize = 4;
 /// Entries of the far list ahead that times are prefetched.
 const LOOK_AHEAD: usize = 16;
 
-/// Most events that wait for their buckets.
+/// Largest number of events that wait to be written into their buckets.
 const WAITING: usize = 32;
 
 impl Buckets {
@@ -259,7 +259,7 @@ impl Buckets {
         self.ring.len() as u64 / 4
     }
 
-    /// Files an event, unless there is none.
+    /// Files an event, unless its time is infinite.
     #[inline]
     fn file(&mut self, entry: CalendarEntry) {
         if !entry.time.is_finite() {

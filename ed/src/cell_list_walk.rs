@@ -3,7 +3,7 @@
 use crate::cells::NONE;
 use crate::record::DiskRecord;
 
-/// Most lists open at a time, for cells at rest: those of four by four.
+/// Most lists of cells open at a time, where cells are at rest: four by four.
 const STILL: usize = 16;
 
 /// Lists of disks, of one cell each, that are followed side by side: the next disk of each waits in
@@ -34,7 +34,7 @@ impl<const RING: usize> CellListWalk<RING> {
         self.end += usize::from(first != NONE) & usize::from(wanted);
     }
 
-    /// Returns the next disk of any list, with its number and that of its cell.
+    /// Returns the next disk of any list, with its number and the number of its cell.
     #[inline(always)]
     pub(crate) fn next<'a>(
         &mut self,

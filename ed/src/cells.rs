@@ -6,8 +6,8 @@ use stosszahl_model::{images, memory};
 /// Number that stands for no disk.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Returns the index of a disk for the prefetch of its record; that of no disk is just before the
-/// first one, usually on the same page.
+/// Returns the index of a disk for the prefetch of its record; for [`NONE`] an address just before
+/// the first record, usually on the same page.
 #[inline(always)]
 pub(crate) fn line_of(disk: u32) -> usize {
     disk as i32 as usize
@@ -29,8 +29,8 @@ const OCCUPANCY: f64 = 0.45;
 const WIDEST: f64 = 64.0;
 
 /// Mean number of other disks in the cell of a disk, up to which cells of a dilute gas are as wide
-/// as its density asks for. A uniform gas has [`OCCUPANCY`] of them; a gas that is dense in some
-/// place has narrower cells.
+/// as its density asks for. A uniform gas has [`OCCUPANCY`] of them; a gas with dense regions has
+/// narrower cells.
 const CROWDED: f64 = 2.0;
 
 /// Fewest columns and rows of wide cells.
@@ -76,10 +76,11 @@ pub(crate) struct CellLists {
     narrow: bool,
     /// True if cells are wider than squares of separations allow.
     wide: bool,
-    /// Contribution of a column to the index of a cell in memory; the two before the first and the
-    /// two after the last are their periodic images, or the one beyond the wall.
+    /// Contribution of a column to the index of a cell in memory; two columns before the first
+    /// and two after the last are their periodic images, or the column beyond the wall.
     columns: Vec<u32>,
-    /// Contribution of a row to the index of a cell in memory, with images like those of `columns`.
+    /// Contribution of a row to the index of a cell in memory; two rows before the first and two
+    /// after the last are their periodic images, or the row beyond the wall.
     rows: Vec<u32>,
     firsts: Vec<u32>,
 }
@@ -105,8 +106,8 @@ impl CellLists {
         Self::with_counts(lengths, periodic, counts, narrow[0] || narrow[1])
     }
 
-    /// Least width of cells: squares of separations allow it, and memory holds their number; a
-    /// little less than that of the cells made \[length\].
+    /// Least width of cells for which squares of separations are accurate and memory holds all
+    /// cells \[length\]. The cells made are a little wider.
     fn least_width(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> f64 {
         // Wider than a diameter by more than positions are rounded.
         let narrowest = largest_diameter * (1.0 + 1e-9);
@@ -223,7 +224,7 @@ impl CellLists {
         }
     }
 
-    /// Returns this grid without disks.
+    /// Returns a grid of the same cells without disks.
     pub(crate) fn emptied(&self) -> Self {
         Self {
             columns: self.columns.clone(),
@@ -257,16 +258,16 @@ impl CellLists {
         self.width
     }
 
-    /// Returns the index in memory of the cell `right` and `up` of the one before: 0 for the column
-    /// or row before, 1 for the same, 2 for the one after.
+    /// Returns the index in memory of a neighbour of a cell. `right` and `up` are 0 for the column
+    /// or row before the cell's own, 1 for its own, and 2 for the next.
     #[inline]
     pub(crate) fn place(&self, cell: CellCoordinates, right: usize, up: usize) -> usize {
         let [x, y] = cell.map(usize::from);
         (self.columns[x + right + 1] + self.rows[y + up + 1]) as usize
     }
 
-    /// Returns the parts of the indices in memory of the cells around one: each index is the sum of
-    /// one of three for the column and one of three for the row.
+    /// Returns the contributions of three columns and of three rows to the indices in memory of a
+    /// cell and its neighbours: each index is the sum of two of them.
     #[inline(always)]
     pub(crate) fn cells_around(&self, cell: CellCoordinates) -> ([u32; 3], [u32; 3]) {
         let [x, y] = cell.map(usize::from);
@@ -277,8 +278,8 @@ impl CellLists {
         )
     }
 
-    /// Returns the indices in memory of three cells side by side across an axis, the middle one of
-    /// which is some steps from a cell along it, two at most, forward or backward.
+    /// Returns the indices in memory of three cells side by side across an axis. The middle cell is
+    /// `steps` steps, two at most, from `cell` along the axis, forward or backward.
     #[inline(always)]
     pub(crate) fn across(
         &self,
@@ -296,9 +297,9 @@ impl CellLists {
         [place + across[0], place + across[1], place + across[2]]
     }
 
-    /// Returns the parts of indices in memory, along an axis, of the four columns or rows around
-    /// two adjacent cells, and the first of the three around each cell. `None` for cells that are
-    /// not adjacent, and in a grid that is too small.
+    /// Returns the contributions to indices in memory of the four columns or rows around two
+    /// adjacent cells, and for each cell the first of the three around it. `None` for cells that
+    /// are not adjacent, and in a grid that is too small.
     #[inline(always)]
     pub(crate) fn around_both(
         &self,
@@ -333,7 +334,7 @@ impl CellLists {
         (cell, offset)
     }
 
-    /// Returns the corner of a cell.
+    /// Returns the lower left corner of a cell \[length\].
     pub(crate) fn corner(&self, cell: CellCoordinates) -> Vector2<f64> {
         vector![
             f64::from(cell[0]) * self.width[0],
@@ -360,8 +361,8 @@ impl CellLists {
         }
     }
 
-    /// Returns the vector from the corner of the second cell to that of the first, over the nearest
-    /// image.
+    /// Returns the vector from the corner of the second cell to the corner of the first, over the
+    /// nearest image.
     #[inline(always)]
     pub(crate) fn corner_offset(
         &self,
@@ -411,7 +412,7 @@ impl CellLists {
         (self.place(cell, 1, 1), boxes)
     }
 
-    /// Returns images of a separation around the box: the nearest, and those next to it.
+    /// Returns periodic images of a separation: the nearest image, and the images next to it.
     pub(crate) fn images_of(&self, separation: Vector2<f64>) -> impl Iterator<Item = Vector2<f64>> {
         let mut nearest = separation;
         for axis in 0..2 {
@@ -437,8 +438,8 @@ impl CellLists {
         vector![nearest, separation[1]]
     }
 
-    /// Returns images of a separation around the box along the first axis: the nearest, and those
-    /// next to it.
+    /// Returns periodic images of a separation along the first axis: the nearest image, and the
+    /// images next to it.
     pub(crate) fn images_along(
         &self,
         separation: Vector2<f64>,
@@ -459,8 +460,8 @@ impl CellLists {
         self.columns[(column + below - above + 2) as usize]
     }
 
-    /// Returns the contributions to indices in memory of four columns side by side, from one of the
-    /// box on.
+    /// Returns the contributions to indices in memory of four columns side by side, from the column
+    /// `first` on.
     #[inline(always)]
     pub(crate) fn four_columns(&self, first: i32) -> [u32; 4] {
         // The table repeats the last two columns before the first.
@@ -481,7 +482,7 @@ impl CellLists {
         self.firsts[place]
     }
 
-    /// Makes a disk the first of the cell at an index in memory; returns the one it was before.
+    /// Makes a disk the first of the cell at an index in memory; returns the previous first disk.
     #[inline]
     pub(crate) fn set_first(&mut self, place: usize, disk: u32) -> u32 {
         std::mem::replace(&mut self.firsts[place], disk)
@@ -493,18 +494,18 @@ impl CellLists {
         memory::prefetch(&self.firsts, place);
     }
 
-    /// Memory held \[bytes\].
+    /// Memory of the cell lists \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         4 * (self.firsts.capacity() + self.columns.capacity() + self.rows.capacity())
     }
 }
 
-/// Image of a separation, the relative velocity of that image, and the velocity of the row of the
-/// first disk less that of the second.
+/// Image of a separation, the relative velocity of this image, and the difference of the velocities
+/// of the two disks' rows, first less second.
 pub(crate) type SeparationImage = (Vector2<f64>, Vector2<f64>, f64);
 
-/// Returns the image that is approached fastest among those that touch within rounding; the nearest
-/// if none does.
+/// Returns the fastest approached image of those at contact within rounding; the nearest image if
+/// none is at contact.
 pub(crate) fn approached(
     images: impl Iterator<Item = SeparationImage>,
     distance: f64,

@@ -4,15 +4,15 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::WallLedger;
 use stosszahl_model::{ParticleModel, ParticleState, ShearWork, State};
 
-/// Rule of which collisions lose energy.
+/// Rule for which collisions lose energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum DissipationRule {
-    /// No collisions lose energy: the laws of the scene and its walls are ignored (to equilibrate).
-    /// Contacts are elastic and smooth, also with moving walls.
+    /// No collisions lose energy, so that a gas equilibrates: all contacts are elastic and smooth,
+    /// also with moving walls.
     Elastic,
-    /// All collisions lose energy, by the restitution of the scene.
+    /// All collisions lose energy, by the coefficients of restitution of disks and walls.
     Scene,
-    /// Collisions lose energy if the last contacts of both disks, including those with walls, are
+    /// Collisions lose energy if the last contacts of both disks, contacts with walls included, are
     /// older than this time \[time\]; others are elastic. This is the TC model of Luding &
     /// McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017, which prevents inelastic
     /// collapse.
@@ -44,7 +44,7 @@ impl EventCounters {
         self.collisions + self.rebounds
     }
 
-    /// Adds the counters of another tally.
+    /// Adds other counters to these, one by one.
     pub(crate) fn add(&mut self, other: &Self) {
         self.collisions += other.collisions;
         self.predictions += other.predictions;
@@ -65,11 +65,11 @@ pub struct EventDrivenCheckpoint<P: ParticleModel> {
     /// Time of each disk's last contact; empty unless the TC model needs it.
     pub last_contact: Vec<f64>,
     /// Image flags: number of times each disk has left the box on the right and at the top, less
-    /// that on the left and at the bottom. The position plus that many sides of the box is that of
-    /// a disk that was never wrapped. Empty unless requested, by a start that has flags for each
-    /// disk.
+    /// the number on the left and at the bottom. The position plus that many sides of the box is
+    /// the position of a disk that was never wrapped. Empty unless requested, by a start that has
+    /// flags for each disk.
     pub image_flags: Vec<[i32; 2]>,
-    /// Work done so far.
+    /// Counters of collisions and other events since the start of the run.
     pub tally: EventCounters,
     /// Number of contacts since time last advanced noticeably.
     pub stalled: u64,
@@ -98,7 +98,7 @@ impl<P: ParticleModel> Clone for EventDrivenCheckpoint<P> {
 }
 
 impl<P: ParticleModel> EventDrivenCheckpoint<P> {
-    /// Returns an empty gas in the same box, as a placeholder while an engine has the other.
+    /// Returns an empty gas in the box of `other`, as a placeholder while an engine has the gas.
     pub(crate) fn nowhere(other: &Self) -> Self {
         let (time, domain) = (other.state.time, other.state.domain);
         Self::from(State {
@@ -108,7 +108,7 @@ impl<P: ParticleModel> EventDrivenCheckpoint<P> {
         })
     }
 
-    /// Memory held \[bytes\].
+    /// Memory of the checkpoint \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         self.state.bodies.capacity() * size_of::<ParticleState<P>>()
             + self.last_contact.capacity() * 8

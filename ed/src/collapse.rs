@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use crate::cells::NONE;
 
-/// Collisions without progress of time that count as a collapse, beyond those that many disks may
-/// have at once.
+/// Number of collisions without progress of time that count as a collapse, besides a number that
+/// grows with the number of disks.
 const COLLAPSE: u64 = 4000;
 
 /// Latest collisions whose disks are the cluster of a collapse.
@@ -29,7 +29,8 @@ const FINE: f64 = 1e-13;
 /// either.
 const COARSE: f64 = 1e-12;
 
-/// Crossings without a collision, beyond those that many disks need, after which a run is given up.
+/// Cell crossings without a collision after which a run is given up, plus a number that grows with
+/// the number of disks.
 pub(crate) const PATIENCE: u64 = 10_000_000;
 
 /// Number of cells that are cleared in about the time of a crossing, or less: the limit for a gas
@@ -41,7 +42,7 @@ const CELLS_OF_A_CROSSING: usize = 512;
 pub(crate) struct CollapseDetector {
     /// Engine time at which time last advanced noticeably.
     time: f64,
-    /// Number of contacts at that time.
+    /// Number of contacts when time last advanced.
     collisions: u64,
     /// Pair and engine time of the last collisions.
     recent: [([u32; 2], f64); RECENT],
@@ -55,13 +56,13 @@ pub(crate) struct CollapseDetector {
 pub(crate) struct ContactInfo {
     pub(crate) pair: [u32; 2],
     pub(crate) now: f64,
-    /// Absolute time of the contact.
-    pub(crate) age: f64,
+    /// Absolute time of the contact, in the unit of engine time.
+    pub(crate) absolute_time: f64,
     /// Engine time in which a typical disk moves by its diameter.
     pub(crate) unit: f64,
     /// Number of disks.
     pub(crate) disks: usize,
-    /// True if disks fly straight.
+    /// True if disks fly straight, without gravity.
     pub(crate) straight: bool,
 }
 
@@ -70,17 +71,16 @@ impl ContactInfo {
     /// diameter; `None` if there is no time to compare with.
     #[inline(always)]
     pub(crate) fn is_negligible(&self, approach: f64, diameter: f64) -> Option<bool> {
-        let way = approach.abs() * self.age.abs();
+        let way = approach.abs() * self.absolute_time.abs();
         (way > 0.0).then_some(way < FEEBLE * diameter)
     }
 
-    /// Returns the largest advance of time that counts as none. Legs end, and epochs move, but a
-    /// collapse does not: its collisions are counted across legs, and time is measured against its
-    /// absolute value.
+    /// Returns the largest advance of engine time that counts as none: a fixed share of the
+    /// absolute time, so that it does not depend on the epoch of the engine.
     #[inline(always)]
     fn resolution(&self) -> f64 {
         let fine = if self.straight { FINE } else { COARSE };
-        fine * (self.age.abs() + self.unit)
+        fine * (self.absolute_time.abs() + self.unit)
     }
 }
 
@@ -175,15 +175,15 @@ impl CollapseDetector {
         self.has_stopped(number, latest)
     }
 
-    /// Counts a contact with usual approach, after others like it; true if it is a collapse. Of
-    /// many in a row only [`Self::counts`] need be counted.
+    /// Counts a contact with an approach that is not negligible, after another such contact; true
+    /// if it is a collapse. Of many in a row only the numbers of [`Self::counts`] need be counted.
     pub(crate) fn usual_collision(&mut self, number: u64, latest: &ContactInfo) -> bool {
         self.remember(number, latest);
         self.has_stopped(number, latest)
     }
 
-    /// Returns the contacts from one number to another, inclusive, that change the detector: those
-    /// at which the time is checked, and the last ones.
+    /// Returns the numbers of the contacts from `first` to `last` that change the detector:
+    /// contacts at which the time is checked, and the last [`RECENT`].
     pub(crate) fn counts(first: u64, last: u64) -> impl Iterator<Item = u64> {
         let late = first.max((last + 1).saturating_sub(RECENT as u64));
         let looks = (first.next_multiple_of(LOOK)..late).step_by(LOOK as usize);
@@ -246,7 +246,7 @@ mod tests {
             let latest = |number: u64| ContactInfo {
                 pair: [number as u32, 7],
                 now: 1e-3 * number as f64,
-                age: 1.0,
+                absolute_time: 1.0,
                 unit: 1.0,
                 disks: 10,
                 straight: true,

@@ -18,7 +18,7 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Collides two disks.
+    /// Changes velocities and spins of two disks at their contact, and records the collision.
     #[inline(always)]
     pub(crate) fn collide(
         &mut self,
@@ -124,7 +124,7 @@ where
         ContactInfo {
             pair,
             now,
-            age: self.epoch * self.speed + now,
+            absolute_time: self.epoch * self.speed + now,
             unit: self.unit,
             disks: self.names.len(),
             straight: P::Field::FREE,
@@ -165,7 +165,7 @@ where
     }
 
     /// Returns the outcome of the normal law of a contact, in physical units; `None` if it is
-    /// elastic and smooth, whatever the scene says.
+    /// elastic and smooth, also where the restitution is below one.
     #[inline(always)]
     fn restitution(
         &mut self,

@@ -44,7 +44,7 @@ pub fn time_to_contact(
 ///
 /// Which candidate will touch is unpredictable, and a wrong prediction of the processor costs as
 /// much as the evaluation of two. So all candidates undergo the same operations without a branch.
-/// Only those that touch, about one in five, need the root and the division.
+/// Only candidates that will touch, about one in five, need the root and the division.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidates {
     touching: [Touching; Self::ROOM],
@@ -109,9 +109,9 @@ impl Candidates {
         })
     }
 
-    /// Adds a candidate as [`Self::add`], for separations of any length. The discriminant
+    /// Adds a candidate if it will touch, at a separation of any length. The discriminant
     /// `(r.g)^2 - g^2 (r^2 - d^2)` is `g^2 d^2 - (r x g)^2`, in which nothing of the order of r^2
-    /// cancels. It is slower, and has other digits.
+    /// cancels. It is slower than [`Self::add`], and rounds differently.
     #[inline(always)]
     pub(crate) fn add_far(
         &mut self,
@@ -142,7 +142,7 @@ impl Candidates {
     /// Returns the earliest contact before `limit` and its disk, the first added of simultaneous
     /// ones, and removes all candidates.
     ///
-    /// Each time is that of [`time_to_contact`], bit by bit. `slides` returns true for a disk that
+    /// Each time equals [`time_to_contact`], bit by bit. `slides` returns true for a disk that
     /// touches already, with its b = r . g, if its contact does not count.
     #[inline(always)]
     pub(crate) fn earliest(
@@ -164,8 +164,8 @@ impl Candidates {
         found
     }
 
-    /// Returns all candidates and their contact times, also those left to the other disk, and
-    /// removes them.
+    /// Returns all candidates and their contact times, also if the candidate has an earlier contact
+    /// of its own, and removes them.
     pub(crate) fn all_candidates(
         &mut self,
         slides: impl Fn(u32, f64) -> bool,

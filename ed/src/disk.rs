@@ -17,10 +17,10 @@ use crate::prefetch_plan::PrefetchPlan;
 use crate::record::{DiskRecord, FIRST, VOID};
 use crate::sliding_rows::SlidingRows;
 
-/// All disks and the grid they are in.
+/// Disks of a gas, and the cell lists that hold them.
 pub(crate) struct DiskSystem<F> {
     pub(crate) all: Vec<DiskRecord>,
-    /// Flight between events.
+    /// Law of motion between events: straight, under gravity, or in a shear flow.
     pub(crate) motion: FlightMotion<F>,
     pub(crate) cells: CellLists,
     /// Sliding of the rows of cells, in a shear flow.
@@ -144,7 +144,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         -rate * (along - 0.5 * rate * across * flight) * across * flight
     }
 
-    /// Advances a disk to a time.
+    /// Moves a disk freely up to an engine time.
     #[inline(always)]
     pub(crate) fn advance(&mut self, who: u32, time: f64) {
         self.motion.advance(&mut self.all[who as usize], time);
@@ -164,7 +164,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
     }
 
     /// Restarts the collision count of a disk: contacts with it that were predicted at some count
-    /// must not be mistaken for those predicted when that count comes up again.
+    /// must not be mistaken for contacts predicted when the same count comes up again.
     #[cold]
     fn count_again(&mut self, who: u32) {
         self.recounts += 1;
@@ -186,9 +186,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
     }
 
     /// Returns the line of centres of two touching disks that are up to date, from the second to
-    /// the first. Also returns the velocity of the row of the first less that of the second, along
-    /// the flow. Of two images that touch, as they may in a narrow box, it is the one that is
-    /// approached.
+    /// the first, and the difference of the velocities of their rows along the flow, first less
+    /// second. If two images touch, as in a narrow box, the approached image counts.
     #[inline(always)]
     pub(crate) fn line(&self, first: u32, second: u32, distance: f64) -> (Vector2<f64>, f64) {
         let (one, other) = (&self.all[first as usize], &self.all[second as usize]);
@@ -211,7 +210,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (line, 0.0)
     }
 
-    /// Returns true if there are several grids.
+    /// Returns true if disks are listed in several grids, by their sizes.
     #[inline]
     pub(crate) fn hierarchical(&self) -> bool {
         self.levels.is_some()
@@ -300,9 +299,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         })
     }
 
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the
-    /// cells around it, or in the three of them `beyond` it along an axis, forward or backward.
-    /// Returns the number of candidates tested.
+    /// Searches the cells around a disk, which is up to date, for an earlier contact than the
+    /// predicted one; `beyond` limits the search to the three cells ahead along an axis, forward or
+    /// backward. Returns the number of candidates tested.
     #[inline(always)]
     pub(crate) fn search<S: Sizes>(
         &mut self,
@@ -333,7 +332,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         predictions
     }
 
-    /// Searches as [`Self::search`] in wide cells.
+    /// Searches wide cells around a disk for an earlier contact than the predicted one. Returns the
+    /// number of candidates tested.
     #[cold]
     #[inline(never)]
     fn search_far<S: Sizes>(
@@ -372,7 +372,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         disk.partner_count = select_unpredictable(known, count, VOID);
     }
 
-    /// Searches as [`Self::search`] in the finest grid; `FAR` as in [`Self::gather`].
+    /// Returns the earliest contact with disks of the finest grid, and the number of candidates
+    /// tested. `FAR` is true for wide cells.
     #[inline(always)]
     fn search_cells<S: Sizes, const FAR: bool>(
         &self,
@@ -390,8 +391,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         self.earliest::<S, FAR>(lists, candidates, who, sizes, tags)
     }
 
-    /// Searches as [`Self::search`] in all grids, except the smallest disks that
-    /// [`Self::search_cells`] finds.
+    /// Returns the earliest contact of a disk in all grids before the predicted one, and the number
+    /// of candidates tested. Pairs of smallest disks are left to [`Self::search_cells`].
     fn search_levels<S: Sizes>(
         &self,
         candidates: &mut Candidates,
@@ -420,8 +421,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (best, predictions)
     }
 
-    /// Calls `visit` with each disk of the hierarchy near another at a time and the separation of
-    /// the first from it; with the smallest disks near a smallest one only on request.
+    /// Calls `visit` with each disk near the disk `who` at a time, and with the separation of `who`
+    /// from it. If `who` is a smallest disk, other smallest disks are visited only on request.
     fn around_levels(
         &self,
         who: u32,
@@ -452,8 +453,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         levels.ring(&self.cells, home, level, radius, &mut look);
     }
 
-    /// Returns the earliest contact with the disks of open lists, before the one already known, and
-    /// the number of candidates.
+    /// Returns the earliest contact with the disks of open lists, if it is before the predicted
+    /// one, and the number of candidates tested.
     #[inline(always)]
     pub(crate) fn earliest<S: Sizes, const FAR: bool>(
         &self,
@@ -476,9 +477,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (best, looked)
     }
 
-    /// Innermost loop: adds candidates from the disks of open lists, which are evaluated when there
-    /// is no room for more, and at the end. Returns their number. The disk itself is among them:
-    /// without relative motion it is no hit. `FAR` for wide cells: [`Candidates::add_far`].
+    /// Innermost loop: adds candidates from the disks of open lists, and evaluates them when there
+    /// is no room for more, and at the end. Returns the number of candidates. The disk itself is a
+    /// candidate, but without relative motion it has no contact. `FAR` is true for wide cells.
     #[inline(always)]
     pub(crate) fn gather<S: Sizes, const FAR: bool>(
         &self,
@@ -499,7 +500,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Gathers candidates as [`Self::gather`] in the frames of the cells around.
+    /// Gathers candidates from the disks of open lists, with positions and velocities in the frames
+    /// of the cells around the disk. Returns their number.
     #[expect(clippy::too_many_arguments, reason = "two callers, a few lines above")]
     #[inline(always)]
     fn gather_in<S: Sizes, const FAR: bool>(
@@ -543,8 +545,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Deepest overlap of a disk of the given radius with another at a time \[length\]; 0 if there
-    /// is none.
+    /// Deepest overlap of a disk of the given radius with another disk at a time \[length\]; 0
+    /// without overlap.
     pub(crate) fn overlap(
         &self,
         who: u32,
@@ -572,7 +574,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Deepest overlap as [`Self::overlap`], in the frames of the cells around.
+    /// Deepest overlap of a disk with the disks of open lists, with positions in the frames of the
+    /// cells around it \[length\]; 0 without overlap.
     fn overlap_in(
         &self,
         frames: &impl CellFrames,
@@ -591,7 +594,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         worst
     }
 
-    /// Memory held \[bytes\].
+    /// Memory of disks and cell lists \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         self.all.capacity() * size_of::<DiskRecord>()
             + self.cells.memory_bytes()

@@ -38,22 +38,22 @@ const HORIZON: f64 = 4096.0;
 /// where cells are wide: positions are rounded to 4e-15 cells.
 const HORIZON_CELLS: f64 = 16.0;
 
-/// Order of the disks of a checkpoint.
+/// Order of the disks in a checkpoint.
 #[derive(Clone, Copy)]
 enum Order {
-    /// Order of the start.
+    /// Order of the disks in the start of the run.
     State,
-    /// Order of the cells, about.
+    /// Approximate order of the cells.
     Memory,
 }
 
 /// Event-driven dynamics of disks in a box: periodic, or between walls and around obstacles.
 ///
-/// An engine lives for one leg of a run: [`EventDrivenEngine::checkpoint`] and a new engine start
-/// the next one with a fresh epoch and the disks sorted in memory. As the leg is a function of the
-/// checkpoint alone, a run continues from it to the same bytes. In a long leg the engine does the
-/// same now and then. The times at which an engine stops on its way have no influence on where it
-/// goes.
+/// An engine lives for one leg of a run, a number of collisions: [`EventDrivenEngine::checkpoint`]
+/// and a new engine start the next leg with a fresh epoch and the disks sorted in memory. As the
+/// leg is a function of the checkpoint alone, a run continues from it to the same bytes. In a long
+/// leg the engine does the same now and then. The times at which an engine stops do not change its
+/// trajectory.
 pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) scene: P,
     pub(crate) dissipation: DissipationRule,
@@ -81,7 +81,7 @@ pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) speed: f64,
     /// Absolute time at which the engine time is zero.
     pub(crate) epoch: f64,
-    /// Current engine time.
+    /// Current engine time: absolute time since `epoch`, times `speed`.
     pub(crate) now: f64,
     /// Absolute time; exactly the requested one when it was reached \[time\].
     pub(crate) time: f64,
@@ -96,7 +96,7 @@ pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) rebounds: Vec<u32>,
     /// Number of collisions at which a fresh start is due.
     pub(crate) refresh: u64,
-    /// Engine time at which a fresh start is due.
+    /// Engine time at which the epoch is moved and disks are sorted anew.
     pub(crate) horizon: f64,
     pub(crate) progress: CollapseDetector,
     /// Engine time in which a typical disk moves by its diameter, since the last fresh start.
@@ -131,7 +131,7 @@ where
     ///
     /// # Errors
     /// As [`EventDrivenEngine::new`]; and if the boundaries do not fit the box, or a disk overlaps
-    /// one of them.
+    /// a boundary.
     pub fn between(
         scene: P,
         dissipation: DissipationRule,
@@ -186,8 +186,8 @@ where
         })
     }
 
-    /// Starts from a valid checkpoint. Its disks may be in another order than the scene's: `which`
-    /// of these each is.
+    /// Starts from a valid checkpoint, whose disks may be in another order than the particles of
+    /// the scene: `which` gives the index in the scene of each disk.
     pub(crate) fn from_checkpoint(
         scene: P,
         dissipation: DissipationRule,
@@ -303,9 +303,9 @@ where
         self.stop.on(interrupt);
     }
 
-    /// Returns true if an advance was interrupted. The state is then that of some moment within it,
-    /// and the engine advances no further. To get the bytes of a run without an interrupt, resume
-    /// from the checkpoint before that advance.
+    /// Returns true if an advance was interrupted. The state then belongs to some time within the
+    /// advance, and the engine advances no further. To get the bytes of a run without an interrupt,
+    /// resume from the checkpoint before the advance.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
@@ -490,7 +490,7 @@ where
         &self.surroundings.boundaries
     }
 
-    /// Returns the work done so far.
+    /// Returns the counters of collisions and other events since the start of the run.
     pub fn tally(&self) -> EventCounters {
         self.tally
     }
@@ -501,7 +501,7 @@ where
         self.stale
     }
 
-    /// Current time \[time\].
+    /// Absolute time of the gas \[time\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -525,7 +525,7 @@ where
         worst
     }
 
-    /// Memory held \[bytes\].
+    /// Memory of the engine \[bytes\].
     pub fn memory_bytes(&self) -> usize {
         self.disks.memory_bytes()
             + self.calendar.memory_bytes()

@@ -90,7 +90,7 @@ pub enum EventDrivenError {
         /// True if the box of the state is periodic along the axis.
         state: bool,
     },
-    /// The shear rate of the box is not that of the particles' flow.
+    /// The shear rate of the box differs from the shear rate of the particles.
     #[error(
         "the box of the state has the shear rate {found:?}, the scene {rate:?}; allowed are the same"
     )]
@@ -233,8 +233,8 @@ pub enum EventDrivenError {
 }
 
 impl EventDrivenError {
-    /// Returns true if the gas has collapsed: its state is that of this moment, and it does not
-    /// advance further.
+    /// Returns true if the gas has collapsed: its state is the state at the collapse, and it does
+    /// not advance further.
     pub fn is_collapse(&self) -> bool {
         matches!(
             self,

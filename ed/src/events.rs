@@ -24,8 +24,8 @@ pub(crate) struct Goal {
 
 /// Method to advance an engine other than event by event, with the same bytes.
 pub(crate) trait Leap<P: ParticleModel, Q: Calendar> {
-    /// Moves an engine towards a goal, as far as that pays. True if its time was reached, with
-    /// fewer collisions than its last.
+    /// Moves an engine towards a goal, as far as leaps pay. True if the time of the goal was
+    /// reached before its last collision.
     fn leap_towards(
         &mut self,
         engine: &mut EventDrivenEngine<P, Q>,
@@ -74,7 +74,8 @@ where
         self.advance_with(&mut Alone, until, most_collisions, observer)
     }
 
-    /// Advances as [`Self::advance`], with leaps where `leaps` makes them.
+    /// Advances to the time `until` or by a number of collisions, with leaps where `leaps` makes
+    /// them.
     pub(crate) fn advance_with(
         &mut self,
         leaps: &mut impl Leap<P, Q>,
@@ -162,7 +163,7 @@ where
         }
     }
 
-    /// Advances as [`Self::run_events`], while rows of cells keep their neighbours.
+    /// Advances event by event to a goal, which ends before the next step of sliding rows of cells.
     fn run_between_steps(
         &mut self,
         goal: &Goal,

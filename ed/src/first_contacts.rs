@@ -12,13 +12,13 @@ use crate::engine::EventDrivenEngine;
 
 /// Number of disks whose contacts are found by one thread at a time.
 const GROUP: usize = 1024;
-/// Number of groups whose contacts are kept at a time.
+/// Number of groups of [`GROUP`] disks whose contacts are kept at a time.
 const GROUPS: usize = 64;
 
-/// Contacts of a group of disks.
+/// Contacts of [`GROUP`] disks in sequence.
 #[derive(Default)]
 struct Ahead {
-    /// All contacts, as wait and partner, of one disk after the other.
+    /// Contacts, as wait \[time\] and partner, of one disk after the other.
     contacts: Vec<(f64, u32)>,
     /// End of the contacts of each disk.
     ends: Vec<usize>,

@@ -34,7 +34,7 @@ pub(crate) struct Sliding {
     pub(crate) x: [f64; 12],
     /// Position of a disk relative to the corners of cells, across the flow, by row.
     pub(crate) y: [f64; 4],
-    /// Velocity of the own row less that of each row.
+    /// Velocity of the disk's own row less the velocity of each row.
     pub(crate) slip: [f64; 4],
 }
 

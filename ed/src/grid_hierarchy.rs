@@ -36,7 +36,7 @@ pub(crate) struct GridHierarchy {
     grids: Vec<CellLists>,
     /// Level of each disk: 0 for the finest grid.
     of: Vec<u8>,
-    /// Least and largest radius at each level; `None` if no disk is there.
+    /// Least and largest radius at each level; `None` without disks.
     radii: Vec<Option<(f64, f64)>>,
 }
 
@@ -102,7 +102,7 @@ impl GridHierarchy {
         usize::from(self.of[disk as usize])
     }
 
-    /// Returns the levels above one at which there are disks.
+    /// Returns the levels coarser than `level` that have disks.
     pub(crate) fn above(&self, level: usize) -> impl Iterator<Item = usize> {
         (level + 1..self.radii.len()).filter(|&level| self.radii[level].is_some())
     }
@@ -122,13 +122,13 @@ impl GridHierarchy {
         &mut self.grids[level - 1]
     }
 
-    /// Returns the cell at a level that holds one of the finest grid.
+    /// Returns the cell at a level that contains the given cell of the finest grid.
     #[inline]
     pub(crate) fn parent(cell: CellCoordinates, level: usize) -> CellCoordinates {
         cell.map(|number| number >> level)
     }
 
-    /// Calls `visit` with the nine cells of a level around one of the finest grid.
+    /// Calls `visit` with the nine cells of a level around the cell `home` of the finest grid.
     #[inline]
     pub(crate) fn nine(
         &self,
@@ -221,8 +221,8 @@ impl GridHierarchy {
     }
 }
 
-/// Returns the least and largest distance, along one axis, of a point of an interval within a cell
-/// from one of the cell a number of steps further.
+/// Returns the least and largest distance along one axis between a point of a cell, in the interval
+/// `own`, and any point of the cell `steps` cells further \[length\].
 fn distances(own: &Range<f64>, steps: i32, width: f64) -> (f64, f64) {
     let begin = f64::from(steps) * width;
     let end = begin + width;
@@ -231,8 +231,8 @@ fn distances(own: &Range<f64>, steps: i32, width: f64) -> (f64, f64) {
     (near, far)
 }
 
-/// Returns the vector from the corner of one cell of the finest grid to that of another, a number
-/// of boxes away.
+/// Returns the vector from the corner of the cell `from` of the finest grid to the corner of the
+/// cell `to`, in the periodic image `boxes` away \[length\].
 pub(crate) fn shift(
     finest: &CellLists,
     from: CellCoordinates,

@@ -14,7 +14,7 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Returns true if there were so many contacts that the others need not be known.
+    /// Returns true if the strip's time window has logged the most contacts that it may.
     pub(crate) fn has_most_contacts(&self) -> bool {
         let window = self.window.as_ref();
         window.is_some_and(|window| window.contacts.len() as u64 > window.most[1])

@@ -13,18 +13,19 @@ use crate::disk::DiskSystem;
 /// Number of columns and rows around two adjacent cells.
 const SIDE: usize = 4;
 
-/// Cells around one of the two disks, as bits; to be shifted to the first of these cells.
+/// Nine cells around one of the two disks, as bits among the 16 cells around both; to be shifted to
+/// the first cell.
 const AROUND_ONE: u32 = 0x0777;
 
 impl<F: Field<Plane>> DiskSystem<F> {
     /// Predicts from nothing the next contacts of two disks that are up to date and in cells next
-    /// to each other. Returns the number of candidates tested, or `None` if the case is too special
-    /// for two at a time, and has to be done one by one.
+    /// to each other. Returns the number of candidates tested, or `None` if the pair needs
+    /// two separate predictions.
     ///
-    /// The contacts are those of one by one, bit by bit, for two disks that separate. Most disks
-    /// around one are also around the other, so that they are read once, and advanced once, for the
-    /// two lanes of a vector. A disk around one only has the position NaN for the other, and never
-    /// touches it.
+    /// For two disks that separate, the contacts equal those of separate predictions, bit by bit.
+    /// Most disks near one are also near the other, so that they are read and advanced once for the
+    /// two lanes of a vector. A disk near only one of them has the position NaN for the other, and
+    /// never touches it.
     #[inline(always)]
     pub(crate) fn predict_pair<S: Sizes>(
         &mut self,
@@ -68,8 +69,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         self.earliest_of_pair(lists, &frames, shared, [first, second], sizes, tags)
     }
 
-    /// Innermost loop: returns the earliest contacts of two disks with those of open lists, of
-    /// whose cells some are `shared`.
+    /// Innermost loop: returns the earliest contacts of two disks with the disks of open lists;
+    /// `shared` marks the cells around both.
     #[inline(always)]
     pub(crate) fn earliest_of_pair<S: Sizes, const RING: usize>(
         &mut self,

@@ -22,7 +22,7 @@ pub struct Event {
     pub pair: [usize; 2],
 }
 
-/// Indices of two disks, or of a disk and what it touched.
+/// Partners of a contact: indices of two disks, or of a disk and a boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactPartners {
     /// Two disks, the smaller index first.
@@ -42,9 +42,9 @@ pub struct PlainContact {
 
 /// Moves the gas through its next `collisions` collisions and lists them.
 ///
-/// For each, the contact times of all pairs over many periodic images are computed, the earliest is
-/// taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N boxes away are
-/// seen: the fewer the disks, the farther one flies before it collides.
+/// For each collision, the contact times of all pairs over many periodic images are computed, the
+/// earliest is taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N
+/// boxes away are seen: the fewer the disks, the longer the free flights.
 pub fn run_collisions<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,

@@ -14,8 +14,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the
-    /// cells around it: [`DiskSystem::search`].
+    /// Searches disks in the cells around a disk, walls and obstacles for an earlier contact than
+    /// the predicted one. The disk is up to date.
     #[inline(always)]
     pub(crate) fn search(&mut self, who: u32, beyond: Option<(usize, bool)>) {
         self.tally.predictions += self.disks.search(
@@ -28,8 +28,8 @@ where
         self.look_at_surroundings(who);
     }
 
-    /// Improves the predicted contact of a disk, which is up to date, by those with walls and
-    /// obstacles.
+    /// Searches walls and obstacles near a disk, which is up to date, for an earlier contact than
+    /// the predicted one.
     #[inline(always)]
     pub(crate) fn look_at_surroundings(&mut self, who: u32) {
         if !self.surroundings.is_empty() {
@@ -103,8 +103,8 @@ where
         self.calendar.push(CalendarEntry { time, disk: who });
     }
 
-    /// Advances rows of cells that slide to the next cells, and searches those that come into
-    /// reach.
+    /// Moves sliding rows of cells on by one cell, and searches the cells that come into reach for
+    /// contacts.
     pub(crate) fn step_rows(&mut self, seam: Seam) -> Result<(), EventDrivenError> {
         self.disks.rows.step(seam);
         let columns = self.disks.cells.counts()[0];
@@ -134,7 +134,7 @@ where
         self.count_crossing()
     }
 
-    /// Counts a crossing; an error if there were too many without a collision.
+    /// Counts a cell crossing; an error if there were too many crossings without a collision.
     #[inline(always)]
     fn count_crossing(&mut self) -> Result<(), EventDrivenError> {
         if let Some(crossings) = self.progress.crossing(self.names.len()) {

@@ -54,8 +54,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Sorts disks by whether they will touch others before a time, and finds the cells that the
-    /// others will follow.
+    /// Sorts disks into those that touch another disk before the time `end` and those that enter
+    /// another cell, and finds the cells whose lists the latter will read.
     #[inline(always)]
     fn plan(&self, disks: &[u32], end: f64, plan: &mut PrefetchPlan) {
         let mut crossings = [0; NAMES];

@@ -14,11 +14,11 @@ pub(crate) const NAMES: usize = 16;
 /// wrong prediction costs more than the sorting.
 #[derive(Clone, Copy, Debug)]
 pub struct PrefetchPlan {
-    /// Disks that will touch others: the first `touching`.
+    /// Disks that will touch another disk: the first `touching` entries.
     pub(crate) contacts: [u32; NAMES],
     pub(crate) touching: usize,
-    /// Indices of the cells whose lists a disk will follow that goes into the next cell: the first
-    /// `leaving`.
+    /// Indices of the cells whose lists a disk will read as it enters another cell: the first
+    /// `leaving` entries.
     pub(crate) followed: [[u32; 4]; NAMES],
     pub(crate) leaving: usize,
 }
@@ -32,7 +32,7 @@ impl PrefetchPlan {
         leaving: 0,
     };
 
-    /// Returns the disks that will touch others.
+    /// Returns the disks that will touch another disk.
     pub(crate) fn contacts(&self) -> &[u32] {
         &self.contacts[..self.touching.min(NAMES)]
     }

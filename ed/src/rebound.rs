@@ -108,7 +108,7 @@ where
         <P::Surface as Surface<Plane>>::scale_spin(self.spin(who), self.speed)
     }
 
-    /// Returns the law that acts: that of the wall, or an elastic one.
+    /// Returns the collision law of a boundary, or an elastic one where collisions lose no energy.
     fn law_of(&mut self, who: u32, rebound: &Rebound) -> Rebound {
         const SPECULAR: Rebound = Rebound::Restitutive {
             restitution: 1.0,

@@ -19,10 +19,11 @@ use crate::error::EventDrivenError;
 use crate::strips::{StripSettings, StripedEngine};
 use crate::surroundings::DiskBoundaries;
 
-/// Collisions per disk in one leg. A new leg costs about as much as a tenth of a collision per
-/// disk. A run that resumes from a checkpoint in a leg repeats up to that many.
+/// Collisions per disk in one leg, the part of a run between two fresh engines. A new leg costs
+/// about as much as a tenth of a collision per disk. A run that resumes from a checkpoint in a leg
+/// repeats up to that many.
 const LEG: u64 = 4;
-/// Fewest collisions in one leg.
+/// Fewest collisions in one leg of a run.
 const LEAST_LEG: u64 = 100_000;
 
 /// Disks for which one more thread pays.
@@ -68,7 +69,7 @@ pub fn simulate(
     boundaries: &DiskBoundaries,
     start: &Particles,
 ) -> Result<Box<dyn Simulation>, EventDrivenError> {
-    let begin = Begin {
+    let begin = EngineBuilder {
         dissipation,
         boundaries,
         shear: grains.shear(),
@@ -77,7 +78,7 @@ pub fn simulate(
     begin.choose(grains, start.all.len())
 }
 
-/// Resumes from [`Simulation::save_checkpoint`]; all other arguments must be those of the start.
+/// Resumes from [`Simulation::save_checkpoint`]; all other arguments must be as at the start.
 /// The last collisions before it, up to four of each disk or 100 000 in all, are repeated, which
 /// the interrupt can break off.
 ///
@@ -91,7 +92,7 @@ pub fn resume(
     checkpoint: &[u8],
     interrupt: &Interrupt,
 ) -> Result<Box<dyn Simulation>, EventDrivenError> {
-    let begin = Begin {
+    let begin = EngineBuilder {
         dissipation,
         boundaries,
         shear: grains.shear(),
@@ -106,8 +107,8 @@ enum Source<'a> {
     Checkpoint(&'a [u8], &'a Interrupt),
 }
 
-/// Builder of an engine of the types of a scene.
-struct Begin<'a> {
+/// Builder of an event-driven engine, whose type follows from the kind of particles.
+struct EngineBuilder<'a> {
     dissipation: DissipationRule,
     boundaries: &'a DiskBoundaries,
     /// Shear flow as it is at time 0.
@@ -115,7 +116,7 @@ struct Begin<'a> {
     from: Source<'a>,
 }
 
-impl Begin<'_> {
+impl EngineBuilder<'_> {
     /// Chooses the engine for the kinds of disks that differ in the data stored for a disk.
     fn choose(
         self,
@@ -226,9 +227,9 @@ fn flat(vector: Vector3<f64>) -> Vector2<f64> {
 /// Event-driven disks behind [`Simulation`].
 ///
 /// Between legs the gas is a checkpoint, and each leg makes a new engine. Within a leg the engine
-/// stops at the requested times. A checkpoint there holds that of the beginning of the leg and
-/// these times: a run that resumes from it repeats the leg up to there, to the same bytes. The
-/// stops have no influence on the trajectory.
+/// stops at the requested times. A checkpoint at a stop holds the checkpoint of the beginning of
+/// the leg and these times: a run that resumes from it repeats the leg up to there, to the same
+/// bytes. The stops have no influence on the trajectory.
 struct Disks<P: ParticleModel<Space = Plane>> {
     scene: P,
     dissipation: DissipationRule,
@@ -239,7 +240,7 @@ struct Disks<P: ParticleModel<Space = Plane>> {
     /// Position of each disk when displacements began; empty unless they are tracked.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
-    /// Latest contacts of the engine of the last leg.
+    /// Latest contacts at the end of the last leg, the engine's life between two checkpoints.
     recent: Option<RecentContacts>,
     spread: StripSettings,
     stop: Interruption,
@@ -254,15 +255,15 @@ enum Stage<P: ParticleModel<Space = Plane>> {
     Flying(Box<StripedEngine<P>>, Option<Box<Leg<P>>>),
 }
 
-/// Leg in progress.
+/// Part of a run that one engine does, from a checkpoint on.
 struct Leg<P: ParticleModel> {
     from: EventDrivenCheckpoint<P>,
-    /// Times that were reached since its begin.
+    /// Requested times at which the engine has stopped since the checkpoint \[time\].
     stops: Vec<f64>,
 }
 
-/// Content of a checkpoint: the gas, the times that its leg has reached since, and the origin of
-/// displacements.
+/// Content of a saved checkpoint: the gas at the beginning of the leg, the times at which the leg
+/// stopped, and the origin of displacements.
 type Kept<'a, P> = (
     Cow<'a, EventDrivenCheckpoint<P>>,
     Cow<'a, [f64]>,
@@ -285,7 +286,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Ends the leg: replaces the engine by a checkpoint.
+    /// Replaces the engine by a checkpoint, which ends a leg of the run.
     fn land(&mut self) -> &mut EventDrivenCheckpoint<P> {
         self.present.take();
         if let Stage::Flying(engine, leg) = &mut self.stage {
@@ -302,7 +303,8 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Begins a leg: makes an engine of the checkpoint, which is kept for the leg.
+    /// Makes an engine of the checkpoint. If `is_leg`, the checkpoint is kept as the beginning of a
+    /// leg of the run.
     fn take_off(&mut self, is_leg: bool) -> Result<&mut StripedEngine<P>, EventDrivenError> {
         self.present.take();
         if let Stage::Between(gas) = &mut self.stage {
@@ -340,7 +342,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Number of collisions that are left of the leg, or of a new one.
+    /// Number of collisions until the next fresh engine.
     fn left_of_leg(&mut self) -> u64 {
         let all = (LEG * self.particle_count() as u64).max(LEAST_LEG);
         let now = self.tally().collisions;
@@ -354,7 +356,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Repeats a leg up to its last stop.
+    /// Repeats the run from the checkpoint through all `stops`, with the same bytes.
     fn repeat(&mut self, stops: Vec<f64>) -> Result<(), EventDrivenError> {
         if stops.is_empty() {
             return Ok(());
@@ -417,8 +419,8 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Energy less the expected one of a shear flow, over work and dissipation; `None` without a
-    /// flow.
+    /// Error of the energy balance of a shear flow over the sum of work and dissipation; `None`
+    /// without a flow.
     fn shear_imbalance(&self) -> Option<f64> {
         let work = match &self.stage {
             Stage::Between(gas) => gas.shear_work,

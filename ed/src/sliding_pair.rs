@@ -18,8 +18,8 @@ const COLUMNS: usize = 8;
 /// Fewest columns and rows of a box in which the cells around a pair are all different.
 const LEAST: [u16; 2] = [8, 5];
 
-/// Cells around two disks: position of each relative to the corners of cells and of rows, and
-/// velocity of its row less that of each.
+/// Cells around two disks: position of each disk relative to the corners of cells and of rows, and
+/// velocity of its own row less the velocity of each row.
 struct SlidingPair {
     x: [[f64; 2]; ROWS * COLUMNS],
     y: [[f64; 2]; ROWS],
@@ -40,8 +40,8 @@ impl PairFrames for SlidingPair {
 }
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Predicts the contacts of a pair in rows that slide: most cells around one disk are around
-    /// the other too, in whichever rows both are.
+    /// Predicts the contacts of a pair in rows that slide: most cells around one disk are also
+    /// around the other, in the same row or not.
     #[inline(always)]
     pub(crate) fn predict_sliding_pair<S: Sizes>(
         &mut self,

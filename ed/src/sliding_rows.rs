@@ -32,7 +32,8 @@ pub(crate) struct SlidingRows {
     width: [f64; 2],
     columns: i32,
     rows: u16,
-    /// Displacement at engine time 0: zero inside the box, around it that of the box above.
+    /// Displacement of the next row at engine time 0: zero inside the box; over the top edge, the
+    /// displacement of the periodic image above.
     offsets: [f64; 2],
     /// Number of whole cells that the displacement has passed: inside the box, and around it.
     steps: [i64; 2],
@@ -85,7 +86,7 @@ impl SlidingRows {
         self.rate
     }
 
-    /// Velocity of a row less that of the row below.
+    /// Velocity of a row less the velocity of the row below.
     #[inline(always)]
     pub(crate) fn slip(&self) -> f64 {
         self.rate * self.width[1]
@@ -121,7 +122,8 @@ impl SlidingRows {
         self.offsets[seam] + self.slip() * now - self.steps[seam] as f64 * self.width[0]
     }
 
-    /// Returns the number in the box of a column at most two boxes to its left, or one to its right.
+    /// Returns the number in the box of a column at most two boxes to its left, or one to its
+    /// right.
     #[inline(always)]
     fn column(&self, column: i32) -> i32 {
         let columns = self.columns;
@@ -131,7 +133,7 @@ impl SlidingRows {
     }
 
     /// Returns the first of the four columns of the row above that a cell can be touched from, and
-    /// the distance of its corner from that of the cell.
+    /// the distance between the corners of this column and the cell along the flow.
     #[inline(always)]
     pub(crate) fn first_above(&self, [column, row]: CellCoordinates, now: f64) -> (i32, f64) {
         let seam = self.above(row);
@@ -140,7 +142,7 @@ impl SlidingRows {
     }
 
     /// Returns the first of the four columns of the row below that a cell can be touched from, and
-    /// the distance of its corner from that of the cell.
+    /// the distance between the corners of this column and the cell along the flow.
     #[inline(always)]
     pub(crate) fn first_below(&self, [column, row]: CellCoordinates, now: f64) -> (i32, f64) {
         let seam = Self::below(row);
@@ -178,9 +180,9 @@ impl SlidingRows {
         (self.column(column + beyond) as u16, place)
     }
 
-    /// Returns the vectors from the corner of the second cell to that of the first over the images
-    /// in adjacent rows, one for each way around the box. Each comes with the velocity of the first
-    /// row less that of the second.
+    /// Returns the vectors from the corner of the second cell to the corner of the first over the
+    /// images in adjacent rows, one for each way around the box. Each comes with the difference of
+    /// the velocities of the two rows, first less second.
     pub(crate) fn corner_offsets(
         &self,
         first: CellCoordinates,
@@ -196,8 +198,9 @@ impl SlidingRows {
             .map(move |step| this.in_row(first, second, step, now))
     }
 
-    /// Returns the one vector of [`Self::corner_offsets`] in a box of at least three rows, between cells
-    /// in the same row or in adjacent ones.
+    /// Returns the vector from the corner of the second cell to the corner of the first, in the
+    /// same row or an adjacent one, and the difference of the velocities of the two rows, first
+    /// less second. The box must have at least three rows.
     #[inline(always)]
     pub(crate) fn nearest_between(
         &self,
@@ -215,8 +218,9 @@ impl SlidingRows {
         self.in_row(first, second, step, now)
     }
 
-    /// Returns the vector from the corner of the second cell to that of the first over the image
-    /// `step` rows above, and the velocity of the first row less that of the second.
+    /// Returns the vector from the corner of the second cell to the corner of the first over the
+    /// image `step` rows above, and the difference of the velocities of the two rows, first less
+    /// second.
     #[inline(always)]
     fn in_row(
         &self,

@@ -11,9 +11,9 @@ use crate::frames::Sliding;
 use crate::record::DiskRecord;
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Opens the lists of the cells around one in rows that slide, of which these are `wanted`:
-    /// below, its own, above. Cells are numbered by four times the row and their place in it: of
-    /// four, or of three in the own row.
+    /// Opens the lists of the cells around a cell in sliding rows; `wanted` tells for the row
+    /// below, its own row and the row above whether they are read. The number of a cell is four
+    /// times its row plus its column: of four, or of three in the own row.
     #[inline(always)]
     pub(crate) fn open_sliding(
         &self,
@@ -48,9 +48,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Opens lists as [`Self::open_beyond`] where rows slide: the outermost cells of each row, or
-    /// those of the next row, and of the one that was left: of four cells there, three were around
-    /// before.
+    /// Opens the lists of cells that come into reach as a disk enters another cell in sliding rows:
+    /// along the flow the outermost cell of each row; across it the cells of the next row, and one
+    /// of the row that was left, where three of four cells were in reach before.
     #[inline(always)]
     pub(crate) fn open_beyond_sliding(
         &self,
@@ -94,9 +94,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         lists.open(disk, 8 * side + column, true);
     }
 
-    /// Improves the predicted contact of a disk, which is up to date, by those with disks in the
-    /// cell that has come into reach above it with the last step of rows. Returns the number of
-    /// candidates.
+    /// Searches the cell that has come into reach above a disk with the last step of rows for an
+    /// earlier contact than the predicted one. The disk is up to date. Returns the number of
+    /// candidates tested.
     pub(crate) fn search_newest<S: Sizes>(
         &mut self,
         candidates: &mut Candidates,

@@ -20,9 +20,9 @@ pub(crate) const SEAM: i32 = 1;
 pub(crate) struct StripRows {
     /// Rows that the strip owns.
     pub(crate) core: Range<i32>,
-    /// Number of rows of the halo on each side where there is a neighbour.
+    /// Number of rows of the halo on each side with a neighbouring strip.
     pub(crate) halo: i32,
-    /// True if there is a neighbour: below, above.
+    /// True if the strip has a neighbouring strip: below, above.
     pub(crate) neighbours: [bool; 2],
     /// Number of rows in the box, if it is periodic across the strips.
     pub(crate) around: Option<i32>,
@@ -72,8 +72,8 @@ pub(crate) struct SeamRecord<S> {
     pub(crate) last_contact: Option<f64>,
     pub(crate) rebounds: Option<u32>,
     pub(crate) winding: Option<ImageFlags>,
-    /// Hash of all disks in the cells around it, if the event was that of a disk on the other side
-    /// of the edge.
+    /// Hash of all disks in the cells around the disk, if the event belongs to a disk on the other
+    /// side of the edge.
     pub(crate) candidates: u64,
 }
 
@@ -82,7 +82,7 @@ pub(crate) struct SeamRecord<S> {
 pub(crate) struct LoggedContact {
     /// Engine time of the contact.
     pub(crate) now: f64,
-    /// Disk whose event it was, and the other or [`NONE`].
+    /// Disk whose event the contact is, and its partner; [`NONE`] for a wall or obstacle.
     pub(crate) pair: [u32; 2],
 }
 
@@ -97,9 +97,9 @@ pub(crate) struct WallImpulse {
 /// Events of one strip in one window of time, for comparison with its neighbours and for the merge.
 #[derive(Debug)]
 pub(crate) struct StripLog<P: ParticleModel> {
-    /// Rows of the strip. Events in its core count here; those in its halos are simulated twice.
+    /// Rows of the strip. Events in its core count; events in its halos are copies from neighbours.
     pub(crate) place: StripRows,
-    /// Lower and upper edge of the core, where there is a neighbour.
+    /// Lower and upper edge of the core; `None` without a neighbouring strip.
     pub(crate) edges: [Option<StripEdge<SpinOf<P>>>; 2],
     pub(crate) contacts: Vec<LoggedContact>,
     pub(crate) given: Vec<WallImpulse>,
@@ -129,7 +129,7 @@ pub(crate) struct StripLog<P: ParticleModel> {
     pub(crate) near: bool,
     /// Row of the disk before its event.
     pub(crate) row: i32,
-    /// True if the event counts here.
+    /// True if the event is in the core of the strip, which counts it.
     pub(crate) owns: bool,
     /// Work done before the event.
     pub(crate) tally: EventCounters,
@@ -178,7 +178,7 @@ impl<P: ParticleModel<Space = Plane>> StripLog<P> {
         window
     }
 
-    /// Clears the log for other rows.
+    /// Empties the log, for a strip with the rows `place`.
     pub(crate) fn renew(&mut self, place: &StripRows) {
         let rows_in_box = self.is_near.len();
         let mut contacts = std::mem::take(&mut self.contacts);
@@ -189,7 +189,7 @@ impl<P: ParticleModel<Space = Plane>> StripLog<P> {
         };
     }
 
-    /// Returns true if the current event counts here.
+    /// Returns true if the current event is in the core of the strip, which counts it.
     pub(crate) fn owns(&self) -> bool {
         self.owns
     }

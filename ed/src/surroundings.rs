@@ -69,18 +69,18 @@ pub(crate) struct Approach {
     pub(crate) radius: f64,
     /// Engine time of the position.
     pub(crate) clock: f64,
-    /// Wait for the next other event of the disk.
+    /// Wait until the next predicted event of the disk, beyond which contacts do not count.
     pub(crate) limit: f64,
 }
 
 /// Wall or obstacle that was touched.
 pub(crate) struct Touched {
     pub(crate) rebound: Rebound,
-    /// Unit vector from it into the gas.
+    /// Unit normal vector from the boundary into the gas.
     pub(crate) normal: Vector2<f64>,
     /// Velocity of the wall, in absolute units.
     pub(crate) velocity: Vector2<f64>,
-    /// Number of its ledger: that of the face, or that of the obstacle after all faces.
+    /// Index of its ledger: first the faces, then the obstacles.
     pub(crate) ledger: usize,
 }
 
@@ -89,20 +89,20 @@ pub(crate) struct Touched {
 struct Near {
     /// Faces, one bit for each.
     faces: u8,
-    /// Begin of the cell's part of the lists.
+    /// Index of the cell's first entry in the list of obstacle parts.
     begin: u32,
-    /// End of the cell's part of the lists.
+    /// Index after the cell's last entry in the list of obstacle parts.
     end: u32,
 }
 
-/// Part of an obstacle, or of one of its periodic images.
+/// Side or corner of an obstacle, or of one of its periodic images.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     obstacle: u32,
     feature: Feature,
 }
 
-/// Boundaries, and the table of those near each cell.
+/// Walls and obstacles, with a table of the boundaries near each cell.
 #[derive(Debug)]
 pub(crate) struct BoundaryGeometry {
     pub(crate) boundaries: DiskBoundaries,
@@ -175,7 +175,7 @@ impl BoundaryGeometry {
         }
     }
 
-    /// Lists the parts of obstacles by the cells from which they can be touched.
+    /// Lists, for each cell, the sides and corners of obstacles that disks in it can touch.
     fn find_obstacles(&mut self, domain: &Domain<Plane>, cells: &CellLists, largest_radius: f64) {
         let (width, lengths) = (cells.width(), domain.lengths());
         let (diagonal, counts) = (0.5 * width.norm(), cells.counts());
@@ -356,7 +356,7 @@ impl BoundaryGeometry {
         worst
     }
 
-    /// Number of walls and parts of obstacles that can be touched.
+    /// Number of faces, and of sides and corners of obstacles, that can be touched.
     pub(crate) fn things(&self) -> usize {
         FACES + self.parts.len()
     }

@@ -109,8 +109,8 @@ impl Bath {
     /// Returns the random changes of velocity \[length/time\] in kick number `number`, by the index
     /// of the particle; the third component is 0 in two dimensions.
     ///
-    /// `copies` is the number of gases that stand one after the other: kicks of the first are those
-    /// of a gas that stands alone. White noise keeps the momentum of each copy by itself. With N
+    /// `copies` is the number of gases that stand one after the other: the first gets the
+    /// kicks of a single gas. White noise keeps the momentum of each copy by itself. With N
     /// particles in a copy, each component has the variance `2 heating interval/(D m) . N/(N - 1)`,
     /// where the last factor makes up for what the mean takes away, by the share of its mass from
     /// each; a particle alone stays as it is. In a Langevin bath the variance is `(T_b/m)(1 -

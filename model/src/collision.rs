@@ -34,7 +34,7 @@ pub struct Collision {
     /// distance along axis a times the momentum along b that the first partner gains. Divided by
     /// volume and time its sum is the collisional part of the pressure tensor.
     pub momentum_transfer: Matrix3<f64>,
-    /// Number of physical collisions that this one stands for: 1 in event-driven dynamics, the
+    /// Number of physical collisions that the collision represents: 1 in event-driven dynamics, the
     /// weight of a simulator in Monte Carlo.
     pub weight: f64,
     /// Indices of the partners in the state; [`Collision::ANONYMOUS`] where an engine does not

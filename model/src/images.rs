@@ -35,9 +35,9 @@ impl Shear {
 /// Displacement of an image from its original.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Image<V> {
-    /// Position of the image less that of the original \[length\].
+    /// Position of the image less the position of the original \[length\].
     pub position: V,
-    /// Velocity of the image less that of the original \[length/time\]; zero for peculiar
+    /// Velocity of the image less the velocity of the original \[length/time\]; zero for peculiar
     /// velocities.
     pub velocity: V,
 }
@@ -143,8 +143,8 @@ impl<S: Space> Images<S> {
         Image { position, velocity }
     }
 
-    /// Velocity of the flow at one place less that at another that is `distance` away along the
-    /// gradient \[length/time\].
+    /// Difference of the flow velocities at two points `distance` apart along the gradient
+    /// \[length/time\].
     #[inline]
     pub fn flow(&self, distance: f64) -> f64 {
         self.shear.map_or(0.0, |shear| shear.rate * distance)

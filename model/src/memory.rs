@@ -74,9 +74,9 @@ pub fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
     vector
 }
 
-/// Memory that this process can still take \[bytes\], where the system says so: what is free for
-/// all programs, or what is left of the process's own limit of address space (`ulimit -v`), if that
-/// is less.
+/// Memory that this process can still take \[bytes\], `None` if the system
+/// does not tell: the lesser of the free memory of the machine and the rest of the process's own
+/// limit of address space (`ulimit -v`).
 pub fn available() -> Option<f64> {
     let free = value_of("/proc/meminfo", "MemAvailable:")?;
     let limit = std::fs::read_to_string("/proc/self/limits").ok();

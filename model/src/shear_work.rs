@@ -26,8 +26,8 @@ impl ShearWork {
         self.supplied.unwrap_or_default() + self.kinetic + self.collisional - self.dissipated
     }
 
-    /// Energy less the expected one, over the sum of work and dissipation so far; 0 before there
-    /// was any.
+    /// Energy less the energy expected from the balance, over the sum of work and dissipation so
+    /// far; 0 if this sum is zero.
     pub fn imbalance(&self, energy: f64) -> f64 {
         let turnover = self.kinetic.abs() + self.collisional.abs() + self.dissipated.abs();
         if turnover > 0.0 {

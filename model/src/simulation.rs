@@ -64,8 +64,9 @@ impl Particles {
         Images::new(self.lengths.into(), periodic)
     }
 
-    /// Displacement of the box above along the first axis in a uniform shear flow, which is given as
-    /// it is at time 0, from 0 to the width of the box \[length\]; 0 without a flow or positions.
+    /// Displacement of the box above along the first axis in a uniform shear flow, which is given
+    /// as it is at time 0, from 0 to the width of the box \[length\]; 0 without a flow or
+    /// positions.
     pub fn shear_offset(&self, shear: Option<Shear>) -> f64 {
         let [width, height, _] = self.lengths;
         match shear {
@@ -144,8 +145,8 @@ impl ParticleReduction for VelocityMoments {
 pub enum Budget {
     /// No limit: the call ends when the time is reached.
     Unlimited,
-    /// One leg: some seconds of work, counted in collisions or time steps. A leg is a function of
-    /// the checkpoint before it, so that a run that was stopped between two legs resumes to the
+    /// One leg of a run: some seconds of work, counted in collisions or time steps. A leg is a
+    /// function of the checkpoint before it, so that a run stopped between two legs resumes to the
     /// same bytes.
     Leg,
     /// Number of pair collisions; Monte Carlo in cells stops at the end of the time step in which
@@ -153,8 +154,8 @@ pub enum Budget {
     Collisions(u64),
 }
 
-/// Collisions between two checks of [`Simulation::set_pause_flag`], of engines that go from collision to
-/// collision.
+/// Collisions between two checks of [`Simulation::set_pause_flag`], of engines that go from
+/// collision to collision.
 const BETWEEN_PAUSES: u64 = 50_000;
 
 /// Spends a budget of collisions at once or, if a pause may be asked for, in slices with a check
@@ -193,7 +194,7 @@ pub struct BoundaryFlux {
     pub particles: f64,
     /// Momentum given to the gas \[mass length/time\].
     pub momentum: [f64; 3],
-    /// Kinetic energy given to the gas, including that of rotation \[energy\].
+    /// Kinetic energy given to the gas, including the energy of rotation \[energy\].
     pub energy: f64,
 }
 

@@ -22,8 +22,8 @@ pub trait Sizes: Clone + Debug + Send + Sync + 'static {
 
     /// Returns the tag of the particle with the given index in the state.
     fn tag_of(&self, index: usize) -> Self::Tag;
-    /// Returns the index of a particle in the state; `order`, its place in a working order,
-    /// replaces it where equal particles carry no index.
+    /// Returns the index of a particle in the state; `order`, its index in memory, counts
+    /// where equal particles carry no index.
     fn index_of(tag: Self::Tag, order: usize) -> usize;
     /// Returns the sizes of `times` copies of the gas, one after the other.
     #[must_use]

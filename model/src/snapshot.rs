@@ -20,7 +20,7 @@ const HEADER: usize = 8 + 4 + 8 + 32 + 32;
 /// Size of the write buffer \[bytes\].
 const BUFFER: usize = 1 << 16;
 
-/// Identifies the run that a snapshot belongs to: a hash of the case and whatever else decides its
+/// Identifier of the run of a snapshot: a hash of the case and of all other inputs that decide its
 /// numbers.
 pub type Fingerprint = [u8; 32];
 
@@ -55,7 +55,7 @@ pub enum SnapshotError {
         /// Path of the file.
         path: PathBuf,
     },
-    /// The snapshot is of this run, but was written for another place in it.
+    /// The snapshot is of this run, but of another replica or engine in it.
     #[error("{}: holds {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
     Misplaced {
         /// Path of the file.

@@ -75,7 +75,7 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
 
     /// Velocity w x r at the end of an arm that turns.
     fn arm_velocity(spin: Self::Spin, arm: Self::Vector) -> Self::Vector;
-    /// Moment r x F of what acts at the end of an arm.
+    /// Moment r x F of a force or impulse F at the end of an arm r.
     fn arm_moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin;
 
     /// Returns the vector whose component i is `component(i)`. Written out, it stays in registers
@@ -100,7 +100,8 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     fn rotate_vector(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
     /// Rotates an angular velocity.
     fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin;
-    /// Returns an angular velocity as a vector in space; that of a disk is along the third axis.
+    /// Returns an angular velocity as a vector in space; the angular velocity of a disk is along
+    /// the third axis.
     fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
     /// Returns the angular velocity that a vector in space stands for.
     fn spin_of(vector: Vector3<f64>) -> Self::Spin;

@@ -85,7 +85,7 @@ impl Species {
         })
     }
 
-    /// Returns the entries in their order; those of a repeated gas copy after copy.
+    /// Returns the entries in their order; a repeated gas has them copy after copy.
     pub fn kinds(&self) -> &[SpeciesProperties] {
         &self.kinds
     }

@@ -67,7 +67,7 @@ pub struct State<P: ParticleModel> {
     pub time: f64,
     /// Box of the gas, with its periodicity.
     pub domain: Domain<P::Space>,
-    /// Particles; their sizes are found by their index here.
+    /// Particles; the index of a particle in this list gives its size.
     pub bodies: Vec<ParticleState<P>>,
 }
 

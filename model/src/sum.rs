@@ -96,10 +96,10 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Creates `places` empty sums.
-    pub fn new(places: usize) -> Self {
+    /// Creates `slots` empty sums.
+    pub fn new(slots: usize) -> Self {
         Self {
-            sums: vec![ExactSum::default(); places],
+            sums: vec![ExactSum::default(); slots],
             open: Vec::new(),
         }
     }
@@ -137,7 +137,7 @@ impl Totals {
 /// until all groups are complete.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SparseSums<T> {
-    places: usize,
+    slots: usize,
     /// Sums of closed groups: group, slot and sum.
     all: Vec<(u32, u32, T)>,
     /// Sums of the open group by slot; `None` for slots without one.
@@ -148,37 +148,37 @@ pub struct SparseSums<T> {
 }
 
 impl<T: Copy + Default> SparseSums<T> {
-    /// Creates an empty array of `places` slots.
-    pub fn new(places: usize) -> Self {
+    /// Creates an empty array of `slots` slots.
+    pub fn new(slots: usize) -> Self {
         Self {
-            places,
+            slots,
             all: Vec::new(),
             open: Vec::new(),
             touched: Vec::new(),
         }
     }
 
-    /// Returns a sum of the open group.
+    /// Returns the sum of the open group in a slot, which is zero at first.
     ///
     /// # Panics
-    /// Beyond the last place.
+    /// If `slot` is not below the number of slots.
     #[inline]
-    pub fn sum_at(&mut self, place: usize) -> &mut T {
+    pub fn sum_at(&mut self, slot: usize) -> &mut T {
         if self.open.is_empty() {
-            self.open = vec![None; self.places];
+            self.open = vec![None; self.slots];
         }
         let touched = &mut self.touched;
-        self.open[place].get_or_insert_with(|| {
-            touched.push(place as u32);
+        self.open[slot].get_or_insert_with(|| {
+            touched.push(slot as u32);
             T::default()
         })
     }
 
     /// Ends a group.
     pub fn close(&mut self, group: u32) {
-        for place in self.touched.drain(..) {
-            let part = self.open[place as usize].take();
-            self.all.extend(part.map(|part| (group, place, part)));
+        for slot in self.touched.drain(..) {
+            let part = self.open[slot as usize].take();
+            self.all.extend(part.map(|part| (group, slot, part)));
         }
     }
 
@@ -190,9 +190,9 @@ impl<T: Copy + Default> SparseSums<T> {
     /// Calls `show` for all sums with their slots, in the order of groups.
     pub fn in_order(mut self, mut show: impl FnMut(usize, &T)) {
         self.all
-            .sort_unstable_by_key(|&(group, place, _)| (group, place));
-        for (_, place, part) in &self.all {
-            show(*place as usize, part);
+            .sort_unstable_by_key(|&(group, slot, _)| (group, slot));
+        for (_, slot, part) in &self.all {
+            show(*slot as usize, part);
         }
     }
 }

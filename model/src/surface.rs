@@ -61,7 +61,7 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// Rotates a spin.
     fn rotate_spin(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
 
-    /// Returns a spin as a vector in space; that of a disk is along the third axis.
+    /// Returns a spin as a vector in space; the spin of a disk is along the third axis.
     fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
 
     /// Returns the spin that a vector in space stands for.

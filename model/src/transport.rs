@@ -26,7 +26,7 @@ pub const VISCOSITY_ORDERS: f64 = 1.022;
 /// 43/42.
 pub const DIFFUSION_ORDERS: f64 = 1.027;
 
-/// The dimension of all formulas here.
+/// Dimension of space in all formulas of this module.
 const D: f64 = 2.0;
 
 /// Cooling rate of the homogeneous gas, `zeta* = ((D + 2)/(4 D)) chi (1 - r^2)(1 + 3 a2/16)`, over

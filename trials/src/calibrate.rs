@@ -140,11 +140,12 @@ fn samples(log: &TrialLog) -> usize {
     if log.effort.quick { 1000 } else { 20_000 }
 }
 
-/// Returns true if the judge calls two energies different whose means have a quotient of the
-/// logarithm `log`. Replicas have a spread of 3 %; a third of its square is common to all times.
+/// Returns true if the judge calls the energies of two engines different, whose means have the
+/// quotient exp(`log_ratio`). Energies of replicas have a relative standard deviation of 3 %; a
+/// third of its square is common to all times.
 fn energies_differ(
     stream: &mut Xoshiro256PlusPlus,
-    log: f64,
+    log_ratio: f64,
     times: &[f64],
     replicas: usize,
 ) -> bool {
@@ -156,7 +157,8 @@ fn energies_differ(
         for pairs in &mut pairs {
             let alone: f64 = stream.sample(StandardNormal);
             pairs.push((
-                (log - 0.5 * SPREAD * SPREAD + SPREAD * (common * shared + own * alone)).exp(),
+                (log_ratio - 0.5 * SPREAD * SPREAD + SPREAD * (common * shared + own * alone))
+                    .exp(),
                 1.0,
             ));
         }

@@ -37,26 +37,26 @@ impl TrialLog {
         }
     }
 
-    /// Names the gas that the following faults are of.
+    /// Sets the name of the gas in front of the faults that follow.
     pub fn about(&mut self, what: impl Into<String>) {
         self.about = what.into();
     }
 
-    fn of_it(&self, text: &str) -> String {
+    fn with_gas_name(&self, text: &str) -> String {
         match &*self.about {
             "" => text.to_owned(),
             about => format!("{about}: {text}"),
         }
     }
 
-    /// Records a finding.
+    /// Records a sentence about what the trial found.
     pub fn found(&mut self, text: impl Into<String>) {
         self.found.push(text.into());
     }
 
-    /// Records a finding about the current gas.
-    pub fn found_of_it(&mut self, text: &str) {
-        self.found.push(self.of_it(text));
+    /// Records a finding, with the name of the current gas in front.
+    pub fn found_in_gas(&mut self, text: &str) {
+        self.found.push(self.with_gas_name(text));
     }
 
     /// Records a claim, and prints it at once.
@@ -67,15 +67,15 @@ impl TrialLog {
         self.rows.push(row);
     }
 
-    /// Returns the claims so far.
+    /// Returns the rows of all claims so far.
     pub fn rows(&self) -> &[TrialTableRow] {
         &self.rows
     }
 
-    /// Records a fault.
+    /// Records a fault, with the name of the current gas in front.
     pub fn fault(&mut self, text: impl AsRef<str>) {
         if self.faults.len() < MOST_FAULTS {
-            self.faults.push(self.of_it(text.as_ref()));
+            self.faults.push(self.with_gas_name(text.as_ref()));
         } else {
             self.hidden += 1;
         }

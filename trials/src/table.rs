@@ -21,7 +21,7 @@ pub enum RowVerdict {
 }
 
 impl RowVerdict {
-    /// Returns the word for the table.
+    /// Returns the verdict as a word for the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -41,13 +41,13 @@ pub struct TrialTableRow {
     pub quantity: String,
     /// Expected value, from theory or the other engine.
     pub expected: f64,
-    /// Value found.
+    /// Measured value.
     pub found: f64,
     /// Standard error of the value found (and of the expected value, where that was measured too).
     pub standard_error: f64,
     /// Largest deviation from the expected value; `None` if nothing is claimed.
     pub tolerance: Option<f64>,
-    /// Verdict of the row.
+    /// Verdict on the measured value.
     pub verdict: RowVerdict,
 }
 
@@ -170,7 +170,7 @@ impl TrialTableRow {
         numbers(self.tolerance, values)
     }
 
-    /// Formats one line for the terminal.
+    /// Formats the row as a line of the terminal: verdict, setting, quantity, expected and found.
     pub fn line(&self) -> String {
         let [within, expected, found, error] = self.numbers();
         let within = self

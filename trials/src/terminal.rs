@@ -14,7 +14,7 @@ pub(crate) fn say(text: &str) {
     let _ = writeln!(out, "{text}").and_then(|()| out.flush());
 }
 
-/// Parser of the names of trials.
+/// Creates the parser of command-line names of trials.
 pub(crate) fn trial_names(trials: &[TrialRow]) -> PossibleValuesParser {
     let value = |trial: &TrialRow| PossibleValue::new(trial.name).help(trial.tried);
     PossibleValuesParser::new(trials.iter().map(value))

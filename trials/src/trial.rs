@@ -32,10 +32,10 @@ macro_rules! found {
 }
 
 /// Records a finding about the current gas.
-macro_rules! found_of_it {
+macro_rules! found_in_gas {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
-        $findings.found_of_it(&text);
+        $findings.found_in_gas(&text);
     };
 }
 

@@ -14,7 +14,7 @@ pub struct TrialError {
 }
 
 impl TrialError {
-    /// Creates the error of refused input, which says what was found and what is allowed.
+    /// Creates the error of refused input, with the value found and the values allowed.
     pub fn refused(text: impl Into<String>) -> Self {
         let (source, refused) = (text.into().into(), true);
         Self { source, refused }

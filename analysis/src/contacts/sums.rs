@@ -39,18 +39,18 @@ pub struct ContactSums {
     pub returned: f64,
     /// Number of returns by the collisions that both partners have had since they met.
     pub between: [f64; MOST_BETWEEN + 1],
-    /// Collisions by what partners know of each other, in the order of [`Acquaintance`].
+    /// Sums over collisions by the common past of the partners, in the order of [`Acquaintance`].
     pub met: [MetSums; 3],
-    /// Number of collisions that close a ring, by its length: the number of its collisions,
-    /// including this one and the first.
+    /// Number of collisions that close a ring, by the number of collisions in the ring, first and
+    /// last included.
     pub rings: [f64; LONGEST_RING + 1],
     /// Sums of the normal speed of approaching pairs near contact: real and shuffled pairs.
     pub flux: [f64; 2],
     /// Sums of the normal speed times (b/d)^(D-1) of approaching pairs near contact: real and
     /// shuffled pairs.
     pub flux_impacts: [f64; 2],
-    /// Sums of the local temperature and of that of the whole gas, flow included, over particles
-    /// whose local temperature is known.
+    /// Sums of the local temperature, and of the temperature of the whole gas with its flow, over
+    /// particles whose local temperature is known.
     pub heat: [f64; 2],
     /// Velocity products by distance, with bin edges [`super::EDGES`]: real and shuffled pairs.
     pub velocities: [[Products; 2]; DISTANCES],
@@ -135,7 +135,8 @@ pub struct MetSums {
 }
 
 impl MetSums {
-    /// Adds a collision with its (b/d)^(D-1), its squared normal speed, and that of chaos.
+    /// Adds a collision: its (b/d)^(D-1), its squared normal speed, and the squared normal speed
+    /// expected by molecular chaos.
     pub(super) fn add(&mut self, uniform: f64, [square, chaos]: [f64; 2]) {
         self.count += 1.0;
         self.impacts += uniform;

@@ -99,7 +99,7 @@ impl BarometricColumn {
         self.temperature
     }
 
-    /// Density of particles of a mass at a height, over that of the uniform column.
+    /// Density of particles of a mass at a height, over the density of the uniform column.
     pub fn density(&self, mass: f64, height: f64) -> f64 {
         let x = mass * self.gravity * self.height / self.temperature;
         x * (-x * height / self.height).exp() / -(-x).exp_m1()
@@ -113,8 +113,8 @@ impl BarometricColumn {
     }
 }
 
-/// Mean height over that of the column, 1/x - 1/(e^x - 1); the difference of near numbers as a
-/// series.
+/// Mean height over the height of the column, 1/x - 1/(e^x - 1); the difference of near numbers as
+/// a series.
 fn mean_height(x: f64) -> f64 {
     if x < 1e-2 {
         0.5 - x / 12.0 + x.powi(3) / 720.0

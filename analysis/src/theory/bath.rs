@@ -90,17 +90,18 @@ impl BathState {
         1.0 / (2.0 * self.drag + 1.5 * self.cooling_rate)
     }
 
-    /// Spectrum of shear modes over that of thermal noise at the temperature of the gas, `S_perp(k)
-    /// = 1 + (zeta/2)/(gamma + nu k^2)`, with the kinematic viscosity nu \[length^2/time\].
+    /// Spectrum of shear modes over the spectrum of thermal noise at the temperature of the gas,
+    /// `S_perp(k) = 1 + (zeta/2)/(gamma + nu k^2)`, with the kinematic viscosity nu
+    /// \[length^2/time\].
     ///
     /// Linear fluctuating hydrodynamics: a mode decays at `gamma + nu k^2`; viscous noise of the
     /// strength `2 nu k^2 T/m` and the noise of the bath, `g/m = (2 gamma + zeta) T/m`, feed it.
     ///
     /// White noise has `1 + (k_c/k)^2` with `k_c^2 = zeta/(2 nu)` (van Noije, Ernst, Trizac &
     /// Pagonabarraga, *Physical Review E* **59**, 4326 (1999), doi:10.1103/PhysRevE.59.4326). A
-    /// Langevin bath has `(gamma T_b + nu k^2 T)/((gamma + nu k^2) T)`, with the plateaus `T_b/T` and 1
-    /// beside the wave number `sqrt(gamma/nu)` (Gradenigo, Sarracino, Villamaina & Puglisi, *EPL*
-    /// **96**, 14004 (2011), doi:10.1209/0295-5075/96/14004).
+    /// Langevin bath has `(gamma T_b + nu k^2 T)/((gamma + nu k^2) T)`, with the plateaus `T_b/T`
+    /// and 1 beside the wave number `sqrt(gamma/nu)` (Gradenigo, Sarracino, Villamaina & Puglisi,
+    /// *EPL* **96**, 14004 (2011), doi:10.1209/0295-5075/96/14004).
     pub fn shear_spectrum(&self, viscosity: f64, wave_number: f64) -> f64 {
         1.0 + 0.5 * self.cooling_rate / self.shear_decay(viscosity, wave_number)
     }

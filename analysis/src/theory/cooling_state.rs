@@ -89,7 +89,7 @@ impl CoolingState {
         Err(InvalidValue::new(name, span, "none").into())
     }
 
-    /// Creates the state from given temperatures, taken to be those of the cooling state.
+    /// Creates the state from given temperatures, assumed to be in the cooling state.
     pub fn from_temperatures<R: Restitution>(
         mixture: &MaxwellianMixture<R>,
         temperatures: Vec<f64>,

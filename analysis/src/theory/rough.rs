@@ -170,7 +170,7 @@ impl RoughGas {
         times.iter().map(at).collect()
     }
 
-    /// Ratio of the temperature of rotation to that of translation that cooling leads to: the
+    /// Ratio of the temperatures of rotation and translation that cooling leads to: the
     /// positive root x of f (B/x - C) = B x - A. `None` for perfectly smooth particles, which keep
     /// their spins.
     pub fn late_ratio(&self) -> Option<f64> {

@@ -40,7 +40,7 @@ pub struct UniformShear {
 /// State of a sheared gas at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShearedMoment {
-    /// Temperature over that of the start.
+    /// Temperature over the temperature of the start.
     pub temperature: f64,
     /// Integral of `sqrt(T/T(0))` over time since the start \[time\]: collisions of a particle over
     /// the collision rate of the start.

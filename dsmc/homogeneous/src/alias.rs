@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 /// doi:10.1109/32.92917.
 ///
 /// One random word per draw: its product with the number of entries is the column (high half) and
-/// the place within it (low half). So a weight is met to 2^-64 of the mean weight, whatever the
-/// rounding of the table does (1e-16).
+/// the height within the column (low half). So a weight is met to 2^-64 of the mean weight, apart
+/// from the rounding of the table (1e-16).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Alias {
     /// Threshold and other entry of each column: below the threshold a column draws its own entry,

@@ -25,7 +25,7 @@ impl ClassBounds {
         }
     }
 
-    /// Raises the bounds to those of a particle.
+    /// Raises the bounds so that they hold for a particle.
     pub(crate) fn admit(&mut self, radius: f64, square: f64) {
         self.radius = self.radius.max(radius);
         self.square = self.square.max(square);

@@ -80,7 +80,7 @@ pub trait ContactRule<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
     /// Prepares the gas at the start of a run.
     fn prepare_gas(&self, _gas: &mut HomogeneousGas<P>) {}
 
-    /// Returns true if a species is among those that conserve their common momentum.
+    /// Returns true if a species is one of the species that conserve their common momentum.
     fn conserves_momentum(&self, _kind: u32) -> bool {
         true
     }

@@ -120,8 +120,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         self.stop.set_pause_flag(pause);
     }
 
-    /// Returns true if an advance was interrupted. The gas is then in the middle of it and advances
-    /// no further.
+    /// Returns true if an advance was interrupted. The gas is then in the middle of the advance
+    /// and goes no further.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
@@ -153,8 +153,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
     /// The random stream is addressed by the number of advances before. So a run gives the same
     /// bytes if it is stopped and resumed between two advances, and other bytes if its time is
     /// divided otherwise; a pause divides nothing. An observer receives the exact time of each
-    /// collision if trajectories are kept, and else its mean for the collision's place in the
-    /// sequence.
+    /// collision if trajectories are kept, and else its mean for the number of the collision
+    /// in the sequence.
     ///
     /// # Errors
     /// [`HomogeneousError`] if `until` is no number or before the present, a rate is not finite, or
@@ -227,8 +227,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
     /// changes.
     ///
     /// The number of proposals in the interval is Poisson. If the law changes with proposal m of M,
-    /// the rest is void; the time of that one is the m-th of M uniform ones, Beta distributed, and
-    /// what follows is a new Poisson process.
+    /// later proposals are void; the time of proposal m is the m-th of M uniform times, Beta
+    /// distributed, and a new Poisson process follows.
     fn interval(
         &mut self,
         until: f64,

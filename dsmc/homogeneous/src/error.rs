@@ -14,7 +14,7 @@ pub enum HomogeneousError {
     /// A number is out of range.
     #[error(transparent)]
     Invalid(#[from] stosszahl_model::InvalidValue),
-    /// The physics is not that of a gas without positions.
+    /// The physics needs positions, which the gas lacks.
     #[error("{what} in a gas without positions; allowed: {allowed}")]
     Unfit {
         /// Property found.

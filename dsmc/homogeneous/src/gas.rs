@@ -43,7 +43,7 @@ impl<P: ParticleModel> GasParticle<P> {
         }
     }
 
-    /// Returns true if the particle has merged into another one.
+    /// Returns true if the particle has merged into another particle.
     #[inline]
     pub fn is_gone(&self) -> bool {
         self.mark == GONE
@@ -130,7 +130,7 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         Ok(gas)
     }
 
-    /// Creates a gas with Maxwellian velocities, `temperature` being that of each species
+    /// Creates a gas with Maxwellian velocities; `temperature` is the temperature of each species
     /// \[energy\]: [`HomogeneousGas::drawn`].
     ///
     /// # Errors
@@ -250,7 +250,7 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         }
     }
 
-    /// Removes particles that are gone and sorts the others by size; equals keep their order.
+    /// Removes merged particles and sorts all remaining ones by size; equals keep their order.
     pub(crate) fn sort(&mut self) {
         if self.gone > 0 {
             self.particles.retain(|particle| !particle.is_gone());

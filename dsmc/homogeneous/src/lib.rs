@@ -24,7 +24,7 @@
 //! * bounds that follow every collision down as well as up: moves between groups cost more than the
 //!   proposals they save.
 //!
-//! Memory: 32 bytes for a particle and 5 for its place.
+//! Memory: 32 bytes for a particle and 5 for its slot.
 
 mod alias;
 mod bird;
@@ -36,11 +36,11 @@ mod engine;
 mod error;
 mod gas;
 mod kernel;
+mod layout;
 mod low_rank;
 mod measure;
 mod motion;
 mod paths;
-mod places;
 mod selection;
 mod simulate;
 mod slots;

@@ -42,8 +42,8 @@ pub fn moments<P: SmoothPhysics>(
 }
 
 /// Computes [`moments`] with several species in one group: `group` gives the number of the group of
-/// a species. The temperature of a group is the mean of `m v^2/D`, its cumulant that of `sqrt(m)
-/// v`.
+/// a species. The temperature of a group is the mean of `m v^2/D`, its cumulant the cumulant of
+/// `sqrt(m) v`.
 pub fn moments_by<P: SmoothPhysics>(
     gas: &HomogeneousGas<P>,
     group: impl Fn(u32) -> usize,

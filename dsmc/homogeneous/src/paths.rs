@@ -107,7 +107,7 @@ struct Walker<'a, V> {
 }
 
 impl<V: Vector> Walker<'_, V> {
-    /// Advances to the leg that contains a time.
+    /// Advances to the straight part of the path that contains a time.
     fn seek(&mut self, time: f64) {
         while self.leg + 2 < self.corners.len() && self.corners[self.leg + 1].0 <= time {
             self.leg += 1;

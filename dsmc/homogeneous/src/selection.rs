@@ -64,7 +64,7 @@ pub trait SelectionMethod<P: SmoothPhysics>: Clone + Serialize + DeserializeOwne
     /// Prefetches the particles of a proposal.
     fn prefetch_particles(&self, gas: &HomogeneousGas<P>, draw: &Self::Draw);
 
-    /// Returns the particles that are now at the places of a proposal; `None` for a null proposal.
+    /// Returns the particles that are now in the slots of a proposal; `None` for a null proposal.
     fn resolve_proposal(&self, gas: &HomogeneousGas<P>, draw: &Self::Draw)
     -> Option<CandidatePair>;
 

@@ -27,9 +27,9 @@ use super::selection::SelectionMethod;
 use super::slots::AliasTableSelection;
 use super::sticking::{AggregationRule, Sticking, size_distribution};
 
-/// Collisions in one leg for each particle of the start.
+/// Collisions, for each particle of the start, in one leg: a part of a run between two checkpoints.
 const LEG: f64 = 1.0;
-/// Fewest collisions in one leg.
+/// Fewest collisions in one leg of a run.
 const LEAST_LEG: u64 = 200_000;
 
 /// Selection of pairs; all selections are exact.
@@ -115,7 +115,7 @@ impl HomogeneousSettings<'_> {
         self.choose(None)
     }
 
-    /// Resumes from [`Simulation::save_checkpoint`]; all settings must be those of the start.
+    /// Resumes from [`Simulation::save_checkpoint`]; all settings must be as at the start.
     ///
     /// # Errors
     /// As [`Self::simulate`]; and [`HomogeneousError::Checkpoint`] if the bytes are none of this
@@ -343,7 +343,7 @@ struct Kept<P: SmoothPhysics, S, M, C> {
 /// A gas without positions behind [`Simulation`].
 struct Positionless<P: SmoothPhysics, S, M, C> {
     engine: HomogeneousEngine<P, S, M, C>,
-    /// Number of collisions in one leg.
+    /// Number of collisions in one leg of the run.
     leg: u64,
 }
 

@@ -25,31 +25,35 @@ use stosszahl_model::{Vector, memory};
 use super::alias::{Alias, split};
 use super::gas::{GONE, HomogeneousGas, SmoothPhysics};
 use super::kernel::powers;
-use super::places::{self, Group, Layout};
+use super::layout::{self, Group, Layout};
 use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 
-/// Proposal: a place for the first partner, and one for the second.
+/// Proposal: a slot of a group, for the first partner, and a slot of a class, for the second.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SlotPair {
+    /// Group of the first slot.
     group: u32,
-    place: u32,
+    /// Index of the first slot in the layout.
+    slot: u32,
+    /// Class of the second slot.
     class: u32,
+    /// Index of the second slot in its class.
     other: u32,
 }
 
-/// Selection by slots: places in groups of like speed and size, from alias tables.
+/// Selection of slots in groups of like speed and size, from alias tables.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AliasTableSelection {
     layout: Layout,
-    /// Table of groups, weighted by places times bound times partners.
+    /// Table of groups, weighted by number of slots, speed bound and kernel sum over partners.
     first: Alias,
-    /// Tables of classes, weighted by places times a power of the radius.
+    /// Tables of classes for each power of the radius, weighted by number of slots and that power.
     second: [Alias; 3],
     rate: f64,
 }
 
 impl AliasTableSelection {
-    /// Fills the tables from the layout.
+    /// Computes the alias tables of groups and classes from the layout.
     fn weigh<P: SmoothPhysics>(&mut self, gas: &HomogeneousGas<P>) {
         let kernel = *gas.kernel();
         let mut sums = [0.0; 3];
@@ -58,7 +62,7 @@ impl AliasTableSelection {
                 self.layout
                     .classes
                     .iter()
-                    .map(|class| f64::from(class.places()) * powers(class.radius)[power]),
+                    .map(|class| f64::from(class.slots()) * powers(class.radius)[power]),
             );
         }
         for class in &mut self.layout.classes {
@@ -73,7 +77,7 @@ impl AliasTableSelection {
         self.weigh_groups();
     }
 
-    /// Fills the table of first partners.
+    /// Computes the alias table of groups, from which first partners are drawn.
     fn weigh_groups(&mut self) {
         let classes = &self.layout.classes;
         self.rate = self.first.fill(self.layout.groups.iter().map(|group| {
@@ -97,7 +101,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
     }
 
     fn rebuild_bounds(&mut self, gas: &mut HomogeneousGas<P>) {
-        places::arrange(&mut self.layout, gas);
+        layout::arrange(&mut self.layout, gas);
         self.weigh(gas);
     }
 
@@ -114,11 +118,11 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
         let u: f64 = stream.random();
         let power = usize::from(u >= cuts[0]) + usize::from(u >= cuts[1]);
         let class = self.second[power].draw(stream);
-        let places = self.layout.classes[class as usize].places();
-        let (other, _) = split(stream.next_u64(), places);
+        let slots = self.layout.classes[class as usize].slots();
+        let (other, _) = split(stream.next_u64(), slots);
         SlotPair {
             group: number,
-            place: group.first + offset,
+            slot: group.first + offset,
             class,
             other,
         }
@@ -126,12 +130,12 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
 
     #[inline]
     fn prefetch_index(&self, draw: &SlotPair) {
-        memory::prefetch(&self.layout.order, draw.place as usize);
+        memory::prefetch(&self.layout.order, draw.slot as usize);
     }
 
     #[inline]
     fn prefetch_particles(&self, gas: &HomogeneousGas<P>, draw: &SlotPair) {
-        let index = self.layout.order[draw.place as usize];
+        let index = self.layout.order[draw.slot as usize];
         memory::prefetch(&gas.particles, index as usize);
         let class = &self.layout.classes[draw.class as usize];
         if draw.other < class.count {
@@ -142,10 +146,10 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
     #[inline]
     fn resolve_proposal(&self, gas: &HomogeneousGas<P>, draw: &SlotPair) -> Option<CandidatePair> {
         let group = &self.layout.groups[draw.group as usize];
-        if draw.place - group.first >= group.length {
+        if draw.slot - group.first >= group.length {
             return None;
         }
-        let first = self.layout.order[draw.place as usize];
+        let first = self.layout.order[draw.slot as usize];
         let class = &self.layout.classes[draw.class as usize];
         let second = if draw.other < class.count {
             class.start + draw.other
@@ -184,7 +188,7 @@ impl<P: SmoothPhysics> SelectionMethod<P> for AliasTableSelection {
             return ProposalValidity::Kept;
         }
         let class = group.class;
-        let standing = self.layout.find_place(particle, index, class, square);
+        let standing = self.layout.find_slot(particle, index, class, square);
         if standing == ProposalValidity::Changed {
             self.weigh_groups();
         }

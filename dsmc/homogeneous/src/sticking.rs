@@ -48,9 +48,9 @@ pub struct Threshold {
 /// Order of the tests, if both conditions hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TestOrder {
-    /// Test of sticking before that of breaking.
+    /// The test of sticking comes first, then the test of breaking.
     StickFirst,
-    /// Test of breaking before that of sticking.
+    /// The test of breaking comes first, then the test of sticking.
     BreakFirst,
 }
 
@@ -64,7 +64,7 @@ pub struct AggregationRule {
     pub shatter: Threshold,
     /// Order of the tests, if both conditions hold.
     pub order: TestOrder,
-    /// Factor of the relative speed in breaking: the square of it is the share of the energy of the
+    /// Factor of the relative speed in breaking: its square is the share of the energy of the
     /// relative motion that stays kinetic.
     pub retained: f64,
     /// Most particles of the gas; pairs that would break beyond it bounce, and are counted.
@@ -133,7 +133,7 @@ impl Sticking {
     }
 
     /// Decides between sticking, breaking and bouncing for a pair of these sizes and this reduced
-    /// mass; `energies` are those of all of its relative motion and of that along the line of
+    /// mass; `energies` are the energy of its relative motion and the part along the line of
     /// centres.
     fn fate(
         &mut self,

@@ -69,11 +69,11 @@ pub(crate) struct CutCell {
     /// Convex parts, each with the index of its sub-cell.
     parts: Vec<(ConvexPolygon, usize)>,
     sub_cells: Vec<SubCell>,
-    /// Index of the first sub-cell among those of all split cells.
+    /// Index of the first sub-cell among the sub-cells of all split cells.
     first: usize,
 }
 
-/// Node of the division tree: a line, and the branches behind it and in front of it.
+/// Node of the division tree: a line, and the branches behind and in front of the line.
 struct CutNode {
     line: CutLine,
     sides: [CutBranch; 2],
@@ -87,7 +87,7 @@ enum CutBranch {
 
 /// Part of the free area of a cell within which all points see each other.
 struct SubCell {
-    /// Area over that of a whole cell, from 0 to 1.
+    /// Area over the area of a whole cell, from 0 to 1.
     share: f64,
     /// Point in the sub-cell, far from all obstacles.
     inside: Point,
@@ -317,7 +317,7 @@ impl CutCell {
         }
     }
 
-    /// Index of a sub-cell among those of all split cells.
+    /// Index of a sub-cell among the sub-cells of all split cells.
     #[inline]
     pub(crate) fn number(&self, sub_cell: usize) -> usize {
         self.first + sub_cell

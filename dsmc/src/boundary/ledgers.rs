@@ -10,7 +10,7 @@ use stosszahl_model::{ExactSum, Space, Vector};
 pub struct Transfer<S: Space> {
     /// Number of particles: simulators times their weights.
     pub particles: f64,
-    /// Mass of these particles \[mass\].
+    /// Mass of the particles transferred \[mass\].
     pub mass: f64,
     /// Momentum of these particles \[mass length/time\].
     pub momentum: S::Vector,
@@ -111,7 +111,7 @@ pub(crate) struct ExactLedgers {
 }
 
 impl ExactLedgers {
-    /// Adds the entries of a tile and clears them there.
+    /// Adds the entries of a tile's ledgers, and sets these to zero.
     pub(crate) fn take_ledgers<S: Space>(&mut self, other: &mut Ledgers<S>) {
         let mut place = 0;
         other.sums(|sum| {
@@ -125,7 +125,7 @@ impl ExactLedgers {
         self.settled_particles += std::mem::take(&mut other.settled_particles);
     }
 
-    /// Adds the sums of other tiles.
+    /// Adds the exact sums of other tiles.
     pub(crate) fn merge(&mut self, other: &Self) {
         let most = self.sums.len().max(other.sums.len());
         self.sums.resize(most, ExactSum::default());

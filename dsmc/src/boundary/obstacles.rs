@@ -210,7 +210,8 @@ impl<'a> ClosedRegion<'a> {
 
     /// Area of the part of a region that is open to particle centres \[length^2\]; no edge crosses
     /// the region. A region open in part is quartered up to `depth` times, and the last pieces are
-    /// cut by the tangent. `look` receives points and their distance from the closed region.
+    /// cut by the tangent. `look` is called with points and their distances from the region closed
+    /// to centres \[length\].
     pub(super) fn free_area(
         &self,
         region: &ConvexPolygon,

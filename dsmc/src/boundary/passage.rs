@@ -15,9 +15,9 @@ use crate::random_counts::draw_whole;
 pub(crate) struct FlightTiming {
     /// Number of the phase among all, from 0.
     pub(crate) number: u64,
-    /// Start time \[time\].
+    /// Time at which the phase starts \[time\].
     pub(crate) begin: f64,
-    /// Duration \[time\].
+    /// Duration of the phase \[time\].
     pub(crate) duration: f64,
 }
 

@@ -35,8 +35,8 @@ pub(crate) struct GridBoundaries<P: ParticleModel> {
     /// Fraction of each column of cells along each axis that is open to particle centres now; empty
     /// where walls cut none.
     columns: [Vec<f64>; 3],
-    /// Fraction of each column of cells that particles occupy, one radius beyond that of their
-    /// centres.
+    /// Fraction of each column of cells along each axis that is open to particle bodies, which
+    /// reach one radius beyond their centres.
     bodies: [Vec<f64>; 3],
     mean_radius: f64,
     /// Cut cells, and the limits of their free area along the first two axes.
@@ -196,7 +196,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         }
     }
 
-    /// Split cell at these coordinates; `None` if obstacles hide no part of it.
+    /// Split cell at these coordinates; `None` if obstacles hide no part of the cell.
     #[inline]
     pub(crate) fn split_cell(&self, cell: [u32; 3]) -> Option<&CutCell> {
         self.cuts.as_ref().and_then(|(cuts, _)| cuts.split(cell))
@@ -208,8 +208,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         cut.free_share(sub_cell) * share_of(&self.columns[2], layer)
     }
 
-    /// Passes the free fractions of cells to the local density. Schemes that pair within a cell use
-    /// that of particle centres, cross-cell schemes that of particle bodies.
+    /// Passes the free fractions of cells to the local density: for particle centres in schemes
+    /// that pair within a cell, for particle bodies in cross-cell schemes.
     pub(crate) fn leave_room(&self, density: &mut Density<P::Space>) {
         let across = density.scheme().is_cross_cell();
         let bodies = |cell| {
@@ -230,7 +230,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
     }
 
     /// Distance between the two walls along an axis, as particle surfaces meet them \[mean
-    /// diameters\]; infinite unless there are two.
+    /// diameters\]; infinite unless both exist.
     pub(crate) fn width(&self, axis: usize) -> f64 {
         if (0..2).any(|side| self.walls.wall(axis, side).is_none()) {
             return f64::INFINITY;
@@ -239,7 +239,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         0.5 * (self.lengths[axis] + 2.0 * beyond) / self.mean_radius
     }
 
-    /// Memory \[bytes\].
+    /// Memory of boundaries and cut cells \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         let columns = self.columns.iter().chain(&self.bodies);
         let numbers = columns.map(Vec::capacity).sum::<usize>() + self.factors.capacity();
@@ -296,7 +296,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         }
     }
 
-    /// Weight factor of a cell: particles per simulator over those where the factor is one.
+    /// Weight factor of a cell: particles per simulator over their number at a factor of one.
     #[inline]
     pub(crate) fn factor(&self, cell: u32) -> f64 {
         self.factors.get(cell as usize).copied().unwrap_or(1.0)
@@ -312,7 +312,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         self.weights.block(middle(grid.counts(), cell))
     }
 
-    /// Replaces the weights of regions.
+    /// Replaces the weights of simulators by region.
     pub(crate) fn set_weights(&mut self, grid: &Grid<P::Space>, weights: SimulatorWeights) {
         self.factors = factors(grid, &weights);
         self.weights = weights;
@@ -366,8 +366,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
     }
 
     /// Returns true if simulators that stay in a tile meet no boundary in a flight, if their paths
-    /// deviate from straight lines by at most `bend` along each axis. Those that leave the tile are
-    /// checked separately.
+    /// deviate from straight lines by at most `bend` along each axis \[length\]. Simulators that
+    /// leave the tile are checked separately.
     pub(crate) fn is_far_from(&self, place: &TilePlace<P::Space>, bend: VectorOf<P>) -> bool {
         let far = |&(axis, side): &(usize, usize)| {
             let gap = if side == 0 {

@@ -27,7 +27,7 @@ pub(crate) struct BoundaryFlight<'a, P: ParticleModel> {
     pub(crate) begin: f64,
     /// Duration of the flight \[time\].
     pub(crate) duration: f64,
-    /// Particles that the simulator stands for.
+    /// Number of particles that the simulator represents.
     pub(crate) particles: f64,
 }
 
@@ -63,7 +63,7 @@ enum FlightEvent {
     Release(usize),
     /// Crossing of the periodic face of an axis and a side.
     Wrap(usize, usize),
-    /// Contact with an obstacle: its number, its rebound law, and the normal there.
+    /// Contact with an obstacle: its number, its rebound law, and the normal at the contact.
     Obstacle(usize, Rebound, [f64; 2]),
 }
 
@@ -71,7 +71,7 @@ enum FlightEvent {
 #[derive(Clone, Copy)]
 struct Rest {
     side: usize,
-    /// Time at which the rest ends \[time\].
+    /// Time at which the simulator leaves the wall \[time\].
     until: f64,
 }
 
@@ -334,7 +334,7 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         }
     }
 
-    /// Ends the rest on a wall.
+    /// Ends the rest on the wall along an axis.
     fn release(&mut self, axis: usize) {
         self.let_go();
         self.rests[axis] = None;

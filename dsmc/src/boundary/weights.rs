@@ -58,7 +58,7 @@ impl SimulatorWeights {
     }
 
     /// Creates factors of equal blocks, the first axis running fastest. `regions`: number of blocks
-    /// along each axis; one beyond the dimension.
+    /// along each axis, which is 1 for axes beyond the dimension.
     ///
     /// # Errors
     /// [`DsmcError::BadWeights`] unless there is a factor for each block, from 1e-6 to 1e6.

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 /// Classes of packing fractions, each a 32nd wide.
 const PACKINGS: usize = 32;
 
-/// Number of classes: one set for whole neighbourhoods, one for those that walls cut, where
-/// partners are all on one side.
+/// Number of classes: [`PACKINGS`] for whole neighbourhoods, and as many for neighbourhoods cut by
+/// walls, where partners are all on one side.
 const CLASSES: usize = 2 * PACKINGS;
 
 /// Number of collisions over which the excess is averaged.

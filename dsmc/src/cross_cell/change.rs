@@ -6,7 +6,7 @@ use stosszahl_model::{ParticleModel, Space, SpinOf, Surface, Vector, VectorOf};
 use crate::particle::DisplacementTracking;
 use crate::tile::Tile;
 
-/// New velocity and spin of a particle, by its tile, its cell in the tile, and its place in the
+/// New velocity and spin of a simulator, by its tile, its cell in the tile, and its index in the
 /// cell.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Change<V, W> {

@@ -67,8 +67,9 @@ pub(super) fn sweep_around<P: ParticleModel, F: DisplacementTracking<P::Space>, 
 /// Result of the work on one tile: its number, the result, and changes that other processes need.
 type Done<P, R> = (u32, R, Vec<ChangeOf<P>>);
 
-/// Processes one colour and all that follow. Each colour is nested in the exchange of the one
-/// before, so that no process waits for another that has not yet received its messages.
+/// Collides the tiles of one colour, and then of all later colours. Each colour runs inside the
+/// message exchange of the colour before, so that no process waits for another that has not yet
+/// received its messages.
 fn colour_by_colour<
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,

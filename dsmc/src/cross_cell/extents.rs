@@ -17,7 +17,7 @@ pub(super) struct VelocityBox<S: Space> {
 }
 
 impl<S: Space> VelocityBox<S> {
-    /// An empty bounding box.
+    /// Creates a bounding box of no velocities.
     #[inline(always)]
     pub(super) fn empty() -> Self {
         Self {
@@ -56,8 +56,8 @@ impl<S: Space> VelocityBox<S> {
     /// Widening of a box of velocities relative to a shear flow, so that it bounds the approach of
     /// partners up to `contact` apart \[length/time\].
     ///
-    /// The flow a y at a partner along k changes the approach speed by at most `a contact |k_x k_y|`,
-    /// which is at most `(|k_x| + |k_y|)/sqrt(8)` of `a contact`.
+    /// The flow a y at a partner along k changes the approach speed by at most `a contact |k_x
+    /// k_y|`, which is at most `(|k_x| + |k_y|)/sqrt(8)` of `a contact`.
     #[inline(always)]
     pub(super) fn flow_widening(shear_rate: f64, contact: f64) -> f64 {
         0.5 * std::f64::consts::FRAC_1_SQRT_2 * shear_rate.abs() * contact
@@ -87,13 +87,13 @@ impl<S: Space> VelocityBox<S> {
     #[inline(always)]
     pub(super) fn against(&self, k: S::Vector) -> f64 {
         let ends = [0, 1, 2].map(|axis| usize::from(axis < S::DIMENSION && k[axis] < 0.0));
-        self.along(ends, S::from_components(|axis| k[axis].abs()))
+        self.against_signed(ends, S::from_components(|axis| k[axis].abs()))
     }
 
-    /// Largest speed as in [`Self::against`], for known ends of the box along each axis and
-    /// absolute components of `k`.
+    /// Largest speed `-u . k` of the velocities u in the box, from the absolute components `k` of a
+    /// vector, and the side of the box along each axis: 1 if the component is negative, else 0.
     #[inline(always)]
-    pub(super) fn along(&self, ends: [usize; 3], k: S::Vector) -> f64 {
+    pub(super) fn against_signed(&self, ends: [usize; 3], k: S::Vector) -> f64 {
         (0..S::DIMENSION)
             .map(|axis| self.most[ends[axis]][axis] * k[axis])
             .sum()

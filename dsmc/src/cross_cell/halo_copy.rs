@@ -54,13 +54,14 @@ pub(crate) struct HaloCopy<P: ParticleModel> {
     spread: [f64; 2],
     /// Cell of each particle.
     cells: Vec<u32>,
-    /// Tile that holds the particles of each cell, and the offset from an index here to one there.
+    /// Tile that holds the particles of each cell, and the offset from an index in the copy to the
+    /// index in the tile.
     homes: Vec<At>,
-    /// Tile and index there of particles beyond an edge that slides, where a cell here holds those of
-    /// several cells there.
+    /// Tile and index in the tile of particles beyond a sliding edge, where a cell of the copy
+    /// holds particles of several cells of the tile.
     homes_of_sliding: Vec<At>,
-    /// For each particle, the index of another image of it, around a ring of all its images; empty
-    /// if there is one of each.
+    /// For each particle, the index of its next periodic image in the copy, in a ring of all its
+    /// images; empty if each particle has one image.
     next_images: Vec<u32>,
     /// Scratch memory: last image found of each simulator of the neighbourhood.
     last_images: Vec<u32>,
@@ -273,9 +274,9 @@ impl<P: ParticleModel> HaloCopy<P> {
         }
     }
 
-    /// Copies a line of cells beyond an edge along which boxes slide. Its columns begin anywhere in
-    /// those of the tiles, so each particle is put into the column that it is seen in. `row` and
-    /// `layer`: coordinate inside the box, and number of boxes to the image.
+    /// Copies a line of cells beyond an edge along which boxes slide. Its columns are displaced
+    /// from the columns of the tiles by part of a cell, so each particle is sorted into a column
+    /// anew. `row` and `layer`: coordinate inside the box, and number of boxes to the image.
     fn fill_sliding_line<F: DisplacementTracking<P::Space>>(
         &mut self,
         around: &TileNeighbourhood<'_, '_, P, F>,
@@ -356,7 +357,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         self.homes.resize(all, At { tile: 0, index: 0 });
     }
 
-    /// Index here of the cell of a point, which may be outside the box.
+    /// Index in the copy of the cell of a point, which may be outside the box.
     #[inline(always)]
     pub(super) fn cell_of(&self, point: VectorOf<P>) -> usize {
         let mut cell = 0;
@@ -401,7 +402,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         })
     }
 
-    /// Index here of a cell of the tile, given its coordinates in the tile.
+    /// Index in the copy of a cell of the tile, given its coordinates in the tile.
     #[inline(always)]
     pub(super) fn own_cell(&self, at: [usize; 3]) -> usize {
         let [x, y, z] = [0, 1, 2].map(|axis| at[axis] + self.margin[axis]);
@@ -475,7 +476,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         self.excess.get(index).copied()
     }
 
-    /// Returns true if all partners are sought at one point, whatever their size.
+    /// Returns true if partners of all sizes are sought at the same point.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {
         P::Sizes::UNIFORM || self.excess.is_empty()

@@ -48,11 +48,12 @@ const EACH: f64 = 8.0;
 /// Largest number of wave numbers; beyond it w of a wide neighbourhood is below 1e-4.
 const MOST: f64 = 8192.0;
 
-/// Number of simulators in a ball whose mean square distance equals that of the nearest, within 4
+/// Number of simulators in a ball whose mean square distance from the centre equals the mean square
+/// distance of the nearest simulator, within 4
 /// %.
 const NEAREST: f64 = 2.0;
 
-/// Largest S, that of a freezing fluid; above it linear response does not hold.
+/// Largest structure factor S, found in a freezing fluid; above it linear response does not hold.
 const HIGHEST: f64 = 5.0;
 
 /// Neighbourhood over which the density is taken: a block of cells around a simulator's cell, or
@@ -81,7 +82,7 @@ pub(super) struct CorrelationHole {
     table: Vec<[f64; 2]>,
 }
 
-/// Wave number k with its weight in the integral, and the transforms there.
+/// Wave number k with its weight in an integral over k, and transforms at k.
 struct Wave {
     k: f64,
     weight: f64,
@@ -142,7 +143,8 @@ impl Window {
         }
     }
 
-    /// Evenly spaced wave numbers of the integrals.
+    /// Evenly spaced wave numbers over which the correlations of density are integrated, with the
+    /// transforms of the neighbourhood.
     fn waves<S: Space>(&self) -> Vec<Wave> {
         let [block, cell] = [self.block, self.cell].map(radius::<S>);
         let longest = self.diameter.max(self.radius);

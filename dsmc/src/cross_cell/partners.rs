@@ -162,7 +162,8 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         None
     }
 
-    /// Finds a partner as [`Self::partner`] in the adjacent cells in two dimensions; `None` if
+    /// Finds a partner in the adjacent cells in two dimensions: any particle within the radius of
+    /// its target point, by `pick`, else the nearest; `None` if
     /// there is none, or too many to test together.
     #[inline(always)]
     fn closest_of_few(
@@ -197,9 +198,10 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         (is_whole & (seen.square < ANYWHERE)).then_some(found)
     }
 
-    /// Finds a partner as [`Self::partner`] within `cells` of a cell, with `who` masked; `None` if
-    /// there is none or too many lines. For unequal sizes, a block within the radius of the aim's
-    /// points is tried first, as most of the cells are outside.
+    /// Finds a partner in the cells up to `cells` away along each axis: any particle within the
+    /// radius of its target point, by `pick`, else the nearest. `None` if there is none, or too
+    /// many rows of cells to search. For unequal sizes, the cells within the radius of the target
+    /// points are tried first, as most cells are outside.
     #[inline(always)]
     fn closest_around(
         &mut self,
@@ -221,8 +223,8 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         self.closest(patch, aim, block, ANYWHERE, pick)
     }
 
-    /// Finds a partner as [`Self::partner`] in a block of cells, closer than the square root of
-    /// `farthest`.
+    /// Finds a partner in a block of cells: any particle within the radius of its target point, by
+    /// `pick`, else the nearest whose squared distance is below `farthest`.
     #[inline(always)]
     fn closest(
         &mut self,
@@ -381,7 +383,7 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         best.1
     }
 
-    /// Gathered particles other than `who`.
+    /// Particles gathered for the search, without the particle `who` itself.
     fn others(&self, patch: &HaloCopy<P>, who: usize) -> impl Iterator<Item = usize> {
         let own = patch.home(who);
         let all = self.runs.iter().cloned().flatten();
@@ -453,7 +455,7 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         images.nearest(position - point).square()
     }
 
-    /// Gathered particle of this number.
+    /// Particle of this number among the particles gathered for the search.
     fn nth(&self, number: u32) -> usize {
         let mut number = number as usize;
         for run in &self.runs {

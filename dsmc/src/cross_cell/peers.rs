@@ -15,7 +15,7 @@ pub(crate) trait TilePeers<P: ParticleModel, F: DisplacementTracking<P::Space>>:
     /// Returns whether another process reads a tile as ghost cells or owns it.
     fn is_seen(&self, tile: usize) -> bool;
 
-    /// Returns whether work around a tile changes what another process sees.
+    /// Returns true if collisions around a tile change ghost cells of another process.
     fn tells(&self, tile: usize) -> bool;
 
     /// Exchanges ghost cells between processes before the collisions of a step. Returns the bounds
@@ -37,7 +37,7 @@ pub(crate) trait TilePeers<P: ParticleModel, F: DisplacementTracking<P::Space>>:
     );
 
     /// Returns the reports of the tiles of all processes, in the order of colours. The first
-    /// process also receives the collision logs, if `looks`.
+    /// process also receives the collision logs if `looks`, for its observers.
     fn all_reports(
         &self,
         grid: &Grid<P::Space>,

@@ -44,7 +44,7 @@ pub(super) struct TabulatedRate {
     pub(super) rate: f64,
     /// Packing fraction of the neighbourhood.
     pub(super) packing: f64,
-    /// True if chi is limited there.
+    /// True if chi is limited at this packing fraction.
     pub(super) limited: bool,
     /// Class of the adaptive contact distance.
     pub(super) class: u8,
@@ -55,11 +55,11 @@ pub(crate) struct Rates<S: Space> {
     limit: f64,
     /// Packing fraction of one unit in the neighbourhood.
     unit: f64,
-    /// Contribution of a simulator to its own neighbourhood \[units\]; zero where it was subtracted
-    /// before.
+    /// Contribution of a simulator to its own neighbourhood \[units\]; zero if the density leaves
+    /// the simulator out.
     own: f64,
-    /// Weighted mean of the squares of the cell weights.
-    squares: f64,
+    /// Mean of the cell weights w in a density window, weighted by w: sum of w^2 over sum of w.
+    mean_weight: f64,
     /// Mean area or volume of a particle \[length^D\].
     ball: f64,
     /// Moments of unequal sizes; `None` for equal ones.
@@ -127,7 +127,7 @@ impl<S: Space> Rates<S> {
                 DensityKernel::Flat => 1.0,
                 DensityKernel::Triangle => 0.0,
             },
-            squares: density.squares(),
+            mean_weight: density.mean_weight(),
             ball,
             spread,
             missing: CorrelationHole::new::<S>(&Window::new(gas, density, radius)),
@@ -176,8 +176,7 @@ impl<S: Space> Rates<S> {
         }
     }
 
-    /// Packing fraction times chi and its second derivative, interpolated in the table where there
-    /// is one.
+    /// Packing fraction times chi, and its second derivative, interpolated where the table reaches.
     #[inline]
     pub(super) fn covered_chi_near(&self, packing: f64) -> [f64; 2] {
         let place = packing * PACKINGS as f64;
@@ -201,7 +200,7 @@ impl<S: Space> Rates<S> {
         let packing = others + missing * thinned * unit;
         let [covered_chi, curvature] = self.covered_chi_near(packing);
         let each = self.spread.map_or(1.0, |spread| spread.variance);
-        let variance = each * self.squares * unit * packing * varies;
+        let variance = each * self.mean_weight * unit * packing * varies;
         let covered_chi = (covered_chi - 0.5 * curvature * variance).max(0.0);
         crowding.centres * covered_chi / self.ball
     }

@@ -54,7 +54,8 @@ pub(super) struct Cell<S: Space> {
     pub(super) at: [u32; 3],
     /// Index range of the cell's particles in the halo copy.
     pub(super) members: Range<usize>,
-    /// Units in the neighbourhood, the covered area or volume over that of the largest particle.
+    /// Area or volume of the particles in the neighbourhood, over the area or volume of the
+    /// largest.
     pub(super) units: f64,
     /// Corrections of the density for the volume that boundaries take from the neighbourhood.
     pub(super) crowding: FreeVolumeFactors,
@@ -64,8 +65,8 @@ pub(super) struct Cell<S: Space> {
     limited: bool,
     /// Class of the adaptive contact distance.
     pub(super) class: u8,
-    /// Cross section times chi of pairs of the largest particles, over that of the contact distance
-    /// and equal particles.
+    /// Cross section times chi for pairs of the largest particles, over the same product for equal
+    /// particles at the contact distance.
     pub(super) ceiling: f64,
     /// Majorant of n χ times the size factor \[1/length^D\].
     pub(super) most: f64,

@@ -50,7 +50,7 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Collides the simulators of the tile with each other and with those around it. Bits are
+    /// Collides the simulators of the tile with each other and with simulators around it. Bits are
     /// identical on every processor: products and sums are never contracted.
     pub(super) fn collide(mut self, ranges: Ranges) -> (TileReport, Vec<ChangeOf<P>>) {
         self.choose_loop(ranges);

@@ -25,7 +25,7 @@ pub(super) struct TileNeighbourhood<'a, 'b, P: ParticleModel, F: DisplacementTra
     changes: Vec<ChangeOf<P>>,
 }
 
-/// Location of a simulator: index of its tile in the neighbourhood, and its index there.
+/// Location of a simulator: index of its tile in the neighbourhood, and its index in the tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct At {
     pub(super) tile: u32,
@@ -70,14 +70,14 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         self.middle
     }
 
-    /// Central tile.
+    /// Tile in the centre of the neighbourhood.
     #[inline(always)]
     pub(super) fn home(&self) -> &Tile<P, F> {
         self.tile(self.middle())
     }
 
-    /// Index of the tile that holds a cell, and the cell's number there; `None` beyond the tiles
-    /// that touch.
+    /// Index of the tile that holds a cell, and the cell's number in it; `None` beyond the adjacent
+    /// tiles.
     #[inline]
     pub(super) fn find(&self, cell: [u32; 3]) -> Option<(u32, usize)> {
         let number = self.grid.tile_number(self.grid.owner(cell)) as u32;
@@ -96,7 +96,7 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         self.tiles.iter().map(|tile| tile.simulators.len())
     }
 
-    /// A copy of a simulator.
+    /// Returns a copy of the simulator at a location.
     #[inline(always)]
     pub(super) fn read(&self, at: At) -> SimulatorOf<P, F> {
         self.tile(at.tile).simulators[at.index as usize]

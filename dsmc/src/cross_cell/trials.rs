@@ -47,8 +47,8 @@ pub(super) trait CandidateRule<P: ParticleModel, F: DisplacementTracking<P::Spac
 pub(super) struct AroundPoints<'a, P: ParticleModel, L> {
     rates: &'a Rates<P::Space>,
     search: Search<'a, P, L>,
-    /// Largest offset in cells of the point halfway to contact, where the density is taken there;
-    /// `None` otherwise. Larger offsets, due to rounding, are clamped.
+    /// Largest offset, in cells, of the point halfway to contact, if the density is taken around
+    /// it; else `None`. Larger offsets, due to rounding, are clamped.
     farthest: Option<[i64; 3]>,
     /// Largest number of other units around points halfway, for each cell of the line.
     most_others: Vec<f64>,

@@ -124,8 +124,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         (share.is_united, share.since) = (false, 0);
     }
 
-    /// Gathers all tiles, sorted, in the root process. Collective call; does nothing if they are
-    /// there.
+    /// Gathers all tiles, sorted, in the root process. Collective call; does nothing if it holds
+    /// them already.
     pub fn gather_tiles(&mut self) {
         let Some(mut share) = self.share.take_if(|share| !share.is_united) else {
             return;

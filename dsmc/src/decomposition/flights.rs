@@ -40,8 +40,8 @@ struct News<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     simulators: usize,
     ends: bool,
     pauses: bool,
-    /// Particles that flew beyond adjacent tiles: target tile, source cell, simulator. Those from
-    /// one cell come from one process and keep their order.
+    /// Particles that flew beyond adjacent tiles: target tile, source cell, simulator. Particles
+    /// of one cell come from one process and keep their order.
     far: Vec<(u32, u32, SimulatorOf<P, F>)>,
     counts: StepCounters,
 }
@@ -59,8 +59,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> News<P, F> {
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
     /// Exchanges migrating simulators with neighbours after a free flight, sends collision logs to
-    /// the root process if `looks`, and reduces statistics and counters. `counts`: those of this
-    /// process. Returns the sums over all processes.
+    /// the root process if `looks`, and reduces statistics and counters. `counts`: counters of this
+    /// process. Returns the counters summed over all processes.
     pub(crate) fn exchange_with_others(
         &mut self,
         counts: StepCounters,

@@ -14,8 +14,8 @@ use crate::tally::CollisionCounters;
 use crate::tile::Tile;
 
 impl<S: Space> Subdomain<S> {
-    /// Receives per-cell values from tiles of other processes: those within `reach` cells of own
-    /// tiles and, if `is_wide`, those adjacent to these. Returns them by tile number.
+    /// Receives the units of each cell in tiles of other processes: tiles within `reach` cells of
+    /// own tiles and, if `is_wide`, also tiles adjacent to these. Returns the units by tile number.
     pub(crate) fn units_around<P: ParticleModel<Space = S>, F: DisplacementTracking<S>>(
         &self,
         grid: &Grid<S>,

@@ -6,8 +6,8 @@ use stosszahl_model::DynReduction;
 
 use super::bytes::{from_bytes, to_bytes};
 
-/// Transport between processes that hold one gas. All of them make the same calls in the same
-/// order.
+/// Transport of messages between processes that share one gas. All processes make the same calls in
+/// the same order.
 pub trait Ranks: Send + Sync {
     /// Number of this process, from 0.
     fn rank(&self) -> usize;
@@ -17,7 +17,7 @@ pub trait Ranks: Send + Sync {
 
     /// Sends messages to other processes, and returns one message from each process in `from`, in
     /// that order. A process lists every sender in its own `from`. Messages may have any length;
-    /// none is lost, and those between two processes arrive in order.
+    /// none is lost, and messages between two processes arrive in order.
     fn exchange(&self, messages: Vec<(usize, Vec<u8>)>, from: &[usize]) -> Vec<Vec<u8>> {
         let mut all = Vec::new();
         self.exchange_around(messages, from, &mut || (), &mut |came| all = came);

@@ -98,7 +98,7 @@ pub(crate) fn read_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
     /// Writes the tiles of all processes into files whose names begin with `stem`. Collective call.
-    /// Returns the shards in the root process, and nothing in the others.
+    /// Returns the shards in the root process, and nothing in other processes.
     pub(crate) fn write_shards(
         &mut self,
         stem: &str,

@@ -22,7 +22,7 @@ pub(crate) struct Subdomain<S: Space> {
     pub(crate) owners: Vec<u32>,
     /// Ranks of the processes with tiles adjacent to own tiles.
     pub(super) near: Vec<usize>,
-    /// Other processes that read each tile: its owner, and those with adjacent tiles.
+    /// Other processes that read each tile: its owner, and the owners of adjacent tiles.
     pub(super) seers: Vec<Vec<GhostReader>>,
     /// For each tile: true if collisions around it change ghost cells of another process.
     pub(super) tells: Vec<bool>,
@@ -87,7 +87,7 @@ impl<S: Space> Subdomain<S> {
         self.owners[tile] as usize == self.me()
     }
 
-    /// Exchanges one message with each neighbour process, and returns those received.
+    /// Exchanges one message with each neighbour process, and returns the messages received.
     pub(crate) fn with_near<T: Serialize + DeserializeOwned>(
         &self,
         mut to: impl FnMut(usize) -> T,

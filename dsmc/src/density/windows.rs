@@ -5,7 +5,7 @@
 pub(crate) struct WindowMember {
     /// Coordinates of the cell along the first two axes.
     pub(crate) cell: [u32; 2],
-    /// The sub-cell, if it is split.
+    /// Sub-cell; `None` in a cell that is not split.
     pub(crate) sub_cell: Option<usize>,
 }
 
@@ -22,7 +22,7 @@ pub(crate) struct CutWindow<T> {
 pub(crate) enum WindowCentre {
     /// A cell, by its coordinates along the first two axes.
     Cell([u32; 2]),
-    /// A sub-cell, by its number among those of all split cells.
+    /// A sub-cell, by its index among the sub-cells of all split cells.
     SubCell(usize),
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct CutWindows {
     /// Index of the window of each sub-cell.
     of_sub_cells: Vec<usize>,
     layers: CellLayers,
-    /// Units in each window in each layer.
+    /// Covered units in each window in each layer of cells.
     units: Vec<f64>,
     /// Free area of each window in each layer \[cells\].
     rooms: Vec<f64>,
@@ -43,9 +43,9 @@ pub(crate) struct CutWindows {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellLayers {
     pub(crate) count: usize,
-    /// Half width of windows \[cells\].
+    /// Half width of density windows \[cells\].
     pub(crate) reach: usize,
-    /// True if windows end at the faces.
+    /// True if density windows end at the faces of the box.
     pub(crate) bounded: bool,
 }
 
@@ -157,7 +157,7 @@ impl CutWindows {
         }
     }
 
-    /// Memory \[bytes\].
+    /// Memory of the density windows \[bytes\].
     pub(super) fn memory_bytes(&self) -> usize {
         let members = self.windows.iter().map(|window| window.members.capacity());
         size_of::<WindowMember>() * self.members.capacity()

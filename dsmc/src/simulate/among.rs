@@ -27,8 +27,8 @@ use crate::features::PROCESSES;
 use crate::parameters::DsmcError;
 use crate::particle::DisplacementTracking;
 
-/// Starts a gas as [`super::simulate`], decomposed over several processes. Called by the root
-/// process; the others call [`serve_domain`].
+/// Starts a gas that is decomposed over several processes. Called by the root
+/// process; the other processes call [`serve_domain`].
 ///
 /// # Errors
 /// As [`super::simulate`]; if another process cannot hold its part; and
@@ -41,9 +41,9 @@ pub fn simulate_distributed(
     lead(gas, StartSource::Start(starts), ranks)
 }
 
-/// Resumes a gas as [`super::resume`], decomposed over several processes. Called by the root
-/// process; the others call [`serve_domain`]. The checkpoint may come from any number of processes; each
-/// reads its part of a sharded one.
+/// Resumes a gas from a checkpoint, decomposed over several processes. Called by the root process;
+/// the other processes call [`serve_domain`]. The checkpoint may come from any number of processes;
+/// each process reads its part of a sharded checkpoint.
 ///
 /// # Errors
 /// As [`super::resume`]; if another process cannot hold its part; and [`DsmcError::OneProcess`].
@@ -96,13 +96,13 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError
     }
 }
 
-/// Serves a part of a gas that the root process drives, until that ends it. All arguments but the
-/// start must equal those of the root process; the gas started with `count` particles in a box of
-/// sides `lengths`. `make` creates the sums that the root process asks for.
+/// Serves a part of a gas that the root process drives, until the root process drops the gas. All
+/// arguments but the start must equal those of the root process; the gas started with `count`
+/// particles in a box of sides `lengths`. `make` creates the sums that the root process asks for.
 ///
 /// # Errors
-/// [`DsmcError`] if the gas cannot start here or elsewhere; [`DsmcError::OneProcess`] without
-/// the feature `processes`.
+/// [`DsmcError`] if the gas cannot start in this or another process; [`DsmcError::OneProcess`]
+/// without the feature `processes`.
 ///
 /// # Panics
 /// If the root process asks for a sum that `make` does not know.
@@ -136,16 +136,17 @@ pub fn serve_domain(
     }
 }
 
-/// Root process: keeps the engine that the others help to advance.
+/// Root process: keeps the engine, which the other processes help to advance.
 struct Lead(Arc<dyn Ranks>);
 
-/// Gas of the root process, and the data that the others need.
+/// Gas of the root process, and the data that the other processes need.
 struct Led {
     gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, DsmcError>>,
     header: GasHeader,
 }
 
-/// Checkpoint of a gas without its simulators, and the location of its shards if there are any.
+/// Checkpoint of a gas without its simulators, and the location of its shards; `None` if it has no
+/// shards.
 #[derive(Serialize, Deserialize)]
 struct GasHeader {
     kept: Vec<u8>,
@@ -219,8 +220,8 @@ fn add_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     reduce(ranks, sum);
 }
 
-/// Redistributes positions by equal strips of the first axis, one per process, and adds those in
-/// and near the own strip to a sum.
+/// Redistributes positions by equal strips of the first axis, one per process, and adds the
+/// simulators in and near the strip of this process to a sum.
 fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &CellSimulation<P, F>,
     reach: f64,

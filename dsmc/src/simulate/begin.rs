@@ -67,7 +67,7 @@ pub fn resume(
     begin(gas, StartSource::Checkpoint(left), &Alone)
 }
 
-/// Destination of a new engine: this process alone, or one of several.
+/// Destination of a new engine: this process alone, or one of several processes.
 pub(super) trait Keep {
     type Kept;
     /// True if shards stay unread, for the processes that own their tiles.

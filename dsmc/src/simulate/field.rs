@@ -42,10 +42,10 @@ impl<S: Space> Field<S> for UniformField<S> {
     }
 }
 
-/// Scene of any grains with this surface, under gravity or in a shear flow.
+/// Creates the model of particles of any sizes with this surface, under gravity or in a shear flow.
 ///
 /// # Errors
-/// [`InvalidValue`] for sizes or fields that cannot be.
+/// [`InvalidValue`] for sizes or fields that are not allowed.
 pub(super) fn scene_of<S: Space, C: Surface<S>>(
     grains: &ParticleSpec,
     surface: C,
@@ -61,7 +61,7 @@ pub(super) fn scene_of<S: Space, C: Surface<S>>(
     ))
 }
 
-/// Returns a scene with another field, which `field` makes from its own.
+/// Returns a model with its field replaced by `field` of it.
 fn in_field<S, C, R, Z, F, G>(
     scene: Scene<S, C, R, Z, F>,
     field: impl FnOnce(F) -> G,

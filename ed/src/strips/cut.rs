@@ -184,7 +184,7 @@ fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
     }
 }
 
-/// Removes disks from a strip, all those of their cells.
+/// Removes disks from a strip; `numbers` holds all disks of some cells.
 fn forget<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
     for &number in numbers {
         let place = disks.cells.place(disks.home(number), 1, 1);
@@ -251,8 +251,8 @@ pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
 /// Data exchanged between strips, by sender; the memory is reused in all windows.
 pub(super) type HaloExchange<P> = Vec<Vec<Parcel<P>>>;
 
-/// Gives new rows to strips. A strip keeps the rows of its old core; the others come from the strip
-/// that had them in its core.
+/// Gives new rows to strips. A strip keeps the rows of its old core; each other row comes from the
+/// strip that had it in its core.
 pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
     strips: &mut [EventDrivenEngine<P, Q>],
     places: &[StripRows],

@@ -21,18 +21,18 @@ pub(super) fn entered<S>(lower: &StripEdge<S>, upper: &StripEdge<S>) -> f64 {
     below.max(above) as f64 / (halo - SEAM as usize) as f64
 }
 
-/// Number of contacts of all strips in a part of their logs, about.
+/// Approximate number of contacts of all strips in one span of time of their logs.
 const PART: usize = 512;
 
 /// Contact, and the strip in whose core it was.
 type Logged = (usize, LoggedContact);
 
 /// Contacts of all strips in the order of time, simultaneous ones by their disks. Mostly a few are
-/// needed, which are found without sorting the others.
+/// needed: only their spans of time are sorted.
 struct Logs<'a> {
     /// Log of each strip in each span of time; simultaneous contacts are in the same span.
     parts: Vec<Vec<&'a [LoggedContact]>>,
-    /// Number of contacts before each part, and their total number.
+    /// Number of contacts before each span of time, and their total number.
     begins: Vec<usize>,
 }
 

@@ -325,8 +325,8 @@ where
             let window = self.window(whole, &places[0], goal.last, recorder);
             let Some(window) = window else {
                 // Fewer and higher strips have room for wider halos.
-                let ends =
-                    self.longest(&places[0]) >= WORTH || Self::left(whole, goal.last) < WORTH;
+                let ends = self.longest(&places[0]) >= WORTH
+                    || Self::window_limit(whole, goal.last) < WORTH;
                 let Some(fewer) = cut::fewer(cuts.len() - 1).filter(|_| !ends) else {
                     break;
                 };
@@ -496,8 +496,9 @@ where
         (f64::from(place.halo - SEAM) / self.settings.depth).powi(2)
     }
 
-    /// Collisions per disk in a window that surely come before the last.
-    fn left(whole: &EventDrivenEngine<P, Q>, last: u64) -> f64 {
+    /// Returns the largest number of collisions per disk in a time window that almost surely ends
+    /// before the collision with the number `last`.
+    fn window_limit(whole: &EventDrivenEngine<P, Q>, last: u64) -> f64 {
         let to_go = (last - whole.tally.collisions) as f64;
         AIM * (to_go - DEVIATIONS * to_go.sqrt()) / whole.names.len() as f64
     }
@@ -550,10 +551,9 @@ where
         (!ended.contains(&false), observed)
     }
 
-    /// Repeats windows that are known to be right, in strips, with the same events: the gas then
-    /// has the state before those that have gone wrong since. Returns the strips that it then has,
-    /// if there were such windows. An interrupt ends the repetition: the state of the gas is then
-    /// that of some windows ago.
+    /// Repeats in strips, with the same events, the time windows that were verified, so that the
+    /// gas has the state before the first wrong window. Returns the strips, if any window was
+    /// repeated. An interrupt ends the repetition: the gas then has the state of some windows ago.
     fn catch_up(
         whole: &mut EventDrivenEngine<P, Q>,
         behind: CommittedState,
@@ -626,7 +626,7 @@ where
         };
         let collisions = (self.longest(place))
             .min(logged)
-            .min(Self::left(whole, last));
+            .min(Self::window_limit(whole, last));
         (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
     }
 

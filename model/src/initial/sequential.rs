@@ -23,8 +23,9 @@ pub fn sequential_addition(
     add(&vec![0.5 * diameter; count], domain, stream, interrupt)
 }
 
-/// Adds disks of the given radii at random as [`sequential_addition`]: large ones first, which
-/// would find no place among small ones. Places are in the order of the radii.
+/// Adds disks of the given radii one by one at random positions without overlap: large disks first,
+/// which would find no room among small ones. Returns positions in the order of the radii; `None`
+/// if a disk finds no room.
 pub fn sequential_addition_of(
     radii: &[f64],
     domain: &Domain<Plane>,

@@ -29,8 +29,8 @@ pub(super) fn of_parabola(height: f64, speed: f64, acceleration: f64) -> Option<
 }
 
 /// Returns the turning points of a function inside an interval: where its slope is zero. `turns`
-/// are those of the slope, in order; between two of them the slope has at most one root, which is
-/// bracketed and cannot be lost. The slope and its own slope come as a pair.
+/// are the turning points of the slope, in order; between two of them the slope has at most one
+/// root, which is bracketed and cannot be lost. The slope and its own slope come as a pair.
 pub(super) fn turning_points(
     slope: impl Fn(f64) -> (f64, f64),
     turns: &[f64],

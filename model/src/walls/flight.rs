@@ -43,8 +43,8 @@ pub fn time_to_plane(height: f64, velocity: f64, acceleration: f64) -> Option<f6
 /// `None` if it never does, or not before `limit`.
 ///
 /// The wall moves at a constant velocity between two turns, so that each of these intervals is a
-/// case of [`time_to_plane`]; those in which the point is above all that the wall can reach are
-/// left out.
+/// case of [`time_to_plane`]; intervals in which the point is beyond the reach of the wall are left
+/// out.
 pub fn time_to_vibrating_plane(
     height: f64,
     velocity: f64,

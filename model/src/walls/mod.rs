@@ -109,7 +109,7 @@ pub enum WallError {
     },
 }
 
-/// All faces of a box: lower and upper, by axis; those beyond the dimension are periodic.
+/// All faces of a box: lower and upper, by axis; faces beyond the dimension are periodic.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Walls<S: Space> {

@@ -109,7 +109,7 @@ pub enum ObstacleError {
     SelfTouching {
         /// Numbers of the two edges, from 0.
         edges: [usize; 2],
-        /// Place where they touch \[length\].
+        /// Point where the edges touch \[length\].
         place: [f64; 2],
     },
     /// The obstacle is not inside the box.

@@ -114,7 +114,7 @@ pub struct WallLedger<S: Space> {
     pub contacts: f64,
     /// Momentum \[mass length/time\].
     pub momentum: S::Vector,
-    /// Kinetic energy, including that of rotation \[energy\].
+    /// Kinetic energy, including the energy of rotation \[energy\].
     pub energy: f64,
 }
 

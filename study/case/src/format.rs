@@ -289,7 +289,7 @@ pub struct RunSpec {
     /// Unit of all times in this file. Default: "haff" for smooth particles in a periodic box without gravity (the mean free time of a gas
     /// that does not cool or is sheared), else "case".
     pub time_unit: Option<TimeUnit>,
-    /// End of the run.
+    /// Time at which the run ends, in the unit `time_unit`.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e15))]
     pub until: f64,
     /// First sample after t = 0, with samples in equal factors of time. Default: `until/1000`; not

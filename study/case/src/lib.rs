@@ -75,7 +75,7 @@ pub struct CaseFile {
     pub text: String,
     /// Path of the file.
     pub path: PathBuf,
-    /// The points of the sweeps, each different from the others; one point without settings if
+    /// Points of the sweeps, all different; one point without settings if
     /// there is no sweep.
     pub points: Vec<CasePoint>,
     /// Remarks on how the file was read, in sentences for the user.
@@ -263,7 +263,7 @@ impl Format {
             text: text.to_owned(),
             path: path.to_owned(),
             points: read,
-            notes: fixed.iter().map(|key| ended(key)).collect(),
+            notes: fixed.iter().map(|key| sweep_note(key)).collect(),
         })
     }
 
@@ -319,8 +319,8 @@ fn set(
     })
 }
 
-/// Returns the note on a sweep that an override removes.
-fn ended(key: &str) -> String {
+/// Returns the note that the case's sweep over `key` is left out, as the caller sets the key.
+fn sweep_note(key: &str) -> String {
     format!("{key} is set from outside, so that the sweep of the case over it is left out")
 }
 

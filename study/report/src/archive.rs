@@ -29,9 +29,9 @@ pub(crate) struct Archive {
     name: String,
     /// Files, each behind its name and size.
     bytes: Vec<u8>,
-    /// Entries of the list at its end.
+    /// Entries of the directory at the end of the archive.
     list: Vec<u8>,
-    /// Number of files.
+    /// Number of files in the archive.
     held: u16,
     /// Names of the files that do not fit.
     left_out: Vec<String>,

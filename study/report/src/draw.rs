@@ -55,7 +55,7 @@ impl Plot {
         }
     }
 
-    /// SVG element nested in another one, at a position.
+    /// SVG element nested in another SVG element, at a position.
     pub fn placed(&self, x: f64, y: f64) -> Markup {
         html! {
             svg.plot x=(format!("{x:.0}")) y=(format!("{y:.0}")) width=(WIDTH) height=(format!("{:.0}", self.height)) { (self.content) }
@@ -226,7 +226,7 @@ impl Canvas {
         }
     }
 
-    /// Path of bars from zero.
+    /// SVG path of histogram bars, from zero up.
     fn bars(&self, points: &[ChartPoint]) -> String {
         let mut path = String::new();
         let foot = (1.0 - self.y.clamped(0.0)) * self.size[1];

@@ -292,7 +292,7 @@ struct Curves<'a> {
     y: usize,
     /// Key columns that distinguish engines.
     engines: Vec<usize>,
-    /// Key columns that distinguish other curves: those with more than one value.
+    /// Key columns with more than one value, which distinguish curves.
     others: Vec<usize>,
     /// Values of the other key columns that are drawn.
     values: Vec<String>,
@@ -387,7 +387,7 @@ impl<'a> Curves<'a> {
         Some(place as f64 + 1.0)
     }
 
-    /// Points of some rows, from a column of ordinates and those of its errors and theory.
+    /// Points of some rows, from a column of ordinates and the columns of its errors and theory.
     fn points(
         &self,
         rows: &[&[TableCell]],

@@ -22,11 +22,11 @@ pub struct Listed<'a> {
     pub lines: &'a [String],
     /// Collapsed groups of sentences, each with its title.
     pub folded: &'a [(&'a str, &'a [String])],
-    /// Lists; those without rows are left out.
+    /// Lists of the report; lists without rows are left out.
     pub lists: &'a [Listing<'a>],
 }
 
-/// Builds the page.
+/// Builds the list page in HTML.
 pub fn listing(page: &Listed<'_>) -> String {
     let table = page.figure;
     let figures = (table.figures.iter()).filter_map(|figure| Some((figure, draw(table, figure)?)));

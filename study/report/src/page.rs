@@ -10,7 +10,7 @@ use crate::words::with_error;
 
 /// Colours of pages and drawings.
 pub(crate) const PALETTE: &str = include_str!("palette.css");
-/// Style of drawings.
+/// CSS style of drawings.
 pub(crate) const PLOT: &str = include_str!("plot.css");
 /// Style sheet of all pages.
 const STYLE: &str = include_str!("style.css");

@@ -84,7 +84,7 @@ pub(crate) fn add_to_archive(
     Ok(())
 }
 
-/// Summary of a run: what was run, in a few sentences, and its verdicts.
+/// Summary of a run: case and engines in a few sentences, and the verdicts.
 fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     let manifest = &stored.manifest;
     let engines: Vec<&str> = manifest

@@ -141,7 +141,8 @@ fn estimates(
     rows.iter().map(one).collect()
 }
 
-/// Returns the only number, or the mean of the rows in a range with errors as of independent rows.
+/// Returns the value of the only row found, or the mean over the rows if the keys give a range. The
+/// errors of rows count as independent.
 fn mean(found: &[TableEstimate], spot: &NumberLocation<'_>) -> Result<TableEstimate, String> {
     let is_range = spot.keys.values().any(Value::is_array);
     match found {

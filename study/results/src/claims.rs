@@ -30,7 +30,7 @@ use std::time::{Duration, Instant, SystemTime};
 use crate::error::ResultsError;
 use crate::list::is_same_file;
 
-/// Name of the folder of claims inside that of a run.
+/// Name of the folder of claims inside the results folder of a run.
 pub const CLAIMS: &str = "claims";
 /// Prefix of the heartbeat file of a process.
 const WORKER: &str = "worker-";
@@ -71,7 +71,8 @@ impl TaskClaim {
     }
 }
 
-/// This process as one of those that work in a results folder. Dropping the value deregisters it.
+/// Registration of this process among all that work in a results folder. Dropping the value
+/// deregisters it.
 #[derive(Debug)]
 pub struct FolderWorker {
     /// Folder of claims.

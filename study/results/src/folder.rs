@@ -31,9 +31,9 @@ use crate::manifest::{
 };
 use crate::table::Table;
 
-/// Name of the folder of checkpoints inside that of a run.
+/// Name of the folder of checkpoints inside the results folder of a run.
 pub const CHECKPOINTS: &str = "checkpoints";
-/// Name of the folder of snapshots inside that of a run.
+/// Name of the folder of snapshots inside the results folder of a run.
 pub const SNAPSHOTS: &str = "snapshots";
 
 /// Time after which a process that shares a folder counts as lost to one that needs it exclusively.
@@ -59,7 +59,7 @@ pub struct Folder {
     fingerprints: Vec<[u8; 32]>,
     list: Mutex<FileList>,
     warning: Option<String>,
-    /// This process among those that work in the folder; `None` if it works alone.
+    /// Registration of this process among all that share the folder; `None` if it works alone.
     worker: Option<FolderWorker>,
 }
 
@@ -128,7 +128,7 @@ impl Folder {
         // Another process may have changed it in between.
         let known = admit(path, existing, inputs, &runs)?;
         if path.join(CLAIMS).exists() {
-            require_nobody(path)?;
+            require_unshared(path)?;
             list.take_over(&claims::lists(path))
                 .map_err(ResultsError::system(path, "written"))?;
             claims::remove_workers(path);
@@ -208,7 +208,7 @@ impl Folder {
         }
     }
 
-    /// This process among those that work in the folder; `None` if it works alone.
+    /// Registration of this process among all that share the folder; `None` if it works alone.
     pub fn worker(&self) -> Option<&FolderWorker> {
         self.worker.as_ref()
     }
@@ -325,8 +325,12 @@ fn require_names(runs: &[RunId]) -> Result<(), ResultsError> {
     }
 }
 
-/// Refuses a folder that a live process shares, if the lock does not show it.
-fn require_nobody(path: &Path) -> Result<(), ResultsError> {
+/// Refuses a folder in which another process still works, by the heartbeats of the processes that
+/// share it.
+///
+/// # Errors
+/// [`ResultsError::Locked`] if there is one; others if the file system fails.
+fn require_unshared(path: &Path) -> Result<(), ResultsError> {
     let visitor = FolderWorker::register(path, PATIENCE)?;
     if visitor.find_other()? {
         return Err(ResultsError::Locked {
@@ -430,7 +434,7 @@ impl<'a> RunPlace<'a> {
         self.folder.path.join(&self.run.name)
     }
 
-    /// Name of the point of a sweep; empty without a sweep.
+    /// Name of the point of a sweep that this run is; empty without a sweep.
     pub fn name(&self) -> &str {
         &self.run.name
     }
@@ -440,7 +444,7 @@ impl<'a> RunPlace<'a> {
         self.fingerprint
     }
 
-    /// Name of a task of this run among those of all points.
+    /// Name of a task, unique among the tasks of all points: a prefix for this run, and `name`.
     pub fn task(&self, name: &str) -> String {
         format!("{}-{name}", self.task_prefix())
     }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::ResultsError;
 use crate::regular;
 
-/// Name of the folder of frames inside that of a run.
+/// Name of the folder of frames inside the results folder of a run.
 pub const FRAMES: &str = "frames";
 /// Largest resolved speed, in units of the root mean square of all particles.
 pub const FASTEST: f64 = 4.0;
@@ -137,7 +137,7 @@ impl Crowd {
         self.radii = Some([low.min(radius), high.max(radius)]);
     }
 
-    /// Widens the ranges by those of other totals, without changing the sums.
+    /// Widens the ranges by the ranges of other totals, without changing the sums.
     pub fn widen_by(&mut self, other: &Self) {
         if let Some([low, high]) = other.radii {
             self.widen(other.heaviest, low);

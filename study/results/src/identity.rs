@@ -21,9 +21,9 @@ const NAMED: usize = 3;
 /// Identity of a run: its point, its case and its fingerprints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunId {
-    /// Name of the point of a sweep, which is that of its subfolder; empty without a sweep.
+    /// Name of the point of a sweep and of its subfolder; empty without a sweep.
     pub name: String,
-    /// Hash of all that determines the numbers: version, case, input files.
+    /// Hash of all inputs that determine the numbers: version, case, input files.
     pub numbers: [u8; 32],
     /// Hash of the whole case without `ignored` keys.
     pub output: [u8; 32],

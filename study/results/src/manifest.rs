@@ -103,7 +103,7 @@ pub struct Program {
 /// Fingerprints of a run, as hexadecimal BLAKE3 hashes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunFingerprints {
-    /// Hash of all that determines the numbers.
+    /// Hash of all inputs that determine the numbers: version, case, input files.
     pub numbers: String,
     /// Hash of everything that affects only how results are shown and judged.
     pub output: String,
@@ -273,7 +273,7 @@ pub struct Sweep {
 /// Point of a sweep: its name and the swept values.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SweepPoint {
-    /// Name of the point, which is that of its folder inside the sweep folder.
+    /// Name of the point, and of its folder inside the sweep folder.
     pub name: String,
     /// Values of the swept keys.
     pub values: BTreeMap<String, serde_json::Value>,
@@ -286,7 +286,7 @@ pub struct Stored {
     pub manifest: Manifest,
     /// Tables, in the order of the manifest.
     pub tables: Vec<Table>,
-    /// Names of files that differ from those written by the run.
+    /// Names of files whose content differs from what the run wrote.
     pub changed: Vec<String>,
 }
 

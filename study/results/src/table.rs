@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Text known at compile time, or read back from a manifest.
 type Text = Cow<'static, str>;
 
-/// Name of the folder of drawings inside that of a run.
+/// Name of the folder of drawings inside the results folder of a run.
 pub const FIGURES: &str = "figures";
 
 /// Table of a results folder.

@@ -36,7 +36,7 @@ const STABLE: f64 = 0.7;
 const RUNS: u64 = 200;
 /// Numbers of simulators per disk that are tried, in turn.
 const SIMULATORS: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
-/// First replica number of the pilot, beyond those of any run.
+/// First replica number of the pilot runs, beyond the replica numbers of any run.
 const FIRST: u64 = 1 << 34;
 /// Duration of the pilot in Haff's times, for a cooling gas.
 const COOLING: f64 = 1.0;

@@ -30,8 +30,8 @@ const LOOK: f64 = 32.0;
 const FEW_LOOKS: usize = 1000;
 /// Memory of a table row besides its cells \[bytes\].
 const ROW: f64 = 64.0;
-/// Memory of a table with its text and figures during the report, over that of its rows; 3.0 to 3.7
-/// were measured.
+/// Memory of a table with its text and figures during the report, over the memory of its rows;
+/// 3.0 to 3.7 were measured.
 const REPORTED: f64 = 3.4;
 
 /// Point of a case with its plan and its measures.
@@ -55,7 +55,7 @@ pub struct CaseOutline {
     pub derived: Vec<DerivedQuantity>,
     /// Measure whose verdict is the headline, and the engine of the question if the case names one.
     pub leading: String,
-    /// Names of the engines.
+    /// Names of the engines of the case.
     pub engines: Vec<&'static str>,
     /// Names of the measures.
     pub measures: Vec<&'static str>,
@@ -263,7 +263,7 @@ impl<'a> Planned<'a> {
         };
         let kept: Vec<MeasureMemory> = self.plan.engines.iter().map(kept).collect();
         let (plan, measures) = (&self.plan, self.measures.iter());
-        let looks = Looks {
+        let sampling = Looks {
             gathers: measures.clone().any(|one| one.gathers_particles(plan)),
             working: (measures.clone().map(|one| one.working_bytes(plan))).fold(0.0, f64::max),
             last: measures
@@ -276,7 +276,7 @@ impl<'a> Planned<'a> {
         let figures = measures.map(|one| one.figure_bytes(plan)).sum();
         Cost {
             pace: self.pace(),
-            ..plan.cost(threads, &kept, &looks, figures)
+            ..plan.cost(threads, &kept, &sampling, figures)
         }
     }
 
@@ -331,9 +331,9 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// False-alarm probability of each verdict of a point: that of the point divided by the number of
-/// its verdicts (Bonferroni), so it is known before the run. Points of a sweep do not share it;
-/// there the false discovery rate is controlled.
+/// False-alarm probability of each verdict of a point: the probability for the point divided by the
+/// number of its verdicts (Bonferroni), so it is known before the run. Over the points of a sweep
+/// the false discovery rate is controlled instead.
 pub fn level(planned: &Planned<'_>) -> f64 {
     let measures = planned.measures.iter();
     let all: usize = measures.map(|one| one.test_count(&planned.plan)).sum();
@@ -359,7 +359,7 @@ pub(crate) fn check_within(
     planned.collect()
 }
 
-/// Measures of a case: those that it names, and those that are made by default.
+/// Measures of a case: the measures that it names, and the default ones.
 ///
 /// # Errors
 /// [`PlanError`] names the option, or the unknown measure.

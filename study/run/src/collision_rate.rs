@@ -39,7 +39,7 @@ pub(crate) struct RateWindow {
 pub struct CollisionRateError {
     /// Collisions per particle and unit of time of the case.
     rate: f64,
-    /// Limit of the rate, in the same unit.
+    /// Largest collision rate that is allowed, in the unit of the rate.
     limit: f64,
     /// Start of the window, in the unit of time of the case.
     since: f64,

@@ -49,14 +49,14 @@ pub trait Content: Serialize + DeserializeOwned {
 /// when it is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Set {
-    /// First set of shards.
+    /// First of two alternating sets of checkpoint shards.
     A,
-    /// Second set of shards.
+    /// Second of two alternating sets of checkpoint shards.
     B,
 }
 
 impl Set {
-    /// Both sets of shards.
+    /// Both alternating sets of checkpoint shards.
     pub const ALL: [Self; 2] = [Self::A, Self::B];
 
     /// Set that the next checkpoint uses.

@@ -29,7 +29,7 @@ impl Drop for Release<'_> {
     }
 }
 
-/// Checks that all processes are ready; the error is that of the lowest rank that is not.
+/// Checks that all processes are ready; else returns the error of the lowest rank that is not.
 fn require_all_ready<T>(ranks: &dyn Ranks, mine: &Result<T, RunError>) -> Result<(), RunError> {
     let mine = mine.as_ref().err().map(ToString::to_string);
     let all = gather_from_all(ranks, postcard::to_stdvec(&mine).unwrap_or_default());
@@ -52,12 +52,12 @@ fn require_gas_in_cells(planned: &[Planned<'_>], processes: usize) -> Result<(),
     Err(RunError::NothingToDecompose)
 }
 
-/// Runs all points of a case into a results folder, with each gas in cells held by all of these
-/// processes. The caller is the first of them; the others call [`serve_subdomains`].
+/// Runs all points of a case into a results folder, with each gas in cells spread over all
+/// processes. The caller is the first process; the other processes call [`serve_subdomains`].
 ///
 /// # Errors
-/// As [`crate::run_case`]; [`RunError::Processes`] if another process cannot hold its subdomain, and
-/// [`RunError::NothingToDecompose`] for a case without a gas in cells.
+/// As [`crate::run_case`]; [`RunError::Processes`] if another process cannot hold its subdomain,
+/// and [`RunError::NothingToDecompose`] for a case without a gas in cells.
 pub fn run_decomposed(
     file: &CaseFile,
     options: &RunOptions<'_>,

@@ -31,7 +31,8 @@ struct Part {
 }
 
 impl ProgressEstimate {
-    /// Creates the estimate of replicas whose parts have these expected times \[s\].
+    /// Creates the estimate for a number of replicas. `expected` holds the times of the parts of
+    /// one replica, its start and then its engines \[s\].
     pub fn new(replicas: usize, expected: &[f64]) -> Self {
         // An estimate of zero still counts as some work.
         let expected: Vec<f64> = expected.iter().map(|cost| cost.max(1e-3)).collect();

@@ -129,7 +129,7 @@ pub struct Comparison<'a> {
     pub quantity: &'a str,
     /// Unit of the difference.
     pub unit: DifferenceUnit,
-    /// Rule, whose level is that of all places together.
+    /// Rule for a verdict, with the level for all points together.
     pub rule: VerdictRule,
 }
 
@@ -137,7 +137,8 @@ pub struct Comparison<'a> {
 const ROUNDING: f64 = 1e-6;
 
 impl Comparison<'_> {
-    /// Verdict on findings in the order of time, of which the last is the number that was chosen; `all` names all of them. `None` without findings.
+    /// Verdict on findings in the order of time, of which the last is the number that was chosen;
+    /// `all` names all of them. `None` without findings.
     pub fn judge(&self, findings: &[Finding], all: &str) -> Option<VerdictText> {
         let last = findings.len().checked_sub(1)?;
         let differ = self.differing(findings);
@@ -302,7 +303,8 @@ pub struct ComparedPair<'a> {
 }
 
 impl ComparedPair<'_> {
-    /// Tests the values of the replicas, `pairs[place]` of (a, b), and says what follows; `None` without places.
+    /// Returns the verdict on values of replicas: `pairs` holds, for each point, the pairs (a, b)
+    /// of all replicas; `None` without points.
     pub fn judge(&self, pairs: &[Vec<(f64, f64)>]) -> Option<VerdictText> {
         self.judge_quotients(&quotients(pairs, &self.comparison.rule))
     }
@@ -327,7 +329,8 @@ impl ComparedPair<'_> {
     }
 }
 
-/// Joins several comparisons into one verdict: a difference before an undecided one before agreement.
+/// Joins several comparisons into one verdict: a difference before an undecided one before
+/// agreement.
 pub fn together(kinds: impl IntoIterator<Item = VerdictKind>) -> VerdictKind {
     kinds
         .into_iter()
@@ -343,7 +346,8 @@ fn rank(kind: VerdictKind) -> u8 {
     }
 }
 
-/// Whether the last of two averages of each replica, (before, last), is still moving; a warning or nothing.
+/// Whether the last of two averages of each replica, (before, last), is still moving; a warning or
+/// nothing.
 pub fn still_moving(
     topic: impl Into<String>,
     subject: &str,

@@ -76,8 +76,8 @@ pub trait Measure: Sync {
         0.0
     }
 
-    /// Memory of the probe's record per sample, whatever the number of particles; for measures with
-    /// many samples \[bytes\].
+    /// Memory of the probe's record per sample that does not depend on the number of particles
+    /// \[bytes\]; it counts for measures with many samples.
     fn kept_per_look(&self, _plan: &CasePlan) -> f64 {
         64.0
     }
@@ -103,8 +103,8 @@ pub trait Measure: Sync {
         0.0
     }
 
-    /// Collisions of companion gases that the probe simulates itself while it samples, over those of
-    /// the engine: extra work of an engine that its own collisions do not show.
+    /// Collisions in companion gases that the probe simulates while it samples, over the collisions
+    /// of the engine: extra work that the engine's own collisions do not show.
     fn companion_share(&self, _plan: &CasePlan, _engine: &EnginePlan) -> f64 {
         0.0
     }
@@ -150,7 +150,7 @@ pub trait Measure: Sync {
         Vec::new()
     }
 
-    /// Verdicts, the most important first. `tables` are those of this measure.
+    /// Verdicts, the most important first. `tables` are the tables of this measure.
     fn result_verdicts(
         &self,
         _plan: &CasePlan,
@@ -279,8 +279,8 @@ pub(crate) fn share_of_others(measure: &dyn Measure, plan: &CasePlan) -> f64 {
     others.filter(|&one| measure.looks_at(plan, one)).count() as f64 / all as f64
 }
 
-/// Work of an engine together with companion gases of its measures, over its own work: of the first
-/// replica, and on average of the others.
+/// Work of an engine together with companion gases of its measures, over its own work: for the
+/// first replica, and on average for each further one.
 pub(crate) fn work_with_companions(
     measures: &[&'static dyn Measure],
     plan: &CasePlan,
@@ -307,8 +307,8 @@ pub fn require(good: bool, key: &str, allowed: impl Into<String>) -> Result<(), 
     })
 }
 
-/// Implements `name`, `about`, `options_schema` and `read_options` of a measure from its name, its description, and
-/// the type of its options.
+/// Implements `name`, `about`, `options_schema` and `read_options` of a measure from its name, its
+/// description, and the type of its options.
 macro_rules! described {
     ($name:expr, $about:expr, $options:ty) => {
         fn name(&self) -> &'static str {
@@ -335,7 +335,8 @@ macro_rules! described {
 }
 pub(crate) use described;
 
-/// Implements `save_record`, `load_record` and `record` of a probe whose state is its field `record`.
+/// Implements `save_record`, `load_record` and `record` of a probe whose state is its field
+/// `record`.
 macro_rules! keeps_record {
     () => {
         fn save_record(&self) -> Result<Vec<u8>, postcard::Error> {
@@ -371,7 +372,7 @@ impl<R, F: FnMut(&mut R, &mut SampleContext<'_>) + Send> SampleProbe<R, F> {
         }
     }
 
-    /// Creates a recorder as [`Self::new`] that also samples the start.
+    /// Creates a recorder that also samples the start of the run.
     pub fn from_start(record: R, look: F) -> Self {
         Self {
             from_start: true,
@@ -489,7 +490,7 @@ fn rule(plan: &CasePlan, level: f64, margin: f64) -> VerdictRule {
 
 /// Results of all engines and replicas, as one measure sees them.
 pub struct ReplicaRecords<'a> {
-    /// Position of the measure among those of the case.
+    /// Index of the measure among the measures of the case.
     pub measure: usize,
     /// False-alarm probability of each verdict: an equal share of `verdict.family_wise_error_rate`,
     /// by Bonferroni over all verdicts of the point.

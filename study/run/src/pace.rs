@@ -34,7 +34,8 @@ const QUICK: Duration = Duration::from_millis(20);
 const MEASURED: usize = 6;
 
 /// Measures the runtime of the points of a case on `threads` threads, in about `seconds` in all. Of
-/// many points some are measured, evenly spread, and the others are estimated from the nearest.
+/// many points some are measured, evenly spread, and each other point is estimated from the
+/// nearest.
 ///
 /// # Errors
 /// [`RunError`] if a start or an engine cannot be made.

@@ -5,8 +5,8 @@ use stosszahl_results::{RunQuestion, Table, VerdictText, engine_title};
 use crate::measure::Measure;
 use crate::plan::{CasePlan, PlanError};
 
-/// Position of the leading measure, whose verdict comes first: that of the question, else the first
-/// that compares.
+/// Index in `measures` of the leading measure, whose verdict comes first: the measure that the
+/// question names, else the first with a statistical test.
 pub(crate) fn leading(plan: &CasePlan, measures: &[&'static dyn Measure]) -> usize {
     let place = |wanted: &dyn Fn(&&&'static dyn Measure) -> bool| {
         let mut all = measures.iter().enumerate();

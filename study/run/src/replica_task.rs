@@ -34,8 +34,8 @@ pub(crate) struct ReplicaTask {
     pub point: usize,
     /// Number of the replica, from 0.
     pub replica: u64,
-    /// Number of earlier attempts by processes that were lost. Checkpoints of each attempt have names
-    /// of their own, as such a process may still write.
+    /// Number of earlier attempts by processes that were lost. Checkpoints of each attempt have
+    /// names of their own, as such a process may still write.
     pub attempt: u32,
 }
 
@@ -53,7 +53,7 @@ pub(crate) struct TaskContext<'a> {
     pub guard: &'a WriteGuard<'a>,
     /// Processes that hold each gas in cells together; `None` if this process holds it alone.
     pub group: Option<&'a RankGroup>,
-    /// Hash of the point and of all that decides its numbers.
+    /// Hash of the point and of all inputs that decide its numbers.
     pub fingerprint: &'a [u8; 32],
     /// Number of the point, for the progress.
     pub number: usize,
@@ -110,8 +110,8 @@ pub(crate) fn claim(
     Ok(())
 }
 
-/// Removes the checkpoints of a finished task. Those that cannot be removed are deleted at the end of
-/// the run.
+/// Removes the checkpoints of a finished task. Files that cannot be removed are deleted at the end
+/// of the run.
 pub(crate) fn forget(folder: &Path, plan: &CasePlan, task: ReplicaTask) {
     for attempt in 0..=task.attempt {
         for part in parts(plan) {
@@ -120,9 +120,8 @@ pub(crate) fn forget(folder: &Path, plan: &CasePlan, task: ReplicaTask) {
     }
 }
 
-/// Renames the latest checkpoints of repeated tasks to those of first attempts. To be called while no
-/// other process works in
-/// the folder.
+/// Renames the latest checkpoints of repeated tasks as if of first attempts. To be called while no
+/// other process works in the folder.
 pub(crate) fn adopt(folder: &Path) {
     let checkpoints = folder.join(CHECKPOINTS);
     let mut latest: BTreeMap<String, (u32, PathBuf)> = BTreeMap::new();

@@ -22,7 +22,8 @@ pub use error::RunError;
 pub use options::RunOptions;
 pub use summary::{PointSummary, RunSummary};
 
-/// Keys of a case that do not affect the folder, and those that only change how results are shown.
+/// Keys of a case that do not affect the results folder, and keys that only change how results are
+/// shown.
 const KEYS: Keys<'static> = Keys {
     ignored: &["run.checkpoint_seconds"],
     output: &["title", "question", "verdict", "measure.fields.windows"],

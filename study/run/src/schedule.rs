@@ -10,7 +10,7 @@ pub struct ScheduledEvent {
     pub time: f64,
     /// True if velocities are rescaled, before anything is sampled.
     pub heating: bool,
-    /// Measures to sample, by their position among those of the case.
+    /// Measures to sample, by their index among the measures of the case.
     pub measures: Vec<usize>,
 }
 

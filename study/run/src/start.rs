@@ -34,7 +34,7 @@ const LEG: u64 = 4;
 const LEAST_LEG: u64 = 100_000;
 /// Deepest overlap that counts as rounding \[diameters\].
 const OVERLAP_TOLERANCE: f64 = 1e-9;
-/// Random streams of further sets of simulators, distinct from those of the first.
+/// Branch of the random streams of the second and further sets of simulators.
 const SETS: u64 = 3;
 
 /// Report on how a start was made.
@@ -177,8 +177,8 @@ fn by_surface<S: Space, C: Surface<S>>(
     Ok((particles(plan, &scene, &state), reciprocal, placement))
 }
 
-/// Sets the initial velocities and spins: those of the file, or drawn ones. `draw`: number of the
-/// draw in a replica.
+/// Sets the initial velocities and spins: values of the start file, or drawn ones. `draw`: number
+/// of the draw in a replica.
 fn velocities<S: Space, C: Surface<S>>(
     plan: &CasePlan,
     scene: &Each<S, C>,

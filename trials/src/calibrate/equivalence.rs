@@ -55,7 +55,7 @@ until = 20
 
 /// Replica of a gas in the pool.
 struct Replica {
-    /// Energies over that of the start, at each sample after the start.
+    /// Energies over the energy of the start, at each sample after the start.
     energies: Vec<f64>,
     /// Impact parameters in windows of time.
     windows: Vec<CollisionWindow>,

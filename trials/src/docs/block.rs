@@ -3,9 +3,9 @@
 /// Content of the first line of a block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {
-    /// Name of the entry.
+    /// Name of the documentation block.
     pub name: String,
-    /// Commit of the runs.
+    /// Commit of the program that made the runs.
     pub commit: String,
     /// Day of the commit.
     pub date: String,

@@ -9,7 +9,7 @@ use crate::TrialError;
 /// Folder of the files, from the root.
 pub const FOLDER: &str = "docs/data";
 
-/// Text and files of an entry.
+/// Markdown text and files of a documentation block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Made {
     /// Text in Markdown.

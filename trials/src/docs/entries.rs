@@ -15,11 +15,11 @@ use crate::TrialError;
 
 /// Block of the documentation, with or without files.
 pub struct DocsEntry {
-    /// Name of the block.
+    /// Name of the documentation block.
     pub name: &'static str,
     /// Path of the page from the root.
     pub file: &'static str,
-    /// Runs that the block rests on.
+    /// Runs from which the block is made.
     pub source: EntrySource,
     /// Engines whose numbers the block shows.
     pub engines: &'static [EngineVersion],
@@ -29,7 +29,7 @@ pub struct DocsEntry {
     pub make: DataMaker,
 }
 
-/// Runs behind an entry.
+/// Runs from which a documentation block is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntrySource {
     /// A bundled case.
@@ -138,7 +138,7 @@ const FLOWS: &str = "docs/flows.md";
 /// Picture of the case of 1998.
 const EVIDENCE: &str = "docs/evidence.svg";
 
-/// All blocks, in the order of a check.
+/// All documentation blocks that a command makes, in the order of a check.
 pub const ENTRIES: &[DocsEntry] = &[
     entry("quick", "README.md", BOTH, quick).cheap(),
     entry("luding-1998-fig3b", CASE_OF_1998, EXACT, fig3b).cheap(),

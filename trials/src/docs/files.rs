@@ -26,7 +26,8 @@ const TYPED: [(&str, DataTable); 1] = [(
     },
 )];
 
-/// Returns the table of a block that is a file; `None` if the block has no file.
+/// Returns the table in `docs/data` of a documentation block with this name; `None` if the block is
+/// text alone.
 fn data_table(name: &str) -> Option<&'static DataTable> {
     let entry = ENTRIES.iter().find(|entry| entry.name == name);
     match entry.map(|entry| &entry.make) {
@@ -118,7 +119,7 @@ fn words(table: &Table) -> String {
     all
 }
 
-/// Counts the rows of all tables in the blocks of a page; those of a block inside another count
+/// Counts the rows of all tables in the blocks of a page; rows of a block inside another count
 /// once.
 pub fn generated_rows(page: &str) -> usize {
     let (mut depth, mut rows) = (0_usize, 0_usize);

@@ -62,14 +62,14 @@ impl<'a> Gas<'a> {
         Ok(CoolingFactors::for_restitution(2, self.at[1], ORDERS)?)
     }
 
-    /// Cooling rate over chaos at the squared speed of pairs in the last window, over that of the
-    /// same number of elastic disks.
+    /// Cooling rate over chaos at the squared speed of pairs in the last window, over the
+    /// same rate of as many elastic disks.
     fn cooling(&self) -> Result<MeasuredNumber, TrialError> {
         let unit = of_few(self.disks, self.at[0]) * self.chaos()?.at_pair_speed();
         Ok(self.late("at_pair_speed")?.divided_by(unit))
     }
 
-    /// Returns a column of the last window.
+    /// Returns a column of the last time window.
     fn late(&self, column: &str) -> Result<MeasuredNumber, TrialError> {
         self.rates[self.rates.len() - 1].measured(column)
     }
@@ -84,8 +84,8 @@ fn mean(a: MeasuredNumber, b: MeasuredNumber) -> MeasuredNumber {
     }
 }
 
-/// Collision rate of N elastic disks at a given squared speed of colliding pairs, over that of very
-/// many disks.
+/// Collision rate of N elastic disks at a given squared speed of colliding pairs, over the rate of
+/// very many disks.
 ///
 /// The density of a box of N disks does not fluctuate. That lowers the pairs at contact by half the
 /// variance of the density times the second derivative of `n^2 chi`: by

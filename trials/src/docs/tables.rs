@@ -21,8 +21,8 @@ pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     text
 }
 
-/// Makes a table of the energy of exact disks, and its ratio to that of other engines, given as
-/// name and words.
+/// Makes a table of the energy of exact disks, and its ratio to the energy of other engines, given
+/// as name and words.
 pub(super) fn against(
     results: &FinishedRun,
     times: &[f64],

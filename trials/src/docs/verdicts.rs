@@ -50,7 +50,7 @@ fn verdicts(results: &FinishedRun) -> Result<Table, TrialError> {
     Ok(table)
 }
 
-/// Formats the number of verdicts of each kind, and the sentences of all that do not agree.
+/// Formats the number of verdicts of each kind, and the sentence of each that finds no agreement.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let rows: Vec<ResultRow<'_>> = ResultRow::all_rows(table).collect();
     let mut counts = Vec::new();

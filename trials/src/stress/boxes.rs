@@ -33,7 +33,7 @@ trials! {
         "energy to 1e-11, momentum, exclusion";
 }
 
-/// Tolerance of collisions against those of all pairs.
+/// Tolerance of collisions against a search over all pairs.
 ///
 /// Two gases that start alike but round differently diverge by a factor e^2 per collision in dense
 /// gases, and by 60 in the most dilute one here. Four collisions of each disk leave 1e-15 times

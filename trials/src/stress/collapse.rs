@@ -54,7 +54,7 @@ fn line(restitution: f64) -> Result<StressGas<EqualDisks>, TrialError> {
 /// next pair recedes. Only b/a decides, so nothing underflows (McNamara & Young, Phys. Fluids A 4,
 /// 496 (1992), doi:10.1063/1.858323).
 fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
-    /// Upper bound of the number of collisions of every finite sequence here.
+    /// Upper bound of the number of collisions in every finite sequence of the trials.
     const MANY: u64 = 10_000;
     let (mut gap, mut other_gap) = (GAPS[0], GAPS[1]);
     let (mut approach, mut other) = (SPEED, SPEED);
@@ -100,7 +100,7 @@ fn below(log: &mut TrialLog) -> Done {
         let course = regular.run_in_legs(5.0, 1_000_000, 100_000, |_, _| ())?;
         must!(log, course.reached; "{}", course.ended());
         regular.audit(log, &course);
-        found_of_it!(log; "{} collisions", course.collisions());
+        found_in_gas!(log; "{} collisions", course.collisions());
     }
     Ok(())
 }
@@ -114,7 +114,7 @@ fn above(log: &mut TrialLog) -> Done {
         let found = course.collisions();
         let good = course.stopped.is_none() && Some(found) == number;
         must!(log, good; "{}, theory {number:?}", course.ended());
-        found_of_it!(log; "{found} collisions");
+        found_in_gas!(log; "{found} collisions");
         gas.audit(log, &course);
     }
     line(0.0725)?.survives_kills(log, 40, 1)
@@ -154,7 +154,7 @@ fn says_where<P: Planar>(
         log.fault(format!("another error, {error}"));
         return;
     };
-    found_of_it!(log; "disks {pair:?} after {collisions} collisions at time {time:.6}");
+    found_in_gas!(log; "disks {pair:?} after {collisions} collisions at time {time:.6}");
     let of_it = pair.iter().all(|who| cluster.contains(who));
     must!(log, of_it; "the pair {pair:?} is not of the cluster {cluster:?}");
     let sane = pair[0] != pair[1] && pair.iter().all(|&who| who < end.bodies.len());

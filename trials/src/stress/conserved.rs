@@ -66,7 +66,7 @@ fn angular(log: &mut TrialLog) -> Done {
             must!(log, off > 1e-6; "off by {off:.1e} only");
         }
         must!(log, collisions > 0; "no collision");
-        found_of_it!(log; "{off:.1e} in {collisions} collisions");
+        found_in_gas!(log; "{off:.1e} in {collisions} collisions");
     }
     Ok(())
 }

@@ -248,7 +248,7 @@ fn drifting(log: &mut TrialLog) -> Done {
             // Positions move by the speed in a unit of time and are as exact as the clock.
             log.at_most("overlap", course.overlap, OVERLAP + 1e-15 * speed);
             let (collisions, overlap) = (course.collisions(), course.overlap);
-            found_of_it!(log; "{collisions} collisions, overlap {overlap:.1e}");
+            found_in_gas!(log; "{collisions} collisions, overlap {overlap:.1e}");
             boosted.survives_kills(log, most as u64, 1)?;
         }
     }

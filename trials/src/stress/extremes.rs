@@ -117,7 +117,7 @@ fn subnormal(log: &mut TrialLog) -> Done {
         about!(log; "gas at {tiny:e}");
         log.guard(|log| {
             match finite(log, &gas, 1e300, 1000)? {
-                Some(course) => log.found_of_it(&course.ended()),
+                Some(course) => log.found_in_gas(&course.ended()),
                 None => refused += 1,
             }
             Ok(())

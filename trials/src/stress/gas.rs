@@ -39,7 +39,7 @@ const RESTING: f64 = 1e-8;
 /// Sums over the collisions of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CollisionSums {
-    /// Energy lost \[energy\].
+    /// Energy lost in collisions \[energy\].
     pub lost: f64,
     /// Sum of momentum times distance \[energy\].
     pub virial: f64,
@@ -79,7 +79,7 @@ pub(super) struct StressGas<P: Planar> {
     pub start: State<P>,
 }
 
-/// Run from a start.
+/// Finished run of a gas from a start.
 pub(super) struct StressRun<P: Planar> {
     pub end: EventDrivenCheckpoint<P>,
     pub ledger: CollisionSums,
@@ -104,7 +104,7 @@ impl<P: Planar> StressRun<P> {
         )
     }
 
-    /// Describes the end of the run.
+    /// Describes in words how the run ended.
     pub fn ended(&self) -> String {
         format!("{} collisions, {:?}", self.collisions(), self.stopped)
     }
@@ -274,7 +274,7 @@ impl<P: Planar> StressGas<P> {
             log.fault(error.to_string());
         }
         self.audit(log, &course);
-        found_of_it!(log; "{} collisions, energy {:.1e}, overlap {:.1e} d",
+        found_in_gas!(log; "{} collisions, energy {:.1e}, overlap {:.1e} d",
             course.collisions(), self.energy_error(&course), course.overlap / self.diameter());
         self.survives_kills(log, collisions.min(4000), 1)?;
         Ok(course)
@@ -320,8 +320,8 @@ impl<P: Planar> StressGas<P> {
         Ok(())
     }
 
-    /// Checks the first collisions against those of all pairs: equal pairs in equal order, times
-    /// within a tolerance of the last time.
+    /// Checks the first collisions against a search over all pairs: equal pairs in equal order,
+    /// times within a tolerance of the last time.
     pub fn follows_all_pairs(
         &self,
         log: &mut TrialLog,

@@ -47,7 +47,7 @@ fn violations(log: &mut TrialLog) -> Done {
             violations > 0
         };
         must!(log, good; "{violations} violations");
-        found_of_it!(log; "{violations} in {trials} trials");
+        found_in_gas!(log; "{violations} in {trials} trials");
         Ok(())
     })?;
     Ok(())
@@ -78,7 +78,7 @@ fn long_step(log: &mut TrialLog) -> Done {
         log.about(setup.name);
         let seen = ten.min(hundred) >= 2.0 * usual;
         must!(log, seen; "busiest cells {ten} and {hundred}, usually {usual}");
-        found_of_it!(log; "{usual:.1} without a cluster, {own:.1}, {ten:.1}, {hundred:.1}");
+        found_in_gas!(log; "{usual:.1} without a cluster, {own:.1}, {ten:.1}, {hundred:.1}");
     }
     Ok(())
 }
@@ -100,7 +100,7 @@ fn hot_one(log: &mut TrialLog) -> Done {
         let speeds = end.bodies.iter().map(|body| body.velocity.norm());
         let fastest = speeds.fold(0.0, f64::max);
         log.at_most("fastest", fastest, 0.9 * HOT);
-        found_of_it!(log; "fastest {fastest:.1e} after {steps} steps");
+        found_in_gas!(log; "fastest {fastest:.1e} after {steps} steps");
     }
     Ok(())
 }
@@ -186,7 +186,7 @@ fn deep(log: &mut TrialLog) -> Done {
             differ,
             6.0,
         );
-        found_of_it!(log; "{:.1} and {:.1} (error {error:.1}) collisions a decade, {steps} steps, time {time:.1e}",
+        found_in_gas!(log; "{:.1} and {:.1} (error {error:.1}) collisions a decade, {steps} steps, time {time:.1e}",
             early.value, late.value);
         Ok(())
     })?;

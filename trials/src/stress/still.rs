@@ -36,7 +36,7 @@ fn ends(
     must!(log, course.reached || collapsed; "no end: {}", course.ended());
     gas.audit(log, &course);
     let then = if collapsed { ", then collapse" } else { "" };
-    found_of_it!(log; "{} collisions{then}", course.collisions());
+    found_in_gas!(log; "{} collisions{then}", course.collisions());
     Ok(course.collisions())
 }
 
@@ -80,7 +80,7 @@ fn contact_times(log: &mut TrialLog) -> Done {
     let inelastic = course.end.tally.collisions - course.end.tally.elastic_contacts;
     must!(log, (1..=150).contains(&inelastic); "{inelastic} inelastic contacts of 300 disks");
     endless.survives_kills(log, COLLISIONS, 1)?;
-    found_of_it!(log; "{inelastic} inelastic of {} collisions", course.collisions());
+    found_in_gas!(log; "{inelastic} inelastic of {} collisions", course.collisions());
     Ok(())
 }
 

@@ -14,10 +14,10 @@ use crate::{Done, TrialLog};
 const DISKS: usize = 256;
 /// Packing fraction of the gas.
 const PACKING: f64 = 0.1;
-/// Smallest lag \[d sqrt(m/T)\].
-const BIN: f64 = 0.5;
+/// Smallest lag, of which all lags are multiples \[d sqrt(m/T)\].
+const LAG_STEP: f64 = 0.5;
 /// Number of lags.
-const BINS: usize = 3;
+const LAG_COUNT: usize = 3;
 /// Steps of an integral over the smallest lag.
 const STEPS: usize = 10;
 
@@ -47,19 +47,26 @@ pub(super) fn test_bulk(log: &mut TrialLog) -> Done {
     let (found, seconds) = over_seeds(0..replicas, |seed| {
         let before = start(DISKS, PACKING, 100 + seed, 20.0)?;
         let velocities = before.all.iter().map(|one| one.velocity.xy());
-        let mut moments = Moments(Helfand::new(before.time, velocities, 1.0, area, BIN, BINS));
+        let mut moments = Moments(Helfand::new(
+            before.time,
+            velocities,
+            1.0,
+            area,
+            LAG_STEP,
+            LAG_COUNT,
+        ));
         let mut gas = exact(&before, 1.0)?;
         let end = before.time + duration;
         gas.advance(end, Budget::Unlimited, &mut moments)?;
         moments.0.advance(end);
         Ok(moments.0.moments())
     })?;
-    let lags: Vec<f64> = (0..=BINS * STEPS)
-        .map(|step| step as f64 * BIN / STEPS as f64)
+    let lags: Vec<f64> = (0..=LAG_COUNT * STEPS)
+        .map(|step| step as f64 * LAG_STEP / STEPS as f64)
         .collect();
     let corrections = bulk_viscosity(&lags, samples, 1);
     let rate = kinetic::collision_rate(PACKING, fluid.contact_value, 0.0);
-    for lag in [1, BINS] {
+    for lag in [1, LAG_COUNT] {
         // The moment over a lag is the mean of its slopes up to there.
         let slopes = &corrections[..=lag * STEPS];
         let sum: f64 = slopes.iter().map(|one| one.value).sum();

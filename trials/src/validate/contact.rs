@@ -51,8 +51,8 @@ pub struct ContactValue {
 }
 
 impl UnitDiskGas {
-    /// Returns the sums of the rate and of the flux of a gas, and their value where the contact
-    /// value is one.
+    /// Returns two sums over the collisions of a gas, each the contact value times the same norm,
+    /// and this norm: a sum by the collision rate, and one by the flux of pairs through contact.
     fn follow(&self, mut gas: Box<dyn Simulation>) -> Result<[f64; 3], TrialError> {
         let (simulators, disks) = (gas.particle_count() as f64, self.disks as f64);
         let of_each = |number: u64| Budget::Collisions(number * gas_pairs(simulators));

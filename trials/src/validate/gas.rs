@@ -49,8 +49,8 @@ pub(super) fn exact(
 }
 
 /// Creates a Monte Carlo gas from a start, with velocities of its own for each simulator:
-/// Maxwellian, momentum zero and T = 1 exactly. Otherwise those of several simulators of a disk
-/// would be turned copies, and as far from a Maxwellian as those of the few disks.
+/// Maxwellian, momentum zero and T = 1 exactly. Otherwise the velocities of the
+/// simulators of a disk would be turned copies, as far from a Maxwellian as the few disks are.
 pub(super) fn monte_carlo(
     start: &Particles,
     restitution: f64,
@@ -101,7 +101,7 @@ fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>,
     Ok(bodies.map(|(new, old)| new.velocity - old).collect())
 }
 
-/// Advances a gas to a time, leg by leg as a run does.
+/// Advances a gas to a time, in the same parts as a run, from checkpoint to checkpoint.
 pub(super) fn advance(gas: &mut dyn Simulation, until: f64, observer: &mut dyn Observer) -> Done {
     while !gas.advance(until, Budget::Leg, observer)? {}
     Ok(())

@@ -12,7 +12,8 @@ use crate::gas::PLAIN;
 pub enum SchemeQuantity {
     /// Collision rate of a disk in an elastic gas, over Enskog's.
     CollisionRate,
-    /// Pressure p/(nT) of an elastic gas from the flux of momentum, over that of hard disks.
+    /// Pressure p/(nT) of an elastic gas from the flux of momentum, over the pressure of hard
+    /// disks.
     Pressure,
     /// Self-diffusion of an elastic gas over Enskog's.
     Diffusion,
@@ -70,12 +71,12 @@ pub struct Method {
     pub name: &'static str,
     /// True if the command fails if a claim of the scheme does.
     pub default: bool,
-    /// Numerical parameters of the scheme; cells and simulators are those of the setting.
+    /// Numerical parameters of the scheme; the setting gives cells and simulators.
     pub parameters: Parameters,
     /// Side of a cell over the diameter, and simulators for each disk, at the refined setting.
     pub refined: (f64, u32),
     /// Claims at each setting, in the order of [`SchemeSetting::ALL`]; in its own cells the scheme
-    /// claims those of eight simulators.
+    /// claims what it claims with eight simulators.
     pub claims: [&'static [SchemeQuantity]; 3],
 }
 

@@ -27,8 +27,8 @@ const TIMES: [f64; 2] = [1.0, 4.0];
 /// Sonine orders of the theory: one more would change a2 by 1e-5.
 const ORDERS: usize = 6;
 
-/// Returns energy and collisions over those of theory, and a2 less that of theory, at each time, of
-/// one gas.
+/// Returns, for one gas at each time, energy and number of collisions over their values in theory,
+/// and a2 less its value in theory.
 fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, TrialError> {
     let law = law(RESTITUTION)?;
     let scene: SmoothParticles<S> = particles(law.clone(), UNIT);

@@ -25,8 +25,8 @@ const SIMULATORS: [u32; 4] = [1, 4, 16, 64];
 const WAVES: [(f64, f64); 3] = [(0.2, 0.1), (0.5, 0.1), (1.0, 0.1)];
 /// Number of simulators per disk from which contact point has the structure of disks.
 const MANY: u32 = 16;
-/// Largest relative deviation of the structure of contact point from that of disks: linear response
-/// says 2 % at k d = 1 (`docs/development/monte-carlo.md`).
+/// Largest relative deviation of the structure factor of the contact-point scheme from exact disks:
+/// linear response says 2 % at k d = 1 (`docs/development/monte-carlo.md`).
 const CLAIM: f64 = 0.05;
 /// Most modes of each band.
 const MODES: usize = 200;

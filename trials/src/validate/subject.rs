@@ -42,7 +42,7 @@ pub struct ObservedGas {
 /// Results of following a gas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GasCourse {
-    /// Temperatures at the times, over that of the start.
+    /// Temperatures at the times, over the temperature of the start.
     pub temperatures: Vec<f64>,
     /// a2 at the times, without the bias of a finite number.
     pub cumulants: Vec<f64>,

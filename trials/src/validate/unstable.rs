@@ -70,7 +70,7 @@ fn follow(mut gas: Box<dyn Simulation>) -> Result<Found, TrialError> {
     Ok(Found { series, energies })
 }
 
-/// Exponents of the kicked modes, and energies of the others.
+/// Exponents of the kicked modes, and energies of all other modes.
 struct Growth {
     exponents: Vec<Estimate>,
     energies: Vec<Estimate>,

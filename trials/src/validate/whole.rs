@@ -28,7 +28,7 @@ trials! {
         "no claim fails; some may stay open", ENDLESS;
 }
 
-/// Compares printed numbers with those of the program, to the rounding of each.
+/// Compares numbers in print with numbers of the program, to the rounding of each.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn literature(log: &mut TrialLog) -> Done {
     let began = Instant::now();

@@ -127,8 +127,8 @@ impl Layout {
         1.0 - self.shift
     }
 
-    /// Coefficient `a_2` about the temperature of the species: `<x^2>` over that of a Maxwellian,
-    /// less 1.
+    /// Coefficient `a_2` about the temperature of the species: `<x^2>` over `<x^2>` of a
+    /// Maxwellian, less 1.
     fn fourth_cumulant(self, values: &[f64]) -> f64 {
         if self.orders < 2 {
             return 0.0;
@@ -202,8 +202,8 @@ impl<R: Restitution> MaxwellianMixture<R> {
     /// lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at time zero and expanded as in
     /// [`Self::expand`].
     ///
-    /// Displacements are followed from 40 starts and their logarithms interpolated in that of the
-    /// time.
+    /// Displacements are followed from 40 starts and their logarithms interpolated in the logarithm
+    /// of time.
     ///
     /// # Errors
     /// As [`Self::expand`]; [`TheoryError::Invalid`] unless all lags are above zero, below

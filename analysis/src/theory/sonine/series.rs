@@ -35,7 +35,7 @@ impl<const V: usize> Shape<V> {
     }
 
     /// Calls `act` with the first index of each run of powers of the last variable, for powers of
-    /// the others from 0 to `most`.
+    /// all other variables from 0 to `most`.
     fn runs(self, most: [usize; V], act: &mut impl FnMut(usize)) {
         let mut at = [0; V];
         loop {

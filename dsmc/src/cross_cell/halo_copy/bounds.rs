@@ -199,7 +199,7 @@ impl<P: ParticleModel> HaloCopy<P> {
                 // One maximum per line, so that comparisons do not all wait for each other.
                 let mut line = f64::NEG_INFINITY;
                 for one in &self.extents[begin..=begin + 2 * near] {
-                    line = larger(line, one.along(ends, side));
+                    line = larger(line, one.against_signed(ends, side));
                 }
                 most = larger(most, line);
             }

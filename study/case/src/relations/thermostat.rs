@@ -52,7 +52,7 @@ impl Relations<'_> {
         )
     }
 
-    /// Checks that the keys are those of the kind.
+    /// Checks that all given keys belong to the kind of thermostat.
     fn keys_of_kind(&self, thermostat: &ThermostatSpec) -> Checked {
         let key = |name: &str| format!("thermostat.{name}");
         let (required, idle): (&[&str], &[(&str, &str)]) = match thermostat.kind {

@@ -20,7 +20,7 @@ const APART: f64 = 4.0;
 const MARGIN: f64 = 1.0;
 /// Width from which three panels are next to each other \[pt\].
 const WIDE: f64 = 340.0;
-/// Largest height of a drawing: that of the text of a page, 230 mm \[pt\].
+/// Largest height of a drawing: the height of the text on a page, 230 mm \[pt\].
 const TALLEST: f64 = 652.0;
 /// Largest and smallest height of the frame of a panel \[pt\].
 const HEIGHTS: [f64; 2] = [210.0, 42.0];

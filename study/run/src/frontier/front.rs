@@ -87,7 +87,8 @@ impl MeasuredSetting {
 pub(crate) struct FrontierRow<'a> {
     /// Measured setting of the row.
     pub one: &'a MeasuredSetting,
-    /// Name of the quantity; `largest-` for that of the kind whose error is largest.
+    /// Name of the quantity; with the prefix `largest-` for the one of its kind with the largest
+    /// error.
     pub name: String,
     /// Quantity of the error.
     pub quantity: FrontierQuantity,
@@ -95,7 +96,7 @@ pub(crate) struct FrontierRow<'a> {
     pub reference: Reference,
     /// Number of replicas of which the mean is taken.
     pub replicas: u64,
-    /// Bias and noise.
+    /// Bias and statistical error of the setting.
     pub found: SettingAccuracy,
     /// True if no cheaper setting has a smaller error.
     pub on_front: bool,

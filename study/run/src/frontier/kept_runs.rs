@@ -129,7 +129,7 @@ impl KeptRuns {
         Ok(())
     }
 
-    /// Returns this process among those that share the folder; `None` if it works alone.
+    /// Returns the registration of this process in a shared folder; `None` if it works alone.
     pub(crate) fn worker(&self) -> Option<&FolderWorker> {
         self.folder.worker()
     }
@@ -139,7 +139,8 @@ impl KeptRuns {
         TaskStates::read_claims(&self.folder.claims())
     }
 
-    /// Claims a run for this process, which shares the folder; `None` if another one has it.
+    /// Claims a run for this process, which shares the folder; `None` if another process has
+    /// claimed the run.
     ///
     /// # Errors
     /// [`FrontierError::Results`] if the file system cannot make links.

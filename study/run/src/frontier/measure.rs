@@ -290,7 +290,7 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// Returns the order of a job.
+    /// Returns the request for the run of a job.
     fn order(&self, job: usize) -> Order {
         let (task, replica) = self.jobs[job];
         let setting = &self.tasks[task].setting;
@@ -358,7 +358,7 @@ impl Bench<'_> {
     }
 }
 
-/// Order of a run, for any thread.
+/// Request for a run, for any thread.
 struct Order {
     job: usize,
     group: u64,
@@ -369,7 +369,8 @@ struct Order {
     shares: bool,
 }
 
-/// Returns the key under which a run is kept: all that its values depend on besides the case.
+/// Returns the key under which a run is kept: its setting and replica, which with the case
+/// determine its values.
 fn key(setting: &RunSetting, replica: u64) -> RunKey {
     // Fails only for types without a length.
     postcard::to_stdvec(&(&setting.engine.kind, setting.disks, replica)).unwrap_or_default()

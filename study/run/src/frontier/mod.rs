@@ -91,7 +91,7 @@ pub struct Frontier {
     /// Results folder, which no other process writes into until this is dropped: the page must be
     /// written before.
     pub held: Arc<Folder>,
-    /// True if this process is to write the page: one of those that share the folder.
+    /// True if this process, of all that share the folder, has to write the page.
     pub is_reporter: bool,
 }
 

@@ -18,7 +18,7 @@ const SEEN: f64 = 3.0;
 /// hold.
 const BAD: f64 = 3.0;
 
-/// Verdict on a sequence.
+/// Verdict on the order of convergence of a sequence of settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OrderVerdict {
     /// The order of theory describes the values, and there is an error to describe.
@@ -51,7 +51,7 @@ pub(crate) struct OrderRow {
     pub settings: usize,
     /// Largest h among them.
     pub coarsest: f64,
-    /// Order by theory.
+    /// Order of convergence by theory.
     pub order: f64,
     /// Order that fits best, and its range of one standard error; `None` if no error is seen or
     /// there are fewer than three settings.

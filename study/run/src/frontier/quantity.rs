@@ -102,8 +102,8 @@ pub(crate) struct FrontierQuantity {
     pub time: f64,
 }
 
-/// Returns the case as it is measured: its gas and start, with a fixed sampling and fixed measures
-/// in place of those of the case.
+/// Returns the case as it is measured: its gas and start, but with fixed sample times and fixed
+/// measures.
 pub(crate) fn measured(case: &Case) -> Case {
     let mut case = case.clone();
     let until = case.run.until;
@@ -144,8 +144,8 @@ pub(crate) fn quantities(plan: &CasePlan) -> Vec<FrontierQuantity> {
 /// Returns the values of all quantities in a finished run, in the order of [`quantities`]; NaN
 /// where a run does not have one.
 ///
-/// The wave numbers of S(k) are multiples of that of the box, so S(k) is that of the case only in a
-/// box of its size, `whole`.
+/// The wave numbers of S(k) are multiples of 2π over the side of the box, so S(k) compares with the
+/// case only in a box of its size: `whole`.
 pub(crate) fn observe(
     plan: &CasePlan,
     engine: &EnginePlan,

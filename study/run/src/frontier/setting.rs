@@ -83,7 +83,7 @@ impl RunSetting {
         matches!(self.engine.kind, EngineKind::EventDriven { .. })
     }
 
-    /// Returns true if the setting is that of an ensemble for a case of this many disks.
+    /// Returns true if the setting is exact dynamics of the whole gas of this many disks.
     pub(crate) fn is_reference(&self, disks: usize) -> bool {
         self.engine.kind == event_driven(0.0) && self.disks == disks
     }
@@ -186,7 +186,7 @@ fn scheme_choices(parameters: &Parameters, plan: &CasePlan, disks: usize) -> Vec
     words.into_iter().flatten().collect()
 }
 
-/// Returns the default start of simulators: with the long waves of the start where those grow.
+/// Returns the default start of simulators: with the long density waves of the start if they grow.
 fn copies(plan: &CasePlan, disks: usize) -> SimulatorStart {
     let widest = plan.lengths[0].max(plan.lengths[1]);
     let width = widest * (disks as f64 / plan.count() as f64).sqrt();
@@ -332,7 +332,8 @@ fn contact_point(list: &mut List<'_>) {
     }
 }
 
-/// Adds settings of simulators, cells and steps of the schemes within cells.
+/// Adds settings of Monte Carlo schemes with partners in the same cell: by number of simulators,
+/// cell size and number of steps.
 fn within_cells(list: &mut List<'_>) {
     let plan = list.plan;
     let path = kinetic::mean_free_path(plan.packing_fraction, plan.contact_value);

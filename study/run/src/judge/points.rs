@@ -41,7 +41,7 @@ impl MeasuredPoint {
         self.measured / self.theory - 1.0
     }
 
-    /// Standard error, to which what is unknown of the theory adds up.
+    /// Standard error of the value, combined in quadrature with the uncertainty of the theory.
     pub fn total_error(&self) -> Option<f64> {
         let error = self.error?;
         Some(error.hypot(self.theory_error.unwrap_or(0.0)))
@@ -66,7 +66,8 @@ impl MeasuredPoint {
     }
 }
 
-/// Points that can be judged, and the rule for each of them, all together by Bonferroni.
+/// Returns the points that can be judged, and the rule for each of them: its level is the level of
+/// all, divided by their number (Bonferroni).
 fn usable<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
@@ -79,8 +80,9 @@ fn usable<'a>(
     (some, each)
 }
 
-/// Point that decides what all say, with its interval and outcome: differences before doubts before agreement, the largest bound of
-/// those.
+/// Returns the point that decides the verdict on all points, with its interval and outcome: a point
+/// that differs comes before an undecided one, and this before one that agrees; among equals the
+/// largest bound decides.
 pub fn worst<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
@@ -105,7 +107,8 @@ pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
     }
 }
 
-/// Verdict on points against a theory; `subject` is what is measured, such as "ED (exact)", and `quantity` its quantity.
+/// Verdict on points against a theory; `subject` names the engine, such as "ED (exact)", and
+/// `quantity` the measured quantity.
 pub fn against_theory(
     topic: &str,
     [subject, theory, quantity]: [&str; 3],
@@ -146,14 +149,17 @@ pub fn interval_of(off: &TableEstimate, level: f64) -> Interval {
     Interval::student(value, off.standard_error, freedom, level)
 }
 
-/// Whether the interval of a number holds zero: no equivalence, for remarks alone. `None` without an error.
+/// Whether the interval of a number holds zero: no equivalence, for remarks alone. `None` without
+/// an error.
 pub fn holds_zero(found: &TableEstimate, level: f64) -> Option<bool> {
     let [low, high] = interval_of(found, level).ends?;
     Some(low <= 0.0 && high >= 0.0)
 }
 
-/// Verdict on a relative difference of two profiles, all places together by Bonferroni. `places` are both values and where they are,
-/// in words; those without errors are left out, and there is no verdict where all are. Errors come from `parts` blocks of time.
+/// Verdict on the relative difference of two profiles, over all points together by Bonferroni.
+/// `places` holds the values of both profiles at each point, and the position in words; points
+/// without errors are left out, and without points there is no verdict. Errors come from `parts`
+/// blocks of time.
 pub fn profiles(
     topic: &str,
     [a, b, quantity]: [&str; 3],

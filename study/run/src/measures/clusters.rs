@@ -25,12 +25,15 @@ const NAME: &str = "clusters";
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct ClusterOptions {
-    /// Times at which the distribution of cluster sizes is measured, rising. Default: the end of the run.
+    /// Times at which the distribution of cluster sizes is measured, rising. Default: the end of
+    /// the run.
     times: Option<Vec<f64>>,
-    /// Time from which on averages over the steady state of sticking and breaking are taken. Default: half of the run.
+    /// Time from which on averages over the steady state of sticking and breaking are taken.
+    /// Default: half of the run.
     #[schemars(range(min = 0.0))]
     steady_from: Option<f64>,
-    /// Smallest and largest number of monomers of the clusters to whose steady numbers a power law is fitted. Default: 2 and 20.
+    /// Smallest and largest number of monomers of the clusters to whose steady numbers a power law
+    /// is fitted. Default: 2 and 20.
     fit_monomers: Option<[u32; 2]>,
 }
 
@@ -336,7 +339,7 @@ fn table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
     table
 }
 
-/// Every size by itself up to here, then bins of ten to a decade.
+/// Largest size with a bin of its own; larger sizes have ten bins in a decade.
 const SINGLE: u64 = 16;
 
 /// The bin of a number of monomers: its smallest and largest.
@@ -393,7 +396,7 @@ fn size_table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
     table.figure(Figure { x, ..curves })
 }
 
-/// Rows of one distribution, from the numbers of each replica and what they are to be divided by.
+/// Adds the rows of one size distribution, from the counts of each replica and their divisor.
 fn size_rows(table: &mut Table, average: &str, time: f64, replicas: &[(&Sizes, f64)]) {
     let sizes = replicas.iter().flat_map(|(sizes, _)| sizes.keys());
     let mut bins: Vec<(u64, u64)> = sizes.map(|&size| bin(u64::from(size))).collect();

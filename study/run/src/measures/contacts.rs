@@ -30,10 +30,12 @@ pub struct ContactMeasure;
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactOptions {
-    /// Time windows \[start, end\], or "whole-run" for one. Default: those of the impact parameters.
+    /// Time windows \[start, end\], or "whole-run" for one. Default: those of the impact
+    /// parameters.
     pub windows: Option<Spans>,
-    /// Whether exact disks that lose energy have an elastic twin: the same start with restitution 1, up to the same number of
-    /// collisions per particle. It takes as long as they do, and gives the columns that end in `_elastic`.
+    /// Whether exact disks that lose energy have an elastic twin: the same start with restitution
+    /// 1, up to the same number of collisions per particle. It takes as long as they do, and gives
+    /// the columns that end in `_elastic`.
     pub elastic_twin: bool,
 }
 
@@ -245,7 +247,7 @@ impl Measure for ContactMeasure {
         super::impact_parameters::check_windows(windows.as_ref())
     }
 
-    /// The edges of the windows, and some looks at the local temperature in each.
+    /// Times of samples: the edges of the time windows, and some in each for the local temperature.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let mut times = plan.sample_times();
         times.extend(self.spans(plan).into_flattened());

@@ -15,12 +15,13 @@ use crate::plan::CasePlan;
 /// Samples, where the case says nothing.
 const SAMPLES: u64 = 400;
 
-/// The whole gas at one time. Energies are sums over all particles; all numbers but the time are in engine units.
+/// The whole gas at one time. Energies are sums over all particles; all numbers but the time are in
+/// engine units.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CourseSample {
-    /// When, in the unit of time of the case.
+    /// Time of the sample, in the unit of time of the case.
     pub time: f64,
-    /// Pair collisions so far, times what each stands for.
+    /// Number of physical pair collisions so far: each counts the particles per simulator.
     pub collisions: f64,
     /// Energy of height, sum of -m a . r along the axes that end at walls or openings.
     pub potential: f64,
@@ -61,7 +62,7 @@ impl Share {
 }
 
 impl CourseSample {
-    /// Looks at the whole gas.
+    /// Samples the whole gas.
     pub fn sample_gas(looking: &Looking, moment: &SampleContext<'_>) -> Self {
         Self::take_with(looking, moment, None).0
     }
@@ -209,7 +210,8 @@ pub fn freedom(plan: &CasePlan) -> Freedom {
     }
 }
 
-/// Blocks of time of a measure: as its own table says, or that of `fields`, so that all have the same windows.
+/// Blocks of time of a measure: as its own table says, or that of `fields`, so that all have the
+/// same windows.
 pub fn blocks(plan: &CasePlan, own: Option<u64>) -> usize {
     let fields = plan.case.measure.get("fields");
     let shared = fields.and_then(|table| table.get("blocks")?.as_integer());
@@ -241,7 +243,7 @@ fn sample_time(plan: &CasePlan, sample: u64) -> f64 {
     plan.case.run.until * (sample as f64 / samples(plan) as f64)
 }
 
-/// Times of all samples, from that of the start on.
+/// Times of all samples, the start included, in the unit of time of the case.
 pub fn times(plan: &CasePlan) -> Vec<f64> {
     (0..=samples(plan))
         .map(|sample| sample_time(plan, sample))
@@ -253,10 +255,11 @@ pub fn per_block(plan: &CasePlan, blocks: usize) -> usize {
     (samples(plan) as usize / blocks.max(1)).max(1)
 }
 
-/// The course of one replica.
+/// Samples of one replica over the run.
 pub type ReplicaCourse = Vec<CourseSample>;
 
-/// From when on all that the gas of one engine has is steady, in the unit of time of the case; `None` if it never is.
+/// Time from which on all quantities of the gas of one engine are steady, in the unit of time of
+/// the case; `None` if they never are.
 fn steady_from(plan: &CasePlan, runs: &[&ReplicaCourse]) -> Option<f64> {
     let samples = runs.iter().map(|run| run.len()).min()?;
     // The start itself is no average over an interval.
@@ -288,7 +291,8 @@ fn steady_from(plan: &CasePlan, runs: &[&ReplicaCourse]) -> Option<f64> {
     Some(sample_time(plan, begin as u64))
 }
 
-/// Returns the beginning of the steady state of each engine; `course` picks the samples of a record.
+/// Returns the beginning of the steady state of each engine; `course` picks the samples of a
+/// record.
 pub fn steady<R: 'static>(
     plan: &CasePlan,
     runs: &ReplicaRecords<'_>,

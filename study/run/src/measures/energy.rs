@@ -17,7 +17,7 @@ pub struct EnergyMeasure;
 /// Moments of the velocities by time.
 pub type EnergyRecord = Vec<(f64, EnergySample)>;
 
-/// Energy over that of the start, K/K(0), at a sample.
+/// Energy over the energy of the start, K/K(0), at a sample.
 pub fn energy_ratio(record: &EnergyRecord, sample: usize) -> f64 {
     record[sample].1.temperature / record[0].1.temperature
 }
@@ -173,7 +173,8 @@ pub(super) fn void_for(
     }
 }
 
-/// Names the part of a difference that follows from the collision rates of the theories of two engines.
+/// Names the part of a difference that follows from the collision rates of the theories of two
+/// engines.
 fn with_rates(found: VerdictText, plan: &CasePlan, engines: [&EnginePlan; 2]) -> VerdictText {
     let last = plan.sample_times().last().copied();
     let rates = last.and_then(|time| plan.stated_rates(engines, time));

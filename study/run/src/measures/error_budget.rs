@@ -49,7 +49,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// Of an estimated relative error; what is no number is red.
+    /// Returns the level of an estimated relative error; NaN is red.
     pub fn from_error(estimate: f64) -> Self {
         Self::by(estimate, GREEN, AMBER)
     }

@@ -75,7 +75,7 @@ impl Measure for HomogeneousGasMeasure {
 /// Name of the measure of the velocity correlation.
 pub(super) const CORRELATION: &str = "velocity_correlation";
 
-/// Returns true if the correlation of the velocities with those of the start is measured.
+/// Returns true if the correlation of the velocities with the initial velocities is measured.
 pub(super) fn has_correlation(plan: &CasePlan) -> bool {
     plan.case.measure.contains_key(CORRELATION) && plan.case.aggregation.is_none()
 }
@@ -86,7 +86,8 @@ pub(super) fn homogeneous_only(plan: &CasePlan) -> Result<(), BadOption> {
     measure::require(!plan.has_box(), "", allowed)
 }
 
-/// Whether displacements are measured: `[measure.displacement]`. Clusters have none, as they do not last.
+/// Whether displacements are measured: `[measure.displacement]`. Clusters have none, as they do not
+/// last.
 pub fn has_displacement(plan: &CasePlan) -> bool {
     plan.case.measure.contains_key("displacement") && plan.case.aggregation.is_none()
 }
@@ -155,8 +156,8 @@ impl Probe for GasProbe {
     keeps_record!();
 }
 
-/// Kinetic energy and moments of every group, in one pass. Displacements and velocities of the start are empty where they
-/// are not measured.
+/// Kinetic energy and moments of every group, in one pass. Displacements and velocities of the
+/// start are empty where they are not measured.
 pub(super) fn moments(
     simulation: &dyn Simulation,
     grouping: Grouping,
@@ -208,8 +209,8 @@ pub(super) fn moments(
     (0.5 * twice, groups)
 }
 
-/// Mean over replicas, and the larger of the two errors that are known: the spread over replicas and, by `single`, that
-/// over the particles of one.
+/// Mean over replicas, and the larger of the two errors that are known: the spread over replicas
+/// and, by `single`, that over the particles of one.
 pub(super) fn measured<T>(
     runs: &[T],
     value: impl Fn(&T) -> f64,
@@ -235,16 +236,17 @@ pub(super) fn against(found: TableEstimate, theory: Option<Predicted>) -> TableE
     }
 }
 
-/// Relative standard error of a temperature by the spread over particles: `sqrt(((D + 2)(1 + a2)/D - 1)/N)`, at least that
-/// of Maxwellian velocities, `sqrt(2/(D N))`, as few particles do not know their own spread.
+/// Relative standard error of a temperature by the spread over particles:
+/// `sqrt(((D + 2)(1 + a2)/D - 1)/N)`. It is at least the error `sqrt(2/(D N))` of Maxwellian
+/// velocities, as few particles do not show their own spread.
 pub(super) fn temperature_error(plan: &CasePlan, moments: &SpeciesMoments) -> f64 {
     let d = plan.dimension as f64;
     let spread = (d + 2.0) * (1.0 + moments.fourth_cumulant) / d - 1.0;
     (spread.max(2.0 / d) / moments.count.max(1) as f64).sqrt()
 }
 
-/// Standard error of a mean squared displacement by the spread over particles, at least that of normally distributed
-/// displacements.
+/// Standard error of a mean squared displacement by the spread over particles, at least that of
+/// normally distributed displacements.
 pub(super) fn displacement_error(plan: &CasePlan, moments: &SpeciesMoments) -> f64 {
     let (d, mean) = (plan.dimension as f64, moments.displacement);
     let spread = moments.displacement_fourth - mean * mean;
@@ -282,7 +284,7 @@ pub(super) struct GasRow {
 /// Each replica at one time, and at the start.
 pub(super) type ReplicaPairs<'a> = Vec<(&'a GasSample, &'a GasSample)>;
 
-/// The samples of all replicas at one time, with those of the start.
+/// Samples of all replicas at one time, each with the sample of its start.
 pub(super) fn pairs<'a>(records: &[&'a GasRecord], index: usize) -> ReplicaPairs<'a> {
     let of = |record: &&'a GasRecord| Some((record.samples.get(index)?, record.samples.first()?));
     records.iter().filter_map(of).collect()

@@ -30,8 +30,9 @@ pub struct ImpactMeasure;
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImpactOptions {
-    /// Time windows \[start, end\], or "whole-run" for one. Default: 0 to 1, 5, 20, 100, 400 and so on up to the end of the run;
-    /// one window with walls, gravity or spins and in gases without positions.
+    /// Time windows \[start, end\], or "whole-run" for one. Default: 0 to 1, 5, 20, 100, 400 and so
+    /// on up to the end of the run; one window with walls, gravity or spins and in gases without
+    /// positions.
     pub windows: Option<Spans>,
     /// Bins of b/d.
     pub bins: u64,
@@ -278,7 +279,7 @@ fn edges(bin: usize, bins: usize) -> [f64; 2] {
     [bin, bin + 1].map(|edge| edge as f64 / bins as f64)
 }
 
-/// The table of the bins and that of their summary.
+/// Returns the table of impact parameters by bin, and the table of their summary.
 fn histograms(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
     let figure = Figure::curves(
         "Impact parameters",
@@ -434,8 +435,8 @@ fn dissipation(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -
     table
 }
 
-/// Returns the factors of a difference in cooling, or in collisions, in the last window. Both engines start alike, so replicas are left out of
-/// both together.
+/// Returns the factors of a difference in cooling, or in collisions, in the last window. Both
+/// engines start alike, so replicas are left out of both together.
 fn split(
     plan: &CasePlan,
     runs: &ReplicaRecords<'_>,

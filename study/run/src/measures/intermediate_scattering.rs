@@ -22,7 +22,8 @@ pub struct IntermediateScattering;
 pub struct ScatteringOptions {
     /// The time to which the density is compared.
     pub from: f64,
-    /// Shells of mode numbers L/wavelength, those that round to the same whole number.
+    /// Shells to measure, as whole numbers n: shell n has the modes whose |k| L/2π rounds to n, with
+    /// the first side L of the box.
     pub wave_numbers: Vec<u64>,
     /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,

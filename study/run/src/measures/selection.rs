@@ -53,7 +53,7 @@ impl Replicas {
     }
 }
 
-/// Whether an engine is among those that are named; all are where none is.
+/// Returns true if `engines` names this engine, or is `None`.
 pub(super) fn is_named(engines: Option<&[String]>, engine: &str) -> bool {
     engines.is_none_or(|names| names.iter().any(|one| one == engine))
 }

@@ -9,10 +9,11 @@ use crate::measure::{self, BadOption, Measure, NoOptions, ReplicaRecords, descri
 use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, GroupCurve, Predicted, TheoryPoint};
 
-/// Temperature, displacement, fourth cumulant and velocity correlation of each species of a gas without positions.
+/// Temperature, displacement, fourth cumulant and velocity correlation of each species of a gas
+/// without positions.
 pub struct SpeciesMeasure;
 
-/// The correlation of the velocities with those of the start, in the table of the species.
+/// Correlation of the velocities with the initial velocities, in the table of the species.
 pub struct VelocityCorrelation;
 
 impl Measure for SpeciesMeasure {
@@ -49,7 +50,8 @@ impl Measure for VelocityCorrelation {
     }
 }
 
-/// Refuses a measurement of particles that last, but in a gas without positions whose particles do not stick.
+/// Refuses a measurement of particles that last, but in a gas without positions whose particles do
+/// not stick.
 pub(super) fn lasting_only(plan: &CasePlan) -> Result<(), BadOption> {
     gas::homogeneous_only(plan)?;
     let allowed = "not with [aggregation], as clusters do not last";
@@ -139,8 +141,9 @@ fn row(
     }
 }
 
-/// The diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and the relaxation time of the velocity,
-/// `m/T` of it, which has no meaning for particles of unlike masses together.
+/// The diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and the
+/// relaxation time of the velocity, `m/T` of it, which has no meaning for particles of unlike
+/// masses together.
 fn diffusion(
     plan: &CasePlan,
     species: usize,

@@ -47,7 +47,8 @@ impl Default for SpectraOptions {
 /// Spectra by time; none at a time without disks.
 type Record = Vec<(f64, Option<Spectra>)>;
 
-/// The shells of numbers up to some largest, or why there are none.
+/// Returns the shells of modes with these wave numbers, at most `most` modes in each; the error
+/// says which wave numbers are allowed.
 pub(super) fn shells(plan: &CasePlan, numbers: &[usize], most: u64) -> Result<Shells, String> {
     let [x, y, _] = plan.lengths;
     Shells::new([x, y], numbers, most as usize)
@@ -67,7 +68,7 @@ pub(super) fn require_number(found: u64, key: &str) -> Result<(), BadOption> {
     measure::require((1..=LARGEST).contains(&found), key, allowed)
 }
 
-/// Most looks of a run by an interval.
+/// Most samples of a run at a given interval.
 const MOST_LOOKS: f64 = 1e6;
 
 impl SpectraOptions {
@@ -89,14 +90,17 @@ impl SpectraOptions {
 /// Linear fluctuating hydrodynamics of shear modes: van Noije, Ernst, Brito & Orza (1997).
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shear {
-    /// Modes below the critical wave number grow over the thermal speed, others decay, as powers of 1 + t/t0.
+    /// Modes below the critical wave number grow over the thermal speed, others decay, as powers of
+    /// 1 + t/t0.
     Cooling {
         /// Critical wave number \[1/engine length\].
         critical: f64,
     },
-    /// All modes decay, with the kinematic viscosity \[engine length^2 over the unit of time of the case\].
+    /// All modes decay, with the kinematic viscosity \[engine length^2 over the unit of time of the
+    /// case\].
     Elastic { viscosity: f64 },
-    /// All modes decay, by drag and viscosity, and a bath feeds them; rates are per unit of time of the case.
+    /// All modes decay, by drag and viscosity, and a bath feeds them; rates are per unit of time of
+    /// the case.
     Bath { state: BathState, viscosity: f64 },
 }
 
@@ -150,7 +154,8 @@ impl Shear {
         }
     }
 
-    /// Rate of growth without viscosity. The amplitude over the thermal speed grows as that speed falls; drag damps it.
+    /// Rate of growth without viscosity. The amplitude over the thermal speed grows as that speed
+    /// falls; drag damps it.
     fn inviscid_rate(self) -> f64 {
         match self {
             Self::Cooling { .. } => 1.0,
@@ -168,7 +173,8 @@ impl Shear {
         }
     }
 
-    /// The rate at which the correlation of the amplitudes of several modes grows between two readings.
+    /// The rate at which the correlation of the amplitudes of several modes grows between two
+    /// readings.
     fn shell_rate(self, modes: &[f64], clocks: [f64; 2]) -> f64 {
         let [from, to] = clocks;
         let (mut now, mut then) = (0.0, 0.0);
@@ -181,13 +187,14 @@ impl Shear {
     }
 }
 
-/// ln(1 + t/t0) of a gas that cools freely, with the Sonine factor of Haff's law: the logarithm by which its thermal speed has
-/// fallen. Else the time of the case.
+/// ln(1 + t/t0) of a gas that cools freely, with the Sonine factor of Haff's law: the logarithm by
+/// which its thermal speed has fallen. Else the time of the case.
 fn clock(plan: &CasePlan, time: f64) -> f64 {
     plan.cooling_logarithm(time, true).unwrap_or(time)
 }
 
-/// Whether the amplitudes of an engine start with the noise of its own simulators, as theory takes it.
+/// Whether the amplitudes of an engine start with the noise of its own simulators, as theory takes
+/// it.
 fn starts_thermal(engine: &EnginePlan) -> bool {
     engine.copies() == 1
         || (engine.parameters())
@@ -337,7 +344,7 @@ fn steady_table() -> Table {
     )
 }
 
-/// Mean of a spectrum of a shell over looks, with the error of the replicas.
+/// Mean of the spectrum in a shell over samples, with the standard error of the replicas.
 fn average(
     records: &[&Record],
     looks: &[usize],
@@ -454,7 +461,8 @@ fn fill_spectra(
     }
 }
 
-/// True if the growth over the thermal speed is the same at all times: without losses, or where a thermostat makes up for them.
+/// True if the growth over the thermal speed is the same at all times: without losses, or where a
+/// thermostat makes up for them.
 fn is_stationary(plan: &CasePlan) -> bool {
     let heats_up = plan.case.bath().is_some() && plan.bath_state().is_none();
     (plan.case.thermostat.is_some() || plan.restitution == 1.0) && !heats_up

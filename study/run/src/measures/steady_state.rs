@@ -18,7 +18,7 @@ pub struct SteadyState;
 /// Parts of the run over which the temperature is averaged.
 const PARTS: usize = 4;
 
-/// Looks at a gas that nothing kicks, over the whole run.
+/// Number of samples of a gas without a bath, over the whole run.
 const LOOKS: usize = 400;
 
 /// True if a bath or the contacts of the gas heat it.
@@ -28,8 +28,8 @@ fn is_heated(plan: &CasePlan) -> bool {
 
 /// The temperature averaged over quarters of the run.
 ///
-/// Between two kicks the gas cools by a few per cent, so the mean of the temperature after one and before the next is
-/// the mean over time to second order in that.
+/// Between two kicks the gas cools by a few per cent, so the mean of the temperature after one and
+/// before the next is the mean over time to second order in that.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
     start: f64,
@@ -42,8 +42,8 @@ struct Record {
 }
 
 impl Record {
-    /// Adds the interval since the last stop, at the share `share` of the run: the temperature went to `before`
-    /// in it, and is `after` from now on.
+    /// Adds the interval since the last stop, at the share `share` of the run: the temperature went
+    /// to `before` in it, and is `after` from now on.
     fn add(&mut self, share: f64, duration: f64, before: f64, after: f64) {
         let part = ((share * PARTS as f64) as usize).min(PARTS - 1);
         self.sums[part] += 0.5 * (self.after + before) * duration;
@@ -51,7 +51,8 @@ impl Record {
         self.after = after;
     }
 
-    /// Mean temperature over that of the start, from part `first` to before part `end`; none without a stop there.
+    /// Mean temperature over the temperature of the start, from part `first` of the run to before
+    /// part `end`; `None` without a sample in them.
     fn temperature(&self, first: usize, end: usize) -> Option<f64> {
         let duration: f64 = self.durations[first..end].iter().sum();
         let sum: f64 = self.sums[first..end].iter().sum();
@@ -105,7 +106,7 @@ impl Measure for SteadyState {
         self.read_options(plan)
     }
 
-    /// Looks at the temperature of a gas that nothing kicks.
+    /// Times at which the temperature is sampled; none in a bath, whose kicks sample it.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         if plan.case.bath().is_some() {
             return Vec::new();

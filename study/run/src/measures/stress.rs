@@ -24,13 +24,15 @@ pub struct StressMeasure;
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StressOptions {
-    /// Start of the averages, in the unit of time of the case. Default: half of the run for gases that are heated, 0 for others.
+    /// Start of the averages, in the unit of time of the case. Default: half of the run for gases
+    /// that are heated, 0 for others.
     #[schemars(range(min = 0.0))]
     pub from: Option<f64>,
     /// Blocks of time from there to the end of the run, from 2 to 10000.
     #[schemars(range(min = 2, max = 10_000))]
     pub blocks: u64,
-    /// Looks at the velocities in each block. Between two looks the kinetic part follows the collisions.
+    /// Looks at the velocities in each block. Between two looks the kinetic part follows the
+    /// collisions.
     #[schemars(range(min = 1, max = 10_000))]
     pub looks: u64,
 }
@@ -58,7 +60,8 @@ impl StressOptions {
 type Record = Option<StressRecorder>;
 
 struct StressProbe {
-    /// Shear rate of the flow \[1/time\], 0 without one, and whether partners are a contact distance apart in it.
+    /// Shear rate of the flow \[1/time\], 0 without one, and whether partners are a contact
+    /// distance apart in it.
     flow: (f64, bool),
     span: [f64; 2],
     blocks: usize,
@@ -125,11 +128,12 @@ fn quantities(dimension: usize) -> Vec<Quantity> {
     all
 }
 
-/// Pressure over n T of a uniform gas that an engine should find: Enskog's for engines whose collisions carry momentum, 1 for
-/// point particles; none for gases without such a theory.
+/// Pressure over n T of a uniform gas that an engine should find: Enskog's for engines whose
+/// collisions carry momentum, 1 for point particles; none for gases without such a theory.
 ///
-/// `p/(n T) = 1 + 2^(D-1) phi chi (1 + r + a/<g_n>)/2` in D dimensions, for Maxwellian velocities with the mean normal approach
-/// speed `<g_n> = sqrt(pi T/m)` of colliding pairs and the speed a that contacts add.
+/// `p/(n T) = 1 + 2^(D-1) phi chi (1 + r + a/<g_n>)/2` in D dimensions, for Maxwellian velocities
+/// with the mean normal approach speed `<g_n> = sqrt(pi T/m)` of colliding pairs and the speed a
+/// that contacts add.
 fn pressure_theory(plan: &CasePlan, engine: &EnginePlan, temperature: f64) -> Option<f64> {
     let uniform = plan.is_uniform_box() && plan.classes.len() == 1;
     let (coefficient, added_speed) = match (plan.law.constant(), plan.law.delta()) {
@@ -198,8 +202,8 @@ fn estimates(
     })
 }
 
-/// Estimate of a ratio of sums over replicas or blocks; the error is the larger one of that over replicas and that over
-/// blocks. Spans whose lower sum is not above zero do not count.
+/// Estimate of a ratio of sums over replicas or blocks; the error is the larger one of that over
+/// replicas and that over blocks. Spans whose lower sum is not above zero do not count.
 fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> TableEstimate {
     let of_record = |record: &&StressRecorder| {
         let blocks = record.blocks().iter();
@@ -299,7 +303,7 @@ impl Measure for StressMeasure {
         require((1..=10_000).contains(&options.looks), "looks", "1 to 10000")
     }
 
-    /// Looks at equal intervals from the start of the averages, at the middle of each.
+    /// Times of samples: start and end of the averages, and the middles of equal intervals between.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let options: StressOptions = measure::chosen(plan, self.name());
         let (from, until) = (options.start(plan), plan.case.run.until);

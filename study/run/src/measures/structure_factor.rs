@@ -56,7 +56,7 @@ impl Default for StructureFactorOptions {
     }
 }
 
-/// Times at which structure is measured: those asked for, or the start and the end of the run.
+/// Times at which structure is measured: `times`, or else the start and the end of the run.
 pub(super) fn structure_times(plan: &CasePlan, times: Option<Vec<f64>>) -> Vec<f64> {
     times.unwrap_or_else(|| vec![0.0, plan.case.run.until])
 }
@@ -68,7 +68,7 @@ pub(super) fn require_periodic(plan: &CasePlan) -> Result<(), BadOption> {
 }
 
 impl StructureFactors {
-    /// Sides of the box, and what its lattice is to be.
+    /// Returns the sides of the box, and the options of its lattice.
     fn lattice(options: &StructureFactorOptions, plan: &CasePlan) -> ([f64; 2], GridOptions) {
         let [x, y, _] = plan.lengths;
         let options = GridOptions {
@@ -98,11 +98,13 @@ pub(super) struct WithPairs<T> {
     /// Result of all particles.
     pub all: T,
     /// Results by pair of species, in the order of
-    /// [`pair_index`](stosszahl_analysis::contact_value::pair_index); empty in a gas of one species.
+    /// [`pair_index`](stosszahl_analysis::contact_value::pair_index); empty in a gas of one
+    /// species.
     pub pairs: Vec<T>,
 }
 
-/// Returns the pairs of species of a mixture with their key cells: numbers from 1, and names; empty in a gas of one species.
+/// Returns the pairs of species of a mixture with their key cells: numbers from 1, and names; empty
+/// in a gas of one species.
 pub(super) fn species_pairs(plan: &CasePlan) -> Vec<([u64; 2], String)> {
     let count = plan.species.len();
     if count < 2 {
@@ -149,8 +151,8 @@ impl SpeciesOf {
 /// Result at each time; `None` at a time without enough particles.
 pub(super) type ByTime<T> = Vec<(f64, Option<T>)>;
 
-/// Fills a table with a row for each engine, time and place: `places` are the key cells, the value and the cells after the value,
-/// of what was found in one replica.
+/// Fills a table with a row for each engine, time and place: `places` are the key cells, the value
+/// and the cells after the value, of what was found in one replica.
 pub(super) fn by_time<T: 'static, K: CellValues, C: CellValues>(
     mut table: Table,
     plan: &CasePlan,

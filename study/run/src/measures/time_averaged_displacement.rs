@@ -87,8 +87,8 @@ fn paths(plan: &CasePlan) -> usize {
     options.map_or(0, |options| options.particles as usize)
 }
 
-/// Lags in the unit of time of the case: as the samples, up to a tenth of the run, beyond which a path has too few
-/// independent starts.
+/// Lags in the unit of time of the case: as the samples, up to a tenth of the run, beyond which a
+/// path has too few independent starts.
 fn lags(plan: &CasePlan) -> Vec<f64> {
     let (first, last) = (plan.first_sample(), 0.1 * plan.case.run.until);
     if first >= last {
@@ -102,7 +102,8 @@ fn lags(plan: &CasePlan) -> Vec<f64> {
 pub struct PathAverages(Vec<Vec<[f64; 2]>>);
 
 impl PathAverages {
-    /// The average of a group at a lag, and that of its square over paths; no numbers without them.
+    /// Returns the average over the paths of a group at a lag, and the average of the squares over
+    /// paths; NaN without paths.
     fn average_at(&self, group: usize, lag: usize) -> [f64; 2] {
         let averages = self.0.get(group).and_then(|averages| averages.get(lag));
         averages.copied().unwrap_or([f64::NAN; 2])
@@ -202,8 +203,8 @@ pub(super) fn rows(plan: &CasePlan, records: &[&PathAverages]) -> Vec<PathRow> {
     rows
 }
 
-/// Averages over time over the displacements of all particles in the same time since the start, where those are measured at
-/// it: one where diffusion does not age.
+/// Averages over time over the displacements of all particles in the same time since the start,
+/// where those are measured at it: one where diffusion does not age.
 fn compare_with_ensemble(
     plan: &CasePlan,
     rows: &mut [PathRow],

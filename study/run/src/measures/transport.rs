@@ -25,7 +25,8 @@ const LARGEST_SHARE: f64 = 0.25;
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TransportOptions {
-    /// Largest lag; coefficients are slopes from half of it on. Default: 20 mean free times, at most a quarter of the run.
+    /// Largest lag; coefficients are slopes from half of it on. Default: 20 mean free times, at
+    /// most a quarter of the run.
     pub lag: Option<f64>,
     /// Lags up to the largest, an even number.
     pub points: u64,
@@ -52,8 +53,8 @@ impl TransportOptions {
 /// Nothing of engines that are not event-driven.
 type Record = Option<Helfand>;
 
-/// A coefficient, or a part of one: its column, those of the same over Enskog's value by both ways where that is asked for, its moment,
-/// its correlation, and Enskog's value.
+/// A coefficient, or a part of one: its column, those of the same over Enskog's value by both ways
+/// where that is asked for, its moment, its correlation, and Enskog's value.
 struct Coefficient {
     name: &'static str,
     over: Option<[&'static str; 2]>,
@@ -111,7 +112,8 @@ impl Coefficient {
         Some(rise / (all.lag - half.lag))
     }
 
-    /// Integral of the correlation over the lags up to each, over that to the end of the run, of which the mean is known.
+    /// Integral of the correlation over the lags up to each, over that to the end of the run, of
+    /// which the mean is known.
     fn integrals(&self, correlations: &[Correlations]) -> Vec<f64> {
         let Some(of) = self.correlation else {
             return Vec::new();
@@ -129,7 +131,8 @@ impl Coefficient {
         integrals.collect()
     }
 
-    /// The mean of these integrals from half of the largest lag on: what the slope of the moment is.
+    /// Returns the mean of the Green-Kubo integrals from half of the largest lag on, which equals
+    /// the slope of the moment.
     fn green_kubo(&self, all: &[Vec<Correlations>]) -> TableEstimate {
         mean_over_replicas(all.iter().map(|correlations| {
             let integrals = self.integrals(correlations);

@@ -43,7 +43,7 @@ impl CasePlan {
         bath.map(|bath| Some((bath, interval))).map_err(failed)
     }
 
-    /// Checks the bath, and states the interval if it is chosen here.
+    /// Checks the bath, and notes the interval of kicks if the case leaves it open.
     pub(super) fn check_bath(&mut self) -> Result<(), PlanError> {
         let Some((_, interval)) = self.bath()? else {
             return Ok(());
@@ -64,7 +64,7 @@ impl CasePlan {
         drag.unwrap_or(0.0) / self.time
     }
 
-    /// Temperature of a Langevin bath \[energy\]: by default that of the start.
+    /// Temperature of a Langevin bath \[energy\]: by default the temperature of the start.
     fn bath_temperature(&self) -> f64 {
         let given = self.case.bath().and_then(|one| one.bath_temperature);
         given.map_or(self.temperature, |given| given / self.scale.energy)

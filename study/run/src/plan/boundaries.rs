@@ -234,7 +234,8 @@ fn rebound(restitution: Option<f64>, slip: Option<f64>, temperature: Option<f64>
     }
 }
 
-/// Returns the one shape that is given.
+/// Returns the shape of an obstacle; `None` unless exactly one of circle, polyline and polygon is
+/// given.
 fn outline(written: &ParticleState) -> Option<ObstacleShape> {
     let points = |list: &[[f64; 2]]| -> Vec<Vector2<f64>> {
         list.iter().map(|&point| point.into()).collect()

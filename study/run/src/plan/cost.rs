@@ -110,7 +110,7 @@ impl RuntimeEstimate {
         (all / threads.max(1) as f64).max(self.start + longest) + self.ending
     }
 
-    /// Multiplies each part by a factor.
+    /// Multiplies each time by a factor.
     pub(crate) fn scaled(&self, factors: &Self) -> Self {
         let both = self.engines.iter().zip(&factors.engines);
         Self {
@@ -120,7 +120,7 @@ impl RuntimeEstimate {
         }
     }
 
-    /// Returns the ratio of each part to that of another; the ending is unchanged.
+    /// Returns the ratio of each time to the same time of `other`; the ending is unchanged.
     pub(crate) fn ratio_to(&self, other: &Self) -> Self {
         let ratio = |a: f64, b: f64| if a > 0.0 && b > 0.0 { a / b } else { 1.0 };
         let both = self.engines.iter().zip(&other.engines);
@@ -134,14 +134,14 @@ impl RuntimeEstimate {
     }
 }
 
-/// Memory of measurements while they sample a gas.
+/// Memory that measurements take while they sample a gas.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Looks {
     /// True if all particles are gathered for a measurement.
     pub gathers: bool,
     /// Largest memory of one measurement besides the particles \[bytes\].
     pub working: f64,
-    /// Memory per particle that is kept in the end, and not yet while others sample \[bytes\].
+    /// Memory per particle that a measure takes only after all measures have sampled \[bytes\].
     pub last: f64,
     /// Memory of the list of all samples in each part that runs \[bytes\].
     pub schedule: f64,
@@ -157,14 +157,14 @@ impl Cost {
 }
 
 impl CasePlan {
-    /// Returns the cost on this many threads. `kept` is the memory kept of each engine, in their
-    /// order, `looks` that of measurements while they sample, and `figures` that of the figures of
-    /// the report.
+    /// Returns the computing time and peak memory of the case on this many threads. `kept` is the
+    /// memory that measures keep of each engine of the case, and `figures` the memory of the
+    /// figures of the report \[bytes\].
     pub fn cost(
         &self,
         threads: usize,
         kept: &[MeasureMemory],
-        looks: &Looks,
+        sampling: &Looks,
         figures: f64,
     ) -> Cost {
         let replicas = self.case.replicas as usize;
@@ -173,7 +173,7 @@ impl CasePlan {
         let engines: Vec<EngineCost> = engines
             .map(|(engine, kept)| EngineCost {
                 name: engine.name,
-                bytes: self.engine_bytes(engine, kept[0], looks, threads),
+                bytes: self.engine_bytes(engine, kept[0], sampling, threads),
                 collisions: self.collisions(engine),
                 trials_per_collision: self.trials_per_collision(engine),
             })
@@ -186,7 +186,7 @@ impl CasePlan {
             records += kept[0] + (replicas - 1) as f64 * kept[1];
             for replica in 0..replicas.min(threads) {
                 let kept = kept[replica.min(1)];
-                parts.push((self.engine_bytes(engine, kept, looks, threads), kept));
+                parts.push((self.engine_bytes(engine, kept, sampling, threads), kept));
             }
         }
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -198,14 +198,14 @@ impl CasePlan {
         };
         let parts: f64 = parts
             .iter()
-            .map(|part| part.0 - part.1 + looks.schedule)
+            .map(|part| part.0 - part.1 + sampling.schedule)
             .sum();
         let running = starts + parts + records;
         // Tables are made while there are the records, and read again for the report.
         let bytes = PROGRAM
             + running
-                .max(records + looks.tables)
-                .max(figures + looks.tables);
+                .max(records + sampling.tables)
+                .max(figures + sampling.tables);
         Cost {
             bytes,
             pace: self.pace(),
@@ -236,7 +236,13 @@ impl CasePlan {
     }
 
     /// Memory of one engine of one replica with `kept` kept bytes, on this many threads \[bytes\].
-    fn engine_bytes(&self, engine: &EnginePlan, kept: f64, looks: &Looks, threads: usize) -> f64 {
+    fn engine_bytes(
+        &self,
+        engine: &EnginePlan,
+        kept: f64,
+        sampling: &Looks,
+        threads: usize,
+    ) -> f64 {
         let count = self.count() as f64 * engine.copies() as f64;
         let vector = 8.0 * self.dimension as f64;
         let spin = match (self.grains.rough.is_some(), self.dimension) {
@@ -248,7 +254,7 @@ impl CasePlan {
         let tag = if unequal { 8.0 } else { 0.0 };
         // Position and velocity.
         let moving = 2.0 * vector + spin;
-        let gathered = if looks.gathers { PARTICLE } else { 0.0 };
+        let gathered = if sampling.gathers { PARTICLE } else { 0.0 };
         let (held, saved, look) = match &engine.kind {
             EngineKind::EventDriven { .. } => {
                 let engine = 104.0 + moving + 8.0 + tag + 2.0 * spin + self.strips(threads);
@@ -280,11 +286,11 @@ impl CasePlan {
         let own = held * count + cells + kept + paths;
         let tables = if self.is_disk_fluid() { TABLES } else { 0.0 };
         // While others look, or the gas is saved, the last of what is kept is still to come.
-        let last = looks.last * count;
+        let last = sampling.last * count;
         let saving = saved * count + kept + paths - last;
         own + (look * count)
             .max(saving)
-            .max(looks.working + tables - last)
+            .max(sampling.working + tables - last)
     }
 
     /// Memory of whole trajectories, and of displacements, without positions \[bytes\].

@@ -224,7 +224,8 @@ impl CasePlan {
         PlanError::require(asked <= 0.0 || possible, key, asked, allowed)
     }
 
-    /// Largest packing fraction of the particles: that of equal ones, or 1 where sizes differ.
+    /// Largest packing fraction of the particles: of a close packing of equal ones, or 1 if sizes
+    /// differ.
     pub fn closest_packing(&self) -> f64 {
         match (self.classes.len(), self.dimension) {
             (1, 2) => kinetic::CLOSE_PACKING,
@@ -555,8 +556,7 @@ fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, P
         .map_err(refused)
 }
 
-/// Returns the sides of the box in engine units, and the packing fraction if that is what the case
-/// gives.
+/// Returns the sides of the box in engine units, and the packing fraction if the case gives it.
 fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>), PlanError> {
     let dimension = case.gas.dimension as usize;
     let written = case.domain.as_ref();

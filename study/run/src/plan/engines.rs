@@ -14,7 +14,8 @@ use stosszahl_model::{Space, transport};
 use super::boundaries;
 use super::data::{CasePlan, EngineKind, EnginePlan, PlanError, in_space};
 
-/// Most collisions of a particle in a unit of time, over the largest rate that the case lets expect, where the case says nothing.
+/// Most collisions of a particle in a unit of time, over the largest rate that the case lets
+/// expect, where the case says nothing.
 const NATURAL_RATES: f64 = 1e4;
 
 /// All engines, in their order.
@@ -68,12 +69,14 @@ fn scheme_of(engine: &str) -> Option<Scheme> {
     Scheme::named(engine.strip_prefix("dsmc-")?)
 }
 
-/// Simulators in a cell with which the rate of a scheme within cells is off by less than a per cent: its error is a third over that number.
+/// Simulators in a cell with which the rate of a scheme within cells is off by less than a per
+/// cent: its error is a third over that number.
 const ENOUGH_IN_A_CELL: f64 = 50.0;
-/// Simulators for each particle with which the rate of ESMC is off by less than a per cent: its error is 0.3 over that number.
+/// Simulators for each particle with which the rate of ESMC is off by less than a per cent: its
+/// error is 0.3 over that number.
 const ENOUGH_FOR_ESMC: f64 = 64.0;
 
-/// A Monte Carlo engine: what is written, over the defaults of its scheme.
+/// Plans a Monte Carlo engine from the settings of the case and the defaults of its scheme.
 fn monte_carlo<S: Space>(
     plan: &mut CasePlan,
     name: &'static str,
@@ -153,7 +156,8 @@ fn clearance(written: &MonteCarloSpec, scheme: Scheme) -> WallClearance {
     }
 }
 
-/// A radius if an engine of the case keeps surfaces of particles from walls and obstacles, none if all keep centres.
+/// A radius if an engine of the case keeps surfaces of particles from walls and obstacles, none if
+/// all keep centres.
 pub(super) fn widest_clearance(case: &Case) -> WallClearance {
     let by_radius = |format: &SchemeFormat| {
         let engine = (format.table)(&case.engine)
@@ -194,9 +198,9 @@ impl CasePlan {
         transport::critical_length(self.packing_fraction, self.contact_value, self.restitution)
     }
 
-    /// Returns true if the sets of simulators of an engine are copies of one start, moved and turned
-    /// at random: those of a smooth uniform gas. Elsewhere each set is placed anew, as a start next
-    /// to walls or in a region cannot be moved, and the spins of a set are drawn.
+    /// Returns true if the sets of simulators of an engine are copies of one start, moved and
+    /// turned at random, as in a smooth uniform gas. In other gases each set is placed anew, as a
+    /// start next to walls or in a region cannot be moved, and the spins of a set are drawn.
     pub fn starts_from_copies(&self) -> bool {
         self.is_uniform_box() && !self.is_rough() && self.case.start.region.is_none()
     }
@@ -213,8 +217,8 @@ impl CasePlan {
         self.dilute_mean_free_path() / chi
     }
 
-    /// Side of a cell that resolves the mean free path of the uniform flow: half of it, and no less than two diameters for
-    /// dense schemes.
+    /// Side of a cell that resolves the mean free path of the uniform flow: half of it, and no less
+    /// than two diameters for dense schemes.
     fn resolving_cell(&self, scheme: Scheme) -> f64 {
         let half = 0.5 * self.flow_path(scheme);
         if scheme.is_dilute() {
@@ -225,7 +229,8 @@ impl CasePlan {
         }
     }
 
-    /// Simulators for each particle of a flow with which a cell of a side holds ten of them, of at most 2^20 in all.
+    /// Simulators for each particle of a flow with which a cell of a side holds ten of them, of at
+    /// most 2^20 in all.
     fn simulators_of_flow(&self, side: f64) -> u32 {
         let count = self.count().max(1) as f64;
         let per_cell = count * side.powi(self.dimension as i32) / self.volume;
@@ -234,15 +239,16 @@ impl CasePlan {
         wanted.clamp(1.0, (MOST_SIMULATORS / count).floor().max(1.0)) as u32
     }
 
-    /// Side of a cell in a flow: one that resolves the mean free path, and at least such that it holds ten simulators.
+    /// Side of a cell in a flow: one that resolves the mean free path, and at least such that it
+    /// holds ten simulators.
     fn cell_of_flow(&self, scheme: Scheme, simulators_per_particle: u32) -> f64 {
         let simulators = self.count() as f64 * f64::from(simulators_per_particle);
         let ten = (TEN * self.volume / simulators).powf(1.0 / self.dimension as f64);
         self.resolving_cell(scheme).max(ten)
     }
 
-    /// Simulators for each particle with which the errors of few simulators hardly show: a power of two, at most 1000 and at most 2^20 in
-    /// all. In flows the cells are chosen to hold enough.
+    /// Simulators for each particle with which the errors of few simulators hardly show: a power of
+    /// two, at most 1000 and at most 2^20 in all. In flows the cells are chosen to hold enough.
     fn enough_simulators(&self, one: &Parameters) -> u32 {
         const MOST: f64 = 1024.0;
         const MOST_IN_ALL: f64 = (1 << 20) as f64;

@@ -34,10 +34,10 @@ pub(super) struct FileSpecies {
 }
 
 impl FileSpecies {
-    /// Reads the species of a file; where it lacks sizes, those of the case are taken.
+    /// Reads the species of a file; if it lacks sizes, the sizes of the case are taken.
     ///
     /// Particles of one type, radius and mass are a species, up to [`MOST_SPECIES`] of at least two
-    /// particles on average; otherwise those of one type are.
+    /// particles on average; otherwise all particles of one type are a species.
     ///
     /// # Errors
     /// [`PlanError`] if a name of a species cannot be told from another.

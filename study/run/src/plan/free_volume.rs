@@ -96,7 +96,7 @@ fn periodic(case: &Case) -> [bool; 2] {
 }
 
 impl CasePlan {
-    /// Volume of the box, including that of obstacles \[length^D\]; that of the gas without a box.
+    /// Volume of the box, obstacles included \[length^D\]; without a box, the volume of the gas.
     pub fn box_volume(&self) -> f64 {
         match self.lengths[0] {
             0.0 => self.volume,
@@ -117,8 +117,8 @@ impl CasePlan {
         Ok(if share > 1e-9 { share } else { 0.0 })
     }
 
-    /// Share of each cell of a grid over the first two axes that obstacles leave to the centres of particles of an engine,
-    /// the first axis running fastest; empty without obstacles.
+    /// Share of each cell of a grid over the first two axes that obstacles leave to the centres of
+    /// particles of an engine, the first axis running fastest; empty without obstacles.
     pub fn free_shares(&self, engine: &EnginePlan, counts: [usize; 2]) -> Vec<f64> {
         let obstacles = self.obstacles().unwrap_or_default();
         if obstacles.is_empty() {

@@ -178,7 +178,7 @@ impl CasePlan {
     }
 
     /// Lists walls, obstacles and streams that heat or move the gas, in engine units. Only flows
-    /// have some, and theirs are those of the case.
+    /// have any.
     fn sources(&self) -> Vec<Source> {
         let length = |vector: &[f64]| vector.iter().map(|one| one * one).sum::<f64>().sqrt();
         let faces = stosszahl_case::format::FACES.iter().flatten();
@@ -245,8 +245,8 @@ impl CasePlan {
         (0..self.dimension).map(speed).fold(0.0, f64::max)
     }
 
-    /// Largest collision rate of a particle that the case lets expect, about: that of the start, or
-    /// a diameter at the fastest speed \[1/engine time\].
+    /// Approximate largest collision rate of a particle to expect: the rate of the start, or the
+    /// fastest speed over a diameter \[1/engine time\].
     pub(super) fn natural_rate(&self) -> f64 {
         let diameters = self.species.iter().map(|one| 2.0 * one.radius);
         let smallest = diameters

@@ -284,7 +284,7 @@ impl SizedParticles {
         sum / self.kinds.iter().map(|kind| kind.count).sum::<usize>() as f64
     }
 
-    /// Number of particles.
+    /// Number of particles of all species together.
     pub(super) fn count(&self) -> usize {
         self.kinds.iter().map(|kind| kind.count).sum()
     }

@@ -49,8 +49,8 @@ pub(super) fn dilute_path(sizes: &[(f64, f64, f64)], volume: f64, dimension: usi
 }
 
 impl CasePlan {
-    /// Returns the effect of density on collision rates in theory: that of the case without a box,
-    /// Enskog's theory in one.
+    /// Returns the contact values of the theory: as the case gives them without a box, by Enskog's
+    /// theory in a box.
     pub fn contact(&self) -> ContactValues {
         let is_dilute = self.case.gas.pair_correlation == PairCorrelationSpec::Boltzmann;
         if is_dilute && !self.has_box() {
@@ -171,8 +171,8 @@ impl CasePlan {
         })
     }
 
-    /// Energy over that of the start at a time of the case, by Haff's law with its Sonine factor;
-    /// `None` where it does not apply, as for a gas that is in a bath or scaled.
+    /// Energy over the energy of the start at a time of the case, by Haff's law with its Sonine
+    /// factor; `None` where it does not apply, as for a gas that is in a bath or scaled.
     pub fn haff_ratio(&self, time: f64) -> Option<f64> {
         let free = self.case.thermostat.is_none();
         (free && self.has_theory()).then(|| self.haff_law(time))
@@ -210,7 +210,8 @@ impl CasePlan {
     }
 
     /// Collisions per particle that theory expects up to a time of the case; rough without a
-    /// theory, and with walls or gravity those of the uniform gas at the temperature of the start.
+    /// theory, and with walls or gravity the number in the uniform gas at the temperature of the
+    /// start.
     pub fn expected_collisions(&self, time: f64) -> f64 {
         let rate = 1.0 / self.mean_free_time;
         if self.case.bath().is_some() {
@@ -242,9 +243,9 @@ impl CasePlan {
         }
     }
 
-    /// Returns the temperatures of the species over that of the start at the sample times, by
-    /// Enskog's equations in as many Sonine orders as are quick, solved once; `None` where they do
-    /// not apply.
+    /// Returns the temperatures of the species over the temperature of the start at the sample
+    /// times, by Enskog's equations in as many Sonine orders as are quick, solved once; `None`
+    /// where they do not apply.
     pub fn partial_temperatures(&self) -> Option<&[Vec<f64>]> {
         let solved = self.partial_temperatures.get_or_init(|| {
             let constant = !matches!(self.law, Law::Viscoelastic(_));
@@ -272,8 +273,8 @@ impl CasePlan {
         PlanError::require(good, "aggregation", "particles that stick", allowed)
     }
 
-    /// Temperature of the steady state over that of the start, by Enskog's theory with its Sonine
-    /// correction; `None` for a gas that has no such state or no such theory.
+    /// Temperature of the steady state over the temperature of the start, by Enskog's theory with
+    /// its Sonine correction; `None` for a gas that has no such state or no such theory.
     pub fn steady_temperature(&self) -> Option<f64> {
         if self.case.bath().is_some() {
             return self.steady_guess().filter(|_| self.has_theory());
@@ -298,8 +299,8 @@ impl CasePlan {
         Some(found.elapsed / self.mean_free_time)
     }
 
-    /// Uniform shear flow of a dilute gas with the restitution of this one, and its rate in engine
-    /// units; `None` without a flow.
+    /// Theory of uniform shear flow in a dilute gas with the restitution of the case, and the shear
+    /// rate in engine units; `None` without a flow.
     pub(crate) fn shear_flow(&self) -> Option<(UniformShear, f64)> {
         let rate = self.grains.shear_rate?;
         Some((UniformShear::new(self.dimension, self.restitution), rate))

@@ -17,7 +17,7 @@ pub struct RunSummary {
     /// Results folder, which no other process writes into until this is dropped; write the report
     /// before.
     pub held: Arc<Folder>,
-    /// True if this process must write the report: one of those that share the folder.
+    /// True if this process, of all that share the folder, must write the report.
     pub is_reporter: bool,
 }
 

@@ -42,13 +42,13 @@ fn spin_temperature(plan: &CasePlan) -> f64 {
     written.map_or(plan.temperature, |t| t / plan.scale.energy)
 }
 
-/// Whether particles collide as often as those of a dilute gas, however dense theirs is.
+/// Returns true if particles collide at the rate of a dilute gas at any density.
 pub fn is_dilute(engine: &EnginePlan) -> bool {
     matches!(&engine.kind, EngineKind::MonteCarlo(one) if one.scheme.is_dilute())
 }
 
-/// Temperatures of translation and rotation at some engine times, of a homogeneous gas of equal rough particles at the
-/// collision rate of an engine; `None` of other gases.
+/// Temperatures of translation and rotation at some engine times, of a homogeneous gas of equal
+/// rough particles at the collision rate of an engine; `None` of other gases.
 ///
 /// # Errors
 /// [`TheoryError`] if its equations cannot be solved.
@@ -87,8 +87,8 @@ pub fn cooling(
     Ok(Some(found))
 }
 
-/// The settled column of an engine: an elastic dilute gas between still walls at the ends of the second axis, along which
-/// gravity points.
+/// The settled column of an engine: an elastic dilute gas between still walls at the ends of the
+/// second axis, along which gravity points.
 ///
 /// # Errors
 /// [`TheoryError`] if its equation cannot be solved.

@@ -20,8 +20,9 @@ pub fn curves(plan: &CasePlan) -> Result<&TheoryCurves, TheoryError> {
     solved.as_ref().map_err(|error| *error)
 }
 
-/// Fourth cumulants of theory, where there is one for it: equal particles of constant restitution that do not stick.
-/// First Sonine order by van Noije & Ernst, and in the form of Montanero & Santos.
+/// Fourth cumulants of theory, where there is one for it: equal particles of constant restitution
+/// that do not stick. First Sonine order by van Noije & Ernst, and in the form of Montanero &
+/// Santos.
 pub fn fourth_cumulants(plan: &CasePlan) -> Option<[f64; 2]> {
     let restitution = plan.law.constant().filter(|&r| r < 1.0)?;
     let alone = plan.species.len() == 1 && plan.case.aggregation.is_none();
@@ -45,7 +46,8 @@ impl<'a> Theory<'a> {
     /// The kinetic equations of the classes of a plan.
     ///
     /// # Errors
-    /// [`TheoryError`] if a number is out of range, or the gas is packed too densely for its contact values.
+    /// [`TheoryError`] if a number is out of range, or the gas is packed too densely for its
+    /// contact values.
     pub fn from_plan(plan: &'a CasePlan) -> Result<Self, TheoryError> {
         if let VelocitiesSpec::Drawn(drawn) = plan.case.start.velocities {
             let allowed = "Maxwellian velocities at the start";
@@ -79,7 +81,8 @@ impl<'a> Theory<'a> {
         classes.map(|k| weight(k) * value(k)).sum::<f64>() / total
     }
 
-    /// The cooling state that the gas starts in, if it does: cooling rates of all classes within a hundredth of each other.
+    /// The cooling state that the gas starts in, if it does: cooling rates of all classes within a
+    /// hundredth of each other.
     pub fn cooling_state(&self) -> Option<CoolingState> {
         let rate = |k| self.mixture.rates(k, &self.start).cooling;
         let rates = || (0..self.start.len()).map(rate);
@@ -92,8 +95,8 @@ impl<'a> Theory<'a> {
             .then(|| CoolingState::from_temperatures(&self.mixture, self.start.clone()))
     }
 
-    /// Theory at the sample times: velocities in a Sonine expansion. Orders in which it cannot be followed to the end are
-    /// left out.
+    /// Theory at the sample times: velocities in a Sonine expansion. Orders in which it cannot be
+    /// followed to the end are left out.
     fn curves(&self) -> Result<TheoryCurves, TheoryError> {
         let plan = self.plan;
         if plan.case.aggregation.is_some() {
@@ -182,8 +185,8 @@ impl<'a> Theory<'a> {
         }
     }
 
-    /// Displacements averaged over time by group and lag up to a time \[time\], in this many Sonine orders; in the first only
-    /// for a gas that starts in its cooling state.
+    /// Displacements averaged over time by group and lag up to a time \[time\], in this many Sonine
+    /// orders; in the first only for a gas that starts in its cooling state.
     pub fn time_averaged(
         &self,
         orders: usize,
@@ -225,7 +228,8 @@ impl<'a> Theory<'a> {
     }
 }
 
-/// A value of theory, and how far it is from that of one Sonine order less; the first has none.
+/// Value of a theory, and its difference from the value at one Sonine order less; `None` at the
+/// first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
     /// Value.
@@ -245,7 +249,8 @@ pub struct GroupCurve {
     pub displacement: Predicted,
     /// Diffusion coefficient `<R . v>/D` \[length^2/time\].
     pub diffusion: Predicted,
-    /// Relaxation time of the velocity, `m/T` of the diffusion coefficient \[time\]; the mean over the classes of a group.
+    /// Relaxation time of the velocity, `m/T` of the diffusion coefficient \[time\]; the mean over
+    /// the classes of a group.
     pub relaxation: Predicted,
     /// `<v(0) . v(t)>/<v(0)^2>`.
     pub correlation: Predicted,
@@ -254,9 +259,9 @@ pub struct GroupCurve {
 /// Theory at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TheoryPoint {
-    /// Energy over that of the start.
+    /// Energy over the energy of the start.
     pub energy_ratio: Predicted,
-    /// Collisions of a particle, on average over those that collide with each other.
+    /// Mean number of collisions of a particle, over all particles that collide with each other.
     pub collisions: Predicted,
     /// Mean squared displacement, on average over the same \[length^2\].
     pub displacement: Predicted,

@@ -19,7 +19,7 @@ pub(super) fn all_steady(record: &ClusterRecord) -> (Sizes, u64) {
     (sum, times)
 }
 
-/// Clusters in the second half of the steady state over those in the first.
+/// Number of clusters in the second half of the steady state over the number in the first half.
 fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
     let mean = |half: &Half| {
         let clusters: u64 = half.sizes.values().sum();
@@ -33,8 +33,9 @@ fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
     Estimate::over_replicas(&ratios)
 }
 
-/// Exponent and inverse cut-off of a power law with an exponential cut-off, `n_k = c k^-exponent exp(-k/cutoff)`, fitted to
-/// each replica by itself; errors are from their spread. `None` if a replica lacks three sizes with clusters.
+/// Exponent and inverse cut-off of a power law with an exponential cut-off, `n_k = c k^-exponent
+/// exp(-k/cutoff)`, fitted to each replica by itself; errors are from their spread. `None` if a
+/// replica lacks three sizes with clusters.
 fn fit(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
     let fits: Option<Vec<[f64; 2]>> = records
         .iter()
@@ -48,8 +49,9 @@ fn fit(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
     Some([of(0)?, of(1)?])
 }
 
-/// Exponent and inverse cut-off of one distribution: least squares of `ln n_k` on `ln k` and k, each size with the weight
-/// of its count, which is the inverse variance of the logarithm of a Poisson number.
+/// Exponent and inverse cut-off of one distribution: least squares of `ln n_k` on `ln k` and k,
+/// each size with the weight of its count, which is the inverse variance of the logarithm of a
+/// Poisson number.
 fn fit_one(sizes: &Sizes, [low, high]: [u32; 2]) -> Option<[f64; 2]> {
     let points: Vec<[f64; 4]> = sizes
         .range(low..=high)
@@ -135,8 +137,8 @@ pub(super) fn steady_state(
 mod tests {
     use super::*;
 
-    /// Counts by a known law, rounded to whole numbers of 1e5 and more: relative errors below 1e-5 in the logarithms, of
-    /// which the fit makes less than 1e-3.
+    /// Counts by a known law, rounded to whole numbers of 1e5 and more: relative errors below 1e-5
+    /// in the logarithms, of which the fit makes less than 1e-3.
     #[test]
     fn fits_return_the_law_of_the_counts() {
         let sizes: Sizes = (1..=60_u32)

@@ -20,7 +20,8 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Memory of the engine of a twin per disk \[bytes\].
 pub(super) const BYTES_PER_DISK: f64 = 260.0;
 
-/// Collisions per disk whose rate is that of theory, in the estimate of the rate of the twin.
+/// Weight, in collisions per disk, of the theoretical collision rate in the estimate of the twin's
+/// rate.
 const PRIOR: f64 = 0.25;
 
 /// Sums of the twin in a window of the gas: contacts and flux.
@@ -98,8 +99,8 @@ impl ElasticTwin {
         Ok(())
     }
 
-    /// Advances by the mean time of some collisions, leg by leg, so that a checkpoint resumes to
-    /// the same bytes.
+    /// Advances by the mean time of some collisions, in legs between checkpoints, so that a
+    /// checkpoint resumes to the same bytes.
     fn advance(&mut self, collisions: f64) -> Result<(), Failure> {
         let (done, passed) = (
             self.gas.work_counters().collisions,

@@ -36,7 +36,7 @@ pub(super) fn table() -> Table {
     )
 }
 
-/// Whether the fields of a case are those of a channel, and fine enough.
+/// Returns true if the case is a channel and its fields have enough rows of cells.
 pub(super) fn has_layers(plan: &CasePlan, options: &FieldOptions) -> bool {
     channel::is_channel(&plan.case) && options.cells[1] >= channel::FEWEST_ROWS as u64
 }
@@ -66,7 +66,8 @@ pub(super) fn fill(
 
 /// Velocity in the middle, displacement thickness and slip of the velocities across a channel.
 ///
-/// With `S = sum u_j`, the mean M over the middle and cells of the width `H/J` the thickness is `(H - (H/J) S/M)/2`.
+/// With `S = sum u_j`, the mean M over the middle and cells of the width `H/J` the thickness is
+/// `(H - (H/J) S/M)/2`.
 fn layer(across: &[f64], height: f64) -> [f64; 3] {
     let count = across.len();
     let middle = channel::middle(count);
@@ -82,7 +83,8 @@ fn layer(across: &[f64], height: f64) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Poiseuille's profile `u = 4 y (1 - y)`, by the means over cells: the layer of one wall is a sixth of the height.
+    /// Poiseuille's profile `u = 4 y (1 - y)`, by the means over cells: the layer of one wall is a
+    /// sixth of the height.
     #[test]
     fn the_layer_of_a_parabola_is_a_sixth_of_the_height() {
         let count = 1000;

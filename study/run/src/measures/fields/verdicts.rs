@@ -56,7 +56,7 @@ fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &BlockRange) -> Vec<R
     all.filter(wanted).collect()
 }
 
-/// All of them, the most important first. `views` are those of the engines.
+/// Returns all verdicts on fields, the most important first. `views` are the fields of the engines.
 pub(super) fn field_verdicts(
     plan: &CasePlan,
     counts: [usize; 2],
@@ -191,7 +191,8 @@ fn place_text(row: &Row<'_>) -> String {
     format!("{axis} = {}", judge::short(at))
 }
 
-/// The density profiles of two engines. A single place along an axis is the whole box, whose density nothing changes.
+/// The density profiles of two engines. A single place along an axis is the whole box, whose
+/// density nothing changes.
 fn profiles_agree(
     pair: [&str; 2],
     rows: &[Vec<Row<'_>>; 2],
@@ -238,7 +239,8 @@ fn barometric(
     judge::profiles(topic, words, &layers, parts, rule)
 }
 
-/// An elastic gas between walls of one temperature, by its mean temperature and its drift along the first axis.
+/// An elastic gas between walls of one temperature, by its mean temperature and its drift along the
+/// first axis.
 fn walls(
     plan: &CasePlan,
     topic: String,

@@ -6,13 +6,13 @@ use stosszahl_model::{Vector, memory};
 use super::gas::{COLDEST, GasParticle, HomogeneousGas, SmoothPhysics, size_key};
 use super::selection::ProposalValidity;
 
-/// Bits of the squared speed below those of a group: eight groups per factor two, so a bound is on
-/// average 2 % above.
+/// Bits of the squared speed that are ignored within a group: eight groups per factor two, so a
+/// speed bound is on average 2 % above the speeds.
 const SPEED_SHIFT: u32 = 52 - 3;
-/// Number of groups in a class; the slowest holds all slower particles.
+/// Number of groups in a class; the slowest group also holds all slower particles.
 const WINDOW: u32 = 160;
-/// Number of groups above that of the fastest particle, for particles that get faster: a factor two
-/// in speed.
+/// Number of groups above the group of the fastest particle, for particles that get faster: a
+/// factor two in speed.
 const HEADROOM: u32 = 16;
 
 /// Class of particles of like radius.
@@ -20,7 +20,7 @@ const HEADROOM: u32 = 16;
 pub(crate) struct SizeClass {
     /// Upper bound of the radius \[length\].
     pub radius: f64,
-    /// Sum of the kernel with all places of second partners.
+    /// Sum of the kernel with all slots of second partners.
     pub partners: f64,
     /// Cumulative shares of the first, and of the first two, powers of the radius in `partners`,
     /// from which a power is drawn.
@@ -31,11 +31,11 @@ pub(crate) struct SizeClass {
     pub start: u32,
     /// Number of particles at the last rebuild.
     pub count: u32,
-    /// First place of particles that joined since.
+    /// First slot in [`Layout::joined`] of particles that joined since the last rebuild.
     pub join_first: u32,
-    /// Number of places for particles that join.
+    /// Number of slots for particles that join.
     pub join_capacity: u32,
-    /// Number of places for particles that join that are taken.
+    /// Number of particles that joined since the last rebuild.
     pub joined: u32,
     /// End of the groups of the class, which are in rising order of speed.
     pub groups_end: u32,
@@ -46,14 +46,14 @@ pub(crate) struct SizeClass {
 }
 
 impl SizeClass {
-    /// Number of places for a second partner.
+    /// Number of slots for a second partner.
     #[inline]
-    pub fn places(&self) -> u32 {
+    pub fn slots(&self) -> u32 {
         self.count + self.join_capacity
     }
 }
 
-/// Group: places with one speed bound.
+/// Group: slots with the same speed bound, for particles of one class.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Group {
     /// Largest speed in the group \[length/time\].
@@ -72,9 +72,9 @@ pub(crate) struct Layout {
     pub groups: Vec<Group>,
     /// Number of groups at the last rebuild.
     regular: usize,
-    /// Particles by places of groups.
+    /// Index of the particle in each slot of the groups.
     pub order: Vec<u32>,
-    /// Particles that joined a class, by places.
+    /// Indices of the particles that joined a class since the last rebuild, by slot.
     pub joined: Vec<u32>,
     /// Highest key of a squared speed at the last rebuild.
     top: u64,
@@ -83,9 +83,9 @@ pub(crate) struct Layout {
     first_key: u32,
     /// True if particles change their sizes.
     sizes_change: bool,
-    /// Free places for each place expected to be needed.
+    /// Number of free slots for each that is expected to be needed.
     generosity: f64,
-    /// True if a place was refused.
+    /// True if a particle found no free slot since the last rebuild.
     refused: bool,
     /// Group of a class for each key of speed, or the next faster one. While groups are laid out:
     /// numbers of particles.
@@ -118,8 +118,8 @@ impl Layout {
                 * size_of::<u32>()
     }
 
-    /// Finds a place in a class for a particle that is faster than its group allows.
-    pub fn find_place<P: SmoothPhysics>(
+    /// Finds a slot in a class for a particle that is faster than its group allows.
+    pub fn find_slot<P: SmoothPhysics>(
         &mut self,
         particle: &mut GasParticle<P>,
         index: u32,
@@ -148,7 +148,7 @@ impl Layout {
         self.open(particle, index, class, square)
     }
 
-    /// Opens a group for a particle for which no faster group of its class has a free place.
+    /// Opens a group for a particle for which no faster group of its class has a free slot.
     fn open<P: SmoothPhysics>(
         &mut self,
         particle: &mut GasParticle<P>,
@@ -170,7 +170,7 @@ impl Layout {
             return ProposalValidity::Outdated;
         }
         own.extra = self.groups.len() as u32;
-        let capacity = 1 + own.places() / 256;
+        let capacity = 1 + own.slots() / 256;
         let first = self.order.len() as u32;
         self.groups.push(Group {
             bound: (1.5 * square).sqrt(),
@@ -195,8 +195,8 @@ impl Layout {
     ) -> ProposalValidity {
         self.sizes_change = true;
         let key = size_key(radius);
-        let place = key.wrapping_sub(self.first_key) as usize;
-        let Some(joins) = self.joins.get_mut(place) else {
+        let number = key.wrapping_sub(self.first_key) as usize;
+        let Some(joins) = self.joins.get_mut(number) else {
             return ProposalValidity::Outdated;
         };
         *joins += 1;
@@ -214,11 +214,11 @@ impl Layout {
         }
         self.joined[(class.join_first + class.joined) as usize] = index;
         class.joined += 1;
-        self.find_place(particle, index, number as u32, particle.velocity.square())
+        self.find_slot(particle, index, number as u32, particle.velocity.square())
     }
 }
 
-/// Rebuilds the layout of the gas.
+/// Sorts all particles anew into classes of like radius, groups of like speed, and their slots.
 pub(crate) fn arrange<P: SmoothPhysics>(layout: &mut Layout, gas: &mut HomogeneousGas<P>) {
     if layout.classes.is_empty() || layout.sizes_change {
         gas.sort();
@@ -352,13 +352,13 @@ fn count<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) -> f64 
 /// Lays out the groups of classes, with the slots in use and spare slots.
 fn open_groups(layout: &mut Layout, fastest: f64) {
     layout.groups.clear();
-    let (mut place, mut join) = (0_u32, 0_u32);
+    let (mut slot, mut join) = (0_u32, 0_u32);
     let mut top = 0;
     for (number, class) in layout.classes.iter_mut().enumerate() {
         let counts = &mut layout.bins[number * WINDOW as usize..][..WINDOW as usize];
         // An empty class expects the speeds of the one before it.
         top = counts.iter().rposition(|&count| count > 0).unwrap_or(top);
-        let spare = 1 + class.places() / 512;
+        let spare = 1 + class.slots() / 512;
         for (bin, count) in counts.iter_mut().enumerate() {
             let within = if *count > 2 { *count / 6 + 1 } else { 0 };
             let above = match bin.checked_sub(top) {
@@ -391,12 +391,12 @@ fn open_groups(layout: &mut Layout, fastest: f64) {
             layout.groups.push(Group {
                 bound: square.sqrt(),
                 square,
-                first: place,
+                first: slot,
                 capacity: taken + free,
                 length: 0,
                 class: number as u32,
             });
-            place += taken + free;
+            slot += taken + free;
         }
         class.groups_end = layout.groups.len() as u32;
         class.join_first = join;
@@ -407,10 +407,10 @@ fn open_groups(layout: &mut Layout, fastest: f64) {
     layout.regular = layout.groups.len();
     layout.joined.clear();
     layout.joined.resize(join as usize, 0);
-    if layout.order.capacity() < place as usize {
-        layout.order = memory::reserved(place as usize + place as usize / 16);
+    if layout.order.capacity() < slot as usize {
+        layout.order = memory::reserved(slot as usize + slot as usize / 16);
     }
-    layout.order.resize(place as usize, 0);
+    layout.order.resize(slot as usize, 0);
 }
 
 /// Puts every particle into its group.
