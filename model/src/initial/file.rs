@@ -55,7 +55,7 @@ pub fn read_start_file(path: &Path) -> Result<StartFile, FileError> {
 /// Reads the bytes of a start file; the ending of its path decides the format.
 ///
 /// # Errors
-/// As [`read`].
+/// As [`read_start_file`].
 pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<StartFile, FileError> {
     let source = SourceFile { path };
     if ending_of(path) == "gsd" {
