@@ -18,7 +18,7 @@ __all__ = ["CollisionLog"]
 
 ROWS = 2**17
 """Number of collisions converted to columns at a time, so that a long log needs little further memory."""
-NOBODY = 2**32 - 1
+ANONYMOUS = 2**32 - 1
 """Index in place of a partner where equal particles are not distinguished."""
 
 
@@ -124,7 +124,7 @@ def write_parquet(path: Path, log: CollisionLog) -> None:
     try:
         for start in range(0, max(len(all_), 1), ROWS):
             columns = flat(all_[start : start + ROWS])
-            missing = {name: columns[name] == NOBODY for name in ("first", "second")}
+            missing = {name: columns[name] == ANONYMOUS for name in ("first", "second")}
             table = arrow.table({name: arrow.array(column, mask=missing.get(name)) for name, column in columns.items()})
             table = table.replace_schema_metadata({"creator": "stosszahl", "seen": str(log.seen), "most": str(log.most)})
             file = file or parquet.ParquetWriter(path, table.schema, compression="zstd")
