@@ -181,7 +181,8 @@ pub struct FieldSample {
 }
 
 impl FieldSample {
-    /// Adds a particle of a species to the open group.
+    /// Adds a particle of a species to the sums of its cell, within the particle group that
+    /// [`Self::close`] ends.
     #[inline]
     pub fn add(&mut self, species: usize, particle: &Sighting) {
         let [x, y] = particle.position;
@@ -189,7 +190,8 @@ impl FieldSample {
         self.parts.sum_at(place).add(particle);
     }
 
-    /// Ends a group.
+    /// Ends the group of particles added since the last call; `group` is its number in the sums of
+    /// [`stosszahl_model::sum`].
     pub fn close(&mut self, group: u32) {
         self.parts.close(group);
     }

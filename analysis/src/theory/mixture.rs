@@ -29,7 +29,9 @@ pub struct MaxwellianMixture<R> {
     law: R,
     /// Factors `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` by rows: hit species k, partner i.
     rates: Vec<f64>,
-    /// Quadrature nodes: speed over S, and weight.
+    /// Nodes of the quadrature that averages restitution over collisions: normal approach speed g
+    /// of the pair over S, the standard deviation of a component of its relative velocity, and
+    /// weight; the weights add up to 1.
     nodes: Vec<(f64, f64)>,
     /// True if restitution is constant for all speeds.
     constant: bool,

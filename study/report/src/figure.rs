@@ -39,9 +39,9 @@ pub(crate) struct Drawn {
 pub(crate) struct Panel {
     /// Title; empty for a panel that needs none.
     pub title: String,
-    /// Drawing for the page.
+    /// SVG drawing of the panel, in the size of the report's page.
     pub plot: Plot,
-    /// Chart or map of the drawing.
+    /// Chart or map that the drawing shows.
     pub subject: Subject,
 }
 

@@ -173,7 +173,8 @@ impl ParticleFrame {
         Self::of_particles(time, sides, periodic, &crowd, share, kept.collect())
     }
 
-    /// Creates a frame of the kept particles, with their numbers.
+    /// Creates a frame from `kept`: the sampled particles, each with its particle number, which
+    /// decides the order in the frame. Each stands for `share` particles of the gas `crowd`.
     #[inline]
     pub fn of_particles(
         time: f64,

@@ -44,7 +44,7 @@ pub struct Planned<'a> {
     pub measures: Vec<&'static dyn Measure>,
 }
 
-/// Outline of a case, as `check` shows it.
+/// Summary of a planned point of a case, as the command `check` prints it.
 #[derive(Clone, Debug)]
 pub struct CaseOutline {
     /// The title of the case.
@@ -290,7 +290,8 @@ impl<'a> Planned<'a> {
         pace
     }
 
-    /// Outline of the planned case on this number of threads.
+    /// Summarises the planned point for the user: derived quantities, choices, warnings,
+    /// statistical power, and the memory and time that it will take on this number of threads.
     pub fn outline(&self, threads: usize) -> CaseOutline {
         let level = level(self);
         let replicas = self.plan.case.replicas as usize;

@@ -71,7 +71,8 @@ pub trait Measure: Sync {
         0.0
     }
 
-    /// Part of that memory that the last sample adds, after all others \[bytes\].
+    /// Part of the final memory per particle or simulator that the last sample adds, after all
+    /// other samples \[bytes\].
     fn kept_last_per_particle(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
@@ -82,8 +83,8 @@ pub trait Measure: Sync {
         64.0
     }
 
-    /// Memory of the probe's record besides that per particle and per sample, where it may be large
-    /// \[bytes\].
+    /// Further final memory of the probe's record, in addition to the memory per particle and per
+    /// sample: histograms, cells and rows \[bytes\]. It is 0 where it is small.
     fn kept_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }

@@ -141,7 +141,7 @@ pub enum FrontierError {
     /// A folder cannot be made.
     #[error("{}: {source}", path.display())]
     Folder {
-        /// Path of the folder.
+        /// Path of the folder that cannot be created.
         path: PathBuf,
         /// Error of the operating system.
         source: std::io::Error,

@@ -20,9 +20,9 @@ pub(crate) struct SettingSearch<'a> {
     pub quantities: &'a [FrontierQuantity],
     /// References of the quantities.
     pub references: &'a [Reference],
-    /// Largest error allowed.
+    /// Largest error allowed, over the unit of the quantity's kind (`QuantityKind::unit`).
     pub error: f64,
-    /// Kinds of quantities that must keep it.
+    /// Kinds of quantities whose errors must not exceed the target.
     pub kinds: &'a [QuantityKind],
     /// Number of disks of the case.
     pub disks: usize,
@@ -62,7 +62,8 @@ pub(crate) struct Choice {
     pub replicas: u64,
     /// CPU time of all replicas \[s\].
     pub core_seconds: f64,
-    /// Expected root mean squared error of the worst quantity.
+    /// Largest expected root mean squared error of the wanted quantities, each over the unit of its
+    /// kind (`QuantityKind::unit`): mostly the reference value.
     pub error: f64,
 }
 
@@ -73,7 +74,8 @@ pub(crate) struct Tested {
     pub kept: u64,
     /// Number of tests.
     pub tests: u64,
-    /// Root mean squared error of the worst quantity.
+    /// Largest root mean squared error of the quantities over all tests, each over the unit of its
+    /// kind (`QuantityKind::unit`): mostly the reference value.
     pub error: f64,
     /// CPU time of one test \[s\].
     pub core_seconds: f64,

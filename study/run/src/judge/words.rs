@@ -94,12 +94,12 @@ pub fn margin(share: f64) -> String {
 pub enum DifferenceUnit {
     /// Share of the quantity, shown in per cent.
     Relative,
-    /// Unit of the quantity, whose size is at most this.
+    /// Unit of the quantity; the number is the largest size that the quantity can have.
     Own(f64),
 }
 
 impl DifferenceUnit {
-    /// Formats a difference with its error and the degrees of freedom of that.
+    /// Formats a difference with its standard error and the degrees of freedom of the error.
     pub fn interval(self, one: &Interval) -> String {
         let value = match self {
             Self::Relative => percent(one.value, one.standard_error),
@@ -115,7 +115,7 @@ impl DifferenceUnit {
         }
     }
 
-    /// Formats a bound, rounded up or down.
+    /// Formats a bound on the size of a difference with two digits, rounded up or down.
     pub(super) fn bound(self, value: f64, up: bool) -> String {
         match self {
             Self::Relative if up => margin(value),
@@ -124,7 +124,8 @@ impl DifferenceUnit {
         }
     }
 
-    /// Largest size of a difference below which a bound says something.
+    /// Largest possible size of a difference: a bound on it that is not below says nothing. A
+    /// relative difference has 1, another the largest size of the quantity.
     pub(super) fn largest(self) -> f64 {
         match self {
             Self::Relative => 1.0,

@@ -76,7 +76,8 @@ impl Observer for WindowSums {
     }
 }
 
-/// Sums of one engine and replica, and of its elastic twin.
+/// Sums of one engine and replica, and of its elastic twin: a companion simulation of exact disks
+/// from the same start that loses no energy.
 #[derive(Serialize, Deserialize)]
 struct Observed {
     own: WindowSums,
@@ -84,9 +85,9 @@ struct Observed {
     collisions: u64,
     /// Time of the last sample \[time\].
     sampled: f64,
-    /// Windows of the elastic twin; empty without one.
+    /// Sums of the elastic twin in each time window; empty without a twin.
     elastic: Vec<TwinWindow>,
-    /// Reason why the twin stopped early, in words.
+    /// Error message of the elastic twin, if it could not start or failed during the run.
     failure: Option<String>,
 }
 
@@ -98,7 +99,8 @@ impl Observer for Observed {
 }
 
 impl Observed {
-    /// Adds sums of the twin to the windows that contain all of a time interval, or an instant.
+    /// Adds sums of the elastic twin to the windows that contain all of a time interval, or an
+    /// instant \[time\].
     fn add_elastic(&mut self, [start, end]: [f64; 2], (sums, flux): &TwinWindow) {
         for ((all, all_flux), (span, _)) in self.elastic.iter_mut().zip(&self.own.contacts.windows)
         {
@@ -110,7 +112,8 @@ impl Observed {
         }
     }
 
-    /// Advances the twin to the collisions of the gas at a sample, and samples both.
+    /// Advances the elastic twin until it has had as many collisions as the gas, and adds its sums
+    /// since the last sample.
     fn follow(
         &mut self,
         twin: &mut ElasticTwin,

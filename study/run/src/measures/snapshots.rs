@@ -62,7 +62,7 @@ pub enum SnapshotFormat {
 }
 
 impl SnapshotFormat {
-    /// Ending of the names of files, without the dot.
+    /// File name extension of the format, without the dot.
     fn ending(self) -> &'static str {
         match self {
             Self::Xyz => "xyz",
@@ -73,7 +73,7 @@ impl SnapshotFormat {
 }
 
 impl SnapshotOptions {
-    /// Endings of the files of a snapshot of a plan.
+    /// File name extensions of a snapshot, without the dot, one for each format that is written.
     fn endings(&self, plan: &CasePlan) -> Vec<&'static str> {
         if plan.has_box() {
             self.formats().iter().map(|one| one.ending()).collect()

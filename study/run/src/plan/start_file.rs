@@ -1,4 +1,4 @@
-//! Gas from a start file: its box, its particles, and the changes of them.
+//! Gas from a start file: its box, its particles, and the changes that the plan makes to them.
 
 use std::path::Path;
 
@@ -38,12 +38,12 @@ fn content(found: String, allowed: impl Into<String>) -> PlanError {
     PlanError::new("start.file", found, allowed)
 }
 
-/// Start file as written, with its name and the changes by the plan.
+/// Start file of a case, with its name and the changes that the plan makes to its particles.
 struct Source<'a> {
     case: &'a Case,
     name: &'a str,
     file: StartFile,
-    /// Changes, as sentences for the reader.
+    /// Changes that the plan makes to the particles of the file, one sentence each for the user.
     changes: Vec<String>,
 }
 
@@ -124,7 +124,7 @@ pub(super) struct Dealt {
     pub(super) file: StartFile,
     /// Temperature, in the units of the case \[energy\].
     pub(super) temperature: f64,
-    /// Changes, as sentences for the reader.
+    /// Changes that the plan makes to the data of the file, one sentence each for the user.
     pub(super) changes: Vec<String>,
 }
 

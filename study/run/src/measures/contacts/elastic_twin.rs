@@ -24,10 +24,10 @@ pub(super) const BYTES_PER_DISK: f64 = 260.0;
 /// rate.
 const PRIOR: f64 = 0.25;
 
-/// Sums of the twin in a window of the gas: contacts and flux.
+/// Sums of the elastic twin in one time window of the gas: contacts and flux.
 pub(super) type TwinWindow = (ContactSums, FluxWindow);
 
-/// Running twin of one replica.
+/// Elastic twin of one replica in progress: exact disks from the same start, without energy loss.
 pub(super) struct ElasticTwin {
     gas: Box<dyn Simulation>,
     /// Time of the start \[time\].

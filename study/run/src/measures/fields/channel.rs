@@ -13,7 +13,7 @@ use crate::judge::{self, VerdictRule, in_units};
 use crate::measures::fewest_parts;
 use crate::plan::CasePlan;
 
-/// The fields of a flow along a channel.
+/// Fields of a flow along a channel, from the inflow on the left to the open face on the right.
 pub(super) struct Channel<'a> {
     plan: &'a CasePlan,
     view: &'a View<'a>,
@@ -21,7 +21,7 @@ pub(super) struct Channel<'a> {
     cells: Vec<Quantities>,
     columns: usize,
     rows: usize,
-    /// Velocity of the inflow along the channel, in the units of the case.
+    /// Velocity of the inflow along the channel \[length/time\], in the units of the case.
     entering: f64,
     rule: VerdictRule,
 }
@@ -29,7 +29,8 @@ pub(super) struct Channel<'a> {
 /// Fewest cells across a channel that show its layers.
 pub(super) const FEWEST_ROWS: usize = 4;
 
-/// Whether a case is a channel: inflow on the left, an open face on the right, walls below and above, and nothing inside.
+/// Returns true if a case is a channel: inflow through the left face, an open right face, walls
+/// below and above, and no obstacles.
 pub(super) fn is_channel(case: &Case) -> bool {
     let open = *case.walls.face_at(0, 1) == FaceSpec::Word(FaceWord::Open);
     let walled = [0, 1]
@@ -41,7 +42,7 @@ pub(super) fn is_channel(case: &Case) -> bool {
     entering(case).is_some() && open && walled && case.obstacle.is_empty()
 }
 
-/// The inflow on the left.
+/// Returns the inflow through the left face of a case, if it has one.
 fn entering(case: &Case) -> Option<&InflowSpec> {
     case.inflow.iter().find(|inflow| inflow.face == "left")
 }
@@ -52,7 +53,8 @@ pub(super) fn middle(rows: usize) -> Range<usize> {
 }
 
 impl<'a> Channel<'a> {
-    /// The channel of a case, if it is one and its fields are fine enough.
+    /// Creates the channel of a case; `None` if the case is no channel, or its fields have too few
+    /// cells.
     pub(super) fn from_plan(
         plan: &'a CasePlan,
         view: &'a View<'a>,
