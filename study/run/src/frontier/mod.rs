@@ -47,15 +47,16 @@ pub use quantity::QuantityKind;
 pub struct FrontierOptions<'a> {
     /// Kinds of quantities that must be within the target; all kinds are measured.
     pub kinds: Vec<QuantityKind>,
-    /// Largest error that a recommended setting may have, as a share.
+    /// Largest error that a recommended setting may have, as a fraction of the unit of the
+    /// quantity: mostly of its reference value.
     pub target: f64,
     /// Core time for the whole sweep, planned at nominal speeds \[s\].
     pub budget: f64,
     /// Results folder; the runs that a frontier of the same case left there are not made again.
     pub folder: PathBuf,
-    /// Folder of kept references.
+    /// Folder in which reference ensembles are kept for later frontiers.
     pub cache: PathBuf,
-    /// Number of threads.
+    /// Number of threads; each runs one replica at a time.
     pub threads: usize,
     /// Most tests of a recommendation on fresh seeds.
     pub tests: u64,
@@ -77,7 +78,8 @@ pub struct Frontier {
     pub title: String,
     /// Sentence on the engine that keeps the target at the least cost.
     pub headline: String,
-    /// Recommendation for each engine, and the time that all took.
+    /// Sentences: the recommendation for each group of engines, and the CPU time of the
+    /// measurement.
     pub conclusions: Vec<String>,
     /// Description of the measurement and its reference.
     pub provenance: String,

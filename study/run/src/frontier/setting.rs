@@ -20,14 +20,14 @@ pub(crate) struct Refinement {
     pub sequence: &'static str,
     /// Small parameter h.
     pub h: f64,
-    /// Power of h by theory.
+    /// Power of h by which the error vanishes, by theory.
     pub order: f64,
 }
 
 /// Numerical choices of one run.
 #[derive(Clone, Debug)]
 pub(crate) struct RunSetting {
-    /// Engine with its choices.
+    /// Engine with its numerical choices.
     pub engine: EnginePlan,
     /// Number of disks; the box follows from the packing fraction.
     pub disks: usize,
