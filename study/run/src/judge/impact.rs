@@ -35,7 +35,8 @@ pub struct ImpactTest {
 /// ripple it.
 const SHAPES: usize = 4;
 
-/// Largest slope of a density on [0, 1]; a density with a larger slope is negative somewhere.
+/// Largest slope of a density over b/d from 0 to 1; a density with a larger slope is negative
+/// somewhere.
 const STEEPEST: f64 = 2.0;
 
 /// Fewest collisions of a replica whose slope is taken as normal: the slope of 30 uniform numbers

@@ -11,7 +11,7 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// The mean squared displacement.
+/// Measure of the mean squared displacement.
 pub struct DisplacementMeasure;
 
 /// Options: begin of the measurement.
@@ -22,8 +22,8 @@ pub struct DisplacementOptions {
     pub from: f64,
 }
 
-/// Mean squared displacement \[length^2 of the engine\] by time since the start of its measurement; none from an engine that
-/// cannot measure it.
+/// Mean squared displacement \[engine length^2\], by time since the start of its measurement;
+/// `None` from an engine that cannot measure it.
 type Record = Vec<(f64, Option<f64>)>;
 
 /// Times of measurement, with the time since its start: a logarithmic grid as that of the samples, and last the end of the

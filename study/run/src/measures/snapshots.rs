@@ -95,7 +95,7 @@ type Records = Vec<SnapshotFiles>;
 struct SnapshotFiles {
     /// Number of the replica, from 0.
     replica: u64,
-    /// Contents, in the order of the formats.
+    /// Contents of the files, in the order of the formats.
     files: Vec<serde_bytes::ByteBuf>,
 }
 
@@ -123,7 +123,7 @@ impl SnapshotUnits {
     }
 }
 
-/// Snapshot to be written.
+/// Snapshot to be written: its particles, time and units.
 struct Content<'a> {
     particles: &'a Particles,
     quantities: Vec<ParticleQuantity>,

@@ -47,7 +47,7 @@ fn entering(case: &Case) -> Option<&InflowSpec> {
     case.inflow.iter().find(|inflow| inflow.face == "left")
 }
 
-/// Returns the middle fifth of the cells across.
+/// Returns the middle fifth of the rows of cells across the channel.
 pub(super) fn middle(rows: usize) -> Range<usize> {
     2 * rows / 5..(3 * rows).div_ceil(5)
 }
@@ -90,25 +90,26 @@ impl<'a> Channel<'a> {
         &self.cells[column + self.columns * row]
     }
 
-    /// The middle fifth of the height.
+    /// Rows of cells in the middle fifth of the height.
     fn middle(&self) -> Range<usize> {
         middle(self.rows)
     }
 
-    /// The first and the last eighth of the length.
+    /// Columns of cells in the first and the last eighth of the length.
     fn ends(&self) -> [Range<usize>; 2] {
         let eighth = self.columns / 8;
         [0..eighth, self.columns - eighth..self.columns]
     }
 
-    /// Mean over a block of cells, weighted with the density.
+    /// Mean of a quantity over a rectangle of cells, weighted with the density.
     fn mean(&self, columns: Range<usize>, rows: Range<usize>, quantity: usize) -> TableEstimate {
         let across = self.columns;
         let cells = columns.flat_map(|column| rows.clone().map(move |row| column + across * row));
         self.view.mean(&cells.collect::<Vec<_>>(), quantity)
     }
 
-    /// Last over first eighth, in the middle.
+    /// Formats the ratio of a quantity in the last eighth of the length to the first eighth, in the
+    /// middle of the height.
     fn change(&self, quantity: usize) -> String {
         let [first, last] = self
             .ends()
@@ -130,7 +131,7 @@ impl<'a> Channel<'a> {
         )
     }
 
-    /// Slip at the walls and the layer that they slow down.
+    /// Describes the slip at the walls, and the layer that the walls slow down.
     fn walls(&self) -> String {
         /// Share of the velocity in the middle at which the layer ends.
         const FREE: f64 = 0.99;
@@ -153,7 +154,8 @@ impl<'a> Channel<'a> {
         )
     }
 
-    /// How far the two halves are alike, where they must be.
+    /// Returns the verdict on the symmetry of the lower and upper half of the channel; `None` where
+    /// the case is not symmetric.
     fn symmetry(&self, topic: String) -> Option<VerdictText> {
         let case = &self.plan.case;
         if case.gravity.is_some() || case.walls.bottom != case.walls.top {
