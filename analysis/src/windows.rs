@@ -176,7 +176,7 @@ impl DissipationFactors {
 /// equal particles only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CollisionWindows {
-    /// Windows of time; they may overlap.
+    /// Sums of each time window; windows may overlap.
     pub windows: Vec<CollisionWindow>,
     /// Impact parameters by kind of pair, in a gas of several species.
     pub pairs: Option<PairBins>,

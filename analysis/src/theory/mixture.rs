@@ -9,7 +9,7 @@ use super::contact::{self, ContactValues};
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 
-/// Nodes of the quadrature over the normal approach speeds of colliding pairs.
+/// Number of nodes of the quadrature over the normal approach speeds of colliding pairs.
 const NODES: i32 = 40;
 
 /// Kinetic equations of a homogeneous mixture whose species have Maxwellian velocities.
@@ -126,12 +126,12 @@ impl<R: Restitution> MaxwellianMixture<R> {
         })
     }
 
-    /// Returns the species.
+    /// Returns the species of the mixture.
     pub fn components(&self) -> &[Component] {
         &self.components
     }
 
-    /// Returns the dimension.
+    /// Returns the dimension of space: 2 or 3.
     pub fn dimension(&self) -> usize {
         self.dimension
     }
@@ -292,7 +292,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
 pub struct Moment {
     /// Time of the state \[time\].
     pub time: f64,
-    /// Temperatures `T_k = m_k <v_k^2>/D`.
+    /// Temperatures `T_k = m_k <v_k^2>/D` \[energy\].
     pub temperatures: Vec<f64>,
     /// Velocity-displacement correlations `<R_k . v_k>`.
     pub correlations: Vec<f64>,

@@ -189,7 +189,7 @@ pub struct Chart {
     pub curves: Vec<ChartCurve>,
     /// Horizontal reference lines with their labels.
     pub lines: Vec<(String, f64)>,
-    /// Text labels beside points.
+    /// Text labels next to points.
     pub words: Vec<Word>,
 }
 
