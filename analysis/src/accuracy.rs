@@ -45,7 +45,7 @@ pub struct SettingAccuracy {
     pub systematic_error: f64,
     /// Statistical error of one run: the standard deviation of the values, over the unit.
     pub statistical: f64,
-    /// Number of values.
+    /// Number of measured values, one from each run.
     pub repetitions: usize,
     reference_error: f64,
     quantiles: Quantiles,

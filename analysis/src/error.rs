@@ -39,7 +39,7 @@ pub enum Error {
         bin: usize,
         /// Expected count of the bin.
         found: f64,
-        /// The smallest expected count allowed.
+        /// Smallest expected count allowed.
         allowed: f64,
     },
     /// Observed and expected counts have different totals.
@@ -55,7 +55,7 @@ pub enum Error {
     LengthInvalid {
         /// Axis of the side, from 0.
         axis: usize,
-        /// Length found.
+        /// Length of the side.
         found: f64,
     },
     /// A number is out of range.
@@ -113,7 +113,7 @@ pub enum Error {
     FitImpossible {
         /// Number of usable values.
         found: usize,
-        /// Smallest number needed.
+        /// Smallest number of usable values that the fit needs.
         needed: usize,
     },
     /// A histogram without bins was requested, or with more than are counted.

@@ -19,7 +19,7 @@ pub struct FitPoint {
     pub error: f64,
 }
 
-/// The line `y = intercept + slope x`.
+/// Fitted line `y = intercept + slope x`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedLine {
     /// Value at x = 0.

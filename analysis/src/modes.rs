@@ -261,7 +261,7 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// Creates empty sums.
+    /// Creates amplitudes of zero, before any particle is added.
     pub fn new(modes: Modes, weighing: ModeWeights) -> Self {
         let weights = match weighing {
             ModeWeights::Density => 1,

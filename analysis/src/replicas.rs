@@ -242,7 +242,7 @@ pub fn smallest_effect(replicas: usize, level: f64, found: f64) -> f64 {
     high
 }
 
-/// Most replicas that [`replicas_needed`] counts to.
+/// Largest number of replicas that [`replicas_needed`] returns.
 pub const MOST_REPLICAS: usize = 1_000_000;
 
 /// Returns the fewest replicas with which an effect, in standard deviations of one replica, is

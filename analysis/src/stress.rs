@@ -104,7 +104,7 @@ pub struct StressIntegrals {
     pub energy_lost: f64,
     /// Number of physical collisions.
     pub collisions: f64,
-    /// Time covered \[time\].
+    /// Length of the time span that the integrals cover \[time\].
     pub duration: f64,
 }
 

@@ -61,9 +61,9 @@ pub struct VelocityHistogram {
     pub density: Vec<f64>,
     /// Share of the velocities beyond the bins.
     pub beyond: f64,
-    /// Fourth cumulant a2.
+    /// Fourth cumulant a2 of the velocities; 0 for a Maxwellian.
     pub fourth_cumulant: f64,
-    /// Sixth cumulant a3.
+    /// Sixth cumulant a3 of the velocities; 0 for a Maxwellian.
     pub sixth_cumulant: f64,
 }
 

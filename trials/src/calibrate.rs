@@ -190,8 +190,8 @@ fn energies(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// A window of a replica, of collisions whose impact parameters have the density 1 + slope (u -
-/// 1/2) + curvature (6 (u - 1/2)² - 1/2).
+/// Creates the window of one replica, with drawn collisions whose impact parameters have the
+/// density 1 + slope (u - 1/2) + curvature (6 (u - 1/2)² - 1/2).
 fn window(
     stream: &mut Xoshiro256PlusPlus,
     collisions: u64,

@@ -10,13 +10,13 @@ use crate::TrialError;
 /// Verdict of `stosszahl-trials validate` on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowVerdict {
-    /// Claimed, and within the tolerance, with an error bar of at most half of it.
+    /// The claim holds: within the tolerance, with an error bar of at most half the tolerance.
     Pass,
-    /// Claimed, and not within the tolerance.
+    /// The claim does not hold: the value is not within the tolerance.
     Fail,
-    /// Claimed, but the error bar is too wide to tell.
+    /// The error bar is too wide to tell if the claim holds.
     Unresolved,
-    /// Measured, but not claimed.
+    /// Nothing is claimed about the measured value.
     Measured,
 }
 
@@ -39,7 +39,7 @@ pub struct TrialTableRow {
     pub place: RowPlace,
     /// Measured quantity, with its unit.
     pub quantity: String,
-    /// Expected value, from theory or the other engine.
+    /// Expected value, from theory or from another engine.
     pub expected: f64,
     /// Measured value.
     pub found: f64,

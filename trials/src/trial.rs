@@ -47,7 +47,7 @@ macro_rules! about {
     };
 }
 
-/// A table of trials: `name => function, what is tried, what must hold` and, if it is not
+/// Defines a table of trials: `name => function, what is tried, what must hold` and, if it is not
 /// [`LIMIT`], the time in seconds.
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {

@@ -294,9 +294,9 @@ struct Curves<'a> {
     engines: Vec<usize>,
     /// Key columns with more than one value, which distinguish curves.
     others: Vec<usize>,
-    /// Values of the other key columns that are drawn.
+    /// Drawn values of the key columns that do not distinguish engines.
     values: Vec<String>,
-    /// Number of values of the other key columns.
+    /// Number of values of the key columns that do not distinguish engines, drawn or not.
     all: usize,
     several: bool,
     /// Names of positions on the horizontal axis, if it has words.

@@ -179,7 +179,7 @@ pub struct StartTest {
 pub struct EngineWork {
     /// Name of the engine.
     pub engine: String,
-    /// Computing time \[s\].
+    /// Computing time of the engine over all replicas \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub seconds: f64,
     /// Number of collisions.

@@ -73,7 +73,7 @@ pub struct CaseOutline {
     pub unknown: Vec<String>,
 }
 
-/// The case format with the options of all measures.
+/// Returns the case format with the options of all measures.
 pub fn format() -> Format {
     let all = measures::ALL.iter();
     let named: Vec<_> = all.map(|one| (one.name(), one.options_schema())).collect();

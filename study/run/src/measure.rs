@@ -170,7 +170,7 @@ pub struct FrameFile {
     pub engine: String,
     /// Path of the file, relative to the results folder.
     pub file: String,
-    /// Frames, by time.
+    /// Frames, in the order of time.
     pub frames: Vec<ParticleFrame>,
 }
 
@@ -465,7 +465,7 @@ pub struct CompletedRun {
     pub work: stosszahl_model::WorkCounters,
     /// Largest memory of the engine \[bytes\].
     pub bytes: usize,
-    /// Computing time \[s\].
+    /// Computing time of the run \[s\].
     pub seconds: f64,
 }
 

@@ -32,7 +32,7 @@ pub struct DocsEntry {
 /// Runs from which a documentation block is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntrySource {
-    /// A bundled case.
+    /// Bundled case, by its name.
     Case(&'static str),
     /// Quick runs of all papers: each is a point, with the table of its claims.
     Papers,

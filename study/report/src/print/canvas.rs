@@ -105,23 +105,23 @@ impl Canvas {
 /// Rectangle: left, top, right and bottom \[pt\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Area {
-    /// Left edge.
+    /// Left edge of the area \[pt\].
     pub left: f64,
-    /// Upper edge.
+    /// Upper edge of the area \[pt\].
     pub top: f64,
-    /// Right edge.
+    /// Right edge of the area \[pt\].
     pub right: f64,
-    /// Lower edge.
+    /// Lower edge of the area \[pt\].
     pub bottom: f64,
 }
 
 impl Area {
-    /// Width \[pt\].
+    /// Width of the area \[pt\].
     pub fn width(&self) -> f64 {
         self.right - self.left
     }
 
-    /// Height \[pt\].
+    /// Height of the area \[pt\].
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }

@@ -17,7 +17,7 @@ pub(crate) const REPLICAS: [u64; 4] = [1, 4, 16, 64];
 /// Setting with the results of its repetitions.
 #[derive(Clone, Debug)]
 pub(crate) struct MeasuredSetting {
-    /// Measured setting.
+    /// Numerical setting of the runs.
     pub setting: RunSetting,
     /// Choices of the setting in words.
     pub label: String,

@@ -85,8 +85,8 @@ pub struct Frontier {
     pub provenance: String,
     /// Settings that were not measured, each with the reason.
     pub left_out: Vec<String>,
-    /// The largest error of each kind against core time, with its figure: single runs, and the
-    /// front with replicas.
+    /// Table of the largest error of each kind of quantity against core time, with its figure:
+    /// single runs, and the front of all numbers of replicas.
     pub figure: Table,
     /// Lists of the page.
     pub lists: Vec<WordTable>,

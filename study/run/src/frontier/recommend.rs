@@ -12,7 +12,7 @@ use super::reference::Reference;
 /// Most replicas of a recommendation.
 const MOST: u64 = 4096;
 
-/// Measured settings, and the target of the search among them.
+/// Search among measured settings for the cheapest one that meets a target.
 pub(crate) struct SettingSearch<'a> {
     /// Measured settings to choose among.
     pub measured: &'a [MeasuredSetting],

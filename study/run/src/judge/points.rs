@@ -11,7 +11,7 @@ use crate::words::short;
 pub struct MeasuredPoint {
     /// Time of the sample, in the unit of time of the case.
     pub time: f64,
-    /// Measured value.
+    /// Measured value, in the unit of the quantity.
     pub measured: f64,
     /// Standard error of the measured value; `None` if it is unknown.
     pub error: Option<f64>,
@@ -70,8 +70,8 @@ impl MeasuredPoint {
     }
 }
 
-/// Returns the points that can be judged, and the rule for each of them: its level is the level of
-/// all, divided by their number (Bonferroni).
+/// Returns the points that can be judged, and the rule for a single point: its level is the level
+/// for all points over their number (Bonferroni).
 fn usable<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,

@@ -127,7 +127,8 @@ impl CourseSample {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Looking {
     grouping: Grouping,
-    /// As [`CasePlan::gravity`] has it.
+    /// Acceleration of gravity along the axes that end at walls or openings, in engine units
+    /// ([`CasePlan::gravity`]).
     gravity: Vector3<f64>,
 }
 

@@ -50,7 +50,8 @@ fn theory(plan: &CasePlan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>
     moments.iter().map(one).collect()
 }
 
-/// The kinetic equations of the species of a gas without positions, from its start on.
+/// Predicts the mean squared displacement of a gas without positions by the kinetic equations of
+/// its species, from its start on.
 fn by_mixture(plan: &CasePlan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
     if plan.case.thermostat.is_some() || plan.case.aggregation.is_some() {
         return None;

@@ -117,7 +117,7 @@ impl Measure for FieldMeasure {
         cells as f64 * (blocks * sums * size_of::<f64>()) as f64
     }
 
-    /// A row of the table for each cell and window of each engine.
+    /// The table has a row for each cell, time window and engine.
     fn figure_bytes(&self, plan: &CasePlan) -> f64 {
         let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
@@ -210,7 +210,7 @@ fn steady(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Option<f64>> {
     course::steady::<Record>(plan, runs, |record| &record.course)
 }
 
-/// The windows of the case and, last, the one for verdicts.
+/// Returns the time windows of the case and, last, the window for verdicts.
 fn windows(plan: &CasePlan, options: &FieldOptions, runs: &ReplicaRecords<'_>) -> Vec<BlockRange> {
     let blocks = course::blocks(plan, options.blocks);
     let chosen = options.windows.iter();

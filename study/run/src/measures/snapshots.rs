@@ -170,7 +170,7 @@ pub fn extended_xyz(particles: &Particles, plan: &CasePlan, engine: &str) -> Str
     xyz::xyz(&Content::new(particles, None, units, engine, time))
 }
 
-/// A gas without positions: a column for each number.
+/// Formats a gas without positions as CSV, with a column for each number of a particle.
 fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitScale) -> String {
     let quantities = written(asked, particles);
     let mut text = String::with_capacity(LINE as usize * particles.all.len());

@@ -141,9 +141,9 @@ fn row(
     }
 }
 
-/// The diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and the
-/// relaxation time of the velocity, `m/T` of it, which has no meaning for particles of unlike
-/// masses together.
+/// Estimates the diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and
+/// the relaxation time of the velocity: m/T times the coefficient, which has no meaning for
+/// particles of unlike masses together.
 fn diffusion(
     plan: &CasePlan,
     species: usize,

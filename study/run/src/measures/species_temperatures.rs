@@ -16,7 +16,8 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure of the temperature of each species, and of their ratios, against Enskog's equations.
 pub struct SpeciesTemperatures;
 
-/// The early state, in units of Haff's time, or of the mean free time without dissipation: after the ratios have settled, before the gas can have become inhomogeneous.
+/// Start and end of the early state, in units of Haff's time, or of the mean free time without
+/// dissipation: after the ratios have settled, before the gas can have become inhomogeneous.
 const EARLY: [f64; 2] = [1.0, 5.0];
 
 /// Samples of one replica: time, and temperatures of the gas and of each species.

@@ -202,8 +202,8 @@ fn estimates(
     })
 }
 
-/// Estimate of a ratio of sums over replicas or blocks; the error is the larger one of that over
-/// replicas and that over blocks. Spans whose lower sum is not above zero do not count.
+/// Estimates a ratio of sums over replicas and time blocks; the standard error is the larger of the
+/// errors by replicas and by blocks. Blocks whose denominator is not above zero do not count.
 fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> TableEstimate {
     let of_record = |record: &&StressRecorder| {
         let blocks = record.blocks().iter();

@@ -84,7 +84,7 @@ impl StructureFactors {
     }
 }
 
-/// Mean diameter of the particles: exactly one where lengths are in units of it.
+/// Mean diameter of the particles \[engine length\]: exactly one where it is the unit of length.
 pub(super) fn mean_diameter(plan: &CasePlan) -> f64 {
     if plan.has_thermal_units() {
         return 1.0;

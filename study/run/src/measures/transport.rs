@@ -53,8 +53,8 @@ impl TransportOptions {
 /// Moments of one event-driven engine and replica; `None` for other engines.
 type Record = Option<Helfand>;
 
-/// A coefficient, or a part of one: its column, those of the same over Enskog's value by both ways
-/// where that is asked for, its moment, its correlation, and Enskog's value.
+/// Transport coefficient, or a part of one: its column, the columns of its ratio to Enskog's value
+/// by moments and by correlations, its moment, its correlation, and Enskog's value.
 struct Coefficient {
     name: &'static str,
     over: Option<[&'static str; 2]>,
@@ -112,8 +112,8 @@ impl Coefficient {
         Some(rise / (all.lag - half.lag))
     }
 
-    /// Integral of the correlation over the lags up to each, over that to the end of the run, of
-    /// which the mean is known.
+    /// Integrals of the coefficient's correlation up to each lag, by the trapezoidal rule; empty
+    /// for a coefficient without a correlation.
     fn integrals(&self, correlations: &[Correlations]) -> Vec<f64> {
         let Some(of) = self.correlation else {
             return Vec::new();

@@ -10,7 +10,7 @@ use super::structure_factor::structure_times;
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the velocity distribution.
+/// Measure of the velocity distribution over the thermal speed, with its cumulants.
 pub struct VelocityDistributionMeasure;
 
 /// Counted quantity.

@@ -45,7 +45,7 @@ pub struct CasePlan {
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
     /// Particles, contact laws and field, for the engines.
     pub grains: ParticleSpec,
-    /// Restitution of pairs.
+    /// Law of restitution of colliding pairs.
     pub law: Law,
     /// Coefficient of restitution: the constant one, or that at the mean approach speed of the
     /// start.

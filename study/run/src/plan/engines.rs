@@ -63,7 +63,7 @@ const TEN: f64 = 10.0;
 /// Largest default number of simulators in all: some 100 MB.
 const MOST_SIMULATORS: f64 = 1_048_576.0;
 
-/// The scheme of an engine in cells, with its own settings.
+/// Returns the scheme of an engine in cells by the name of the engine; `None` for other engines.
 fn scheme_of(engine: &str) -> Option<Scheme> {
     Scheme::named(engine.strip_prefix("dsmc-")?)
 }

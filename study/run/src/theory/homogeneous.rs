@@ -242,7 +242,7 @@ pub struct Predicted {
 /// Theory of one species at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroupCurve {
-    /// Temperature \[energy\].
+    /// Temperature of the species \[energy\].
     pub temperature: Predicted,
     /// Fourth cumulant of the velocities.
     pub fourth_cumulant: Predicted,
