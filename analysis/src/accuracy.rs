@@ -33,18 +33,19 @@ pub struct Known {
     pub standard_error: f64,
 }
 
-/// Bias and noise of one setting.
+/// Measured systematic and statistical error of one setting of a method, such as a time step or a
+/// cell size, from repeated runs and a reference value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettingAccuracy {
-    /// Mean of the values.
+    /// Mean of the measured values, in the unit of the measurement.
     pub mean: f64,
-    /// Systematic error: mean less reference, over the unit.
+    /// Systematic error: mean less reference, over the unit that the caller gave.
     pub systematic: f64,
     /// Standard error of the systematic error, the error of the reference included, over the unit.
     pub systematic_error: f64,
     /// Statistical error of one run: the standard deviation of the values, over the unit.
     pub statistical: f64,
-    /// Number of values.
+    /// Number of measured values, one from each run.
     pub repetitions: usize,
     reference_error: f64,
     quantiles: Quantiles,

@@ -37,7 +37,7 @@ pub enum ComparisonVerdict {
 }
 
 impl ComparisonVerdict {
-    /// Word used in tables.
+    /// Returns the word for the verdict in tables, such as `a higher`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Agree => "agree",

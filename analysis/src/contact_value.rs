@@ -114,7 +114,7 @@ fn inverse(speed: f64, cut: f64) -> f64 {
 /// Window of time with its sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FluxWindow {
-    /// Start and end \[time\], the end not included.
+    /// Start and end of the window \[time\], the end not included.
     pub span: [f64; 2],
     /// Integral of `sqrt(T)` over the part of the window that has passed.
     pub exposure: f64,
@@ -209,7 +209,7 @@ pub fn cusp(dimension: usize, restitution: f64, gap: f64) -> f64 {
 /// Observer of the flux at contact in windows of time, by kind of pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactFlux {
-    /// Windows; they may overlap.
+    /// Sums of each time window; windows may overlap.
     pub windows: Vec<FluxWindow>,
     dimension: usize,
     number: f64,

@@ -72,7 +72,7 @@ fn bias(power: f64, freedom: f64) -> f64 {
     (ln_gamma(half + power) - ln_gamma(half) - power * half.ln()).exp()
 }
 
-/// Local flow and temperature in cells.
+/// Local flow and temperature of a gas, in cells of its box.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Local {
     cells: [usize; 3],
@@ -206,7 +206,7 @@ pub struct ContactObserver {
     dimension: usize,
     number: f64,
     local: Local,
-    /// Temperature of the whole gas: current value, value at the last sample.
+    /// Temperature of the whole gas, current and at the last sample \[energy\].
     temperature: [f64; 2],
     history: History,
 }

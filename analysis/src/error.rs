@@ -39,7 +39,7 @@ pub enum Error {
         bin: usize,
         /// Expected count of the bin.
         found: f64,
-        /// The smallest expected count allowed.
+        /// Smallest expected count allowed.
         allowed: f64,
     },
     /// Observed and expected counts have different totals.
@@ -55,7 +55,7 @@ pub enum Error {
     LengthInvalid {
         /// Axis of the side, from 0.
         axis: usize,
-        /// Length found.
+        /// Length of the side.
         found: f64,
     },
     /// A number is out of range.
@@ -64,7 +64,7 @@ pub enum Error {
     /// The largest shell is zero, or there are no shells.
     #[error("the largest wave number must be at least 1")]
     WaveNumberInvalid,
-    /// The density lattice would be too large.
+    /// The lattice of the structure factor would have too many sites.
     #[error("a density lattice of {} by {} sites exceeds the {allowed} sites allowed", sites[0], sites[1])]
     LatticeTooLarge {
         /// Lattice sites along each axis.
@@ -113,7 +113,7 @@ pub enum Error {
     FitImpossible {
         /// Number of usable values.
         found: usize,
-        /// Smallest number needed.
+        /// Smallest number of usable values that the fit needs.
         needed: usize,
     },
     /// A histogram without bins was requested, or with more than are counted.
@@ -160,7 +160,7 @@ pub(crate) fn check_positions<const D: usize>(
     }
 }
 
-/// Points of a sum that are added one by one in several processes: their number and validity.
+/// Number and validity of the points of a sum, which are added one by one in several processes.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Seen {
     /// Number of points that count.
@@ -180,7 +180,7 @@ impl Seen {
         is_good
     }
 
-    /// Adds the points of another.
+    /// Adds the points of another count.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.count += other.count;
         self.bad = self.bad.or(other.bad);

@@ -93,7 +93,7 @@ impl FieldGrid {
     }
 }
 
-/// Particle in the form that fields need.
+/// Data of one particle that its contribution to fields depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
     /// Position along the first two axes \[length\].
@@ -108,7 +108,7 @@ pub struct Sighting {
     pub weight: f64,
 }
 
-/// Sums over the particles of one species in one cell and block.
+/// Sums over the particles of one species in one cell and time block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellSums {
     number: f64,
@@ -151,7 +151,7 @@ impl CellSums {
     }
 }
 
-/// Collisions in one cell and block.
+/// Sums over the collisions in one cell and time block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Contacts {
     /// Number of pair collisions.
@@ -160,12 +160,12 @@ struct Contacts {
     virial: f64,
 }
 
-/// Sums of one run: by block, species and cell.
+/// Sums of one run for fields, by time block, species and cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FieldSums {
     grid: FieldGrid,
     species: usize,
-    /// Length of a block: block b ends at `b + 1` times it \[time\].
+    /// Length of a time block; block b ends at `b + 1` times this \[time\].
     block: f64,
     samples: Vec<u64>,
     sums: Vec<CellSums>,
@@ -181,7 +181,8 @@ pub struct FieldSample {
 }
 
 impl FieldSample {
-    /// Adds a particle of a species to the open group.
+    /// Adds a particle of a species to the sums of its cell, within the particle group that
+    /// [`Self::close`] ends.
     #[inline]
     pub fn add(&mut self, species: usize, particle: &Sighting) {
         let [x, y] = particle.position;
@@ -189,7 +190,8 @@ impl FieldSample {
         self.parts.sum_at(place).add(particle);
     }
 
-    /// Ends a group.
+    /// Ends the group of particles added since the last call; `group` is its number in the sums of
+    /// [`stosszahl_model::sum`].
     pub fn close(&mut self, group: u32) {
         self.parts.close(group);
     }
@@ -312,12 +314,12 @@ impl FieldSums {
         &self.grid
     }
 
-    /// Number of species.
+    /// Number of species with sums of their own.
     pub fn species(&self) -> usize {
         self.species
     }
 
-    /// Number of blocks.
+    /// Number of time blocks.
     pub fn blocks(&self) -> usize {
         self.samples.len()
     }
@@ -330,7 +332,7 @@ impl FieldSums {
         }
     }
 
-    /// Adds a sample to a block.
+    /// Adds a sample to a time block.
     pub fn add_sample(&mut self, block: usize, sample: FieldSample) {
         let Some(samples) = self.samples.get_mut(block) else {
             return;
@@ -351,7 +353,7 @@ impl FieldSums {
         contacts.virial += weight * virial;
     }
 
-    /// Sums over a group of cells in the blocks of one replica.
+    /// Adds up a set of cells in some time blocks of one replica.
     fn gather(
         &self,
         blocks: Range<usize>,

@@ -19,7 +19,7 @@ pub struct FitPoint {
     pub error: f64,
 }
 
-/// The line `y = intercept + slope x`.
+/// Fitted line `y = intercept + slope x`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedLine {
     /// Value at x = 0.
@@ -112,7 +112,7 @@ pub fn richardson(points: &[FitPoint], order: f64) -> Result<FittedLine, Error> 
     line(&raised)
 }
 
-/// A measured order of convergence.
+/// Order of convergence that fits measured values best, with the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvergenceOrder {
     /// Order at which `limit + a h^order` fits best, searched from 0.1 to 6.

@@ -54,7 +54,7 @@ type Integrals = [[f64; FLUXES]; 2];
 /// Sums over starts at one lag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Sums {
-    /// Number of starts.
+    /// Number of starts of the lag.
     starts: f64,
     /// Sums for each flux: squared kinetic change, product of the kinetic and the collisional
     /// change, squared collisional change.

@@ -34,10 +34,10 @@ use crate::error::{Seen, check_lengths, check_positions};
 /// Largest magnitude of a reciprocal index.
 pub const LARGEST_INDEX: u32 = 10_000;
 
-/// Points treated together: their powers of phases stay in the cache.
+/// Number of points treated together, so that their powers of phases stay in the cache.
 const BLOCK: usize = 64;
 
-/// Sums kept apart within a block.
+/// Number of partial sums within a block of points.
 const LANES: usize = 8;
 
 /// Amplitudes of one mode, each a sum over the points.
@@ -97,7 +97,7 @@ pub fn equilibrium_energy(points: usize, structure_factor: f64) -> f64 {
     1.0 + (1.0 - structure_factor) / points.saturating_sub(1).max(1) as f64
 }
 
-/// Chosen modes of a box.
+/// Chosen Fourier modes of a periodic box.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     lengths: [f64; 2],
@@ -261,7 +261,7 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// Creates empty sums.
+    /// Creates amplitudes of zero, before any particle is added.
     pub fn new(modes: Modes, weighing: ModeWeights) -> Self {
         let weights = match weighing {
             ModeWeights::Density => 1,

@@ -79,7 +79,7 @@ pub fn of_sums<const N: usize>(sums: &[[f64; N]], of: impl Fn([f64; N]) -> f64) 
     pseudo_values(sums, add_terms, |sums| of(*sums))
 }
 
-/// Adds the terms of a replica to sums.
+/// Adds the terms of one replica to the sums over replicas.
 pub(crate) fn add_terms<const N: usize>(sums: &mut [f64; N], terms: &[f64; N]) {
     for (sum, term) in sums.iter_mut().zip(terms) {
         *sum += term;
@@ -242,7 +242,7 @@ pub fn smallest_effect(replicas: usize, level: f64, found: f64) -> f64 {
     high
 }
 
-/// Most replicas that [`replicas_needed`] counts to.
+/// Largest number of replicas that [`replicas_needed`] returns.
 pub const MOST_REPLICAS: usize = 1_000_000;
 
 /// Returns the fewest replicas with which an effect, in standard deviations of one replica, is

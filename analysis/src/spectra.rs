@@ -55,7 +55,7 @@ pub struct Spectrum {
     pub temperature: f64,
 }
 
-/// All spectra of one configuration.
+/// Spectra of one configuration: by shell, and the shear amplitude of each mode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectra {
     /// Spectra by shell.
@@ -65,7 +65,7 @@ pub struct Spectra {
     pub shear: Vec<[f64; 2]>,
 }
 
-/// Disk in the form that spectra need.
+/// Data of one disk that spectra depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectrumDisk {
     /// Position of the centre \[length\].

@@ -56,7 +56,7 @@ pub struct RunningMoments {
 }
 
 impl RunningMoments {
-    /// Adds one number.
+    /// Adds one number to the mean and the variance.
     pub fn add(&mut self, value: f64) {
         self.count += 1;
         let before = value - self.mean;

@@ -104,7 +104,7 @@ pub struct StressIntegrals {
     pub energy_lost: f64,
     /// Number of physical collisions.
     pub collisions: f64,
-    /// Time covered \[time\].
+    /// Length of the time span that the integrals cover \[time\].
     pub duration: f64,
 }
 
@@ -114,7 +114,7 @@ impl StressIntegrals {
         self.kinetic.trace() / dimension as f64
     }
 
-    /// Sum of the integrals of two spans.
+    /// Adds the integrals of two time spans.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self {
@@ -134,7 +134,7 @@ pub struct StressRecorder {
     start: f64,
     /// Length of each block \[time\].
     length: f64,
-    /// Integrals by block.
+    /// Integrals of the pressure tensor, by time block.
     blocks: Vec<StressIntegrals>,
     /// Current kinetic sum \[energy\].
     kinetic: Matrix3<f64>,

@@ -96,7 +96,7 @@ impl<const N: usize> TimeErrors<N> {
 
 /// Errors over blocks of one length.
 struct Level<const N: usize> {
-    /// Number of blocks of all replicas.
+    /// Number of joined blocks of all replicas together.
     parts: usize,
     /// Squares of the standard errors by point or bin.
     squares: Vec<[f64; N]>,

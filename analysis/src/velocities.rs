@@ -47,7 +47,7 @@ pub struct Bins {
     pub quantity: VelocityQuantity,
     /// Dimension: 2 or 3.
     pub dimension: usize,
-    /// Number of bins.
+    /// Number of bins of equal width.
     pub number: usize,
     /// Largest magnitude, over the thermal speed.
     pub range: f64,
@@ -56,13 +56,14 @@ pub struct Bins {
 /// Velocity distribution at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VelocityHistogram {
-    /// Density by bin; the integral over the bins and the share beyond them is one.
+    /// Probability density in each bin; the integral over the bins and the share beyond them add up
+    /// to one.
     pub density: Vec<f64>,
     /// Share of the velocities beyond the bins.
     pub beyond: f64,
-    /// Fourth cumulant a2.
+    /// Fourth cumulant a2 of the velocities; 0 for a Maxwellian.
     pub fourth_cumulant: f64,
-    /// Sixth cumulant a3.
+    /// Sixth cumulant a3 of the velocities; 0 for a Maxwellian.
     pub sixth_cumulant: f64,
 }
 

@@ -48,15 +48,15 @@ pub struct CollisionWindow {
     pub collisions: u64,
     /// Number of physical collisions: sum of their weights.
     pub physical_collisions: f64,
-    /// Sum of |b|/d.
+    /// Sum over collisions of |b|/d, the impact parameter over the contact distance.
     pub impact: f64,
-    /// Sum of (b/d)^2.
+    /// Sum over collisions of (b/d)^2.
     pub impact_square: f64,
-    /// Sum of (b/d)^4 of spheres; 0 for disks, which need none.
+    /// Sum over collisions of (b/d)^4 of spheres; 0 for disks, which do not need it.
     pub impact_fourth: f64,
-    /// Sum of m g^2/T.
+    /// Sum over collisions of m g^2/T, with the relative speed g.
     pub square: f64,
-    /// Sum of m (g.k)^2/T.
+    /// Sum over collisions of m (g.k)^2/T, with the normal relative speed g.k.
     pub normal_square: f64,
     /// Integral of sqrt(T/m) over the part of the window that has passed \[length\].
     pub root_temperature: f64,
@@ -176,7 +176,7 @@ impl DissipationFactors {
 /// equal particles only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CollisionWindows {
-    /// Windows of time; they may overlap.
+    /// Sums of each time window; windows may overlap.
     pub windows: Vec<CollisionWindow>,
     /// Impact parameters by kind of pair, in a gas of several species.
     pub pairs: Option<PairBins>,

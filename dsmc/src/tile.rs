@@ -82,7 +82,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> SendBuffer<P, F> {
         self.ends = starts;
     }
 
-    /// Number of simulators that enter adjacent tiles.
+    /// Number of simulators that left this tile for an adjacent one, and not for one farther away.
     pub(crate) fn near(&self) -> usize {
         self.near.len()
     }

@@ -350,7 +350,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         predictions
     }
 
-    /// Records the contact, after a wait, that comes first.
+    /// Records a predicted contact of the disk `who`, if one was found: the wait from the disk's
+    /// own clock to the contact in engine time, and the number of the partner.
     #[inline(always)]
     pub(crate) fn expect_first(&mut self, who: u32, found: Option<(f64, u32)>) {
         if let Some((wait, partner)) = found {
@@ -360,7 +361,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Records that a disk will touch another, or none, at a time.
+    /// Records the next predicted contact of the disk `who`: its engine time and the number of the
+    /// partner. A number beyond all disks means no partner.
     #[inline(always)]
     pub(crate) fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
         let known = (partner as usize) < self.all.len();

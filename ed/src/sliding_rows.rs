@@ -103,13 +103,15 @@ impl SlidingRows {
         self.rate * ((f64::from(row) + 0.5) * self.width[1]) * now
     }
 
-    /// Returns the boundary above a row.
+    /// Returns the index, into `offsets`, `steps` and `turned`, of the boundary above a row: 0
+    /// inside the box, 1 for the periodic boundary over the last row.
     #[inline(always)]
     fn above(&self, row: u16) -> usize {
         usize::from(row + 1 == self.rows)
     }
 
-    /// Returns the boundary below a row.
+    /// Returns the index, into `offsets`, `steps` and `turned`, of the boundary below a row: 0
+    /// inside the box, 1 for the periodic boundary under row 0.
     #[inline(always)]
     fn below(row: u16) -> usize {
         usize::from(row == 0)

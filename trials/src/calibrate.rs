@@ -92,12 +92,12 @@ pub(crate) fn command(asked: &Calibrate) -> Done {
     }
 }
 
-/// Largest deviation of a rate, in binomial standard errors.
+/// Largest deviation of a measured rate from the stated one, in binomial standard errors.
 const FAR: f64 = 4.0;
 /// Chance that a measured rate of false alarms exceeds its bound while the true rate is the stated
 /// one.
 const CHANCE: f64 = 1.0 / 16_000.0;
-/// Stated chance of a false alarm.
+/// Stated probability of a false alarm.
 const LEVEL: f64 = 0.05;
 
 /// Rule with a margin so small that only the side of zero decides.
@@ -107,7 +107,7 @@ const NARROW: VerdictRule = VerdictRule {
     differ_beyond: 0.0,
 };
 
-/// Returns the share of samples in which `found` is true.
+/// Returns the fraction of samples for which `found` returns true.
 fn rate(samples: usize, found: impl Fn(&mut Xoshiro256PlusPlus) -> bool, seed: u64) -> f64 {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     (0..samples).filter(|_| found(&mut stream)).count() as f64 / samples as f64
@@ -190,8 +190,8 @@ fn energies(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// A window of a replica, of collisions whose impact parameters have the density 1 + slope (u -
-/// 1/2) + curvature (6 (u - 1/2)² - 1/2).
+/// Creates the window of one replica, with drawn collisions whose impact parameters have the
+/// density 1 + slope (u - 1/2) + curvature (6 (u - 1/2)² - 1/2).
 fn window(
     stream: &mut Xoshiro256PlusPlus,
     collisions: u64,
@@ -308,7 +308,7 @@ fn planted_slope(log: &mut TrialLog) -> Done {
 /// Chance of a false alarm of an elastic case, which two engines of two families share.
 const STATED: f64 = 0.2;
 
-/// The text of an elastic case.
+/// Text of the case file of an elastic gas.
 const ELASTIC: &str = "format = 2
 title = \"An elastic gas\"
 replicas = 4

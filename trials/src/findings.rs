@@ -20,7 +20,7 @@ pub struct TrialLog {
     rows: Vec<TrialTableRow>,
 }
 
-/// Most faults of one trial that are listed; more are only counted.
+/// Largest number of listed faults of a trial; further faults are only counted.
 const MOST_FAULTS: usize = 8;
 
 impl TrialLog {
@@ -81,7 +81,7 @@ impl TrialLog {
         }
     }
 
-    /// Records a fault unless a size is at most its bound; NaN is a fault.
+    /// Records a fault unless `size` is at most `bound`; NaN is a fault.
     pub fn at_most(&mut self, what: &str, size: f64, bound: f64) {
         // Written so that NaN fails.
         let holds = size <= bound;

@@ -58,7 +58,7 @@ pub(crate) fn particles<S: Space, Z: Sizes>(
     }
 }
 
-/// Creates a law with a coefficient of restitution.
+/// Creates the contact law of a constant coefficient of restitution.
 pub(crate) fn law(restitution: f64) -> Result<Law, TrialError> {
     Ok(Constant::new(restitution)?.into())
 }
@@ -210,7 +210,7 @@ pub(crate) fn fluid(
     Ok(warm(&scene, domain, placed.positions, seed))
 }
 
-/// Creates a disordered gas in a square box.
+/// Creates a disordered gas of unit disks at temperature one in a square box.
 ///
 /// # Errors
 /// As `fluid`.

@@ -7,16 +7,16 @@ use stosszahl_results as results;
 
 use crate::TrialError;
 
-/// Word by which `stosszahl-trials validate` judges a claim.
+/// Verdict of `stosszahl-trials validate` on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowVerdict {
-    /// Claimed, and within the tolerance, with an error bar of at most half of it.
+    /// The claim holds: within the tolerance, with an error bar of at most half the tolerance.
     Pass,
-    /// Claimed, and not within the tolerance.
+    /// The claim does not hold: the value is not within the tolerance.
     Fail,
-    /// Claimed, but the error bar is too wide to tell.
+    /// The error bar is too wide to tell if the claim holds.
     Unresolved,
-    /// Measured, but not claimed.
+    /// Nothing is claimed about the measured value.
     Measured,
 }
 
@@ -39,7 +39,7 @@ pub struct TrialTableRow {
     pub place: RowPlace,
     /// Measured quantity, with its unit.
     pub quantity: String,
-    /// Expected value, from theory or the other engine.
+    /// Expected value, from theory or from another engine.
     pub expected: f64,
     /// Measured value.
     pub found: f64,
@@ -58,7 +58,7 @@ pub struct RowPlace {
     pub part: &'static str,
     /// Name of the scheme.
     pub scheme: String,
-    /// Resolution of the scheme.
+    /// Resolution of the scheme, in words.
     pub setting: String,
     /// Packing fraction of the gas.
     pub packing: f64,
@@ -69,7 +69,7 @@ pub struct RowPlace {
 }
 
 impl RowPlace {
-    /// Creates the place of claims that must hold.
+    /// Creates the part, scheme and setting of claims that must hold.
     pub fn new(
         part: &'static str,
         scheme: impl Into<String>,
@@ -87,7 +87,8 @@ impl RowPlace {
         }
     }
 
-    /// Returns this place for claims that must hold only if `default` is true.
+    /// Returns the same part, scheme and setting for claims that must hold only if `default` is
+    /// true.
     #[must_use]
     pub fn only_default(self, default: bool) -> Self {
         Self { default, ..self }

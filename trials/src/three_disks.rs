@@ -59,9 +59,9 @@ const FASTEST: f64 = 5.0;
 /// First-order coefficient in density, found by Monte Carlo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DensityCoefficient {
-    /// Value over the packing fraction.
+    /// Coefficient: the correction over the packing fraction.
     pub value: f64,
-    /// Standard error of the value.
+    /// Standard error of the coefficient.
     pub standard_error: f64,
 }
 

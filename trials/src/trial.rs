@@ -23,7 +23,7 @@ macro_rules! must {
     };
 }
 
-/// Records a finding.
+/// Records a finding, in words.
 macro_rules! found {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
@@ -47,7 +47,7 @@ macro_rules! about {
     };
 }
 
-/// A table of trials: `name => function, what is tried, what must hold` and, if it is not
+/// Defines a table of trials: `name => function, what is tried, what must hold` and, if it is not
 /// [`LIMIT`], the time in seconds.
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
@@ -82,7 +82,7 @@ pub struct Effort {
 pub struct TrialRow {
     /// Name on the command line.
     pub name: &'static str,
-    /// Description of the work.
+    /// Description of what the trial does.
     pub tried: &'static str,
     /// Conditions that must hold.
     pub required: &'static str,
@@ -92,7 +92,7 @@ pub struct TrialRow {
 
 /// Time limit of a short trial, far above the time of any: beyond it, the trial counts as endless.
 const LIMIT: Duration = Duration::from_mins(2);
-/// Time limit of trials without a limit \[s\].
+/// Time limit that stands for no limit \[s\].
 pub(crate) const ENDLESS: u64 = u64::MAX;
 
 impl TrialRow {
@@ -192,15 +192,15 @@ pub(crate) fn chosen<T: Copy>(
 pub struct TrialReport {
     /// Name of the trial.
     pub name: &'static str,
-    /// Description of the work.
+    /// Description of what the trial did.
     pub tried: &'static str,
     /// Conditions that must hold.
     pub required: &'static str,
-    /// Findings, in numbers.
+    /// Findings, one sentence each.
     pub found: Vec<String>,
     /// Conditions that do not hold; empty if the trial passed.
     pub faults: Vec<String>,
-    /// Wall time \[s\].
+    /// Wall time of the trial \[s\].
     pub seconds: f64,
     /// Claims with their verdicts.
     #[serde(skip)]

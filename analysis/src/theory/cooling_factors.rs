@@ -21,9 +21,9 @@ const END: f64 = 100.0;
 /// for the cooling rate at a given squared speed of pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoolingFactors {
-    /// Collision rate.
+    /// Collision rate over that of Maxwellian velocities.
     pub collision_rate: f64,
-    /// Mean squared relative speed of colliding pairs.
+    /// Mean squared relative speed of colliding pairs, over that of Maxwellian velocities.
     pub pair_speed: f64,
 }
 
@@ -78,13 +78,13 @@ impl CoolingFactors {
         }
     }
 
-    /// Cooling rate, the product of both factors.
+    /// Cooling rate over that of Maxwellian velocities: the product of both factors.
     pub fn cooling_rate(&self) -> f64 {
         self.collision_rate * self.pair_speed
     }
 
-    /// Cooling rate at the same squared relative speed of colliding pairs instead of the same
-    /// temperature: energy is lost as the power 3/2 of it.
+    /// Cooling rate over that of Maxwellian velocities of the same squared relative speed of
+    /// colliding pairs, instead of the same temperature: energy is lost as the power 3/2 of it.
     pub fn at_pair_speed(&self) -> f64 {
         self.collision_rate / self.pair_speed.sqrt()
     }

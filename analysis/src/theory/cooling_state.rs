@@ -6,7 +6,7 @@ use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 use super::mixture::MaxwellianMixture;
 
-/// A mixture whose temperature ratios have become constant, so that
+/// State of a mixture whose temperature ratios have become constant, so that
 /// `T_k(t) = T_k (1 + t/tau_0)^-2`. Restitution must not depend on speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoolingState {

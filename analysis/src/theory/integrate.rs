@@ -11,7 +11,7 @@ pub struct Tolerance {
     pub absolute: f64,
 }
 
-/// Work done, in numbers that do not depend on the machine.
+/// Work of an integration, in numbers of steps that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct IntegrationWork {
     /// Number of accepted steps.

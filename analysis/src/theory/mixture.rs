@@ -9,7 +9,7 @@ use super::contact::{self, ContactValues};
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 
-/// Nodes of the quadrature over the normal approach speeds of colliding pairs.
+/// Number of nodes of the quadrature over the normal approach speeds of colliding pairs.
 const NODES: i32 = 40;
 
 /// Kinetic equations of a homogeneous mixture whose species have Maxwellian velocities.
@@ -29,7 +29,9 @@ pub struct MaxwellianMixture<R> {
     law: R,
     /// Factors `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` by rows: hit species k, partner i.
     rates: Vec<f64>,
-    /// Quadrature nodes: speed over S, and weight.
+    /// Nodes of the quadrature that averages restitution over collisions: normal approach speed g
+    /// of the pair over S, the standard deviation of a component of its relative velocity, and
+    /// weight; the weights add up to 1.
     nodes: Vec<(f64, f64)>,
     /// True if restitution is constant for all speeds.
     constant: bool,
@@ -124,12 +126,12 @@ impl<R: Restitution> MaxwellianMixture<R> {
         })
     }
 
-    /// Returns the species.
+    /// Returns the species of the mixture.
     pub fn components(&self) -> &[Component] {
         &self.components
     }
 
-    /// Returns the dimension.
+    /// Returns the dimension of space: 2 or 3.
     pub fn dimension(&self) -> usize {
         self.dimension
     }
@@ -290,7 +292,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
 pub struct Moment {
     /// Time of the state \[time\].
     pub time: f64,
-    /// Temperatures `T_k = m_k <v_k^2>/D`.
+    /// Temperatures `T_k = m_k <v_k^2>/D` \[energy\].
     pub temperatures: Vec<f64>,
     /// Velocity-displacement correlations `<R_k . v_k>`.
     pub correlations: Vec<f64>,

@@ -8,7 +8,7 @@ use stosszahl_model::Collision;
 pub struct PairKind {
     /// Numbers of the two species, from 0.
     pub species: [usize; 2],
-    /// Distance of their centres at contact \[length\].
+    /// Distance of the centres of two disks at contact \[length\].
     pub distance: f64,
     /// Reduced mass m1 m2/(m1 + m2).
     pub reduced_mass: f64,

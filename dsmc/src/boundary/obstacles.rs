@@ -245,7 +245,9 @@ impl<'a> ClosedRegion<'a> {
             .sum()
     }
 
-    /// Area of a region in front of the tangent to the closed region, from differences over `step`.
+    /// Estimates the area of `region` that is open to particle centres \[length^2\], with the
+    /// boundary of the closed part replaced by its tangent. The tangent follows from the distance
+    /// `gap` of `point`, and its gradient by differences over `step` \[length\].
     fn cut_by_tangent(&self, region: &ConvexPolygon, point: Point, gap: f64, step: f64) -> f64 {
         let slope = |along: Point| {
             (self.gap(point + along * step) - self.gap(point - along * step)) / (2.0 * step)

@@ -73,7 +73,8 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
         }
     }
 
-    /// Moves a simulator to the end of the phase. Returns `false` if it left through an open face.
+    /// Moves a simulator for the duration of the free flight, with bounces off walls and obstacles.
+    /// Returns `false` if it left through an open face.
     pub(crate) fn travel<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
@@ -83,7 +84,8 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
         self.travel_from::<F>(simulator, origin, 0.0, ledgers)
     }
 
-    /// Moves a simulator that enters after a part of the phase. Returns `false` if it left again.
+    /// Moves a simulator that enters `after` the begin of the free flight \[time\] to its end.
+    /// Returns `false` if it left through an open face.
     fn travel_from<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,

@@ -60,7 +60,8 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         self.changes
     }
 
-    /// Takes the collision log of the central tile, which is empty.
+    /// Moves the collision log out of the central tile, so that its memory is reused. The log holds
+    /// no collisions: each step clears it once observers have seen them.
     pub(super) fn take_log(&mut self) -> Vec<Collision> {
         std::mem::take(&mut self.tiles[self.middle as usize].log)
     }

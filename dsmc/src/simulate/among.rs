@@ -326,7 +326,8 @@ impl Keep for Serve {
     }
 }
 
-/// Observer that only requests that collisions are recorded for the root process.
+/// Observer of a process other than the root: it ignores collisions, but makes the engine record
+/// them, so that the root process can merge and show them.
 struct Looks;
 
 impl Observer for Looks {

@@ -67,8 +67,8 @@ pub(super) fn fewer_cuts(cuts: &[i32], strips: usize) -> Vec<i32> {
         .collect()
 }
 
-/// Largest number of rows of a halo, so that no row is in more than two strips, and none twice in
-/// one.
+/// Largest number of rows of a halo with which no row is in more than two strips, and none twice in
+/// one; `None` if that is too few.
 pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
     let least = cuts.windows(2).map(|cut| cut[1] - cut[0]).min()?;
     let widest = least / 2 - SEAM;
@@ -169,7 +169,8 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
     }
 }
 
-/// Copies the values of some disks out of a list, if it is not empty.
+/// Copies the values of some disks from the list `all` of all disks to `some`, which stays empty if
+/// `all` is.
 fn take_rows<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     some.clear();
     if !all.is_empty() {
@@ -177,7 +178,7 @@ fn take_rows<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     }
 }
 
-/// Copies the values of some disks back into a list.
+/// Copies the values `some` of some disks into the list `all` of all disks.
 fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
     for (&disk, &its) in disks.iter().zip(some) {
         all[disk as usize] = its;
@@ -355,7 +356,8 @@ pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
     }
 }
 
-/// Copies a value of each disk, from the strip that owns it, if lists are not empty.
+/// Fills `all`, a list with one value for each disk, from the lists of the strips: the value of a
+/// disk comes from the strip that owns it. Does nothing if `all` is empty.
 fn gather<E: Sync, T: Copy + Send + Sync>(
     owners: &[u8],
     strips: &[E],

@@ -103,15 +103,16 @@ const DEVIATIONS: f64 = 5.0;
 pub struct StripSettings {
     /// Number of strips, each for a thread; fewer than two mean none.
     pub strips: usize,
-    /// Number of windows that were kept.
+    /// Number of time windows accepted, because the histories of neighbouring strips agreed.
     pub windows: u64,
-    /// Number of windows that were repeated, as histories did not agree.
+    /// Number of time windows rejected and repeated, for example because the histories of
+    /// neighbouring strips did not agree.
     pub retries: u64,
-    /// Number of events in the windows that were kept, each once.
+    /// Number of events in accepted time windows; an event that two strips simulated counts once.
     pub events: u64,
-    /// Number of events in kept windows that a neighbour simulated too.
+    /// Number of events in accepted time windows that two strips simulated.
     pub twice: u64,
-    /// Number of events in windows that were not kept.
+    /// Number of events in rejected time windows, all strips together.
     pub lost: u64,
     /// Rows of the halo beyond the seam that a window of one collision per disk needs; one of n
     /// needs the root of n times as many.

@@ -29,7 +29,7 @@ pub(crate) struct Archive {
     name: String,
     /// Files, each behind its name and size.
     bytes: Vec<u8>,
-    /// Entries of the directory at the end of the archive.
+    /// Entries of the central directory, which ends the archive.
     list: Vec<u8>,
     /// Number of files in the archive.
     held: u16,

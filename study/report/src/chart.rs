@@ -139,12 +139,12 @@ impl Stroke {
 /// Data point of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChartPoint {
-    /// Abscissa.
+    /// Abscissa, in the unit of the horizontal axis.
     pub x: f64,
     /// Abscissa at which the bar or step of a histogram ends; equal to `x` for a point without
     /// width.
     pub end: f64,
-    /// Ordinate.
+    /// Ordinate, in the unit of the vertical axis.
     pub y: f64,
     /// Standard error of the ordinate.
     pub error: Option<f64>,
@@ -189,7 +189,7 @@ pub struct Chart {
     pub curves: Vec<ChartCurve>,
     /// Horizontal reference lines with their labels.
     pub lines: Vec<(String, f64)>,
-    /// Text labels beside points.
+    /// Text labels next to points.
     pub words: Vec<Word>,
 }
 

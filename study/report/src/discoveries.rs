@@ -28,7 +28,7 @@ pub struct Corrected {
 /// compared or the comparison is void.
 pub(crate) type Numbers = Vec<Option<(ComparedNumber, Corrected)>>;
 
-/// Interval of a number at a level, and its decision.
+/// Returns the confidence interval of a compared number at a level, and the outcome of the test.
 fn at_level(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
     let freedom = one.degrees_of_freedom.map(|count| count as usize);
     let interval = Interval::student(one.difference, one.standard_error, freedom, level);

@@ -181,7 +181,7 @@ impl Canvas {
         Some((near(x) * self.size[0], (1.0 - near(y)) * self.size[1]))
     }
 
-    /// Lines, bars and error bars, clipped by the frame.
+    /// Draws lines, bars and error bars of a curve, clipped by the frame.
     fn strokes(&self, curve: &ChartCurve) -> Markup {
         let (mut line, mut errors) = (String::new(), String::new());
         let mut joined = false;
@@ -241,7 +241,7 @@ impl Canvas {
         path
     }
 
-    /// Markers, not clipped by the frame.
+    /// Draws the markers of a curve, not clipped by the frame.
     fn marks(&self, curve: &ChartCurve) -> Markup {
         let mut path = String::new();
         if let Some(marker) = curve.marker

@@ -28,9 +28,9 @@ pub(crate) struct Drawn {
     pub legend: Vec<ChartCurve>,
     /// Panels, in the order of the page.
     pub panels: Vec<Panel>,
-    /// True if all panels have one vertical axis.
+    /// True if all panels have the same range of the vertical axis.
     pub common: bool,
-    /// Note on everything that is left out.
+    /// Caption of the figure, with a note on the data that are left out.
     pub note: String,
 }
 
@@ -39,9 +39,9 @@ pub(crate) struct Drawn {
 pub(crate) struct Panel {
     /// Title; empty for a panel that needs none.
     pub title: String,
-    /// Drawing for the page.
+    /// SVG drawing of the panel, in the size of the report's page.
     pub plot: Plot,
-    /// Chart or map of the drawing.
+    /// Chart or map that the drawing shows.
     pub subject: Subject,
 }
 
@@ -170,8 +170,8 @@ fn title(table: &Table, columns: &[usize], keys: &[&TableCell]) -> String {
     words.join(", ")
 }
 
-/// Engine of a group of rows: of a pair, the one compared with the exact one, or the first if
-/// neither is exact.
+/// Engine of a group of rows. For a comparison of two engines, it is the engine compared with exact
+/// dynamics, or the first if neither is exact.
 fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a TableCell]) -> Option<&'a str> {
     let named = columns
         .iter()
@@ -199,7 +199,7 @@ fn of_others(table: &Table, columns: &[usize], keys: &[&TableCell]) -> bool {
     engines.clone().count() > 1 && !engines.map(|(_, cell)| *cell).any(|cell| exact(&cell))
 }
 
-/// Positions of the columns with these names, if the table has them.
+/// Returns the indices of the columns with these names, as far as the table has them.
 fn find_columns(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
     names
         .iter()
@@ -294,9 +294,9 @@ struct Curves<'a> {
     engines: Vec<usize>,
     /// Key columns with more than one value, which distinguish curves.
     others: Vec<usize>,
-    /// Values of the other key columns that are drawn.
+    /// Drawn values of the key columns that do not distinguish engines.
     values: Vec<String>,
-    /// Number of values of the other key columns.
+    /// Number of values of the key columns that do not distinguish engines, drawn or not.
     all: usize,
     several: bool,
     /// Names of positions on the horizontal axis, if it has words.
@@ -338,7 +338,8 @@ impl<'a> Curves<'a> {
         })
     }
 
-    /// Caption sentences: the quantity, the meaning of bars and dashed lines, and what is left out.
+    /// Returns the sentences of the caption: the quantity, the meaning of bars and dashed lines,
+    /// and the data that are left out.
     fn caption_text(&self, rows: &[&[TableCell]]) -> String {
         let column = &self.table.columns[self.y];
         let mut note = String::new();
@@ -417,7 +418,8 @@ impl<'a> Curves<'a> {
         points
     }
 
-    /// Column of this role that belongs to the ordinate, after it in the table.
+    /// Returns the index of the column after the ordinate that has this role, such as its standard
+    /// error.
     fn companion(&self, role: Role) -> Option<usize> {
         let after = self.table.columns.iter().enumerate().skip(self.y + 1);
         let mut own = after.take_while(|(_, column)| {
@@ -524,7 +526,7 @@ impl<'a> Curves<'a> {
     }
 }
 
-/// Colour number `place` of `count` in the ordered scale.
+/// Returns the colour of index `place` out of `count` in the ordered scale, a CSS value.
 fn shade(place: usize, count: usize) -> String {
     let last = count.saturating_sub(1).max(1);
     format!("var(--shade-{})", (place * (SHADES - 1) + last / 2) / last)

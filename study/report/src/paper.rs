@@ -34,7 +34,7 @@ pub struct PaperPage<'a> {
     pub runs: Vec<PaperRun<'a>>,
 }
 
-/// A figure or table of a paper.
+/// Figure or table of a paper, with the paper's claims about it.
 #[derive(Clone, Debug)]
 pub struct PaperFigure<'a> {
     /// Number of the figure in the paper.
@@ -54,13 +54,13 @@ pub struct PaperFigure<'a> {
 /// Claim of a paper with the number found.
 #[derive(Clone, Debug)]
 pub struct PaperClaim<'a> {
-    /// The claim in words.
+    /// Claim of the paper in words.
     pub claim: &'a str,
     /// Location of the number in the results.
     pub place: String,
-    /// Number of the paper, as text.
+    /// Number that the paper states, as text.
     pub paper: String,
-    /// Number found, as text.
+    /// Number found by the run, as text.
     pub found: String,
     /// Largest deviation that counts as agreement; empty for bounds.
     pub margin: String,

@@ -127,8 +127,8 @@ fn close_name(given: &str, names: &[String]) -> Option<String> {
 }
 
 impl PrintFigure {
-    /// Name of the figure, as of its drawing in the folder: that of its table, with `-2` and so on
-    /// for further figures.
+    /// Name of the figure and of its drawing in the folder: the name of the table, with `-2` and so
+    /// on for further figures of the table.
     pub fn name(&self) -> &str {
         &self.name
     }

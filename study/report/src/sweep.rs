@@ -101,8 +101,8 @@ fn question(points: &[Option<Stored>]) -> RunQuestion {
     question.unwrap_or_default()
 }
 
-/// Draws the figures of a sweep: those of its question against the swept keys, all others against
-/// them, and each figure at all points.
+/// Draws the figures of a sweep in three lists: figures of its question against the swept keys, all
+/// other figures against the swept keys, and each figure at all points.
 fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<Named>; 3] {
     let question = question(points);
     let all: Vec<(Table, &Figure, String)> = (common(points).into_iter())
@@ -186,7 +186,7 @@ fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
         .collect()
 }
 
-/// First headline of a point.
+/// Returns the first headline of a point.
 fn conclusion(stored: &Stored) -> Option<&VerdictText> {
     headlines(&stored.manifest.verdicts).first().copied()
 }

@@ -24,7 +24,8 @@ use crate::words::{number, spread};
 
 /// Script of the player.
 pub(crate) const SCRIPT: &str = include_str!("viewer.js");
-/// Size limits \[bytes\] before compression: of the last frames, and of all others.
+/// Size limits before compression \[bytes\]: of the last frames of the engines, and of all other
+/// frames.
 const BUDGET: [usize; 2] = [2_100_000, 2_000_000];
 /// Largest number of frames on a page.
 const FRAMES: usize = 120;
@@ -99,7 +100,8 @@ pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, Repor
     })
 }
 
-/// Frames of all engines by their rank, and the missing files.
+/// Reads the frames of all engines, in the order of engines; also returns the names of missing
+/// files.
 fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>), ReportError> {
     let (mut reels, mut missing): (Vec<Reel>, Vec<String>) = (Vec::new(), Vec::new());
     for entry in &manifest.frames {

@@ -75,7 +75,7 @@ impl TaskClaim {
 /// deregisters it.
 #[derive(Debug)]
 pub struct FolderWorker {
-    /// Folder of claims.
+    /// Path of the folder of claims.
     folder: PathBuf,
     id: String,
     pulse: Arc<Pulse>,
@@ -106,7 +106,7 @@ impl Pulse {
         Ok(())
     }
 
-    /// Time by the clock of the file system, accurate to `within`.
+    /// Current time by the clock of the file system, accurate to `within`.
     fn now(&self, within: Duration) -> io::Result<SystemTime> {
         let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.is_none_or(|last| last.elapsed() > within) {

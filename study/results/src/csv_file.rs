@@ -29,7 +29,7 @@ impl Serialize for TableCell {
 }
 
 impl TableCell {
-    /// Number in the cell, if it is finite.
+    /// Number in the cell; `None` for words, empty cells and numbers that are not finite.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number).filter(|number| number.is_finite()),
@@ -84,7 +84,8 @@ impl Table {
         write().map_err(|error| fault(Path::new(&self.file()), &error))
     }
 
-    /// Checks that rows have the cells of the columns; others are errors of the program.
+    /// Checks that every row has one cell for each column, and that columns with a unit hold no
+    /// words; either is an error of the program.
     pub(crate) fn check(&self) -> Result<(), ResultsError> {
         let path = || self.file().into();
         for (row, line) in self.rows.iter().zip(2..) {

@@ -22,7 +22,7 @@ pub fn engine_rank(name: &str) -> Option<usize> {
     ENGINES.iter().position(|engine| engine.0 == name)
 }
 
-/// Title of a derived quantity: its words, after the title of its engine.
+/// Title of a derived quantity; a quantity of one engine begins with the title of the engine.
 pub fn quantity_title(name: &str) -> String {
     let of_engine = |(engine, title): &(&str, &str)| {
         let rest = name.strip_prefix(&engine.replace('-', "_"))?;

@@ -16,7 +16,7 @@ pub enum ResultsError {
         /// Message of the writer.
         message: String,
     },
-    /// Results exist already.
+    /// The results folder exists already, and was not to be continued or replaced.
     #[error("{} exists; use --resume to continue it, --force to replace it, or --out for another folder", path.display())]
     Exists {
         /// Path of the folder.
@@ -80,7 +80,7 @@ pub enum ResultsError {
         /// Path of the folder.
         path: PathBuf,
     },
-    /// The folder is not the one that was locked.
+    /// The path no longer leads to the folder that was locked: it was moved or replaced.
     #[error("{}: this is no longer the folder that the run began in: it, or its run.files, was moved, removed or replaced; stopped, nothing more is written; a folder that was moved goes on with --resume --out", path.display())]
     Moved {
         /// Former path of the folder.
@@ -106,7 +106,7 @@ pub enum ResultsError {
     /// together.
     #[error("{}: files of the finished run are missing or changed; run it once with --resume", path.display())]
     Unsound {
-        /// The folder of the run or point.
+        /// Folder of the run or point.
         path: PathBuf,
     },
     /// Files written by the run are missing.

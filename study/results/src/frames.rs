@@ -19,12 +19,12 @@ use crate::regular;
 
 /// Name of the folder of frames inside the results folder of a run.
 pub const FRAMES: &str = "frames";
-/// Largest resolved speed, in units of the root mean square of all particles.
+/// Largest resolved speed, over the root mean square speed of all particles.
 pub const FASTEST: f64 = 4.0;
 /// Number of steps that resolve the energy of the last partner, and the last impact parameter; 0 is
 /// unknown.
 pub const STEPS: u8 = 15;
-/// Largest resolved energy of a partner, in units of the mean of all particles.
+/// Largest resolved kinetic energy of a collision partner, over the mean of all particles.
 pub const HOTTEST: f64 = 4.0;
 
 /// Frame: particles of one engine at one time, in two dimensions.
@@ -38,11 +38,11 @@ pub struct ParticleFrame {
     pub periodic: [bool; 2],
     /// Number of particles of the engine; simulators count with their weights.
     pub particles: f64,
-    /// Number of particles that each one in the frame stands for.
+    /// Number of particles of the gas that each particle in the frame stands for.
     pub share: f64,
     /// Root mean square speed of all particles \[length/time\].
     pub speed: f64,
-    /// Largest radius \[length\].
+    /// Largest radius of the particles \[length\].
     pub radius: f64,
     /// Abscissae in units of the side, two bytes each, the lower one first.
     #[serde(with = "serde_bytes")]
@@ -69,7 +69,7 @@ pub struct ParticleFrame {
 /// Last collision of a particle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LastCollision {
-    /// Present energy of the partner, over the mean of all particles.
+    /// Current kinetic energy of the collision partner, over the mean of all particles.
     pub partner: f64,
     /// Impact parameter over the contact distance, from 0 to 1.
     pub impact: f64,
@@ -92,7 +92,7 @@ pub struct Dot {
     pub velocity: [f64; 2],
     /// Radius of the particle \[length\].
     pub radius: f64,
-    /// Number of particles that it stands for.
+    /// Number of particles that the particle stands for, such as the weight of a simulator.
     pub weight: f64,
     /// Last collision of the particle; `None` if unknown.
     pub met: Option<LastCollision>,
@@ -110,7 +110,7 @@ fn scatter(index: u64) -> u64 {
 /// Totals over all particles that scale a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crowd {
-    /// Sum of the weights.
+    /// Number of particles: the sum of the weights.
     pub particles: f64,
     /// Largest weight of a particle.
     pub heaviest: f64,
@@ -121,7 +121,7 @@ pub struct Crowd {
 }
 
 impl Crowd {
-    /// Adds a particle.
+    /// Adds a particle to the totals.
     #[inline]
     pub fn add(&mut self, weight: f64, radius: f64, velocity: [f64; 2]) {
         self.particles += weight;
@@ -145,7 +145,7 @@ impl Crowd {
         }
     }
 
-    /// Number of particles per kept one, if about `most` are kept.
+    /// Number of particles that each kept particle stands for, if about `most` are kept.
     pub fn kept_share(&self, most: usize) -> f64 {
         let share = self.particles / most.max(1) as f64;
         share.max(self.heaviest).max(1.0)
@@ -160,7 +160,8 @@ pub fn keeps(number: u64, weight: f64, share: f64) -> bool {
 }
 
 impl ParticleFrame {
-    /// Creates a frame of about `most` particles at most, numbered in order.
+    /// Creates a frame of at most about `most` of the particles `dots`, whose particle numbers are
+    /// their indices.
     #[inline]
     pub fn new(time: f64, sides: [f64; 2], periodic: [bool; 2], dots: &[Dot], most: usize) -> Self {
         let mut crowd = Crowd::default();
@@ -173,7 +174,8 @@ impl ParticleFrame {
         Self::of_particles(time, sides, periodic, &crowd, share, kept.collect())
     }
 
-    /// Creates a frame of the kept particles, with their numbers.
+    /// Creates a frame from `kept`: the sampled particles, each with its particle number, which
+    /// decides the order in the frame. Each stands for `share` particles of the gas `crowd`.
     #[inline]
     pub fn of_particles(
         time: f64,
@@ -237,7 +239,7 @@ impl ParticleFrame {
         self.direction.is_empty()
     }
 
-    /// First particles of the frame, which are a fair sample of it.
+    /// Returns a frame of the first `count` particles, which are a fair sample of this frame.
     #[must_use]
     pub fn first(&self, count: usize) -> Self {
         let count = count.min(self.len());

@@ -13,7 +13,7 @@ use crate::regular;
 
 /// Name of the file that marks a results folder.
 pub(crate) const RUN_FILE: &str = "run.json";
-/// Version of `run.json`.
+/// Version of the format of `run.json`.
 const RUN_FORMAT: u32 = 2;
 /// Largest number of differences that a message names.
 const NAMED: usize = 3;

@@ -7,7 +7,8 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::error::ResultsError;
 
-/// Name of the file that lists the files of the runs, and is locked while one writes.
+/// Name of the file that lists the files of the runs, and is locked while a process writes into the
+/// folder.
 pub(crate) const LIST_FILE: &str = "run.files";
 
 /// Largest number of times that the list is reopened, because another process removed it between

@@ -45,7 +45,7 @@ pub struct Manifest {
     pub case_text: String,
     /// The case as it was run, with every default filled in.
     pub case: serde_json::Value,
-    /// The unit of all times.
+    /// Unit of all times of the case.
     pub time_unit: TimeUnitSize,
     /// Quantities derived from the case.
     pub derived: Vec<Derived>,
@@ -80,11 +80,11 @@ pub struct Manifest {
 /// Question of a run, and the number that answers it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunQuestion {
-    /// The question in words; empty if none is asked.
+    /// Question in words; empty if none is asked.
     pub text: String,
     /// Table that has the answer; empty if nothing is compared.
     pub table: String,
-    /// Column of the answer in that table.
+    /// Column of the answer in the table.
     pub column: String,
 }
 
@@ -179,7 +179,7 @@ pub struct StartTest {
 pub struct EngineWork {
     /// Name of the engine.
     pub engine: String,
-    /// Computing time \[s\].
+    /// Computing time of the engine over all replicas \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub seconds: f64,
     /// Number of collisions.
@@ -303,7 +303,7 @@ impl TableEntry {
         }
     }
 
-    /// Name of the file.
+    /// Name of the CSV file of the table.
     pub fn file(&self) -> String {
         format!("{}.csv", self.name)
     }

@@ -38,21 +38,21 @@ pub struct TableColumn {
     pub role: Role,
 }
 
-/// Role of a column in relation to others.
+/// Role of a column in relation to other columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Key that identifies a row: an engine, a time, a species.
     Key,
-    /// A measured quantity.
+    /// Measured quantity.
     Value,
-    /// Standard error of the value before it.
+    /// Standard error of the value in the column before.
     StandardError,
-    /// Theory of the value before it.
+    /// Theoretical value of the value column before.
     Theory,
-    /// Error of the theory before it.
+    /// Error of the theoretical value in the column before.
     TheoryError,
-    /// A count or a remark.
+    /// Count or remark.
     Note,
 }
 
@@ -61,7 +61,7 @@ pub enum Role {
 pub enum TableCell {
     /// Words of a text column.
     Text(String),
-    /// A number; one that is not finite is written as an empty cell.
+    /// Number; a number that is not finite is written as an empty cell.
     Number(f64),
     /// Whole number.
     Count(u64),
@@ -100,7 +100,7 @@ impl TableEstimate {
         Self { theory, ..self }
     }
 
-    /// Converts the estimate to a unit of which one of its own is `unit`.
+    /// Multiplies value, errors and theory by `unit`: the size of the present unit in the new one.
     #[must_use]
     pub fn times(self, unit: f64) -> Self {
         let scaled = |value: Option<f64>| value.map(|value| value * unit);
@@ -114,16 +114,16 @@ impl TableEstimate {
     }
 }
 
-/// A figure of a table.
+/// Figure that is drawn from the columns of a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Title of the figure.
     pub title: Text,
     /// Caption: a sentence or two below the figure.
     pub caption: Text,
-    /// The horizontal axis.
+    /// Column and scale of the horizontal axis.
     pub x: FigureAxis,
-    /// The vertical axis.
+    /// Column and scale of the vertical axis.
     pub y: FigureAxis,
     /// Key columns that distinguish the curves, such as `engine`.
     pub curves: Vec<Text>,

@@ -16,13 +16,12 @@ pub struct VerdictText {
     pub number: Option<ComparedNumber>,
 }
 
-/// Difference behind a verdict, at a place chosen before the run: the last time, or the last
-/// window.
+/// Difference behind a verdict, at a time or in a window chosen before the run: the last one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparedNumber {
     /// Quantity in words, such as "energy".
     pub quantity: String,
-    /// Place in words, such as "at t = 20".
+    /// Time or window of the difference in words, such as "at t = 20".
     pub place: String,
     /// True if the difference is relative to the quantity.
     pub relative: bool,
@@ -32,7 +31,7 @@ pub struct ComparedNumber {
     pub standard_error: Option<f64>,
     /// Degrees of freedom of the standard error; `None` where it is known without replicas.
     pub degrees_of_freedom: Option<u64>,
-    /// Largest difference that counts as agreement.
+    /// Largest difference that counts as agreement, in the unit of the difference.
     pub margin: f64,
     /// Difference beyond which the whole interval must lie to count as a difference.
     pub differ_beyond: f64,
@@ -48,7 +47,7 @@ pub enum VerdictKind {
     Agree,
     /// The whole interval lies on one side of zero, or beyond the margin if that is requested.
     Differ,
-    /// The interval allows both; the sentence says which bound holds.
+    /// The interval allows agreement and difference; the sentence says which bound holds.
     Undecided,
     /// The result must be read with care.
     Warning,

@@ -76,7 +76,8 @@ pub fn choose_resolution<'a>(
     planned.into_iter().map(one).collect()
 }
 
-/// Chooses the resolution of a point; returns the case with it, and the reasons in words.
+/// Chooses the resolution of a point; returns the case with the chosen values, and the reasons in
+/// words.
 fn choose(
     plan: &CasePlan,
     target: f64,
@@ -157,7 +158,7 @@ fn pilot(plan: &CasePlan) -> Case {
     case
 }
 
-/// Resolution with the accuracy found by the pilot.
+/// Resolution of a Monte Carlo engine, with the accuracy that the pilot found.
 struct Choice {
     parameters: Parameters,
     found: SettingAccuracy,

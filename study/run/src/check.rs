@@ -1,4 +1,4 @@
-//! Outline of a case before it is run: derived quantities, power, cost, choices and warnings.
+//! Summary of a case before it is run: derived quantities, power, cost, choices and warnings.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -22,13 +22,13 @@ use crate::words::short;
 /// Number of candidate pairs per collision from which a scheme is called slow.
 const MANY_TRIALS: f64 = 50.0;
 
-/// Memory of one time in the schedule of a part \[bytes\].
+/// Memory of one scheduled time in the run of an engine \[bytes\].
 const DUE: f64 = 96.0;
-/// Memory of one sample of a measure while the schedule is made \[bytes\].
+/// Memory of one sample time of a measure while the schedule is made \[bytes\].
 const LOOK: f64 = 32.0;
 /// Number of sample times below which a measure's tables count as small.
 const FEW_LOOKS: usize = 1000;
-/// Memory of a table row besides its cells \[bytes\].
+/// Memory of a table row in addition to its cells \[bytes\].
 const ROW: f64 = 64.0;
 /// Memory of a table with its text and figures during the report, over the memory of its rows;
 /// 3.0 to 3.7 were measured.
@@ -44,10 +44,10 @@ pub struct Planned<'a> {
     pub measures: Vec<&'static dyn Measure>,
 }
 
-/// Outline of a case, as `check` shows it.
+/// Summary of a planned point of a case, as the command `check` prints it.
 #[derive(Clone, Debug)]
 pub struct CaseOutline {
-    /// The title of the case.
+    /// Title of the case.
     pub title: String,
     /// Name of the point of a sweep; empty without one.
     pub point: String,
@@ -73,7 +73,7 @@ pub struct CaseOutline {
     pub unknown: Vec<String>,
 }
 
-/// The case format with the options of all measures.
+/// Returns the case format with the options of all measures.
 pub fn format() -> Format {
     let all = measures::ALL.iter();
     let named: Vec<_> = all.map(|one| (one.name(), one.options_schema())).collect();
@@ -193,7 +193,7 @@ impl<'a> Planned<'a> {
         .collect()
     }
 
-    /// Memory of the schedule of a part \[bytes\].
+    /// Memory of the schedule of one engine run \[bytes\].
     fn schedule_bytes(&self) -> f64 {
         let looks = self
             .measures
@@ -280,7 +280,8 @@ impl<'a> Planned<'a> {
         }
     }
 
-    /// Nominal times of the parts of a replica, with companion gases of the measures.
+    /// Nominal computing times of the start and the engines of a replica, companion gases of
+    /// measures included.
     pub fn pace(&self) -> RuntimeEstimate {
         let mut pace = self.plan.pace();
         for (seconds, engine) in pace.engines.iter_mut().zip(&self.plan.engines) {
@@ -290,7 +291,8 @@ impl<'a> Planned<'a> {
         pace
     }
 
-    /// Outline of the planned case on this number of threads.
+    /// Summarises the planned point for the user: derived quantities, choices, warnings,
+    /// statistical power, and the memory and time that it will take on this number of threads.
     pub fn outline(&self, threads: usize) -> CaseOutline {
         let level = level(self);
         let replicas = self.plan.case.replicas as usize;
@@ -359,7 +361,7 @@ pub(crate) fn check_within(
     planned.collect()
 }
 
-/// Measures of a case: the measures that it names, and the default ones.
+/// Returns the measures of a case: the measures that it names, and the default ones.
 ///
 /// # Errors
 /// [`PlanError`] names the option, or the unknown measure.

@@ -7,13 +7,13 @@ use stosszahl_model::{Failure, RecentContacts, Simulation};
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
 use crate::words::short;
 
-/// Collisions per particle in the window of a rate that may end a run.
+/// Fewest collisions per particle in the window of a collision rate that may end a run.
 const OF_EACH: f64 = 1000.0;
-/// Collisions in all in the window of a rate that may end a run.
+/// Fewest collisions of all particles in the window of a collision rate that may end a run.
 const OF_ALL: u64 = 2_000_000;
-/// Collisions in all in the window of a rate that is reported.
+/// Fewest collisions of all particles in the window of a collision rate that is reported.
 const OF_ALL_TOLD: u64 = 100_000;
-/// Fraction of the limit above which the rate is reported.
+/// Fraction of the limit above which the collision rate is reported.
 const TOLD: f64 = 0.01;
 /// Largest number of particles that are named.
 const NAMED: usize = 8;

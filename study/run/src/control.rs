@@ -81,7 +81,7 @@ impl Set {
 /// Replica, part and seed that a checkpoint belongs to; distinguishes the checkpoints of one run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CheckpointOrigin {
-    /// Replica, from 0.
+    /// Number of the replica, from 0.
     pub replica: u64,
     /// Name of the part: `start`, or the engine.
     pub part: String,

@@ -207,7 +207,7 @@ pub(crate) fn hold(
     )?)
 }
 
-/// Description of cell-based Monte Carlo without its start.
+/// Returns the description of cell-based Monte Carlo without its start.
 fn in_cells<'a>(
     plan: &'a CasePlan,
     parameters: Parameters,

@@ -68,7 +68,7 @@ pub struct Saved {
     /// Bytes of the engine; `None` once finished, when only the records are kept.
     #[serde(with = "serde_bytes")]
     engine: Option<Vec<u8>>,
-    /// Set of shards that holds its particles; `None` without shards.
+    /// Set of shards that holds the particles of the engine; `None` without shards.
     set: Option<Set>,
     next: usize,
     kicks: u64,
@@ -324,14 +324,15 @@ impl<'a> RunState<'a> {
         Ok(())
     }
 
-    /// Describes the busiest particles of exact dynamics, if the collision rate is notable.
+    /// Describes the particles of exact dynamics that collide most, if the collision rate is
+    /// notable.
     fn look_at_rate(&mut self) -> Result<Option<String>, PartError> {
         let (part, gas) = (self.part, &*self.gas);
         let looked = self.rate.check_rate(part.plan, part.engine, gas);
         looked.map_err(|failure| stopped(part, gas, failure))
     }
 
-    /// Informs the probes of a stop; returns the moments of the gas there.
+    /// Informs the probes of a stop; returns the velocity moments of the gas at the stop.
     fn stop(&mut self, kicked_from: Option<f64>) -> VelocityMoments {
         let moments = self.gas.velocity_moments();
         let stop = RunStop {

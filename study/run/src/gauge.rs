@@ -15,14 +15,15 @@ pub struct ProgressEstimate {
     /// Estimated times of the parts of one replica \[s\].
     expected: Vec<f64>,
     parts: Vec<Part>,
-    /// Largest fraction reported so far.
+    /// Largest fraction of the work reported so far.
     told: f64,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     share: f64,
-    /// Time and fraction of the first report. A part resumed from a checkpoint begins above zero.
+    /// Instant of the first report, and the fraction of the work it stated. A part resumed from a
+    /// checkpoint begins above zero.
     first: Option<(Instant, f64)>,
     /// Fraction of the work done since the first report.
     did: f64,

@@ -82,7 +82,7 @@ fn task_name(job: &Job<'_>, replica: u64) -> String {
     job.place.task(&format!("replica-{replica}"))
 }
 
-/// Next step of a thread.
+/// Next step of a thread that executes tasks.
 enum NextStep {
     Replica(ReplicaTask, TaskClaim),
     Finish(usize, TaskClaim),
@@ -163,7 +163,7 @@ impl<'a> TaskQueue<'a> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does tasks until none is left in any process.
+    /// Executes tasks until none is left in any process.
     fn work(&self, pool: &rayon::ThreadPool) {
         let mut pause = LOOKS[0];
         loop {
@@ -271,7 +271,7 @@ impl<'a> TaskQueue<'a> {
         Ok(claim.map(|claim| NextStep::Finish(point, claim)))
     }
 
-    /// Does a replica and stores its records.
+    /// Runs a replica and stores its records.
     fn work_on(
         &self,
         pool: &rayon::ThreadPool,

@@ -44,7 +44,7 @@ mod impact;
 mod points;
 mod words;
 
-/// Makes a verdict about nothing that has a number.
+/// Makes a verdict of this kind that states no compared number.
 pub fn verdict(
     topic: impl Into<String>,
     sentence: impl Into<String>,
@@ -58,17 +58,17 @@ pub fn verdict(
     }
 }
 
-/// Makes a number for information.
+/// Makes a note: a sentence for information, without a judgement.
 pub fn verdict_note(topic: impl Into<String>, sentence: impl Into<String>) -> VerdictText {
     verdict(topic, sentence, VerdictKind::Note)
 }
 
-/// Makes a remark that must be read with care.
+/// Makes a warning: a sentence about a doubt in the results.
 pub fn warning(topic: impl Into<String>, sentence: impl Into<String>) -> VerdictText {
     verdict(topic, sentence, VerdictKind::Warning)
 }
 
-/// Turns a comparison into one that means nothing, and says why.
+/// Turns a verdict into a void one, whose sentence begins with the reason.
 pub fn void(found: VerdictText, reason: &str) -> VerdictText {
     VerdictText {
         sentence: format!("Void, for {reason}: {}", found.sentence),
@@ -77,12 +77,12 @@ pub fn void(found: VerdictText, reason: &str) -> VerdictText {
     }
 }
 
-/// Makes the remark that theory cannot be computed.
+/// Makes the warning that theory cannot be computed, with the reason.
 pub fn no_theory(topic: impl Into<String>, error: &dyn Display) -> VerdictText {
     warning(topic, format!("Theory cannot be computed: {error}."))
 }
 
-/// Kind of a verdict that follows from an interval.
+/// Converts the outcome of a test to the kind of a verdict; higher and lower both differ.
 pub fn kind_of(found: Test) -> VerdictKind {
     match found {
         Test::Agree => VerdictKind::Agree,
@@ -91,14 +91,14 @@ pub fn kind_of(found: Test) -> VerdictKind {
     }
 }
 
-/// Difference at one place.
+/// Difference of two quantities at one time, or in one window or cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// The difference with its simultaneous interval.
+    /// Difference with its simultaneous confidence interval.
     pub interval: Interval,
-    /// Place in words: "at t = 20", "in the last half of the run".
+    /// Time, window or cell in words: "at t = 20", "in the last half of the run".
     pub place: String,
-    /// Chance that this interval misses the truth.
+    /// Probability that the interval misses the true difference.
     pub level: f64,
 }
 
@@ -108,7 +108,7 @@ impl Finding {
     }
 }
 
-/// Finding of some whose interval is farthest from zero.
+/// Returns the index, out of `some`, of the finding whose interval is farthest from zero.
 fn farthest(findings: &[Finding], some: &[usize]) -> Option<usize> {
     let size = |index: usize| findings[index].interval.least();
     some.iter()
@@ -116,20 +116,21 @@ fn farthest(findings: &[Finding], some: &[usize]) -> Option<usize> {
         .max_by(|&i, &j| size(i).total_cmp(&size(j)))
 }
 
-/// Two things that are compared in one quantity, at one place or several.
+/// Comparison of two engines, or of an engine with theory, in one quantity at one or more times or
+/// windows.
 #[derive(Clone, Copy, Debug)]
 pub struct Comparison<'a> {
     /// Topic of the verdict.
     pub topic: &'a str,
-    /// The first, at the beginning of a sentence: title of an engine.
+    /// Title of the first engine, as it begins a sentence.
     pub a: &'a str,
-    /// The second: title of an engine, or name of a theory.
+    /// Title of the second engine, or name of a theory.
     pub b: &'a str,
-    /// Quantity: "energy".
+    /// Name of the compared quantity, such as "energy".
     pub quantity: &'a str,
-    /// Unit of the difference.
+    /// Unit in which the difference is stated.
     pub unit: DifferenceUnit,
-    /// Rule for a verdict, with the level for all points together.
+    /// Rule for a verdict; its level, the probability of a false alarm, is for all points together.
     pub rule: VerdictRule,
 }
 
@@ -137,8 +138,8 @@ pub struct Comparison<'a> {
 const ROUNDING: f64 = 1e-6;
 
 impl Comparison<'_> {
-    /// Verdict on findings in the order of time, of which the last is the number that was chosen;
-    /// `all` names all of them. `None` without findings.
+    /// Returns the verdict on findings in the order of time. The last is stated unless only earlier
+    /// ones differ; `all` names all of them in words. `None` without findings.
     pub fn judge(&self, findings: &[Finding], all: &str) -> Option<VerdictText> {
         let last = findings.len().checked_sub(1)?;
         let differ = self.differing(findings);
@@ -160,7 +161,8 @@ impl Comparison<'_> {
         self.say(findings, &differ, shown, [&since, all])
     }
 
-    /// Verdict on findings at places without an order.
+    /// Returns the verdict on findings without an order in time, such as cells: the largest
+    /// difference is stated, and `all` names all of them in words.
     pub fn at_places(&self, findings: &[Finding], all: &str) -> Option<VerdictText> {
         let differ = self.differing(findings);
         let every: Vec<usize> = (0..findings.len()).collect();
@@ -259,7 +261,7 @@ impl Comparison<'_> {
         })
     }
 
-    /// The number of a finding for tables and sweeps.
+    /// Converts a finding to a compared number for tables and sweeps.
     fn number(&self, one: &Finding) -> ComparedNumber {
         ComparedNumber {
             quantity: self.quantity.to_owned(),
@@ -275,12 +277,12 @@ impl Comparison<'_> {
     }
 }
 
-/// Places of values of replicas.
+/// Times or span of the compared values.
 #[derive(Clone, Copy, Debug)]
 pub enum Places<'a> {
-    /// Times.
+    /// Times of the values, in the unit of time of the case.
     Times(&'a [f64]),
-    /// One span that the words name, such as "in the last half of the run".
+    /// Single time span in words, such as "in the last half of the run".
     Span(&'a str),
 }
 
@@ -293,12 +295,12 @@ impl Places<'_> {
     }
 }
 
-/// Two things that are compared in one quantity, replica by replica.
+/// Comparison of two engines in one quantity, replica by replica.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparedPair<'a> {
     /// Comparison of two quantities, with a relative margin.
     pub comparison: Comparison<'a>,
-    /// Where.
+    /// Times or span of the compared values.
     pub places: Places<'a>,
 }
 
@@ -309,7 +311,8 @@ impl ComparedPair<'_> {
         self.judge_quotients(&quotients(pairs, &self.comparison.rule))
     }
 
-    /// Verdict on quotients that are tested already.
+    /// Returns the verdict on quotients of two engines that have their intervals already, one for
+    /// each time.
     pub fn judge_quotients(&self, found: &[Quotient]) -> Option<VerdictText> {
         let level = self.comparison.rule.level;
         let level = if found.len() > 1 { 0.5 * level } else { level };
@@ -329,8 +332,8 @@ impl ComparedPair<'_> {
     }
 }
 
-/// Joins several comparisons into one verdict: a difference before an undecided one before
-/// agreement.
+/// Returns the kind of several verdicts together: differ if any differs, else undecided if any is
+/// undecided, else agree.
 pub fn together(kinds: impl IntoIterator<Item = VerdictKind>) -> VerdictKind {
     kinds
         .into_iter()
@@ -346,8 +349,9 @@ fn rank(kind: VerdictKind) -> u8 {
     }
 }
 
-/// Whether the last of two averages of each replica, (before, last), is still moving; a warning or
-/// nothing.
+/// Tests whether a quantity still changes at the end of the run. `pairs` holds two averages of each
+/// replica: over the quarter before the last, and over the last. Returns a warning if their
+/// logarithms differ at this level.
 pub fn still_moving(
     topic: impl Into<String>,
     subject: &str,
@@ -366,7 +370,8 @@ pub fn still_moving(
     })
 }
 
-/// Whether a quantity is kept: `worst` is its largest relative change.
+/// Returns the verdict on a quantity that should be conserved. `worst` is its largest relative
+/// change, and `limit` the largest change by rounding.
 pub fn is_kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> VerdictText {
     let (said, kind) = if worst <= limit {
         ("is kept", VerdictKind::Agree)
@@ -378,7 +383,8 @@ pub fn is_kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) 
     verdict(topic, sentence, kind)
 }
 
-/// A start that is not equilibrated: replicas with the tests that failed.
+/// Returns the warning of a start that is not equilibrated; `bad` holds replicas with the tests
+/// that failed. `None` if it is empty.
 pub fn start(bad: &[(u64, String)]) -> Option<VerdictText> {
     let (replica, why) = bad.first()?;
     let more = match bad.len() {

@@ -19,7 +19,7 @@ pub(crate) struct StochasticDrive {
 enum Masses {
     Equal(f64),
     Each(Vec<f64>),
-    /// Masses that the engine tells: particles come and go.
+    /// Masses read from the engine at each kick, because particles come and go.
     Changing,
 }
 
@@ -51,7 +51,7 @@ impl StochasticDrive {
         (number as f64 + 0.5) * self.interval
     }
 
-    /// Lets the bath act on all particles of an engine.
+    /// Applies the kick of this number to all particles of an engine.
     pub(crate) fn act(&self, gas: &mut dyn Simulation, number: u64) -> Result<(), Failure> {
         if let Some(factor) = self.bath.damping() {
             gas.scale_velocities(factor)?;

@@ -61,7 +61,7 @@ pub trait Measure: Sync {
         Vec::new()
     }
 
-    /// Requirements on the engines besides read access.
+    /// Data that engines must keep for the probe, in addition to read access to particles.
     fn engine_needs(&self, _plan: &CasePlan) -> Needs {
         Needs::default()
     }
@@ -71,7 +71,8 @@ pub trait Measure: Sync {
         0.0
     }
 
-    /// Part of that memory that the last sample adds, after all others \[bytes\].
+    /// Part of the final memory per particle or simulator that the last sample adds, after all
+    /// other samples \[bytes\].
     fn kept_last_per_particle(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
@@ -82,8 +83,8 @@ pub trait Measure: Sync {
         64.0
     }
 
-    /// Memory of the probe's record besides that per particle and per sample, where it may be large
-    /// \[bytes\].
+    /// Further final memory of the probe's record, in addition to the memory per particle and per
+    /// sample: histograms, cells and rows \[bytes\]. It is 0 where it is small.
     fn kept_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
@@ -93,7 +94,7 @@ pub trait Measure: Sync {
         false
     }
 
-    /// Scratch memory of a sample \[bytes\].
+    /// Memory that the probe needs only while it samples \[bytes\].
     fn working_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
@@ -109,14 +110,14 @@ pub trait Measure: Sync {
         0.0
     }
 
-    /// Returns true if the probe samples a replica, by its number from 0. In others
+    /// Returns true if the probe samples a replica, by its number from 0. In other replicas
     /// [`Probe::on_start`] and [`Probe::on_sample`] are not called.
     fn looks_at(&self, _plan: &CasePlan, _replica: u64) -> bool {
         true
     }
 
-    /// Creates the probe of one engine of one replica; one without a record if tables use the
-    /// records of other measures.
+    /// Creates the probe of one engine and replica. By default the probe keeps no record, for
+    /// measures whose tables use the records of other measures.
     fn new_probe(&self, _plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         Box::new(SampleProbe::new((), |(), _| {}))
     }
@@ -126,7 +127,7 @@ pub trait Measure: Sync {
         Vec::new()
     }
 
-    /// Files of all particles at some times, each with its description in the manifest.
+    /// Snapshot files of all particles at chosen times, each with its description in the manifest.
     fn snapshot_files(
         &self,
         _plan: &CasePlan,
@@ -140,7 +141,8 @@ pub trait Measure: Sync {
         Vec::new()
     }
 
-    /// Largest number of comparing verdicts; they share the false-alarm probability of the case.
+    /// Largest number of verdicts that test a comparison; they share the false-alarm probability of
+    /// the case.
     fn test_count(&self, _plan: &CasePlan) -> usize {
         0
     }
@@ -168,11 +170,11 @@ pub struct FrameFile {
     pub engine: String,
     /// Path of the file, relative to the results folder.
     pub file: String,
-    /// Frames, by time.
+    /// Frames, in the order of time.
     pub frames: Vec<ParticleFrame>,
 }
 
-/// Requirements of measurements on an engine, which keeps nothing else.
+/// Data that an engine must keep for measurements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
     /// True if displacements must be tracked.
@@ -429,7 +431,7 @@ impl<'a> SampleContext<'a> {
         }
     }
 
-    /// Sets the moments of the velocities, which are known already.
+    /// Sets the moments of the velocities, so that they are not computed again.
     #[must_use]
     pub(crate) fn with_moments(self, moments: VelocityMoments) -> Self {
         Self {
@@ -463,7 +465,7 @@ pub struct CompletedRun {
     pub work: stosszahl_model::WorkCounters,
     /// Largest memory of the engine \[bytes\].
     pub bytes: usize,
-    /// Computing time \[s\].
+    /// Computing time of the run \[s\].
     pub seconds: f64,
 }
 
@@ -475,7 +477,7 @@ impl CompletedRun {
     }
 }
 
-/// Decision rule of a case for one of its margins.
+/// Returns the decision rule of a case at this level and margin.
 fn rule(plan: &CasePlan, level: f64, margin: f64) -> VerdictRule {
     let differ_beyond = match plan.case.verdict.differ_beyond {
         DifferBeyond::Zero => 0.0,

@@ -93,12 +93,14 @@ pub const ALL: &[&dyn Measure] = &[
     &frames::FrameMeasure,
     &error_budget::ErrorBudget,
 ];
-/// A grid of times in equal factors from the first sample on, and last the end exactly.
+/// Returns times in equal factors from the first sample on, in the unit of time of the case; the
+/// last is exactly `until`.
 pub(crate) fn grid(plan: &CasePlan, until: f64) -> impl Iterator<Item = f64> + use<> {
     logarithmic(plan.first_sample(), until, plan.samples_per_decade())
 }
 
-/// Makes a sum that the first of several processes asks for: all kinds that measures use.
+/// Creates an empty reduction of the kind that the root process requests by name; `empty` holds its
+/// options. All kinds that measures use are known.
 pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn DynReduction>> {
     let kinds: [ReductionFactory; 11] = [
         sum::restore_reduction::<VelocityMoments>,
@@ -131,13 +133,14 @@ pub(crate) fn require_kept(plan: &CasePlan) -> Result<(), BadOption> {
 const PARTS: &str = "Independent parts of the runs behind the errors, at least: blocks of time, or replicas where no blocks are long enough; \
                      intervals are Student's with one degree of freedom less";
 
-/// Independent parts behind the errors of all of some averages over time, at least.
+/// Smallest number of independent parts of the runs behind the standard errors of some averages
+/// over time.
 fn fewest_parts<'a>(averages: impl IntoIterator<Item = &'a TableEstimate>) -> usize {
     let parts = averages.into_iter().filter_map(|one| one.replicas);
     parts.min().unwrap_or(1)
 }
 
-/// Mean and standard error over replicas; those without a finite value are left out.
+/// Mean and standard error over replicas; replicas without a finite value are left out.
 pub fn mean_over_replicas(values: impl IntoIterator<Item = Option<f64>>) -> TableEstimate {
     let known: Vec<f64> = values
         .into_iter()

@@ -26,9 +26,9 @@ use crate::schedule::{ScheduledEvent, schedule_events};
 use crate::start::{Preparation, is_prepared, pairs};
 use crate::theory::homogeneous;
 
-/// Factor of an engine's time slice after which a step is interrupted.
+/// Multiple of an engine's time slice after which a time step in progress is interrupted.
 const PATIENCE: u32 = 3;
-/// Duration of a sample below which it is taken twice.
+/// Duration of a sample below which it is measured a second time.
 const QUICK: Duration = Duration::from_millis(20);
 /// Largest number of points of a sweep that are measured if the time suffices for fewer.
 const MEASURED: usize = 6;
@@ -122,7 +122,8 @@ fn measured(
     })
 }
 
-/// Time to solve the theory that tables are compared with \[s\]. It is solved once, here or later.
+/// Time to solve the theory that tables are compared with \[s\]. The plan keeps the solution, so
+/// that the run does not repeat the work.
 fn theory(plan: &CasePlan) -> f64 {
     let began = Instant::now();
     // Theory that cannot be followed is left out of a run, too, after the same time.

@@ -61,7 +61,7 @@ impl fmt::Display for RunPart {
 pub struct PartSummary {
     /// Results folder of the part, without tables.
     pub folder: PathBuf,
-    /// Number of replicas of the part.
+    /// Number of replicas that the part has run.
     pub replicas: usize,
     /// Number of replicas of the whole run.
     pub all: usize,

@@ -20,7 +20,7 @@ pub enum ExclusionRule {
 /// Largest number of trial positions for one particle.
 const MOST_TRIALS: usize = 1_000_000;
 
-/// Occupied positions, in a grid of cells.
+/// Positions of the particles placed so far, in a grid of cells.
 pub(crate) struct RandomPlacement<'a, S: Space> {
     radii: &'a [f64],
     confinement: &'a Confinement<S>,

@@ -30,13 +30,13 @@ use crate::run::options::RunOptions;
 use crate::run::summary::PointSummary;
 use crate::start::StartReport;
 
-/// Fraction of collisions in cells with limited chi from which it is reported.
+/// Fraction of collisions in cells with limited chi from which the limit is reported.
 const MANY_LIMITED: f64 = 0.1;
 
 /// Point of a run with its place in the results folder.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
-    /// The case file.
+    /// Case file of the run.
     pub file: &'a CaseFile,
     /// Point with its plan and measures.
     pub planned: &'a Planned<'a>,
@@ -50,7 +50,7 @@ pub(crate) struct Job<'a> {
     pub options: &'a RunOptions<'a>,
 }
 
-/// Results of the replicas, by number.
+/// Results of finished replicas, by the number of the replica.
 pub(crate) type Left = BTreeMap<u64, Result<Replica, RunError>>;
 
 /// Results of the replicas of a point without a failed engine.
@@ -85,7 +85,7 @@ impl Job<'_> {
         )?)
     }
 
-    /// Returns the environment of its tasks in a folder.
+    /// Returns the environment of the point's tasks in a folder.
     pub(crate) fn context<'d>(
         &'d self,
         folder: &'d Path,
@@ -103,7 +103,7 @@ impl Job<'_> {
         }
     }
 
-    /// Summary of a point that was complete before; `None` if it was not.
+    /// Returns the summary of a point that was complete before the run; `None` if it was not.
     ///
     /// # Errors
     /// [`RunError::Results`] if the folder cannot be read.

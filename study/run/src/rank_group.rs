@@ -7,14 +7,14 @@ use stosszahl_dsmc::{Ranks, from_first};
 
 use crate::plan::EnginePlan;
 
-/// Processes that hold the gases of a point together, as the first of them sees them.
+/// Processes that hold the gases of a point together, as the root process sees them.
 #[derive(Clone)]
 pub struct RankGroup {
     ranks: Arc<dyn Ranks>,
     point: usize,
 }
 
-/// Gas that all processes hold next.
+/// Call of the root process: the gas that all processes hold next.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Call {
     /// Number of the point.
@@ -37,12 +37,13 @@ impl RankGroup {
         Self { ranks, point }
     }
 
-    /// Number of processes.
+    /// Number of processes that hold a gas together.
     pub(crate) fn size(&self) -> usize {
         self.ranks.size()
     }
 
-    /// Calls the other processes to the gas of an engine, and returns all of them.
+    /// Calls the other processes to hold the gas of an engine, and returns the transport between
+    /// all processes.
     pub(crate) fn call(&self, replica: u64, engine: &EnginePlan) -> &Arc<dyn Ranks> {
         let (point, engine) = (self.point, engine.name.to_owned());
         let call = Call {

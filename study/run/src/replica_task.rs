@@ -81,7 +81,7 @@ fn checkpoint(task: ReplicaTask, part: &str) -> String {
     }
 }
 
-/// Names of the parts of a replica that have a checkpoint.
+/// Names of the parts of a replica that have a checkpoint: the start, and the engines.
 fn parts(plan: &CasePlan) -> impl Iterator<Item = &str> {
     let start = is_prepared(plan).then_some("start");
     start
@@ -261,7 +261,7 @@ impl TaskContext<'_> {
         Control::new(Some(file), case.run.checkpoint_seconds, self.stop, tell)
     }
 
-    /// The start of a replica, equilibrated.
+    /// Prepares the equilibrated start of a replica, or reads the start from its checkpoint.
     fn start(&self, task: ReplicaTask, part: usize) -> Result<(StartReport, Particles), PartError> {
         let tell = |share, collisions| {
             self.progress

@@ -42,12 +42,12 @@ const SETS: u64 = 3;
 pub struct StartReport {
     /// Method of placement, in words.
     pub placement: String,
-    /// Elastic collisions per particle.
+    /// Number of elastic collisions per particle in the equilibration.
     pub collisions_per_particle: f64,
     /// True if the requested collisions happened, at least one, and no test failed; `None` where
     /// the case gives the start.
     pub equilibrated: Option<bool>,
-    /// Equilibration tests of the last block.
+    /// Equilibration tests of the last block of collisions.
     pub tests: Vec<EquilibriumTest>,
 }
 
@@ -59,13 +59,13 @@ pub struct Preparation {
     gas: Vec<u8>,
     collisions: u64,
     bins: Vec<u64>,
-    /// Time of the start \[engine time\], and whether the requested collisions have happened;
-    /// `None` while they are counted.
+    /// Time of the start \[engine time\], and true if the requested collisions have happened;
+    /// `None` while collisions are counted.
     end: Option<(f64, bool)>,
     /// Bragg peaks of the lattice that must melt.
     reciprocal: Vec<[i32; 2]>,
     placement: String,
-    /// Report of the finished start; `None` before.
+    /// Report of the finished start; `None` before it is finished.
     report: Option<StartReport>,
 }
 

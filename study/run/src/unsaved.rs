@@ -91,7 +91,7 @@ pub(crate) fn window(run: &CompletedRun) -> Option<&CollisionWindow> {
     run.record::<CollisionWindows>()?.windows.first()
 }
 
-/// Collision rate in the first window over Enskog's at the measured temperature.
+/// Collision rate in the first time window, over Enskog's rate at the measured temperature.
 pub(crate) fn collision_rate(plan: &CasePlan, run: &CompletedRun) -> f64 {
     let enskog = kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0);
     let found = window(run).and_then(|window| window.dissipation(enskog, plan.count()));

@@ -25,11 +25,11 @@ use stosszahl_study::{RunOptions, run_case};
 use super::CHANCE;
 use crate::{Done, TrialError, TrialLog};
 
-/// Stated chance of a wrong verdict, for each comparison alone.
+/// Stated probability of a wrong verdict, for each comparison alone.
 const LEVEL: f64 = 0.05;
 /// True differences, in units of the margin.
 const DIFFERENCES: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
-/// Numbers of replicas.
+/// Numbers of replicas with which verdicts are drawn.
 const REPLICAS: [usize; 3] = [4, 8, 16];
 
 /// Formats a case of one replica: 100 particles of a restitution, with engines and measures.
@@ -185,7 +185,7 @@ struct Rates {
     samples: usize,
     agree: usize,
     differ: usize,
-    /// *Differ* verdicts whose stated lower bound exceeds the true difference.
+    /// Number of *differ* verdicts whose stated lower bound exceeds the true difference.
     missed: usize,
     /// Sum of estimates over the truth, of *differ* verdicts.
     inflation: f64,

@@ -1,6 +1,6 @@
 //! Blocks of Markdown: search, reading and replacement.
 
-/// Content of the first line of a block.
+/// First line of a documentation block: its name, commit and versions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {
     /// Name of the documentation block.

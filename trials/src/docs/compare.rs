@@ -13,12 +13,13 @@ enum Token<'a> {
         text: String,
         value: f64,
         error: f64,
-        /// Rounding error: half of the last digit.
+        /// Rounding error of the number as written: half a unit of its last digit.
         rounding: f64,
     },
 }
 
-/// Half of the last digit of a number as it is written; `None` if its exponent cannot be read.
+/// Half a unit of the last digit of a number as it is written; `None` if its exponent cannot be
+/// read.
 fn half_digit(text: &str) -> Option<f64> {
     let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
     let digits = mantissa

@@ -30,12 +30,12 @@ pub(super) const UNBIASED: DataMaker = DataMaker::Data {
 
 const DATA: DataTable = DataTable { columns, summary };
 
-/// Engines, with words for them.
+/// Names of the engines, each with its title in the text.
 const ENGINES: [(&str, &str); 2] = [
     ("ed", "exact disks"),
     ("dsmc-contact-point", "contact point"),
 ];
-/// Factors of a cooling rate, and the rate itself.
+/// Columns of the factors of a cooling rate, and of the cooling rate itself.
 const FACTORS: [&str; 5] = [
     "rate_ratio",
     "speed_ratio",

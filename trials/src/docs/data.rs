@@ -6,15 +6,15 @@ use stosszahl_results::Table;
 use super::results::{FinishedRun, ResultRow};
 use crate::TrialError;
 
-/// Folder of the files, from the root.
+/// Folder of the tables of documentation blocks, from the root of the repository.
 pub const FOLDER: &str = "docs/data";
 
 /// Markdown text and files of a documentation block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Made {
-    /// Text in Markdown.
+    /// Markdown text of the block, as it stands on the documentation page.
     pub text: String,
-    /// Pictures and tables: their paths from the root, and their content.
+    /// Pictures and tables of the block: path from the root of the repository, and content.
     pub files: Vec<(String, String)>,
 }
 
@@ -27,9 +27,9 @@ impl From<String> for Made {
     }
 }
 
-/// Maker of text and files from results.
+/// Maker of the text and the files of a documentation block from the results of a run.
 pub enum DataMaker {
-    /// Function that makes both.
+    /// Function that makes the text and the files of a block from a finished run.
     Text(fn(&FinishedRun) -> Result<Made, TrialError>),
     /// Function that makes a table, which is the file `docs/data/NAME.csv`. The text follows from
     /// the file.

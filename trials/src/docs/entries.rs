@@ -1,4 +1,4 @@
-//! All blocks: the page, the case and the text of each.
+//! All documentation blocks, each with its page, its case and the maker of its text.
 
 use std::mem::take;
 
@@ -25,14 +25,14 @@ pub struct DocsEntry {
     pub engines: &'static [EngineVersion],
     /// True if `--check` makes the block again, in some ten seconds.
     pub is_cheap: bool,
-    /// Maker of the text and the files.
+    /// Maker of the text and the files of the block.
     pub make: DataMaker,
 }
 
 /// Runs from which a documentation block is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntrySource {
-    /// A bundled case.
+    /// Bundled case, by its name.
     Case(&'static str),
     /// Quick runs of all papers: each is a point, with the table of its claims.
     Papers,
@@ -218,7 +218,7 @@ const WINDOWS: [[f64; 2]; 5] = [
     [20.0, 100.0],
     [100.0, 400.0],
 ];
-/// Engines of the case of 1998, with words for them.
+/// Names of the engines of the case of 1998, each with its title in the text.
 const ENGINES: [(&str, &str); 3] = [
     ("ed", "ED"),
     ("dsmc-free-volume", "free volume"),

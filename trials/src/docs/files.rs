@@ -17,7 +17,7 @@ use crate::{TrialError, table};
 /// Largest number of rows of generated tables on a page.
 pub const ROWS_OF_A_PAGE: usize = 30;
 
-/// Blocks that no entry makes, with their tables.
+/// Names of blocks that no entry makes, each with its table.
 const TYPED: [(&str, DataTable); 1] = [(
     "validation",
     DataTable {

@@ -25,10 +25,10 @@ pub(super) const PAGE: &str = "docs/map.md";
 /// Sonine orders of the velocities under chaos: two more change a cooling rate by 5e-4 at r = 0.5,
 /// where the series converges worst.
 const ORDERS: usize = 8;
-/// Number of errors beyond which two boxes of a point disagree.
+/// Number of standard errors beyond which the results of two boxes of a point disagree.
 const APART: f64 = 3.0;
 
-/// Results of one box: the rows of its windows.
+/// Results of one box of a point: the rows of its time windows.
 struct Gas<'a> {
     at: Place,
     disks: f64,
@@ -115,7 +115,7 @@ pub(super) fn estimate(one: MeasuredNumber) -> TableEstimate {
 /// Packing fraction and restitution of a point.
 type Place = [f64; 2];
 
-/// Returns all boxes.
+/// Returns the results of all boxes.
 fn gases(results: &FinishedRun) -> Result<Vec<Gas<'_>>, TrialError> {
     let points = results.points();
     points
@@ -123,7 +123,7 @@ fn gases(results: &FinishedRun) -> Result<Vec<Gas<'_>>, TrialError> {
         .collect()
 }
 
-/// Restitutions that pages show; files have all of them.
+/// Coefficients of restitution that pages show; files have all of them.
 const SHOWN: [f64; 3] = [0.5, 0.7, 0.9];
 
 /// Formats a table of Markdown with a row for each restitution of [`SHOWN`] and a column for each

@@ -13,7 +13,7 @@ use stosszahl_study::{RunOptions, format, run_case};
 use super::ROOT;
 use crate::TrialError;
 
-/// A finished run, or the points of a sweep.
+/// Tables of a finished run, or of the points of a sweep.
 #[derive(Debug)]
 pub struct FinishedRun {
     points: Vec<(SweepPoint, Stored)>,
@@ -42,7 +42,7 @@ impl MeasuredNumber {
         })
     }
 
-    /// Divides by an exact number.
+    /// Divides the number and its error by an exact number.
     pub(crate) fn divided_by(self, unit: f64) -> Self {
         Self {
             value: self.value / unit,
@@ -250,9 +250,9 @@ impl FinishedRun {
 /// Condition on a cell of a key column.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum KeyCondition<'a> {
-    /// The cell is this word.
+    /// Cell that holds this word.
     Is(&'a str),
-    /// The cell is this number, up to rounding and to the three digits of a time.
+    /// Cell that holds this number, up to rounding and to the three digits of a time.
     At(f64),
 }
 
@@ -276,7 +276,7 @@ fn number(cell: &TableCell) -> Option<f64> {
     }
 }
 
-/// A row of a table.
+/// Row of a table of results.
 #[derive(Clone, Copy)]
 pub(crate) struct ResultRow<'a> {
     table: &'a Table,

@@ -60,7 +60,7 @@ pub(super) fn against(
     Ok(table(&header, &rows).into())
 }
 
-/// Keys of a row of an engine and a window of time.
+/// Returns the conditions that select the row of an engine and a time window.
 pub(super) fn of_window(
     engine: &str,
     [start, end]: [f64; 2],

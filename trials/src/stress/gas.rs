@@ -148,7 +148,7 @@ impl<P: Planar> StressGas<P> {
         }
     }
 
-    /// Returns this gas with a contact time.
+    /// Returns this gas with a contact time of the TC model \[time\].
     pub fn with_contact_time(mut self, contact_time: f64) -> Self {
         self.dissipation = DissipationRule::ContactTime(contact_time);
         self
@@ -266,7 +266,8 @@ impl<P: Planar> StressGas<P> {
         if scale > 0.0 { change / scale } else { change }
     }
 
-    /// Runs and checks the gas and records the result; then again under kills.
+    /// Runs and checks the gas and records the result, then repeats the run with kills and
+    /// restarts.
     pub fn holds(&self, log: &mut TrialLog, collisions: u64) -> Result<StressRun<P>, TrialError> {
         let leg = collisions.div_ceil(4).max(1);
         let course = self.run_in_legs(f64::INFINITY, collisions, leg, |_, _| ())?;

@@ -24,7 +24,7 @@ pub(super) struct Setup {
     pub parameters: Parameters,
 }
 
-/// Returns all schemes that collide, each in every way it can be used.
+/// Returns all schemes with collisions, each with every choice of its options.
 pub(super) fn setups() -> Vec<Setup> {
     let setup = |name, scheme, displacement, simulators_per_particle| Setup {
         name,
@@ -107,7 +107,7 @@ pub(super) fn engine(
     )?)
 }
 
-/// Run of a scheme: the engine and the sums at its start.
+/// Run of a Monte Carlo scheme: the engine, and the conserved sums at its start.
 pub(super) struct SchemeRun {
     pub setup: Setup,
     pub restitution: f64,

@@ -130,7 +130,7 @@ impl Setting {
         stosszahl_dsmc::simulate(&gas, std::slice::from_ref(&self.start))
     }
 
-    /// Returns exact dynamics, and point particles in cells.
+    /// Creates both engines: exact dynamics, and Monte Carlo of point particles in cells.
     fn both(&self) -> Result<[Box<dyn Simulation>; 2], TrialError> {
         Ok([self.exact(DissipationRule::Scene)?, self.points(POINTS)?])
     }
@@ -146,7 +146,7 @@ fn error(ended: &Result<bool, Failure>) -> Option<&EventDrivenError> {
     ended.as_ref().err().and_then(Failure::downcast_ref)
 }
 
-/// Returns position and speed of the only disk.
+/// Returns position and speed of the single particle of a gas.
 fn only(gas: &dyn Simulation) -> (Vector2<f64>, f64) {
     let body = gas.particles().all[0];
     (body.position.xy(), body.velocity.norm())

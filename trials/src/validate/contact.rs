@@ -17,7 +17,7 @@ use super::schemes::METHODS;
 use crate::table::RowPlace;
 use crate::{Done, TrialError, TrialLog};
 
-/// Packing fractions.
+/// Packing fractions at which contact values are measured.
 const PACKINGS: [f64; 3] = [0.05, 0.25, 0.5];
 /// Collisions of each disk before a gas is observed: a2 has settled.
 const SETTLE: u64 = 5;
@@ -27,7 +27,7 @@ const SIMULATORS: u32 = 16;
 /// Gas of unit disks to observe.
 #[derive(Clone, Copy, Debug)]
 pub struct UnitDiskGas {
-    /// Number of disks.
+    /// Number of disks in the gas.
     pub disks: usize,
     /// Packing fraction.
     pub packing: f64,
@@ -46,7 +46,7 @@ pub struct ContactValue {
     pub flux: Estimate,
     /// Contact value by flux over (1 + r)/(2 r) times that from the rate.
     pub flux_over_rate: Estimate,
-    /// CPU time \[s\].
+    /// CPU time of all seeds \[s\].
     pub seconds: f64,
 }
 

@@ -37,7 +37,7 @@ fn courses(
     over_seeds(0..replicas, |seed| subject.follow_gas(&gas, seed))
 }
 
-/// Mean temperature at one of the times.
+/// Mean temperature of the replicas at the sample time of this index.
 fn temperature(courses: &[GasCourse], time: usize) -> Result<Estimate, TrialError> {
     mean(courses.iter().map(|course| course.temperatures[time]))
 }

@@ -37,7 +37,7 @@ const FASTEST: f64 = 0.6;
 /// Edges of the bands of wave numbers times d in which the energy of velocity modes is averaged;
 /// what the cells do not resolve is left out, and the first begins with the box.
 const BANDS: [f64; 4] = [0.0, 0.5, 1.0, std::f64::consts::PI];
-/// Most modes of a band.
+/// Largest number of modes in a band.
 const MODES: usize = 640;
 /// Fewest modes of a gas in a band from which a verdict is drawn: energies are exponentially
 /// distributed, so that a gas of fewer says little.
@@ -74,7 +74,7 @@ struct Found {
     weight: f64,
     /// Shear waves at equal intervals of time.
     waves: Vec<Vec<f64>>,
-    /// Root of the temperature in the meantime.
+    /// Square root of the temperature while the waves decay.
     speed: f64,
 }
 
@@ -82,7 +82,7 @@ struct Found {
 struct Plan {
     packing: f64,
     chi: f64,
-    /// Mean free time of a disk.
+    /// Mean free time of a disk \[time\].
     free: f64,
     relaxation: f64,
     /// Wave number of the shear waves.

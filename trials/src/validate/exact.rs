@@ -25,7 +25,7 @@ pub const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.
 pub struct EquationOfState {
     /// Compressibility factor Z.
     pub factor: Estimate,
-    /// Collision rate over that of the factor.
+    /// Collision rate over `4 (Z - 1)/√π`, the rate that follows from Z.
     pub rate: Estimate,
 }
 

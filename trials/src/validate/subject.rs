@@ -50,7 +50,7 @@ pub struct GasCourse {
     pub window: CollisionWindow,
 }
 
-/// A method that makes disks collide.
+/// Method by which disks collide: exact dynamics, or a Monte Carlo scheme.
 pub trait CollisionMethod: Sync {
     /// Returns the name in tables.
     fn table_name(&self) -> String;
@@ -105,7 +105,7 @@ impl CollisionMethod for ExactDynamics {
     }
 }
 
-/// A Monte Carlo scheme with its numerical choices.
+/// Monte Carlo scheme with its numerical choices.
 #[derive(Clone, Copy, Debug)]
 pub struct Simulated(pub Parameters);
 

@@ -32,8 +32,8 @@ const SPACING: f64 = 0.2;
 /// Number of samples.
 const SAMPLES: u32 = 6;
 
-/// Results of one gas: the series of each kicked number of waves, and the energy over T of the
-/// other modes at the end.
+/// Results of one gas: the series of amplitudes for each kicked number of waves, and the energy
+/// over T of the modes that were not kicked, at the end.
 struct Found {
     series: Vec<Vec<Vec<f64>>>,
     energies: Vec<f64>,

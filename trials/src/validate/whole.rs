@@ -94,7 +94,7 @@ fn monte_carlo(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Records one claim for each hard case: no faults.
+/// Runs every stress trial, and records for each the claim that it has no faults.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn suites(log: &mut TrialLog) -> Done {
     for (name, trials) in [

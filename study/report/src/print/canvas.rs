@@ -105,23 +105,23 @@ impl Canvas {
 /// Rectangle: left, top, right and bottom \[pt\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Area {
-    /// Left edge.
+    /// Left edge of the area \[pt\].
     pub left: f64,
-    /// Upper edge.
+    /// Upper edge of the area \[pt\].
     pub top: f64,
-    /// Right edge.
+    /// Right edge of the area \[pt\].
     pub right: f64,
-    /// Lower edge.
+    /// Lower edge of the area \[pt\].
     pub bottom: f64,
 }
 
 impl Area {
-    /// Width \[pt\].
+    /// Width of the area \[pt\].
     pub fn width(&self) -> f64 {
         self.right - self.left
     }
 
-    /// Height \[pt\].
+    /// Height of the area \[pt\].
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }
@@ -159,7 +159,7 @@ impl Area {
         ]
     }
 
-    /// Part of a straight line inside; `None` if all of it is outside (Liang and Barsky).
+    /// Clips a straight line to the area; `None` if all of it is outside (Liang and Barsky).
     pub fn cut(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let step = [to[0] - from[0], to[1] - from[1]];
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
@@ -186,7 +186,8 @@ impl Area {
         })
     }
 
-    /// Parts of a line through some points that are inside; `None` breaks the line.
+    /// Clips the polyline through some points to the area, and returns its path; `None` among the
+    /// points breaks the line.
     pub fn cut_line(&self, points: &[Option<[f64; 2]>]) -> Vec<Segment> {
         let mut segments = Vec::new();
         let mut pen: Option<[f64; 2]> = None;

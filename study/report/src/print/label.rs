@@ -6,11 +6,11 @@
 /// Level of text: on the base line, raised or lowered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Level {
-    /// Base line.
+    /// Letters on the base line.
     Base,
-    /// Raised and small.
+    /// Raised small letters.
     Exponent,
-    /// Lowered and small.
+    /// Lowered small letters.
     Index,
 }
 
@@ -19,7 +19,7 @@ pub(crate) enum Level {
 pub(crate) struct Run {
     /// Text of the piece.
     pub text: String,
-    /// True for symbols.
+    /// True for symbols of quantities, which are set in oblique letters.
     pub oblique: bool,
     /// Level of the piece.
     pub level: Level,

@@ -14,7 +14,7 @@ const REFERENCE: f64 = 0.2;
 const SETTINGS: f64 = 0.5;
 /// Share of the budget that is reserved for the test of recommendations.
 pub(crate) const TESTS: f64 = 0.3;
-/// Fewest and most runs of the reference.
+/// Fewest and most runs of the reference ensemble of exact dynamics.
 const REFERENCE_RUNS: [usize; 2] = [16, 1000];
 /// Fewest and most repetitions of a setting.
 const REPETITIONS: [u64; 2] = [4, 256];
@@ -29,15 +29,16 @@ pub(crate) struct Shares {
     pub reference: usize,
 }
 
-/// Number of repetitions of a setting with this much time.
+/// Number of repetitions of a setting in a CPU time `share` \[s\], at `seconds` of CPU time for one
+/// run.
 fn repetitions(share: f64, seconds: f64) -> u64 {
     ((share / seconds) as u64).clamp(REPETITIONS[0], REPETITIONS[1])
 }
 
 /// Distributes a budget of CPU time \[s\].
 ///
-/// Each setting gets the same time, and at least four repetitions; the costliest are left out until
-/// that is possible.
+/// Each setting gets the same CPU time, and at least four repetitions; the costliest settings are
+/// left out until that is possible.
 pub(crate) fn shared(plan: &CasePlan, settings: &[RunSetting], budget: f64) -> Shares {
     let costs: Vec<f64> = settings
         .iter()

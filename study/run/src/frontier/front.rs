@@ -17,11 +17,12 @@ pub(crate) const REPLICAS: [u64; 4] = [1, 4, 16, 64];
 /// Setting with the results of its repetitions.
 #[derive(Clone, Debug)]
 pub(crate) struct MeasuredSetting {
-    /// Measured setting.
+    /// Numerical setting of the runs.
     pub setting: RunSetting,
     /// Choices of the setting in words.
     pub label: String,
-    /// Bias and noise of each quantity; `None` if a run does not have it.
+    /// Systematic and statistical error of each quantity, in the order of the quantities; `None`
+    /// where a run has no value.
     pub accuracies: Vec<Option<SettingAccuracy>>,
     /// CPU time of one run, its start included, median over the repetitions \[s\].
     pub core_seconds: f64,
@@ -29,9 +30,9 @@ pub(crate) struct MeasuredSetting {
     pub wall_seconds: f64,
     /// Largest memory of the engine \[bytes\].
     pub bytes: usize,
-    /// Pair collisions of one run, mean.
+    /// Mean number of pair collisions of one run.
     pub collisions: f64,
-    /// Monte Carlo steps of one run, mean.
+    /// Mean number of Monte Carlo time steps of one run; 0 for exact dynamics.
     pub steps: f64,
 }
 
@@ -66,7 +67,7 @@ impl MeasuredSetting {
     }
 
     /// Returns the quantity of a kind whose total error is largest with this many replicas, and its
-    /// accuracy; `None` if one of the kind has none.
+    /// accuracy; `None` if the accuracy of a quantity of the kind is unknown.
     pub(crate) fn worst(
         &self,
         kind: QuantityKind,
@@ -87,14 +88,14 @@ impl MeasuredSetting {
 pub(crate) struct FrontierRow<'a> {
     /// Measured setting of the row.
     pub one: &'a MeasuredSetting,
-    /// Name of the quantity; with the prefix `largest-` for the one of its kind with the largest
-    /// error.
+    /// Name of the quantity's kind; with the prefix `largest-` in the row of the quantity that has
+    /// the largest error of its kind.
     pub name: String,
-    /// Quantity of the error.
+    /// Quantity whose error the row states.
     pub quantity: FrontierQuantity,
-    /// Reference of the quantity.
+    /// Reference value of the quantity, from theory or from exact dynamics.
     pub reference: Reference,
-    /// Number of replicas of which the mean is taken.
+    /// Number of replicas over which the quantity is averaged.
     pub replicas: u64,
     /// Bias and statistical error of the setting.
     pub found: SettingAccuracy,
@@ -108,14 +109,15 @@ impl FrontierRow<'_> {
         self.replicas as f64 * self.one.core_seconds
     }
 
-    /// Total error of the mean of the replicas.
+    /// Root mean squared error of the mean over the replicas, systematic and statistical, over the
+    /// unit of the quantity's kind (`QuantityKind::unit`).
     pub(crate) fn error(&self) -> f64 {
         self.found.total(self.replicas)
     }
 }
 
-/// Returns which of some points of (cost, error) no other one surpasses in both. Of equal points
-/// the first stays; a point with NaN is never on the front.
+/// Returns, for each point (cost, error), true if no other point is at least as good in both and
+/// better in one. Of equal points the first is on the front; a point with NaN never is.
 pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
     let mut order: Vec<usize> = (0..points.len())
         .filter(|&index| points[index].0.is_finite() && points[index].1.is_finite())
@@ -170,7 +172,7 @@ fn rows_of<'a>(
     rows
 }
 
-/// Returns the table of all rows.
+/// Returns the table `frontier.csv` of some rows.
 pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a FrontierRow<'a>>) -> Table {
     let mut table = table! {
         "frontier", "Error against cost of every measured setting.";

@@ -134,7 +134,7 @@ impl KeptRuns {
         self.folder.worker()
     }
 
-    /// Returns the current tasks of the folder.
+    /// Reads the states of the tasks in the shared results folder: free, claimed, or finished.
     pub(crate) fn tasks(&self) -> TaskStates {
         TaskStates::read_claims(&self.folder.claims())
     }

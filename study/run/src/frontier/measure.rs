@@ -41,7 +41,7 @@ pub(super) const FRESH: u64 = 1 << 33;
 pub(crate) struct Task {
     /// Setting to run.
     pub setting: RunSetting,
-    /// Numbers of the replicas.
+    /// Numbers of the replicas to run.
     pub replicas: Range<u64>,
 }
 
@@ -58,16 +58,16 @@ pub(crate) struct Workshop<'a> {
     pub runner: Runner<'a>,
     /// CPU time after which no run is begun \[s\].
     pub limit: f64,
-    /// CPU time so far \[s\].
+    /// CPU time that the runs of the frontier took so far, runs of earlier calls included \[s\].
     pub spent: Mutex<f64>,
     /// Function that reports progress, with the run that has ended; called from time to time.
     pub tell: &'a (dyn Fn(&str) + Sync),
-    /// Number of groups of tasks so far.
+    /// Number of groups of tasks executed so far; the tasks of a group have one system size.
     pub groups: AtomicU64,
 }
 
 impl Workshop<'_> {
-    /// CPU time so far \[s\].
+    /// CPU time that the runs of the frontier took so far, runs of earlier calls included \[s\].
     pub(crate) fn spent(&self) -> f64 {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -165,8 +165,8 @@ impl Workshop<'_> {
     }
 }
 
-/// Formats a replica: those of the reference, and those on fresh seeds, are counted from numbers of
-/// their own.
+/// Formats the number of a replica. Replicas of the reference are counted from `REFERENCE`, and
+/// replicas on fresh seeds from `FRESH`.
 fn replica_name(replica: u64) -> String {
     match replica {
         0..REFERENCE => format!("replica {replica}"),
@@ -177,14 +177,15 @@ fn replica_name(replica: u64) -> String {
     }
 }
 
-/// Queue of jobs of a group, and the results so far.
+/// Queue of the jobs of one group of tasks, and the results so far. A job is one replica of one
+/// setting.
 struct Bench<'a> {
     workshop: &'a Workshop<'a>,
     tasks: &'a [&'a Task],
     jobs: &'a [(usize, u64)],
     /// Replicas whose starts are kept for other settings.
     shared: Range<u64>,
-    /// Number of the group.
+    /// Number of the group of tasks in this process.
     group: u64,
     state: Mutex<State>,
 }
@@ -304,13 +305,14 @@ impl Bench<'_> {
         }
     }
 
-    /// Returns true if no further run is to be begun.
+    /// Returns true if no further run may begin: the CPU time is spent, or the measurement was
+    /// interrupted.
     fn is_over(&self) -> bool {
         let workshop = self.workshop;
         workshop.spent() >= workshop.limit || workshop.runner.interrupt.is_raised()
     }
 
-    /// Takes the next job of this process; `None` if none is left, or no run is to be begun.
+    /// Takes the next job of this process; `None` if no job is left, or no further run may begin.
     fn next(&self) -> Option<Order> {
         if self.is_over() {
             return None;
@@ -324,7 +326,7 @@ impl Bench<'_> {
         Some(self.order(job))
     }
 
-    /// Executes an order, and keeps its result.
+    /// Executes a requested run, and adds its result to the journal.
     fn work_on(&self, order: &Order) {
         let workshop = self.workshop;
         let record = workshop.runner.work(order);
@@ -358,7 +360,7 @@ impl Bench<'_> {
     }
 }
 
-/// Request for a run, for any thread.
+/// Request for one run, which any thread of the process can execute.
 struct Order {
     job: usize,
     group: u64,
@@ -391,13 +393,13 @@ pub(crate) struct Runner<'a> {
     group: Mutex<Group>,
 }
 
-/// Data of the last group of tasks.
+/// Plan and shared starts of the latest group of tasks: the tasks of one system size.
 #[derive(Default)]
 struct Group {
     number: u64,
-    /// Plan of the case at the size of the group.
+    /// Plan of the case with the number of disks of the group.
     plan: Option<Arc<CasePlan>>,
-    /// Starts by replica.
+    /// Shared starts, by the number of the replica.
     starts: BTreeMap<u64, Arc<Shared>>,
 }
 
@@ -430,7 +432,7 @@ impl<'a> Runner<'a> {
         CasePlan::new(&case, &self.plan.folder)
     }
 
-    /// Returns the plan of an order, and the place of its start if others share it.
+    /// Returns the plan of a requested run, and the slot of its start if other settings share that.
     fn of_group(&self, order: &Order) -> Result<(Arc<CasePlan>, Option<Arc<Shared>>), PlanError> {
         let mut group = self.group.lock().unwrap_or_else(PoisonError::into_inner);
         if group.number != order.group {
@@ -492,7 +494,7 @@ impl<'a> Runner<'a> {
         })
     }
 
-    /// Executes an order on a pool of one thread.
+    /// Executes a requested run on a pool of one thread.
     fn work(&self, order: &Order) -> RunRecord {
         let pools = || self.pools.lock().unwrap_or_else(PoisonError::into_inner);
         let pool = pools().pop();

@@ -47,15 +47,16 @@ pub use quantity::QuantityKind;
 pub struct FrontierOptions<'a> {
     /// Kinds of quantities that must be within the target; all kinds are measured.
     pub kinds: Vec<QuantityKind>,
-    /// Largest error that a recommended setting may have, as a share.
+    /// Largest error that a recommended setting may have, as a fraction of the unit of the
+    /// quantity: mostly of its reference value.
     pub target: f64,
     /// Core time for the whole sweep, planned at nominal speeds \[s\].
     pub budget: f64,
     /// Results folder; the runs that a frontier of the same case left there are not made again.
     pub folder: PathBuf,
-    /// Folder of kept references.
+    /// Folder in which reference ensembles are kept for later frontiers.
     pub cache: PathBuf,
-    /// Number of threads.
+    /// Number of threads; each runs one replica at a time.
     pub threads: usize,
     /// Most tests of a recommendation on fresh seeds.
     pub tests: u64,
@@ -77,14 +78,15 @@ pub struct Frontier {
     pub title: String,
     /// Sentence on the engine that keeps the target at the least cost.
     pub headline: String,
-    /// Recommendation for each engine, and the time that all took.
+    /// Sentences: the recommendation for each group of engines, and the CPU time of the
+    /// measurement.
     pub conclusions: Vec<String>,
     /// Description of the measurement and its reference.
     pub provenance: String,
     /// Settings that were not measured, each with the reason.
     pub left_out: Vec<String>,
-    /// The largest error of each kind against core time, with its figure: single runs, and the
-    /// front with replicas.
+    /// Table of the largest error of each kind of quantity against core time, with its figure:
+    /// single runs, and the front of all numbers of replicas.
     pub figure: Table,
     /// Lists of the page.
     pub lists: Vec<WordTable>,
@@ -141,7 +143,7 @@ pub enum FrontierError {
     /// A folder cannot be made.
     #[error("{}: {source}", path.display())]
     Folder {
-        /// Path of the folder.
+        /// Path of the folder that cannot be created.
         path: PathBuf,
         /// Error of the operating system.
         source: std::io::Error,

@@ -25,7 +25,7 @@ pub(crate) enum OrderVerdict {
     Holds,
     /// The order of theory does not describe the values.
     DoesNotHold,
-    /// No error is seen within the noise.
+    /// The slope is within the noise: no error to describe.
     NotSeen,
 }
 
@@ -47,22 +47,23 @@ pub(crate) struct OrderRow {
     pub sequence: &'static str,
     /// Quantity whose order of convergence is fitted.
     pub quantity: FrontierQuantity,
-    /// Number of settings of the fit, the finest ones.
+    /// Number of settings in the fit: those of the smallest h.
     pub settings: usize,
-    /// Largest h among them.
+    /// Largest h of the settings in the fit.
     pub coarsest: f64,
     /// Order of convergence by theory.
     pub order: f64,
     /// Order that fits best, and its range of one standard error; `None` if no error is seen or
     /// there are fewer than three settings.
     pub found: Option<(f64, [f64; 2])>,
-    /// Fit of the error over its unit: its limit is that at h = 0 less the reference.
+    /// Fit of `limit + slope h^order` to the errors over the unit of the quantity; the limit is the
+    /// systematic error at h = 0.
     pub line: FittedLine,
-    /// Verdict on the order.
+    /// Verdict on whether the order of theory describes the values.
     pub verdict: OrderVerdict,
 }
 
-/// Returns the table of all sequences.
+/// Returns the table `orders.csv`, with one row for each sequence and quantity.
 pub(crate) fn table(rows: &[OrderRow]) -> Table {
     let mut table = table! {
         "orders", "Whether errors fall at the orders that theory predicts.";

@@ -74,7 +74,8 @@ impl QuantityKind {
         }
     }
 
-    /// Unit by which errors are divided: the reference, or one where it may vanish.
+    /// Unit by which errors of this kind are divided: the reference value, or 1 for kinds whose
+    /// reference may be zero.
     pub(crate) fn unit(self, reference: f64) -> f64 {
         match self {
             Self::Energy | Self::CollisionRate | Self::Structure => reference,

@@ -12,7 +12,7 @@ use super::reference::Reference;
 /// Most replicas of a recommendation.
 const MOST: u64 = 4096;
 
-/// Measured settings, and the target of the search among them.
+/// Search among measured settings for the cheapest one that meets a target.
 pub(crate) struct SettingSearch<'a> {
     /// Measured settings to choose among.
     pub measured: &'a [MeasuredSetting],
@@ -20,15 +20,15 @@ pub(crate) struct SettingSearch<'a> {
     pub quantities: &'a [FrontierQuantity],
     /// References of the quantities.
     pub references: &'a [Reference],
-    /// Largest error allowed.
+    /// Largest error allowed, over the unit of the quantity's kind (`QuantityKind::unit`).
     pub error: f64,
-    /// Kinds of quantities that must keep it.
+    /// Kinds of quantities whose errors must not exceed the target.
     pub kinds: &'a [QuantityKind],
-    /// Number of disks of the case.
+    /// Number of disks of the case, without smaller systems.
     pub disks: usize,
 }
 
-/// Group of engines: exact or Monte Carlo.
+/// Class of engines that gets a recommendation of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EngineGroup {
     /// Exact dynamics.
@@ -53,36 +53,38 @@ impl EngineGroup {
     }
 }
 
-/// Choice of a setting and its number of replicas.
+/// Recommended setting and number of replicas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Choice {
     /// Index among the measured settings.
     pub index: usize,
-    /// Number of replicas.
+    /// Number of replicas whose mean meets the target.
     pub replicas: u64,
     /// CPU time of all replicas \[s\].
     pub core_seconds: f64,
-    /// Expected root mean squared error of the worst quantity.
+    /// Largest expected root mean squared error of the wanted quantities, each over the unit of its
+    /// kind (`QuantityKind::unit`): mostly the reference value.
     pub error: f64,
 }
 
-/// Outcome of a choice on fresh seeds.
+/// Outcome of the tests of a recommended setting on fresh seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tested {
     /// Number of tests in which every wanted quantity was within the target.
     pub kept: u64,
-    /// Number of tests.
+    /// Number of tests; each averages the recommended number of replicas.
     pub tests: u64,
-    /// Root mean squared error of the worst quantity.
+    /// Largest root mean squared error of the quantities over all tests, each over the unit of its
+    /// kind (`QuantityKind::unit`): mostly the reference value.
     pub error: f64,
     /// CPU time of one test \[s\].
     pub core_seconds: f64,
 }
 
 impl<'a> SettingSearch<'a> {
-    /// Returns the bias and noise of a quantity of a choice. An ensemble consists of exact dynamics
-    /// of the whole case, which has no systematic error against it: the difference of the two means
-    /// is noise of both.
+    /// Returns the systematic and statistical error of the quantity with this index. Exact dynamics
+    /// of the whole case has no systematic error against a reference ensemble of exact dynamics:
+    /// the difference of their means is noise of both.
     fn judged(&self, one: &MeasuredSetting, index: usize) -> Option<SettingAccuracy> {
         let found = one.accuracies[index]?;
         let same = one.setting.is_reference(self.disks) && self.references[index].is_ensemble;
@@ -129,7 +131,7 @@ impl<'a> SettingSearch<'a> {
     }
 
     /// Returns the setting whose systematic error of the worst wanted quantity is smallest, with
-    /// that error and its standard error.
+    /// this error and its standard error, both over the unit of the quantity's kind.
     pub(crate) fn nearest(&self, engines: EngineGroup) -> Option<(&'a MeasuredSetting, [f64; 2])> {
         let worst = |(_, one): (usize, &'a MeasuredSetting)| {
             let errors = self.wanted().map(|place| {

@@ -26,7 +26,7 @@ const BATCH: usize = 64;
 /// Reference value of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reference {
-    /// Value with its error.
+    /// Reference value with its standard error, in the unit of the quantity.
     pub known: Known,
     /// True if the value is from an ensemble of exact dynamics, and not from exact theory.
     pub is_ensemble: bool,
@@ -92,7 +92,7 @@ pub(crate) struct References {
     pub values: Vec<Reference>,
     /// Number of runs of the ensemble; 0 where theory is exact for all.
     pub runs: usize,
-    /// Number of runs that were not found on disk, and so made now.
+    /// Number of runs of the ensemble that were not found in its file, and so were made now.
     pub made: usize,
 }
 

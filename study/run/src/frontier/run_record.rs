@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Values and work of one run of a setting, by which a frontier ranks it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RunResult {
-    /// Values of the quantities, in their order.
+    /// Values of all quantities of the frontier, in their order; NaN where the run has none.
     pub values: Vec<f64>,
     /// Number of pair collisions; of simulators where simulators collide.
     pub collisions: u64,
@@ -25,8 +25,8 @@ pub(crate) type Found = Result<RunResult, String>;
 /// Result of one run, and its cost.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct RunRecord {
-    /// Sample of the run, or why there is none.
+    /// Result of the run, or the reason why it failed.
     pub(crate) found: Found,
-    /// CPU time \[s\].
+    /// CPU time that the run took from the budget, also if it failed \[s\].
     pub(crate) spent: f64,
 }

@@ -18,16 +18,16 @@ use crate::plan::{CasePlan, EngineKind, EnginePlan};
 pub(crate) struct Refinement {
     /// Name of the sequence: the refined parameter, and the scheme.
     pub sequence: &'static str,
-    /// Small parameter h.
+    /// Parameter h of the setting: the error vanishes with it.
     pub h: f64,
-    /// Power of h by theory.
+    /// Power of h by which the error vanishes, by theory.
     pub order: f64,
 }
 
 /// Numerical choices of one run.
 #[derive(Clone, Debug)]
 pub(crate) struct RunSetting {
-    /// Engine with its choices.
+    /// Engine with its numerical choices.
     pub engine: EnginePlan,
     /// Number of disks; the box follows from the packing fraction.
     pub disks: usize,
@@ -373,7 +373,8 @@ fn within_cells(list: &mut List<'_>) {
     list.one(dsmc(Scheme::Boltzmann, 4, Some(cell), 4.0));
 }
 
-/// Adds settings of the two other schemes with partners across cells.
+/// Adds settings of the schemes with partners from other cells, except the scheme with partners
+/// around the point of contact.
 fn across(list: &mut List<'_>) {
     let esmc = Scheme::Esmc(Neighbourhood::Cells(2));
     let simulators = [4, 16].map(|copies| {

@@ -45,7 +45,7 @@ pub(super) fn check_frontier(file: &CaseFile) -> Result<CasePlan, FrontierError>
     Ok(CasePlan::new(&measured_case(&plan.case), &plan.folder)?)
 }
 
-/// Opens the folders, before any work.
+/// Creates or opens the results folder and the folder of references, before any run.
 fn open(plan: &CasePlan, options: &FrontierOptions<'_>) -> Result<KeptRuns, FrontierError> {
     let kept = KeptRuns::open(plan, options)?;
     fs::create_dir_all(&options.cache).map_err(|source| FrontierError::Folder {
@@ -150,7 +150,7 @@ impl<'a> Sweep<'a> {
         format!("{of} {against}")
     }
 
-    /// Describes which of the choices keeps the target at the least cost.
+    /// Describes which of the recommended settings meets the target at the least CPU time.
     fn headline(&self, choices: &[Option<Choice>]) -> String {
         let target = format!(
             "{} in {}",
@@ -178,7 +178,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Tests a choice of each engine, and describes the outcome.
+    /// Tests the recommended setting of each class of engines, and describes the outcome.
     fn recommendations(&self, choices: [Option<Choice>; 2]) -> Result<Vec<String>, FrontierError> {
         // Time is kept for tests of what there is to test.
         let count = choices.iter().flatten().count().max(1);
@@ -191,7 +191,7 @@ impl<'a> Sweep<'a> {
         .collect()
     }
 
-    /// Tests a choice, and describes the prediction and the outcome.
+    /// Tests a recommended setting, and describes the prediction and the outcome.
     fn recommendation(
         &self,
         engines: EngineGroup,

@@ -1,4 +1,4 @@
-//! Verdicts on what a paper says of one number.
+//! Verdicts on a number that a paper states.
 
 use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 
@@ -7,11 +7,11 @@ use super::{VerdictRule, interval_of, short, verdict, verdict_within, with_error
 /// Number or bound that a paper states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClaimedValue {
-    /// Value of the number.
+    /// Number with an error and a margin.
     Value {
-        /// The value.
+        /// Value that the paper states.
         value: f64,
-        /// Its standard error, if it has one.
+        /// Standard error that the paper states; `None` if it states none.
         error: Option<f64>,
         /// Largest deviation that counts as agreement.
         margin: f64,
@@ -22,7 +22,7 @@ pub enum ClaimedValue {
     Below(f64),
 }
 
-/// A number that is known exactly, in five digits.
+/// Formats a number that is known exactly, in five digits.
 pub fn digits(value: f64) -> String {
     if !(1e-6..1e6).contains(&value.abs()) {
         return short(value);
@@ -37,7 +37,7 @@ pub fn digits(value: f64) -> String {
 }
 
 impl ClaimedValue {
-    /// In words.
+    /// Formats the claimed value for a sentence.
     fn words(self) -> String {
         match self {
             Self::Value { value, error, .. } if error.is_some() => with_error(value, error),
@@ -47,7 +47,8 @@ impl ClaimedValue {
         }
     }
 
-    /// Verdict on a number with its error, by the one rule at this level.
+    /// Returns the verdict on a measured number with its error, with a confidence interval at this
+    /// level.
     ///
     /// A value agrees if the whole interval of the difference lies inside the margin, which is how well the paper can be read, and differs
     /// if it lies beyond the margin; the error of the paper counts. A bound holds if the whole interval lies beyond it, and does not
@@ -92,7 +93,7 @@ impl ClaimedValue {
     }
 }
 
-/// The verdict on one claim.
+/// Returns the verdict on one claim of a paper.
 pub fn claim(
     topic: impl Into<String>,
     found: &TableEstimate,

@@ -11,21 +11,23 @@ use super::{Comparison, DifferenceUnit, Finding, in_units, short, verdict};
 /// Tests of one histogram of impact parameters against chaos. Replicas are independent, collisions within one are not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpactTest {
-    /// Start and end of the window.
+    /// Start and end of the time window, in the unit of time of the case.
     pub window: [f64; 2],
-    /// Collisions of all replicas.
+    /// Number of collisions in the window, of all replicas.
     pub collisions: u64,
-    /// Collisions of the replica with the fewest.
+    /// Number of collisions in the window, of the replica with the fewest.
     pub fewest: u64,
-    /// Slope of the density, zero under chaos, of all collisions; its error is of the jackknife over replicas.
+    /// Slope of the density of impact parameters b/d of all collisions, zero under molecular chaos;
+    /// its standard error is the jackknife's over replicas.
     pub slope: TableEstimate,
-    /// Pseudo-values of the slope, one of each replica.
+    /// Jackknife pseudo-values of the slope, one of each replica.
     pub slopes: Vec<f64>,
-    /// Student's test of the slope; `None` with one replica.
+    /// Student's test of the slope against zero; `None` with one replica.
     pub trend: Option<TTest>,
     /// Hotelling's test of as many further shapes as the replicas allow.
     pub shape: Option<HotellingTest>,
-    /// Size of these shapes in units of a slope: the slope whose density has the same mean square.
+    /// Size of the tested shapes beyond the slope, as the slope of a straight density with the same
+    /// mean square deviation from uniform.
     pub bend: f64,
 }
 
@@ -33,15 +35,16 @@ pub struct ImpactTest {
 /// ripple it.
 const SHAPES: usize = 4;
 
-/// Largest slope of a density: one more is negative somewhere.
+/// Largest slope of a density over b/d from 0 to 1; a density with a larger slope is negative
+/// somewhere.
 const STEEPEST: f64 = 2.0;
 
-/// Fewest collisions of a replica whose slope is normal: that of 30 uniform numbers is, to 1 % of the chance beyond three standard
-/// errors.
+/// Fewest collisions of a replica whose slope is taken as normal: the slope of 30 uniform numbers
+/// is normal to 1 % of the probability beyond three standard errors.
 pub const FEWEST_COLLISIONS: u64 = 30;
 
 impl ImpactTest {
-    /// Tests one window of all replicas.
+    /// Tests the impact parameters of one time window, given that window of every replica.
     pub fn test_window(span: [f64; 2], all: &[&CollisionWindow]) -> Self {
         let slopes = pooled(all, CollisionWindow::slope);
         let slope = Mean::over_replicas(&slopes);
@@ -81,7 +84,8 @@ impl ImpactTest {
 /// Outcome of all windows of one engine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpactWindows {
-    /// Slope of each window with its interval, all windows together at half of the level; `None` where it cannot be tested.
+    /// Slope of each window with its confidence interval, simultaneous over the windows at half of
+    /// the level; `None` where the slope cannot be tested.
     pub slopes: Vec<Option<Interval>>,
     /// Word of each window for tables: `uniform`, `grazing excess`, `central excess`, `uneven`, `undecided`, `one replica` or
     /// `too few collisions`.
@@ -124,7 +128,7 @@ pub fn impact_windows(tests: &[ImpactTest], rule: &VerdictRule) -> ImpactWindows
     ImpactWindows { slopes, words }
 }
 
-/// Verdict on the impact parameters of one engine.
+/// Returns the verdict on the impact parameters of one engine.
 pub fn impact_parameters(
     topic: &str,
     engine: &str,

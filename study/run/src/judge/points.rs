@@ -6,25 +6,27 @@ use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 use super::{Comparison, DifferenceUnit, Finding, kind_of, rank};
 use crate::words::short;
 
-/// Measured value at one time, and its theory.
+/// Measured value at one time, with the value of theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredPoint {
-    /// Time of the sample.
+    /// Time of the sample, in the unit of time of the case.
     pub time: f64,
-    /// Measured value.
+    /// Measured value, in the unit of the quantity.
     pub measured: f64,
-    /// Its standard error.
+    /// Standard error of the measured value; `None` if it is unknown.
     pub error: Option<f64>,
-    /// Replicas that the error is from; `None` if it is known otherwise.
+    /// Number of replicas that the standard error was estimated from; `None` if it is known
+    /// otherwise.
     pub replicas: Option<usize>,
     /// Value of the theory.
     pub theory: f64,
-    /// Change of the theory from one order less.
+    /// Change of the value of theory by its last order: an estimate of its error; `None` if it is
+    /// unknown.
     pub theory_error: Option<f64>,
 }
 
 impl MeasuredPoint {
-    /// Makes a point of an estimate with its theory; `None` unless both are known.
+    /// Creates a point from an estimate and its theory; `None` unless both values are known.
     pub fn from_estimate(time: f64, found: &TableEstimate) -> Option<Self> {
         Some(Self {
             time,
@@ -36,7 +38,7 @@ impl MeasuredPoint {
         })
     }
 
-    /// Relative deviation from theory.
+    /// Deviation of the measured value from theory, relative to theory.
     pub fn deviation(&self) -> f64 {
         self.measured / self.theory - 1.0
     }
@@ -47,13 +49,15 @@ impl MeasuredPoint {
         Some(error.hypot(self.theory_error.unwrap_or(0.0)))
     }
 
-    /// Deviation in standard errors.
+    /// Deviation of the measured value from theory, in standard errors; `None` without an error
+    /// above zero.
     pub fn z(&self) -> Option<f64> {
         let total = self.total_error().filter(|&error| error > 0.0)?;
         Some((self.measured - self.theory) / total)
     }
 
-    /// Relative deviation with its interval at a level.
+    /// Relative deviation from theory with its Student interval; `level` is the probability that it
+    /// misses the truth.
     pub fn interval(&self, level: f64) -> Interval {
         let error = self.total_error().map(|error| error / self.theory.abs());
         let freedom = self.replicas.map(|replicas| replicas.saturating_sub(1));
@@ -66,8 +70,8 @@ impl MeasuredPoint {
     }
 }
 
-/// Returns the points that can be judged, and the rule for each of them: its level is the level of
-/// all, divided by their number (Bonferroni).
+/// Returns the points that can be judged, and the rule for a single point: its level is the level
+/// for all points over their number (Bonferroni).
 fn usable<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
@@ -99,7 +103,8 @@ pub fn worst<'a>(
     })
 }
 
-/// Bound that decides: that from below of a difference, that from above of all else.
+/// Returns the bound by which points are ranked: the lower bound on the size of a difference, else
+/// the upper bound.
 pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
     match kind {
         VerdictKind::Differ => interval.least(),
@@ -107,8 +112,8 @@ pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
     }
 }
 
-/// Verdict on points against a theory; `subject` names the engine, such as "ED (exact)", and
-/// `quantity` the measured quantity.
+/// Returns the verdict on points against a theory; `subject` names the engine, such as "ED
+/// (exact)", and `quantity` the measured quantity.
 pub fn against_theory(
     topic: &str,
     [subject, theory, quantity]: [&str; 3],
@@ -137,20 +142,20 @@ pub fn against_theory(
     comparison.judge(&findings, &all)
 }
 
-/// Verdict on a relative deviation with its error.
+/// Returns the verdict on a relative deviation with its standard error.
 pub fn verdict_within(off: &TableEstimate, rule: &VerdictRule) -> VerdictKind {
     kind_of(interval_of(off, rule.level).decide(rule))
 }
 
-/// Interval of an estimate that should be zero.
+/// Computes the confidence interval of an estimate that should be zero.
 pub fn interval_of(off: &TableEstimate, level: f64) -> Interval {
     let freedom = off.replicas.map(|replicas| replicas.saturating_sub(1));
     let value = off.value.unwrap_or(f64::NAN);
     Interval::student(value, off.standard_error, freedom, level)
 }
 
-/// Whether the interval of a number holds zero: no equivalence, for remarks alone. `None` without
-/// an error.
+/// Returns true if the confidence interval of a number contains zero; `None` without an error. This
+/// is no test of equivalence, and serves remarks alone.
 pub fn holds_zero(found: &TableEstimate, level: f64) -> Option<bool> {
     let [low, high] = interval_of(found, level).ends?;
     Some(low <= 0.0 && high >= 0.0)

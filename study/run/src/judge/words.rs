@@ -10,8 +10,8 @@ const UNKNOWN: &str = "unknown";
 /// Size from which numbers are shown with an exponent.
 const LARGE: f64 = 1e6;
 
-/// Digits after the point with which an error shows two of its own. An error below a millionth of the value is none: replicas
-/// that are all alike differ by rounding.
+/// Returns the number of digits after the point that shows an error with two significant digits. An
+/// error below a millionth of the value counts as none: equal replicas differ by rounding.
 fn decimals(value: f64, error: f64) -> usize {
     if error > 1e-6 * value.abs() && error.is_finite() {
         (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize
@@ -70,7 +70,7 @@ pub fn percent(deviation: f64, error: Option<f64>) -> String {
     }
 }
 
-/// Rounds up to two digits, or down.
+/// Rounds a positive number to two significant digits, up or down.
 fn two_digits(value: f64, up: bool) -> f64 {
     let scale = 10_f64.powf((1.0 - value.log10().floor()).clamp(0.0, 8.0));
     if up {
@@ -89,17 +89,18 @@ pub fn margin(share: f64) -> String {
     format!("{} %", short(two_digits(percent, true)))
 }
 
-/// Per cent of the quantity, or its own unit: how a verdict states a difference.
+/// Unit in which a verdict states a difference: per cent of the quantity, or the unit of the
+/// quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DifferenceUnit {
     /// Share of the quantity, shown in per cent.
     Relative,
-    /// Unit of the quantity, whose size is at most this.
+    /// Unit of the quantity; the number is the largest size that the quantity can have.
     Own(f64),
 }
 
 impl DifferenceUnit {
-    /// Formats a difference with its error and the degrees of freedom of that.
+    /// Formats a difference with its standard error and the degrees of freedom of the error.
     pub fn interval(self, one: &Interval) -> String {
         let value = match self {
             Self::Relative => percent(one.value, one.standard_error),
@@ -115,7 +116,7 @@ impl DifferenceUnit {
         }
     }
 
-    /// Formats a bound, rounded up or down.
+    /// Formats a bound on the size of a difference with two digits, rounded up or down.
     pub(super) fn bound(self, value: f64, up: bool) -> String {
         match self {
             Self::Relative if up => margin(value),
@@ -124,7 +125,8 @@ impl DifferenceUnit {
         }
     }
 
-    /// Largest size of a difference below which a bound says something.
+    /// Largest possible size of a difference: a bound on it that is not below says nothing. A
+    /// relative difference has 1, another the largest size of the quantity.
     pub(super) fn largest(self) -> f64 {
         match self {
             Self::Relative => 1.0,

@@ -132,7 +132,7 @@ impl Measure for BoundaryMeasure {
     }
 }
 
-/// One engine, and what its boundaries give per time, in the units of the case.
+/// Boundary fluxes of one engine in one time window, in the units of the case.
 struct One<'a> {
     plan: &'a CasePlan,
     engine: &'a EnginePlan,
@@ -141,7 +141,7 @@ struct One<'a> {
 }
 
 impl<'a> One<'a> {
-    /// All engines, in one window.
+    /// Creates the boundary fluxes of all engines, in one common time window.
     fn all_engines(plan: &'a CasePlan, runs: &ReplicaRecords<'a>) -> Vec<Self> {
         let steady = course::steady::<Record>(plan, runs, |record| &record.course);
         let window = BlockRange::last(plan, blocks(plan), &steady);
@@ -154,7 +154,8 @@ impl<'a> One<'a> {
         runs.each(plan).map(one).collect()
     }
 
-    /// A quantity per time of the case.
+    /// Estimates the mean rate at which a boundary gives a quantity to the gas, per unit of time of
+    /// the case.
     fn rate(&self, name: &str, quantity: impl Fn(&BoundaryFlux) -> f64) -> TableEstimate {
         let BlockRange { blocks, times, .. } = &self.window;
         let block = (times[1] - times[0]) / blocks.len() as f64;
@@ -178,14 +179,14 @@ impl<'a> One<'a> {
         }
     }
 
-    /// A component of the force.
+    /// Estimates a component of the mean force of a boundary on the gas, in the units of the case.
     fn force(&self, name: &str, axis: usize) -> TableEstimate {
         let scale = self.plan.scale;
         let unit = scale.energy / scale.length / self.plan.time;
         self.rate(name, |given| given.momentum[axis]).times(unit)
     }
 
-    /// Names of all boundaries, in the order in which they first gave something.
+    /// Names of all boundaries that gave something to the gas, in the order of first occurrence.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
         for given in self
@@ -201,8 +202,8 @@ impl<'a> One<'a> {
         names
     }
 
-    /// The drag of each obstacle in a stream from the left, and its coefficient F/(rho u^2 h/2) with the height h that it has
-    /// across the stream.
+    /// Returns notes on the drag of each obstacle in a stream from the left, and its coefficient
+    /// F/(rho u^2 h/2), where h is the height of the obstacle across the stream.
     fn drag(&self) -> Vec<VerdictText> {
         let (case, known) = (&self.plan.case, self.names());
         let inflow = case.inflow.iter().find(|one| one.face == "left");
@@ -262,7 +263,7 @@ impl<'a> One<'a> {
     }
 }
 
-/// The height that an obstacle has across a stream from the left.
+/// Height of an obstacle across a stream from the left, in the unit of length of the case.
 fn height(obstacle: &ObstacleSpec) -> f64 {
     if let Some(disk) = obstacle.circle {
         return 2.0 * disk.radius;

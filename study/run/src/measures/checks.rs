@@ -16,7 +16,7 @@ use crate::measure::{BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous;
 
-/// Comparisons of a gas without positions with theory.
+/// Measure that compares a gas without positions with theory.
 pub struct TheoryComparison;
 
 const NAME: &str = "checks";
@@ -62,14 +62,15 @@ impl Measure for TheoryComparison {
 /// Fourth cumulant beyond which Sonine expansions are not to be trusted: tracers of -0.36 and more are where they fail.
 const STRANGE: f64 = 0.3;
 
-/// Particles of a species, all replicas together, from which it is compared. The mean of `m v^2` of fewer is not normally
-/// distributed: of a hundred in space it has 300 degrees of freedom, and its skewness is `sqrt(8/300) = 0.16`.
+/// Fewest particles of a species, all replicas together, with which the species is compared. The
+/// mean of `m v^2` of fewer is not normally distributed: of a hundred in space it has 300 degrees
+/// of freedom, and its skewness is `sqrt(8/300) = 0.16`.
 const FEWEST: usize = 100;
 
 /// Collisions of a particle after which a Maxwellian start is forgotten: the cumulant relaxes within some five.
 const FORGOTTEN: f64 = 15.0;
 
-/// Correlations below this have no relative error to speak of.
+/// Smallest velocity correlation that is compared: below it the relative error is too large.
 const LEAST_CORRELATION: f64 = 0.1;
 
 /// Quantity that is compared, in the order of the verdicts.
@@ -85,7 +86,7 @@ enum Quantity {
     Decay,
 }
 
-/// All quantities with their names.
+/// Compared quantities with their names in tables, in the order of the verdicts.
 const QUANTITIES: [(Quantity, &str); 8] = [
     (Quantity::Energy, "energy"),
     (Quantity::Temperature, "temperature"),
@@ -102,7 +103,7 @@ impl Quantity {
         QUANTITIES[self as usize].1
     }
 
-    /// Whether theory of it needs more than the temperatures.
+    /// Returns true if the theory of the quantity needs more than the temperatures of the species.
     fn needs_correlations(self) -> bool {
         matches!(
             self,
@@ -124,11 +125,11 @@ impl Quantity {
     }
 }
 
-/// One comparison, at the time that decides.
+/// Comparison of one quantity of one species with theory, at the time that decides the verdict.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     quantity: Quantity,
-    /// Number of the species, from 0; none for the gas as a whole.
+    /// Number of the species, from 0; `None` for the gas as a whole.
     species: Option<usize>,
     point: MeasuredPoint,
     interval: Interval,
@@ -141,7 +142,7 @@ impl Row {
     }
 }
 
-/// Everything that is compared.
+/// Measured values with their theory, from which the comparisons are made.
 struct Found<'a> {
     plan: &'a CasePlan,
     records: Vec<&'a GasRecord>,
@@ -168,7 +169,7 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// All comparisons.
+    /// Returns all comparisons, each at the time that decides its verdict.
     fn rows(&self) -> Vec<Row> {
         let mut rows: Vec<Row> = Vec::new();
         // A quantity is judged for each species, and some for the gas as a whole.
@@ -419,7 +420,7 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// A deviation with its place.
+    /// Formats the deviation of a comparison with its species and time.
     fn deviation_text(&self, row: &Row) -> String {
         // How far the velocities are from those that theory assumes.
         let before = |known: &&species::SpeciesRow| {

@@ -40,7 +40,7 @@ struct ClusterOptions {
 /// Times at which the steady state is sampled.
 const STEADY_SAMPLES: usize = 200;
 
-/// When sizes are counted, and where the steady state begins.
+/// Times at which cluster sizes are counted, and the begin of the steady state.
 #[derive(Clone, Debug)]
 struct Schedule {
     samples: Vec<f64>,
@@ -76,7 +76,8 @@ impl Schedule {
         }
     }
 
-    /// Times of the steady state, the last of them the end of the run exactly.
+    /// Sample times in the steady state, in the unit of time of the case; the last is exactly the
+    /// end of the run.
     fn steady_times(&self) -> Vec<f64> {
         let Some(steady) = self.steady else {
             return Vec::new();
@@ -170,23 +171,23 @@ impl Measure for ClusterMeasure {
     }
 }
 
-/// Numbers of clusters by their monomers.
+/// Number of clusters, by the number of monomers of a cluster.
 type Sizes = BTreeMap<u32, u64>;
 
-/// Clusters at one time.
+/// State of the clusters of one replica at one time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Sample {
     particles: usize,
     energy: f64,
-    /// Clusters of one monomer.
+    /// Number of clusters of one monomer.
     single: u64,
-    /// Monomers of the largest cluster.
+    /// Number of monomers of the largest cluster.
     largest: u32,
     /// Mean over monomers of the number of monomers in their cluster.
     mean_by_mass: f64,
     /// Counters of aggregation and fragmentation since the start, by name.
     ledger: BTreeMap<String, f64>,
-    /// Kinetic energy put in by a thermostat since the start.
+    /// Kinetic energy that a thermostat has added since the start \[energy\].
     heated: f64,
 }
 
@@ -196,7 +197,7 @@ impl Sample {
     }
 }
 
-/// Sums over the times of half the steady state.
+/// Cluster sizes summed over the sample times in one half of the steady state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Half {
     times: u64,
@@ -207,7 +208,7 @@ struct Half {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClusterRecord {
     samples: Vec<Sample>,
-    /// Size distributions, in the order of their times.
+    /// Size distributions, in the order of the requested times.
     sizes: Vec<Sizes>,
     steady: [Half; 2],
 }
@@ -219,7 +220,7 @@ struct ClusterProbe {
     record: ClusterRecord,
 }
 
-/// Whether a time is one of a rising list.
+/// Returns true if a rising list contains a time.
 fn is_due(times: &[f64], time: f64) -> bool {
     times.binary_search_by(|one| one.total_cmp(&time)).is_ok()
 }
@@ -339,10 +340,10 @@ fn table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
     table
 }
 
-/// Largest size with a bin of its own; larger sizes have ten bins in a decade.
+/// Largest number of monomers with a bin of its own; larger clusters have ten bins in a decade.
 const SINGLE: u64 = 16;
 
-/// The bin of a number of monomers: its smallest and largest.
+/// Returns the smallest and largest number of monomers in the bin of a number of monomers.
 fn bin(monomers: u64) -> (u64, u64) {
     if monomers <= SINGLE {
         return (monomers, monomers);

@@ -1,4 +1,4 @@
-//! The collisions themselves, as many as are asked for.
+//! Log of single collisions, up to the requested number.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Observer};
@@ -15,7 +15,7 @@ pub struct CollisionLog;
 
 /// Most rows of an engine and replica that may be asked for.
 const MOST: u64 = 1_000_000;
-/// A row while tables and report are made \[bytes\].
+/// Memory of a logged collision while tables and report are made \[bytes\].
 const ROW: f64 = 600.0;
 
 /// Options: range of collisions that are kept.
@@ -44,7 +44,7 @@ impl Default for CollisionLogOptions {
     }
 }
 
-/// Collision as it is kept, in units of the engine.
+/// Logged collision, in engine units.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Row {
     time: f64,
@@ -72,7 +72,7 @@ impl Row {
     }
 }
 
-/// The collisions of one engine and replica.
+/// Logged collisions of one engine and replica.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
     /// Number of the replica; `None` before the beginning, and in replicas without a log.
@@ -136,7 +136,7 @@ impl Measure for CollisionLog {
         options.replicas.check_replicas(plan)
     }
 
-    /// No step of an engine lies across the begin.
+    /// The start of the log is a sample time, so that no time step of an engine lies across it.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = self.options(plan).from;
         (from > 0.0).then_some(from).into_iter().collect()
@@ -215,7 +215,7 @@ impl Measure for CollisionLog {
     }
 }
 
-/// The index of a particle, if it has one.
+/// Converts the index of a particle to a table cell; empty for a particle without an index.
 fn index(index: u32) -> TableCell {
     match index {
         Collision::ANONYMOUS => TableCell::Empty,

@@ -48,7 +48,7 @@ impl Default for ContactOptions {
     }
 }
 
-/// Sums over collisions and pairs in windows.
+/// Sums over collisions, and over pairs near contact, in time windows.
 #[derive(Clone, Serialize, Deserialize)]
 struct WindowSums {
     contacts: ContactObserver,
@@ -76,7 +76,8 @@ impl Observer for WindowSums {
     }
 }
 
-/// Sums of one engine and replica, and of its elastic twin.
+/// Sums of one engine and replica, and of its elastic twin: a companion simulation of exact disks
+/// from the same start that loses no energy.
 #[derive(Serialize, Deserialize)]
 struct Observed {
     own: WindowSums,
@@ -84,9 +85,9 @@ struct Observed {
     collisions: u64,
     /// Time of the last sample \[time\].
     sampled: f64,
-    /// Windows of the elastic twin; empty without one.
+    /// Sums of the elastic twin in each time window; empty without a twin.
     elastic: Vec<TwinWindow>,
-    /// Reason why the twin stopped early, in words.
+    /// Error message of the elastic twin, if it could not start or failed during the run.
     failure: Option<String>,
 }
 
@@ -98,7 +99,8 @@ impl Observer for Observed {
 }
 
 impl Observed {
-    /// Adds sums of the twin to the windows that contain all of a time interval, or an instant.
+    /// Adds sums of the elastic twin to the windows that contain all of a time interval, or an
+    /// instant \[time\].
     fn add_elastic(&mut self, [start, end]: [f64; 2], (sums, flux): &TwinWindow) {
         for ((all, all_flux), (span, _)) in self.elastic.iter_mut().zip(&self.own.contacts.windows)
         {
@@ -110,7 +112,8 @@ impl Observed {
         }
     }
 
-    /// Advances the twin to the collisions of the gas at a sample, and samples both.
+    /// Advances the elastic twin until it has had as many collisions as the gas, and adds its sums
+    /// since the last sample.
     fn follow(
         &mut self,
         twin: &mut ElasticTwin,
@@ -269,7 +272,8 @@ impl Measure for ContactMeasure {
         }
     }
 
-    /// The elastic twin has the collisions of the gas up to the end of the last window.
+    /// Share of the run up to the end of the last time window, in which the elastic twin has as
+    /// many collisions as the gas.
     fn companion_share(&self, plan: &CasePlan, engine: &EnginePlan) -> f64 {
         if self.with_twin(plan, engine) {
             let ends = self.spans(plan).into_iter().map(|[_, end]| end);
@@ -352,7 +356,8 @@ impl Measure for ContactMeasure {
         vec![chaos, values, meetings, velocities]
     }
 
-    /// Whether partners near contact know each other in the last window, or only share a flow.
+    /// Returns notes on pairs near contact and on partners that meet again in the last time window,
+    /// and a warning if an elastic twin failed.
     fn result_verdicts(
         &self,
         plan: &CasePlan,
@@ -416,7 +421,7 @@ impl Measure for ContactMeasure {
     }
 }
 
-/// Returns one window of all replicas, with the number of particles.
+/// Returns the contact sums of one time window, for each replica with its number of particles.
 fn sums(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     let one = |one: &Observed| {
@@ -426,7 +431,8 @@ fn sums(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     known.map(one).collect()
 }
 
-/// Returns one window of the elastic twins of all replicas, with the number of particles.
+/// Returns the contact sums of the elastic twins in one time window, for each replica with its
+/// number of particles.
 fn elastic(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     let one = |one: &Observed| {
@@ -496,10 +502,10 @@ fn velocities_table() -> Table {
     )
 }
 
-/// Sums above and below the line of a ratio, of one replica.
+/// Function that returns numerator and denominator of a ratio from the sums of one replica.
 type Pick<'a, T> = dyn Fn(&T) -> [f64; 2] + 'a;
 
-/// A ratio of two sums, after `of`.
+/// Quantity of the table: the function `of` applied to a ratio of two sums.
 struct Quantity {
     name: String,
     sums: Box<Pick<'static, (ContactSums, f64)>>,
@@ -513,13 +519,13 @@ impl Quantity {
     }
 }
 
-/// Returns a ratio of sums over the replicas; `None` where nothing is known.
+/// Estimates a ratio of sums over the replicas, with its jackknife error; `None` without data.
 fn ratio<T>(all: &[T], sums: impl Fn(&T) -> [f64; 2]) -> Option<TableEstimate> {
     let found = mean_over_replicas(pseudo(all, &sums, |ratio| ratio));
     found.value.map(|_| found)
 }
 
-/// A share of the collisions of known partners.
+/// Estimates a fraction of the collisions whose partners are known by their index.
 fn collision_share(
     all: &[(ContactSums, f64)],
     of: impl Fn(&ContactSums) -> f64,
@@ -527,7 +533,8 @@ fn collision_share(
     ratio(all, |(sums, _)| [of(sums), sums.named])
 }
 
-/// Pseudo-values of a function of a ratio of sums over the replicas; none where nothing is known.
+/// Jackknife pseudo-values, one for each replica with data, of a function of a ratio of sums over
+/// the replicas.
 fn pseudo<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
     let each: Vec<[f64; 2]> = all
         .iter()
@@ -538,7 +545,7 @@ fn pseudo<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f6
     values.into_iter().map(Some).collect()
 }
 
-/// All quantities, in the order of the table.
+/// Returns the quantities of the table, in the order of its columns.
 fn quantities(plan: &CasePlan) -> Vec<Quantity> {
     fn as_is(ratio: f64) -> f64 {
         ratio

@@ -1,4 +1,5 @@
-//! The course of the whole gas at equal intervals, and from when on it is steady: what the measures of flows share.
+//! Samples of the whole gas at equal intervals, and the time from which the gas is steady; shared
+//! by the measures of flows.
 
 use std::ops::Range;
 
@@ -12,40 +13,41 @@ use stosszahl_model::{Grouping, Particle, ParticleReduction};
 use crate::measure::{self, BadOption, ReplicaRecords, SampleContext};
 use crate::plan::CasePlan;
 
-/// Samples, where the case says nothing.
+/// Number of samples of a run, if the case does not set it.
 const SAMPLES: u64 = 400;
 
-/// The whole gas at one time. Energies are sums over all particles; all numbers but the time are in
-/// engine units.
+/// Sample of the whole gas at one time. Energies are sums over all particles; all numbers but the
+/// time are in engine units.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CourseSample {
     /// Time of the sample, in the unit of time of the case.
     pub time: f64,
     /// Number of physical pair collisions so far: each counts the particles per simulator.
     pub collisions: f64,
-    /// Energy of height, sum of -m a . r along the axes that end at walls or openings.
+    /// Potential energy in gravity a: the sum of -m a . r along the axes that end at walls or
+    /// openings.
     pub potential: f64,
-    /// Shares of the species.
+    /// Sums over the particles of each species.
     pub species: Vec<Share>,
 }
 
-/// Sums over the particles of one species, or of all.
+/// Sums over the particles of one species, or over all particles, in engine units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Share {
     /// Number of particles.
     pub number: f64,
-    /// Mass.
+    /// Sum of the masses.
     pub mass: f64,
-    /// Momentum.
+    /// Sum of the momenta m v.
     pub momentum: [f64; 3],
-    /// Sum of m v^2/2.
+    /// Kinetic energy of translation, the sum of m v^2/2.
     pub translation: f64,
-    /// Sum of I w^2/2.
+    /// Kinetic energy of rotation, the sum of I w^2/2.
     pub rotation: f64,
 }
 
 impl Share {
-    /// m <(v - u)^2>/D with the mean velocity u; 0 without particles.
+    /// Granular temperature m <(v - u)^2>/D with the mean velocity u; 0 without particles.
     pub fn temperature(&self, freedom: Freedom) -> f64 {
         if self.number <= 0.0 {
             return 0.0;
@@ -54,7 +56,8 @@ impl Share {
         (2.0 * self.translation - square / self.mass) / (freedom.dimension as f64 * self.number)
     }
 
-    /// I <w^2> for each rotation; 0 without particles, none for smooth ones.
+    /// Temperature of rotation: I <w^2> over the number of spin components. It is 0 without
+    /// particles, and `None` for smooth particles.
     pub fn spin_temperature(&self, freedom: Freedom) -> Option<f64> {
         let each = freedom.rotations as f64 * self.number.max(f64::MIN_POSITIVE);
         (freedom.rotations > 0).then(|| 2.0 * self.rotation / each)
@@ -67,7 +70,7 @@ impl CourseSample {
         Self::take_with(looking, moment, None).0
     }
 
-    /// The same, together with its fields.
+    /// Samples the whole gas, and adds its particles to `fields`, if given, in the same pass.
     pub fn take_with(
         looking: &Looking,
         moment: &SampleContext<'_>,
@@ -98,7 +101,7 @@ impl CourseSample {
         (sample, look.fields)
     }
 
-    /// All species together.
+    /// Sums over the particles of all species.
     pub fn total(&self) -> Share {
         let mut all = Share::default();
         for share in &self.species {
@@ -113,18 +116,19 @@ impl CourseSample {
         all
     }
 
-    /// Energy of motion and in the field.
+    /// Total energy: translation, rotation, and potential energy in gravity.
     pub fn energy(&self) -> f64 {
         let all = self.total();
         all.translation + all.rotation + self.potential
     }
 }
 
-/// Parameters of a sample.
+/// Parameters of a sample of the whole gas: species and gravity.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Looking {
     grouping: Grouping,
-    /// As [`CasePlan::gravity`] has it.
+    /// Acceleration of gravity along the axes that end at walls or openings, in engine units
+    /// ([`CasePlan::gravity`]).
     gravity: Vector3<f64>,
 }
 
@@ -138,14 +142,14 @@ impl Looking {
     }
 }
 
-/// Sums of a species, the numbers of [`Share`].
+/// Number of sums for each species: the numbers of [`Share`].
 const SUMS: usize = 7;
 
-/// Sum over all particles that makes a sample.
+/// Reduction over all particles that makes a sample of the gas.
 #[derive(Serialize, Deserialize)]
 pub struct Look {
     looking: Looking,
-    /// Sums of each species; the last sum is the energy in the field.
+    /// Sums of each species in turn; the last sum is the potential energy in gravity.
     totals: Totals,
     fields: Option<fields::FieldSample>,
 }
@@ -197,7 +201,7 @@ impl ParticleReduction for Look {
     }
 }
 
-/// Components of velocities and of spins.
+/// Returns the number of components of velocities and of spins in a case.
 pub fn freedom(plan: &CasePlan) -> Freedom {
     let rotations = match (plan.grains.rough, plan.dimension) {
         (None, _) => 0,
@@ -210,8 +214,8 @@ pub fn freedom(plan: &CasePlan) -> Freedom {
     }
 }
 
-/// Blocks of time of a measure: as its own table says, or that of `fields`, so that all have the
-/// same windows.
+/// Number of equal time blocks of a measure: `own` from its own options, or that of the measure
+/// `fields`, so that all measures of flows have the same time windows.
 pub fn blocks(plan: &CasePlan, own: Option<u64>) -> usize {
     let fields = plan.case.measure.get("fields");
     let shared = fields.and_then(|table| table.get("blocks")?.as_integer());
@@ -219,12 +223,12 @@ pub fn blocks(plan: &CasePlan, own: Option<u64>) -> usize {
     written.unwrap_or_else(|| plan.default_blocks()) as usize
 }
 
-/// Number of samples after the start.
+/// Number of samples of the run after the start.
 pub fn samples(plan: &CasePlan) -> u64 {
     plan.equal_samples().unwrap_or(SAMPLES)
 }
 
-/// Checks a box and a number of blocks.
+/// Checks that a case has a box, and that a number of time blocks divides the number of samples.
 ///
 /// # Errors
 /// [`BadOption`] without a box, or if samples do not fall into equal blocks.
@@ -238,7 +242,8 @@ pub fn check_blocks(plan: &CasePlan, blocks: usize) -> Result<(), BadOption> {
     measure::require(good, "blocks", allowed)
 }
 
-/// Time of a sample; the last is the end exactly.
+/// Time of a sample by its number, in the unit of time of the case; the last is exactly the end of
+/// the run.
 fn sample_time(plan: &CasePlan, sample: u64) -> f64 {
     plan.case.run.until * (sample as f64 / samples(plan) as f64)
 }
@@ -250,7 +255,7 @@ pub fn times(plan: &CasePlan) -> Vec<f64> {
         .collect()
 }
 
-/// Samples in each block.
+/// Number of samples in each time block.
 pub fn per_block(plan: &CasePlan, blocks: usize) -> usize {
     (samples(plan) as usize / blocks.max(1)).max(1)
 }
@@ -305,19 +310,20 @@ pub fn steady<R: 'static>(
     runs.each(plan).map(|(_, records)| one(records)).collect()
 }
 
-/// Blocks of time that are averaged over.
+/// Consecutive time blocks that are averaged over.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockRange {
-    /// The blocks.
+    /// Indices of the blocks.
     pub blocks: Range<usize>,
-    /// Start and end, in the unit of time of the case.
+    /// Start of the first and end of the last block, in the unit of time of the case.
     pub times: [f64; 2],
-    /// Whether it is the steady state.
+    /// True if all engines are steady in these blocks.
     pub steady: bool,
 }
 
 impl BlockRange {
-    /// Between two times, moved to the ends of blocks.
+    /// Creates the range between two times, in the unit of time of the case, moved to the nearest
+    /// ends of blocks.
     pub fn between_times(
         plan: &CasePlan,
         blocks: usize,
@@ -334,7 +340,8 @@ impl BlockRange {
         }
     }
 
-    /// The steady state of all engines; without one, the last quarter of the run.
+    /// Creates the range in which all engines are steady; if one never is, the last quarter of the
+    /// run.
     pub fn last(plan: &CasePlan, blocks: usize, steady: &[Option<f64>]) -> Self {
         let until = plan.case.run.until;
         let length = block_length(plan, blocks);

@@ -11,7 +11,7 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// The mean squared displacement.
+/// Measure of the mean squared displacement.
 pub struct DisplacementMeasure;
 
 /// Options: begin of the measurement.
@@ -22,8 +22,8 @@ pub struct DisplacementOptions {
     pub from: f64,
 }
 
-/// Mean squared displacement \[length^2 of the engine\] by time since the start of its measurement; none from an engine that
-/// cannot measure it.
+/// Mean squared displacement \[engine length^2\], by time since the start of its measurement;
+/// `None` from an engine that cannot measure it.
 type Record = Vec<(f64, Option<f64>)>;
 
 /// Times of measurement, with the time since its start: a logarithmic grid as that of the samples, and last the end of the
@@ -50,7 +50,8 @@ fn theory(plan: &CasePlan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>
     moments.iter().map(one).collect()
 }
 
-/// The kinetic equations of the species of a gas without positions, from its start on.
+/// Predicts the mean squared displacement of a gas without positions by the kinetic equations of
+/// its species, from its start on.
 fn by_mixture(plan: &CasePlan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
     if plan.case.thermostat.is_some() || plan.case.aggregation.is_some() {
         return None;

@@ -1,4 +1,5 @@
-//! The energy in time, engine against engine and against Haff's law: measured in every case with a box.
+//! Energy in time, of engines against each other and against Haff's law; measured in every case
+//! with a box.
 
 use stosszahl_analysis::compare::quotients;
 use stosszahl_analysis::energy::EnergySample;
@@ -11,7 +12,7 @@ use crate::plan::{CasePlan, EnginePlan};
 use crate::power::ReplicaSpread;
 use crate::theory::flow;
 
-/// The energy in time.
+/// Measure of the energy in time.
 pub struct EnergyMeasure;
 
 /// Moments of the velocities by time.
@@ -160,7 +161,8 @@ impl Measure for EnergyMeasure {
     }
 }
 
-/// A comparison of engines, void if the numerical error of one of them is larger than the margin.
+/// Makes a comparison of two engines void if the numerical error of one of them is larger than the
+/// margin.
 pub(super) fn void_for(
     found: VerdictText,
     plan: &CasePlan,
@@ -173,8 +175,8 @@ pub(super) fn void_for(
     }
 }
 
-/// Names the part of a difference that follows from the collision rates of the theories of two
-/// engines.
+/// Adds to a verdict the part of the difference that follows from the theoretical collision rates
+/// of the two engines.
 fn with_rates(found: VerdictText, plan: &CasePlan, engines: [&EnginePlan; 2]) -> VerdictText {
     let last = plan.sample_times().last().copied();
     let rates = last.and_then(|time| plan.stated_rates(engines, time));
@@ -189,13 +191,13 @@ fn with_rates(found: VerdictText, plan: &CasePlan, engines: [&EnginePlan; 2]) ->
     }
 }
 
-/// Pairs of engines, each once.
+/// Returns the index pairs of the engines of a case, each pair once.
 pub(super) fn pairs_of(plan: &CasePlan) -> impl Iterator<Item = (usize, usize)> + use<> {
     let count = plan.engines.len();
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
 }
 
-/// Energies of two engines at each sample, replica by replica.
+/// Returns the energies of two engines at each sample, in pairs of each replica.
 fn paired(runs: &ReplicaRecords<'_>, engines: [usize; 2], samples: usize) -> Vec<Vec<(f64, f64)>> {
     let [first, second] = engines.map(|engine| runs.records::<EnergyRecord>(engine));
     let at = |sample| {

@@ -31,20 +31,21 @@ use crate::plan::{CasePlan, EngineKind, EnginePlan, RATE_ERROR_IN_A_CELL, in_spa
 /// Measure of the sources of error of each engine.
 pub struct ErrorBudget;
 
-/// Estimates up to these are green and amber.
+/// Largest estimated relative error that is marked green; `AMBER` is the largest that is marked
+/// amber.
 const GREEN: f64 = 0.01;
 const AMBER: f64 = 0.05;
 /// Share by which cells of a mean free path raise the viscosity, 16/(45 π).
 const CELL: f64 = 16.0 / (45.0 * PI);
 
-/// How far a source of error is to be minded.
+/// Mark of a source of error, by the size of its estimated relative error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Up to 1 %.
+    /// Estimated relative error up to 1 %.
     Green,
-    /// Up to 5 %.
+    /// Estimated relative error above 1 %, up to 5 %.
     Amber,
-    /// More, or unknown.
+    /// Estimated relative error above 5 %, or unknown.
     Red,
 }
 
@@ -71,7 +72,7 @@ impl Level {
     }
 }
 
-/// Temperatures of the start and of the end.
+/// Temperatures of the gas at the start and at the end of the run.
 type Record = Vec<f64>;
 
 impl Measure for ErrorBudget {
@@ -128,13 +129,13 @@ impl Measure for ErrorBudget {
     }
 }
 
-/// One source of error.
+/// Source of error, with its measured value and its estimated size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Source {
     name: &'static str,
-    /// Measured value and its unit.
+    /// Measured value, and its unit.
     value: (f64, &'static str),
-    /// Relative error; not a number where there is no estimate.
+    /// Estimated relative error; NaN without an estimate.
     estimate: f64,
     level: Level,
     reason: &'static str,
@@ -156,13 +157,13 @@ impl Source {
         }
     }
 
-    /// A source without an estimate, by a mark of its value.
+    /// Marks a source of error that has no estimate.
     fn marked(self, level: Level) -> Self {
         Self { level, ..self }
     }
 }
 
-/// One engine of a run.
+/// Error budget of one engine of a run.
 struct Budget<'a> {
     plan: &'a CasePlan,
     runs: &'a [CompletedRun],
@@ -189,7 +190,7 @@ impl Budget<'_> {
         list
     }
 
-    /// Mean of a number of work over the replicas.
+    /// Mean over the replicas of a work counter of the engine, by its name.
     fn work(&self, name: &str) -> f64 {
         let numbers = self.runs.iter().map(|run| run.work.numbers.get(name));
         let sum: f64 = numbers

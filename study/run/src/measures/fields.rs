@@ -25,7 +25,7 @@ pub struct FieldMeasure;
 
 /// Memory of a row of the table while the report draws it, as measured \[bytes\].
 const SHOWN: f64 = 3400.0;
-/// Most sums that are kept: cells times species times blocks.
+/// Largest number of sums that are kept: cells times species times time blocks.
 const MOST_SUMS: usize = 20_000_000;
 
 /// Options of `[measure.fields]`.
@@ -117,7 +117,7 @@ impl Measure for FieldMeasure {
         cells as f64 * (blocks * sums * size_of::<f64>()) as f64
     }
 
-    /// A row of the table for each cell and window of each engine.
+    /// The table has a row for each cell, time window and engine.
     fn figure_bytes(&self, plan: &CasePlan) -> f64 {
         let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
@@ -204,12 +204,13 @@ impl Measure for FieldMeasure {
     }
 }
 
-/// Returns the time from which on each engine is steady.
+/// Returns, for each engine, the time from which its gas is steady, in the unit of time of the
+/// case; `None` if it never is.
 fn steady(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Option<f64>> {
     course::steady::<Record>(plan, runs, |record| &record.course)
 }
 
-/// The windows of the case and, last, the one for verdicts.
+/// Returns the time windows of the case and, last, the window for verdicts.
 fn windows(plan: &CasePlan, options: &FieldOptions, runs: &ReplicaRecords<'_>) -> Vec<BlockRange> {
     let blocks = course::blocks(plan, options.blocks);
     let chosen = options.windows.iter();
@@ -224,7 +225,8 @@ struct Watch {
     per_block: usize,
     lengths: [f64; 3],
     periodic: [bool; 2],
-    /// Whether momentum is carried over the distance of the partners, as it is not where they are points.
+    /// True if collisions of the engine carry momentum over the distance of the partners; false
+    /// where partners are points.
     carries: bool,
     record: Record,
 }

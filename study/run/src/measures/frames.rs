@@ -14,9 +14,9 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure of coarse frames for the player of the report.
 pub struct FrameMeasure;
 
-/// Particles of the last frame, which is looked at closely.
+/// Largest number of particles in the last frame, which readers enlarge.
 const LAST: usize = 150_000;
-/// Bytes of a particle in a frame.
+/// Memory of a particle in a frame \[bytes\].
 const BYTES: f64 = 8.0;
 
 /// How many, and of how many particles.
@@ -40,7 +40,8 @@ impl Default for FrameOptions {
     }
 }
 
-/// The last collision of a particle: its partner and the impact parameter over the distance at contact.
+/// Last collision of a particle: index of the partner, and impact parameter over the contact
+/// distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Last {
     partner: u32,
@@ -48,14 +49,14 @@ struct Last {
 }
 
 impl Last {
-    /// Before the first collision.
+    /// Value before the first collision.
     const NONE: Self = Self {
         partner: Collision::ANONYMOUS,
         impact: 0.0,
     };
 }
 
-/// A particle, of which nothing else is known.
+/// Converts a particle to the input of a frame, without its last collision.
 fn dot(particle: &Particle) -> Dot {
     Dot {
         position: [particle.position.x, particle.position.y],
@@ -66,7 +67,8 @@ fn dot(particle: &Particle) -> Dot {
     }
 }
 
-/// Frames so far, and the last collision of each particle; empty where particles are not tracked.
+/// Frames so far, and the last collision of each particle; the list of collisions is empty where
+/// particles are not tracked.
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
     frames: Vec<ParticleFrame>,
@@ -120,14 +122,15 @@ impl Record {
     }
 }
 
-/// Frames of one engine of one replica.
+/// Probe that takes the frames of one engine and replica.
 struct Camera {
     record: Record,
     /// Largest number of particles in each frame but the last.
     most: usize,
     /// Time of the last frame.
     until: f64,
-    /// Whether collisions can be followed: the engine tells particles apart, whose number stays.
+    /// True if last collisions are recorded: the engine distinguishes particles, and their number
+    /// is constant.
     follows: bool,
     sides: [f64; 2],
     periodic: [bool; 2],
@@ -185,12 +188,12 @@ impl ParticleReduction for FrameReduction {
     }
 }
 
-/// The particles of a frame, with their numbers.
+/// Reduction over all particles that collects the sampled particles of a frame, with their numbers.
 #[derive(Serialize, Deserialize)]
 pub(super) struct ChosenParticles {
     share: f64,
     kept: Vec<(u64, Dot)>,
-    /// Of the open group: which particles may be kept, and how many there were.
+    /// Particles of the group in progress that may be kept, with their index in the group.
     #[serde(skip)]
     open: Vec<(u64, Dot)>,
     #[serde(skip)]

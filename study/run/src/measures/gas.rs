@@ -86,33 +86,34 @@ pub(super) fn homogeneous_only(plan: &CasePlan) -> Result<(), BadOption> {
     measure::require(!plan.has_box(), "", allowed)
 }
 
-/// Whether displacements are measured: `[measure.displacement]`. Clusters have none, as they do not
-/// last.
+/// Returns true if displacements are measured: the case has `[measure.displacement]`. Particles
+/// that stick have no displacement, as they do not last.
 pub fn has_displacement(plan: &CasePlan) -> bool {
     plan.case.measure.contains_key("displacement") && plan.case.aggregation.is_none()
 }
 
-/// The gas at one sample time.
+/// Sample of a gas without positions, at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GasSample {
-    /// When, in the unit of time of the case.
+    /// Time of the sample, in the unit of time of the case.
     pub time: f64,
-    /// Particles.
+    /// Number of particles.
     pub particles: usize,
-    /// Pair collisions since the start.
+    /// Number of pair collisions since the start.
     pub collisions: u64,
-    /// Kinetic energy, tracers included.
+    /// Kinetic energy of all particles, tracers included, in engine units.
     pub energy: f64,
-    /// Moments of each group.
+    /// Moments of each species, or of each group of particles of like size.
     pub groups: Vec<SpeciesMoments>,
 }
 
-/// The gas at all sample times.
+/// Record of one replica: the gas at all sample times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GasRecord {
     /// Samples, in the order of time.
     pub samples: Vec<GasSample>,
-    /// Velocities at the start, where their correlation is measured, until the last sample.
+    /// Velocities at the start, kept until the last sample if their correlation is measured; else
+    /// empty.
     start: Vec<[f64; 3]>,
 }
 
@@ -209,8 +210,8 @@ pub(super) fn moments(
     (0.5 * twice, groups)
 }
 
-/// Mean over replicas, and the larger of the two errors that are known: the spread over replicas
-/// and, by `single`, that over the particles of one.
+/// Mean over replicas with the larger of two standard errors: from the spread over replicas, and
+/// from `single`, the standard error of one replica by the spread over its particles.
 pub(super) fn measured<T>(
     runs: &[T],
     value: impl Fn(&T) -> f64,
@@ -227,7 +228,7 @@ pub(super) fn measured<T>(
     }
 }
 
-/// An estimate with its theory, where there is one.
+/// Returns an estimate with the value of theory added, if there is one.
 pub(super) fn against(found: TableEstimate, theory: Option<Predicted>) -> TableEstimate {
     TableEstimate {
         theory: theory.map(|theory| theory.value),
@@ -271,7 +272,7 @@ fn but_tracers(
     [sum[0], sum[1].sqrt()]
 }
 
-/// A gas at one time, over all replicas.
+/// Row of the table: the gas at one time, averaged over all replicas.
 pub(super) struct GasRow {
     pub time: f64,
     pub particles: TableEstimate,
@@ -281,7 +282,7 @@ pub(super) struct GasRow {
     replicas: usize,
 }
 
-/// Each replica at one time, and at the start.
+/// Samples of each replica at one time and at the start.
 pub(super) type ReplicaPairs<'a> = Vec<(&'a GasSample, &'a GasSample)>;
 
 /// Samples of all replicas at one time, each with the sample of its start.
@@ -290,7 +291,7 @@ pub(super) fn pairs<'a>(records: &[&'a GasRecord], index: usize) -> ReplicaPairs
     records.iter().filter_map(of).collect()
 }
 
-/// The gas at all sample times.
+/// Returns the rows of the table, one for each sample time.
 pub(super) fn rows(plan: &CasePlan, records: &[&GasRecord]) -> Vec<GasRow> {
     let curves = homogeneous::curves(plan).ok();
     let times = plan.sample_times().into_iter().enumerate();
@@ -405,7 +406,7 @@ fn table(rows: &[GasRow]) -> Table {
     table
 }
 
-/// A figure of a single curve against the logarithm of time.
+/// Creates a figure of a single curve against the logarithm of time.
 pub(super) fn against_time(title: &'static str, y: FigureAxis, caption: &'static str) -> Figure {
     Figure::curves(title, FigureAxis::logarithmic("time", "t"), y)
         .by(&[])

@@ -82,7 +82,7 @@ fn default_windows(until: f64) -> Vec<[f64; 2]> {
     windows
 }
 
-/// The windows of a case, as written or by default.
+/// Returns the time windows of a case, as written or by default, in the unit of time of the case.
 pub(super) fn spans(plan: &CasePlan, written: Option<Spans>) -> Vec<[f64; 2]> {
     let until = plan.case.run.until;
     match written {
@@ -162,7 +162,8 @@ impl Measure for ImpactMeasure {
         check_windows(windows.as_ref())
     }
 
-    /// The edges of the windows, so that no step of an engine lies across them.
+    /// The edges of the time windows are sample times, so that no time step of an engine lies
+    /// across them.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         self.options(plan).0.into_flattened()
     }
@@ -239,19 +240,19 @@ impl Measure for ImpactMeasure {
     }
 }
 
-/// One window of all replicas.
+/// Returns one time window of every replica.
 fn window<'a>(records: &[&'a Record], window: usize) -> Vec<&'a CollisionWindow> {
     records.iter().map(|one| &one.windows[window]).collect()
 }
 
-/// Collisions in each bin, over all replicas.
+/// Returns the number of collisions in each bin, summed over all replicas.
 fn counts(windows: &[&CollisionWindow]) -> Vec<u64> {
     let bins = windows.first().map_or(0, |window| window.bins.len());
     let count = |bin: usize| windows.iter().map(|window| window.bins[bin]).sum();
     (0..bins).map(count).collect()
 }
 
-/// A number that follows from one window of all replicas, with its jackknife error.
+/// Estimates a number from one time window of all replicas, with its jackknife error.
 fn pooled(
     windows: &[&CollisionWindow],
     of: impl Fn(&CollisionWindow) -> Option<f64>,
@@ -259,7 +260,8 @@ fn pooled(
     mean_over_replicas(windows::pooled(windows, of).into_iter().map(Some))
 }
 
-/// Chi-squared of the collisions of all replicas against chaos, as if they were independent.
+/// Computes chi-squared of the impact parameters of all replicas against molecular chaos, as if
+/// collisions were independent.
 fn against_chaos(windows: &[&CollisionWindow]) -> Option<ChiSquaredTest> {
     let all = merged(windows)?;
     let observed: Vec<f64> = all.bins.iter().map(|&count| count as f64).collect();
@@ -268,13 +270,13 @@ fn against_chaos(windows: &[&CollisionWindow]) -> Option<ChiSquaredTest> {
     chi_squared_test(&observed, &expected.collect::<Vec<f64>>(), 0).ok()
 }
 
-/// The tests of all windows of one engine.
+/// Tests the impact parameters of one engine in each time window.
 fn tests(spans: &[[f64; 2]], records: &[&Record]) -> Vec<ImpactTest> {
     let one = |(number, &span)| ImpactTest::test_window(span, &window(records, number));
     spans.iter().enumerate().map(one).collect()
 }
 
-/// Lower and upper edge of a bin.
+/// Returns the lower and upper edge b/d of a bin.
 fn edges(bin: usize, bins: usize) -> [f64; 2] {
     [bin, bin + 1].map(|edge| edge as f64 / bins as f64)
 }
@@ -372,7 +374,7 @@ fn histograms(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) ->
     vec![bins, summary]
 }
 
-/// The factors of the dissipation identity, in the order of their columns.
+/// Functions that return the factors of the dissipation identity, in the order of their columns.
 const FACTORS: [fn(&DissipationFactors) -> f64; 6] = [
     |d| d.rate,
     |d| d.speed,
@@ -382,7 +384,8 @@ const FACTORS: [fn(&DissipationFactors) -> f64; 6] = [
     DissipationFactors::at_pair_speed,
 ];
 
-/// The factors of one window.
+/// Computes the factors of the dissipation identity in one time window of one replica, or of
+/// several merged.
 fn known_factors(plan: &CasePlan, window: &CollisionWindow) -> Option<DissipationFactors> {
     // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian velocities.
     let chaos = if plan.dimension == 2 {
@@ -393,7 +396,8 @@ fn known_factors(plan: &CasePlan, window: &CollisionWindow) -> Option<Dissipatio
     window.dissipation(chaos, plan.count())
 }
 
-/// The factors of one window of all replicas.
+/// Estimates the factors of the dissipation identity in one time window, with jackknife errors over
+/// the replicas.
 fn factors(plan: &CasePlan, records: &[&Record], number: usize) -> [TableEstimate; 6] {
     let windows = window(records, number);
     FACTORS.map(|of| pooled(&windows, |window| Some(of(&known_factors(plan, window)?))))
@@ -435,8 +439,9 @@ fn dissipation(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -
     table
 }
 
-/// Returns the factors of a difference in cooling, or in collisions, in the last window. Both
-/// engines start alike, so replicas are left out of both together.
+/// Returns a note on the factors that make up the difference of two engines in cooling, or in
+/// collisions, in the last time window. Both engines have the same starts, so the jackknife leaves
+/// out a replica of both together.
 fn split(
     plan: &CasePlan,
     runs: &ReplicaRecords<'_>,

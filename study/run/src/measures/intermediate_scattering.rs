@@ -13,7 +13,7 @@ use super::{grid, mean_over_replicas};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// The intermediate scattering function.
+/// Measure of the intermediate scattering function.
 pub struct IntermediateScattering;
 
 /// Options: begin of the measurement and wave numbers.
@@ -48,9 +48,9 @@ impl ScatteringOptions {
 
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
-    /// Amplitudes of the density at the beginning, by mode.
+    /// Density amplitudes at the start of the measurement, by mode.
     first: Vec<[f64; 2]>,
-    /// F by time since then, then by shell.
+    /// F(k, t), by the time t since the start of the measurement, then by shell.
     scattering: Vec<(f64, Vec<f64>)>,
 }
 

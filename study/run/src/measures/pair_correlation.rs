@@ -14,7 +14,7 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure of the pair correlation g(r).
 pub struct PairCorrelations;
 
-/// Most bins.
+/// Largest number of distance bins.
 const MOST_BINS: f64 = 1e5;
 
 /// Options of the pair correlation.
@@ -40,10 +40,10 @@ impl Default for PairCorrelationOptions {
     }
 }
 
-/// g(r) by time; none at a time without two particles.
+/// Pair correlation g(r) by time; `None` at a time without two particles.
 type Record = ByTime<Found>;
 
-/// Result at one time.
+/// Pair correlation at one time, of all particles and of each pair of species.
 type Found = WithPairs<PairCorrelation>;
 
 impl Measure for PairCorrelations {

@@ -1,4 +1,4 @@
-//! Of which engines and replicas a measure keeps a record, where the case may choose.
+//! Selection of engines and replicas of which a measure keeps a record, where the case may choose.
 
 use serde::Deserialize;
 
@@ -30,7 +30,7 @@ impl Default for Replicas {
 }
 
 impl Replicas {
-    /// Whether a replica is among them.
+    /// Returns true if the selection contains the replica of this number, from 0.
     pub(super) fn has(&self, replica: u64) -> bool {
         match self {
             Self::All(_) => true,

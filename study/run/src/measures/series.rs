@@ -18,10 +18,10 @@ use crate::measure::{
 use crate::plan::{CasePlan, EnginePlan};
 use crate::theory::flow;
 
-/// The course of the whole gas.
+/// Measure of the whole gas and its species at equal intervals of time.
 pub struct TimeSeriesMeasure;
 
-/// Largest relative change of an energy that is kept.
+/// Largest relative change of a conserved energy by rounding.
 const KEPT: f64 = 1e-10;
 
 impl Measure for TimeSeriesMeasure {
@@ -313,7 +313,7 @@ fn engines_agree(
     [translation, rotation].into_iter().flatten().collect()
 }
 
-/// One engine, of which verdicts speak.
+/// Samples of one engine, and the rule for its verdicts.
 struct One<'a> {
     plan: &'a CasePlan,
     engine: &'a EnginePlan,
@@ -327,7 +327,8 @@ impl One<'_> {
         format!("{what}, {}", title(self.engine.name))
     }
 
-    /// Whether an elastic gas in a closed box keeps its energy.
+    /// Returns the verdict on the energy of an elastic gas in a closed box, which is conserved;
+    /// `None` for other gases.
     fn energy(&self) -> Option<VerdictText> {
         if !flow::keeps_energy(self.plan) || !has_energies_apart(self.plan) {
             return None;
@@ -358,7 +359,7 @@ impl One<'_> {
         Some(judge::is_kept(self.topic("energy"), subject, worst, KEPT))
     }
 
-    /// Temperatures of a homogeneous gas of rough particles against theory.
+    /// Returns verdicts on the temperatures of a homogeneous gas of rough particles against theory.
     fn cooling(&self) -> Vec<VerdictText> {
         let topic = self.topic("two-temperature theory");
         let theory = match cooling(self.plan, self.engine) {
@@ -402,7 +403,7 @@ impl One<'_> {
         [translation, rotation].into_iter().flatten().collect()
     }
 
-    /// A column that has settled.
+    /// Returns verdicts on a settled column in gravity.
     fn column(&self) -> Vec<VerdictText> {
         let topic = self.topic("settled column");
         match flow::column(self.plan, self.engine) {
@@ -414,7 +415,7 @@ impl One<'_> {
         }
     }
 
-    /// Mean over the samples of the window, and over the replicas.
+    /// Mean of a number over the samples in the time window, and over the replicas.
     fn inside(&self, of: impl Fn(&CourseSample) -> f64) -> TableEstimate {
         let [start, end] = self.window.times;
         let within = |sample: &&CourseSample| sample.time > start && sample.time <= end;
@@ -444,7 +445,8 @@ impl One<'_> {
         Some(verdict)
     }
 
-    /// Whether the centre of mass falls lower than where it comes to rest: the energy of height has a minimum.
+    /// Tests whether the centre of mass falls lower than its final height: the potential energy
+    /// then has a minimum before the end.
     fn overshoot(&self) -> Option<VerdictText> {
         let mean = |index: usize| mean(self.runs, index, |sample| Some(sample.potential));
         let samples = shortest(self.runs);

@@ -62,7 +62,7 @@ pub enum SnapshotFormat {
 }
 
 impl SnapshotFormat {
-    /// Ending of the names of files, without the dot.
+    /// File name extension of the format, without the dot.
     fn ending(self) -> &'static str {
         match self {
             Self::Xyz => "xyz",
@@ -73,7 +73,7 @@ impl SnapshotFormat {
 }
 
 impl SnapshotOptions {
-    /// Endings of the files of a snapshot of a plan.
+    /// File name extensions of a snapshot, without the dot, one for each format that is written.
     fn endings(&self, plan: &CasePlan) -> Vec<&'static str> {
         if plan.has_box() {
             self.formats().iter().map(|one| one.ending()).collect()
@@ -95,7 +95,7 @@ type Records = Vec<SnapshotFiles>;
 struct SnapshotFiles {
     /// Number of the replica, from 0.
     replica: u64,
-    /// Contents, in the order of the formats.
+    /// Contents of the files, in the order of the formats.
     files: Vec<serde_bytes::ByteBuf>,
 }
 
@@ -123,7 +123,7 @@ impl SnapshotUnits {
     }
 }
 
-/// Snapshot to be written.
+/// Snapshot to be written: its particles, time and units.
 struct Content<'a> {
     particles: &'a Particles,
     quantities: Vec<ParticleQuantity>,
@@ -170,7 +170,7 @@ pub fn extended_xyz(particles: &Particles, plan: &CasePlan, engine: &str) -> Str
     xyz::xyz(&Content::new(particles, None, units, engine, time))
 }
 
-/// A gas without positions: a column for each number.
+/// Formats a gas without positions as CSV, with a column for each number of a particle.
 fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitScale) -> String {
     let quantities = written(asked, particles);
     let mut text = String::with_capacity(LINE as usize * particles.all.len());

@@ -58,7 +58,7 @@ pub(super) fn lasting_only(plan: &CasePlan) -> Result<(), BadOption> {
     measure::require(plan.case.aggregation.is_none(), "", allowed)
 }
 
-/// One species at one time, over all replicas.
+/// Row of the table: one species at one time, averaged over all replicas.
 pub(super) struct SpeciesRow {
     pub time: f64,
     /// Number of the species, from 0.
@@ -72,7 +72,7 @@ pub(super) struct SpeciesRow {
     pub correlation: TableEstimate,
 }
 
-/// All species at all sample times.
+/// Returns the rows of all species at all sample times.
 pub(super) fn rows(plan: &CasePlan, records: &[&GasRecord]) -> Vec<SpeciesRow> {
     let curves = homogeneous::curves(plan).ok();
     let taus = tau::tau_at_samples(plan, records);
@@ -141,9 +141,9 @@ fn row(
     }
 }
 
-/// The diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and the
-/// relaxation time of the velocity, `m/T` of it, which has no meaning for particles of unlike
-/// masses together.
+/// Estimates the diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and
+/// the relaxation time of the velocity: m/T times the coefficient, which has no meaning for
+/// particles of unlike masses together.
 fn diffusion(
     plan: &CasePlan,
     species: usize,

@@ -16,10 +16,11 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure of the temperature of each species, and of their ratios, against Enskog's equations.
 pub struct SpeciesTemperatures;
 
-/// The early state, in units of Haff's time, or of the mean free time without dissipation: after the ratios have settled, before the gas can have become inhomogeneous.
+/// Start and end of the early state, in units of Haff's time, or of the mean free time without
+/// dissipation: after the ratios have settled, before the gas can have become inhomogeneous.
 const EARLY: [f64; 2] = [1.0, 5.0];
 
-/// Temperature of the gas and of each species, by sample.
+/// Samples of one replica: time, and temperatures of the gas and of each species.
 type Record = Vec<(f64, Vec<f64>)>;
 
 /// Temperature <m v^2>/D of each species; 0 of one without particles.

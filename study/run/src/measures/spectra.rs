@@ -13,7 +13,7 @@ use super::{mean_over_replicas, require_kept};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Spectra of the hydrodynamic fields.
+/// Measure of the spectra of the hydrodynamic fields.
 pub struct HydrodynamicSpectra;
 
 /// Largest number of a shell, and of waves in one.
@@ -173,8 +173,8 @@ impl Shear {
         }
     }
 
-    /// The rate at which the correlation of the amplitudes of several modes grows between two
-    /// readings.
+    /// Rate at which the correlation of the amplitudes of several modes grows between two readings
+    /// of [`clock`].
     fn shell_rate(self, modes: &[f64], clocks: [f64; 2]) -> f64 {
         let [from, to] = clocks;
         let (mut now, mut then) = (0.0, 0.0);
@@ -193,8 +193,8 @@ fn clock(plan: &CasePlan, time: f64) -> f64 {
     plan.cooling_logarithm(time, true).unwrap_or(time)
 }
 
-/// Whether the amplitudes of an engine start with the noise of its own simulators, as theory takes
-/// it.
+/// Returns true if the amplitudes of an engine start with the noise of its own simulators, as
+/// theory assumes.
 fn starts_thermal(engine: &EnginePlan) -> bool {
     engine.copies() == 1
         || (engine.parameters())

@@ -15,7 +15,7 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Steady state of a heated gas.
 pub struct SteadyState;
 
-/// Parts of the run over which the temperature is averaged.
+/// Number of equal parts of the run over which the temperature is averaged.
 const PARTS: usize = 4;
 
 /// Number of samples of a gas without a bath, over the whole run.
@@ -26,7 +26,7 @@ fn is_heated(plan: &CasePlan) -> bool {
     plan.case.bath().is_some() || plan.heats_itself()
 }
 
-/// The temperature averaged over quarters of the run.
+/// Temperature of one replica, averaged over quarters of the run.
 ///
 /// Between two kicks the gas cools by a few per cent, so the mean of the temperature after one and
 /// before the next is the mean over time to second order in that.
@@ -36,7 +36,8 @@ struct Record {
     after: f64,
     /// Time of the last stop \[engine time\].
     last: f64,
-    /// Integrals of the temperature over time, and the time that they cover, by part.
+    /// Integral of the temperature over time in each quarter of the run; `durations` holds the time
+    /// covered.
     sums: [f64; PARTS],
     durations: [f64; PARTS],
 }

@@ -56,7 +56,7 @@ impl StressOptions {
     }
 }
 
-/// Integrals by block of one engine and replica; none before the start.
+/// Integrals of the stress of one engine and replica, by time block; `None` before the start.
 type Record = Option<StressRecorder>;
 
 struct StressProbe {
@@ -186,7 +186,7 @@ fn flow_theory(flow: &UniformShear, rate: f64, quantity: &str) -> f64 {
     }
 }
 
-/// Kinetic part, collisional part and both of a quantity over n T.
+/// Estimates a quantity over n T: its kinetic part, its collisional part, and their sum.
 fn estimates(
     records: &[&StressRecorder],
     quantity: &Quantity,
@@ -202,8 +202,8 @@ fn estimates(
     })
 }
 
-/// Estimate of a ratio of sums over replicas or blocks; the error is the larger one of that over
-/// replicas and that over blocks. Spans whose lower sum is not above zero do not count.
+/// Estimates a ratio of sums over replicas and time blocks; the standard error is the larger of the
+/// errors by replicas and by blocks. Blocks whose denominator is not above zero do not count.
 fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> TableEstimate {
     let of_record = |record: &&StressRecorder| {
         let blocks = record.blocks().iter();
@@ -228,7 +228,7 @@ fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2])
     found
 }
 
-/// Means over the same span of time in a uniform shear flow.
+/// Returns the table of means in a uniform shear flow, over the time span of the averages.
 fn sheared_state(plan: &CasePlan, runs: &ReplicaRecords<'_>, rate: f64) -> Table {
     let mut table = table! {
         "sheared_state", "Temperature, viscosity and dissipation of uniform shear flow, over the span of the stress; errors over replicas and blocks of time.";

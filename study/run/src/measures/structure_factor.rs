@@ -61,7 +61,7 @@ pub(super) fn structure_times(plan: &CasePlan, times: Option<Vec<f64>>) -> Vec<f
     times.unwrap_or_else(|| vec![0.0, plan.case.run.until])
 }
 
-/// Whether the box is periodic and has positions.
+/// Refuses a case without positions, or with a box that is not periodic.
 pub(super) fn require_periodic(plan: &CasePlan) -> Result<(), BadOption> {
     let periodic = plan.has_box() && !plan.is_bounded();
     measure::require(periodic, "", "a periodic box without walls and obstacles")
@@ -84,7 +84,7 @@ impl StructureFactors {
     }
 }
 
-/// Mean diameter of the particles: exactly one where lengths are in units of it.
+/// Mean diameter of the particles \[engine length\]: exactly one where it is the unit of length.
 pub(super) fn mean_diameter(plan: &CasePlan) -> f64 {
     if plan.has_thermal_units() {
         return 1.0;
@@ -115,9 +115,9 @@ pub(super) fn species_pairs(plan: &CasePlan) -> Vec<([u64; 2], String)> {
         .collect()
 }
 
-/// Species of the particles of a mixture, by index.
+/// Species of each particle of a mixture, by the index of the particle.
 pub(super) struct SpeciesOf {
-    /// Number of species; 0 in a gas of one.
+    /// Number of species; 0 in a gas of one species.
     count: usize,
     species: Vec<u32>,
 }
@@ -183,7 +183,7 @@ pub(super) fn by_time<T: 'static, K: CellValues, C: CellValues>(
     table
 }
 
-/// Result at one time.
+/// Structure factor at one time, of all particles and of each pair of species.
 type Found = WithPairs<StructureFactor>;
 
 /// Returns the structure factor of all particles at the last time of a run; `None` if it was not

@@ -9,7 +9,7 @@ use super::gas::{GasRecord, GasSample, against, measured};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, Predicted};
 
-/// `d tau_1/dt` at unit temperature; none if species 1 are tracers or of many sizes.
+/// Rate `d tau_1/dt` at temperature 1; `None` if species 1 is a tracer or has many sizes.
 pub(super) fn rate(plan: &CasePlan) -> Option<f64> {
     let single = plan.classes.len() == plan.species.len() && plan.case.aggregation.is_none();
     let mixture = plan.mixture().ok().filter(|_| single)?;
@@ -48,7 +48,7 @@ pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&GasRecord]) -> Vec<Tab
     (0..times.len()).map(one).collect()
 }
 
-/// Collisions since the first time at rates of `rate sqrt(T)`.
+/// Integrates the rate `rate sqrt(T)` from the first time to each time.
 fn passed(rate: f64, times: &[f64], temperatures: &[f64]) -> Vec<f64> {
     let slowness: Vec<f64> = temperatures.iter().map(|t| t.sqrt().recip()).collect();
     let mut sum = 0.0;

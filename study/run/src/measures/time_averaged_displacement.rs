@@ -78,7 +78,7 @@ impl Measure for TimeAveragedDisplacement {
     }
 }
 
-/// Paths that are kept of each species; none if none are measured.
+/// Number of paths of each species that are kept; 0 if none are measured.
 fn paths(plan: &CasePlan) -> usize {
     let asked = plan.case.measure.contains_key(NAME) && plan.case.aggregation.is_none();
     let options = asked
@@ -114,13 +114,13 @@ struct PathProbe {
     grouping: Grouping,
     groups: usize,
     paths: usize,
-    /// \[engine time\]
+    /// Lags between two times of a path \[engine time\].
     lags: Vec<f64>,
     record: PathAverages,
 }
 
 impl PathProbe {
-    /// The first particles of each group.
+    /// Returns the indices of the particles of each group whose paths are kept: its first ones.
     fn chosen(&self, moment: &SampleContext<'_>) -> Vec<Vec<u32>> {
         let mut lists = vec![Vec::new(); self.groups];
         let mut index = 0;
@@ -155,20 +155,21 @@ impl Probe for PathProbe {
     keeps_record!();
 }
 
-/// One species and lag, over all replicas.
+/// Row of the table: one species at one lag, averaged over all replicas.
 pub(super) struct PathRow {
-    /// In the unit of time of the case.
+    /// Lag between two times of a path, in the unit of time of the case.
     pub lag: f64,
     /// Number of the species, from 0.
     pub species: usize,
     pub displacement: TableEstimate,
     /// Variance of the averages of single paths over their squared mean.
     pub breaking: TableEstimate,
-    /// The average over the displacement in the lag since the start.
+    /// Time-averaged displacement over the displacement of all particles in the first lag of the
+    /// run.
     pub over_ensemble: TableEstimate,
 }
 
-/// All species and lags; none without records.
+/// Returns the rows of all species and lags; empty without records.
 pub(super) fn rows(plan: &CasePlan, records: &[&PathAverages]) -> Vec<PathRow> {
     if records.is_empty() {
         return Vec::new();

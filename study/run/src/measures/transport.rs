@@ -13,7 +13,7 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Transport coefficients.
+/// Measure of the transport coefficients of elastic disks.
 pub struct TransportMeasure;
 
 /// Default largest lag \[mean free times\].
@@ -42,7 +42,7 @@ impl Default for TransportOptions {
 }
 
 impl TransportOptions {
-    /// The largest lag in the unit of time of the case.
+    /// Largest lag of a case, in the unit of time of the case.
     fn lag(&self, plan: &CasePlan) -> f64 {
         let longest = LARGEST_SHARE * plan.case.run.until;
         let usual = LAG * plan.mean_free_time / plan.time;
@@ -50,11 +50,11 @@ impl TransportOptions {
     }
 }
 
-/// Nothing of engines that are not event-driven.
+/// Moments of one event-driven engine and replica; `None` for other engines.
 type Record = Option<Helfand>;
 
-/// A coefficient, or a part of one: its column, those of the same over Enskog's value by both ways
-/// where that is asked for, its moment, its correlation, and Enskog's value.
+/// Transport coefficient, or a part of one: its column, the columns of its ratio to Enskog's value
+/// by moments and by correlations, its moment, its correlation, and Enskog's value.
 struct Coefficient {
     name: &'static str,
     over: Option<[&'static str; 2]>,
@@ -99,21 +99,21 @@ const COEFFICIENTS: &[Coefficient] = coefficients! {
     "heat_conductivity_collisional" None, COLLISIONAL, |m| m.heat[2], None, |e| e.heat_conductivity().collisional;
 };
 
-/// The coefficients without their parts.
+/// Returns the transport coefficients, without their kinetic and collisional parts.
 fn whole() -> impl Iterator<Item = &'static Coefficient> {
     COEFFICIENTS.iter().filter(|one| one.over.is_some())
 }
 
 impl Coefficient {
-    /// Slope from half of the largest lag on.
+    /// Slope of the coefficient's moment against the lag, from half of the largest lag on.
     fn slope(&self, moments: &[HelfandMoments], points: usize) -> Option<f64> {
         let (half, all) = (moments.get(points / 2 - 1)?, moments.get(points - 1)?);
         let rise = (self.moment)(all) - (self.moment)(half);
         Some(rise / (all.lag - half.lag))
     }
 
-    /// Integral of the correlation over the lags up to each, over that to the end of the run, of
-    /// which the mean is known.
+    /// Integrals of the coefficient's correlation up to each lag, by the trapezoidal rule; empty
+    /// for a coefficient without a correlation.
     fn integrals(&self, correlations: &[Correlations]) -> Vec<f64> {
         let Some(of) = self.correlation else {
             return Vec::new();
@@ -141,7 +141,7 @@ impl Coefficient {
         }))
     }
 
-    /// Over all replicas.
+    /// Estimates the coefficient from the moments of all replicas, with its standard error.
     fn estimate(&self, all: &[Vec<HelfandMoments>], points: usize) -> TableEstimate {
         mean_over_replicas(all.iter().map(|moments| self.slope(moments, points)))
     }
@@ -341,7 +341,7 @@ impl Measure for TransportMeasure {
     }
 }
 
-/// Moments of all replicas.
+/// Returns the moments of every replica.
 fn moments(records: &[&Record]) -> Vec<Vec<HelfandMoments>> {
     by_replica(records, Helfand::moments)
 }
@@ -351,7 +351,7 @@ fn by_replica<T>(records: &[&Record], of: fn(&Helfand) -> Vec<T>) -> Vec<Vec<T>>
     all.map(Option::unwrap_or_default).collect()
 }
 
-/// Verdict on a coefficient over Enskog's.
+/// Returns the verdict on the ratio of a coefficient to Enskog's value.
 fn against_enskog(
     name: &str,
     engine: &str,

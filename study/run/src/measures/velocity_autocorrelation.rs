@@ -24,9 +24,9 @@ pub struct AutocorrelationOptions {
 
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
-    /// Velocities at the beginning.
+    /// Velocities of the particles at the start of the measurement.
     first: Vec<[f64; 3]>,
-    /// C(t) by time since then.
+    /// Autocorrelation C(t), by the time t since the start of the measurement.
     correlations: Vec<(f64, f64)>,
 }
 

@@ -10,7 +10,7 @@ use super::structure_factor::structure_times;
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// The distribution of velocities.
+/// Measure of the velocity distribution over the thermal speed, with its cumulants.
 pub struct VelocityDistributionMeasure;
 
 /// Counted quantity.
@@ -63,7 +63,8 @@ impl VelocityDistributionOptions {
     }
 }
 
-/// By time, then by species; none of particles that do not move.
+/// Velocity histograms of one replica, by time, then by species; `None` for particles that do not
+/// move.
 type Record = Vec<(f64, Vec<Option<VelocityHistogram>>)>;
 
 /// Fourth cumulant by first Sonine order of one species with a constant restitution that starts as a Maxwellian and cools freely, or

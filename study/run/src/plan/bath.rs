@@ -8,8 +8,8 @@ use crate::words::short;
 
 use super::data::{CasePlan, PlanError};
 
-/// Relaxation times in a run, below which its last half still remembers the start: e^-10 is left
-/// after half of it.
+/// Smallest length of a run in relaxation times with which its last half has forgotten the start:
+/// of 20 relaxation times, half leave e^-10 of it.
 const LEAST_RELAXATIONS: f64 = 20.0;
 /// Largest share of the temperature that a kick of white noise may add: the mean temperature then
 /// differs from that of the continuous bath by `share^2/32 < 4e-4`, from the saw tooth of the
@@ -18,9 +18,9 @@ const LARGEST_KICK: f64 = 0.1;
 /// Default interval of a Langevin bath, times the sum of collision rate and drag. The error of the
 /// splitting goes with its square: some 3e-4 of the temperature at restitution 0.8.
 const KICKED_PART: f64 = 0.2;
-/// Largest of these intervals without a remark.
+/// Largest interval of a Langevin bath without a remark, times the sum of collision rate and drag.
 const LARGEST_PART: f64 = 0.5;
-/// Least kicks in a run by default.
+/// Smallest default number of kicks in a run.
 const LEAST_KICKS: f64 = 10.0;
 
 impl CasePlan {

@@ -208,7 +208,7 @@ pub(super) fn check_boundaries(plan: &CasePlan) -> Result<(), PlanError> {
     in_space!(plan.dimension, S => plan.walls::<S>().map(drop))
 }
 
-/// Returns the weights of regions.
+/// Returns the weights of simulators by region.
 pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<SimulatorWeights, PlanError> {
     let Some(written) = written else {
         return Ok(SimulatorWeights::uniform());
@@ -223,7 +223,7 @@ pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<SimulatorW
     })
 }
 
-/// Returns the law of a surface.
+/// Returns the law by which particles rebound from a surface.
 fn rebound(restitution: Option<f64>, slip: Option<f64>, temperature: Option<f64>) -> Rebound {
     match temperature {
         Some(temperature) => Rebound::Diffuse { temperature },

@@ -1,4 +1,4 @@
-//! The faces of the box and the bodies in it, as far as they keep particles of a start out.
+//! Faces of the box and obstacles in it, which particles of a start must not overlap.
 
 use stosszahl_case::format::FACES;
 use stosszahl_model::walls::Obstacle;

@@ -18,20 +18,21 @@ use super::data::{CasePlan, EngineKind, EnginePlan, SizeGroup};
 const COLLISIONS_PER_SECOND: f64 = 4e5;
 /// Simulator steps per second that the estimate of the time assumes.
 const SIMULATOR_STEPS_PER_SECOND: f64 = 1.5e7;
-/// Cells that exact disks cross per second.
+/// Cell crossings of exact disks per second that the estimate of the time assumes.
 const CROSSINGS_PER_SECOND: f64 = 5e6;
 /// Crossings per collision that are included in its cost.
 const USUAL_CROSSINGS: f64 = 5.0;
-/// Collisions per second of simulators with partners across cells.
+/// Collisions per second, with partners from other cells, that the estimate of the time assumes.
 const COLLISIONS_ACROSS_PER_SECOND: f64 = 1e6;
-/// Candidate pairs per second for collisions across cells.
+/// Candidate pairs per second, with partners from other cells, that the estimate of the time
+/// assumes.
 const TRIALS_PER_SECOND: f64 = 5e6;
 /// Candidate pairs per collision of equal particles: within cells, and with partners across cells,
 /// where the bound of speeds is that of wider blocks.
 const TRIALS: [f64; 2] = [2.0, 4.0];
 /// Memory of the program itself \[bytes\].
 const PROGRAM: f64 = 16e6;
-/// Tables of the tests of the start \[bytes\].
+/// Memory of the tables of the tests of the start \[bytes\].
 const TABLES: f64 = 4e6;
 /// Memory of one particle as measurements see it \[bytes\].
 const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
@@ -43,19 +44,19 @@ const FITTING: f64 = 60.0;
 /// \[bytes\].
 const STRIP: f64 = 64.0;
 
-/// Memory of a cell \[bytes\].
+/// Memory of a Monte Carlo cell \[bytes\].
 const CELL: f64 = 8.0;
 /// Memory of a cell next to walls or in gravity, where collisions are counted by cell \[bytes\].
 const COUNTED_CELL: f64 = 24.0;
-/// Time of a cell in a step, in simulators.
+/// Time of a cell in a time step, over the time of a simulator.
 const CELL_STEPS: f64 = 0.3;
 
-/// Most classes of particles whose pairs are summed.
+/// Largest number of particle classes whose pairs are all summed; of more, some are sampled.
 const MOST_KINDS: usize = 200;
 /// Default number of particles of each species whose trajectories are kept.
 const PATHS: i64 = 1000;
 
-/// Cost of a case.
+/// Estimated memory and computing time of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
     /// Peak memory of the whole process \[bytes\]: all engines and replicas that run at once.
@@ -69,7 +70,7 @@ pub struct Cost {
     pub engines: Vec<EngineCost>,
 }
 
-/// Cost of one engine of one replica, about.
+/// Estimated cost of one engine of one replica.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EngineCost {
     /// Name of the engine.
@@ -86,7 +87,7 @@ pub struct EngineCost {
 /// one.
 pub type MeasureMemory = [f64; 2];
 
-/// Computing times of the parts of a replica on one core \[s\].
+/// Computing times of the start and the engines of a replica on one core \[s\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RuntimeEstimate {
     /// Time of the start that engines share \[s\].
@@ -94,7 +95,7 @@ pub struct RuntimeEstimate {
     /// Time of each engine \[s\]: of the first replica, which some measures sample alone, and of
     /// each other one.
     pub engines: Vec<[f64; 2]>,
-    /// Time after all replicas are done \[s\]: theory that tables are compared with.
+    /// Time of the theory that tables are compared with, after all replicas are done \[s\].
     pub ending: f64,
 }
 
@@ -134,12 +135,12 @@ impl RuntimeEstimate {
     }
 }
 
-/// Memory that measurements take while they sample a gas.
+/// Memory that measurements need while they sample a gas.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Looks {
     /// True if all particles are gathered for a measurement.
     pub gathers: bool,
-    /// Largest memory of one measurement besides the particles \[bytes\].
+    /// Largest memory of one measurement in addition to the particles \[bytes\].
     pub working: f64,
     /// Memory per particle that a measure takes only after all measures have sampled \[bytes\].
     pub last: f64,
@@ -150,7 +151,7 @@ pub struct Looks {
 }
 
 impl Cost {
-    /// Time on this many threads \[s\].
+    /// Estimated time of the whole case on this many threads \[s\].
     pub fn seconds(&self, threads: usize) -> f64 {
         self.pace.seconds(self.replicas, threads)
     }
@@ -353,7 +354,7 @@ impl CasePlan {
         self.exact_seconds(0.5 * self.count() as f64 * self.equilibration())
     }
 
-    /// Number of collisions of one engine of one replica, about.
+    /// Estimated number of collisions of one engine of one replica.
     pub fn collisions(&self, engine: &EnginePlan) -> f64 {
         let copies = engine.copies() as f64;
         0.5 * copies * self.count() as f64 * self.expected_collisions(self.case.run.until)

@@ -1,4 +1,4 @@
-//! The plan itself: input of engines, measurements and theory.
+//! Plan of a case: input of engines, measurements and theory.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -20,7 +20,7 @@ use crate::theory::homogeneous::TheoryCurves;
 /// Case with all quantities that follow from it.
 #[derive(Clone, Debug)]
 pub struct CasePlan {
-    /// Case, with the values of the point of a sweep and of the command line.
+    /// Case, with the values set by the point of a sweep and by the command line.
     pub case: Case,
     /// Dimension: 2 or 3.
     pub dimension: usize,
@@ -45,7 +45,7 @@ pub struct CasePlan {
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
     /// Particles, contact laws and field, for the engines.
     pub grains: ParticleSpec,
-    /// Restitution of pairs.
+    /// Law of restitution of colliding pairs.
     pub law: Law,
     /// Coefficient of restitution: the constant one, or that at the mean approach speed of the
     /// start.
@@ -60,14 +60,14 @@ pub struct CasePlan {
     /// Unit of time of the case \[engine time\]. Engine time over this is the time of case files
     /// and tables.
     pub time: f64,
-    /// Name of that unit of time.
+    /// Name of the unit of time of the case.
     pub time_unit: TimeUnit,
     /// Engines, in the order in which they are run and compared.
     pub engines: Vec<EnginePlan>,
     /// Packing fraction: covered share of the volume that is not under obstacles; tracers cover
     /// nothing.
     pub packing_fraction: f64,
-    /// Contact value of Enskog's theory at that packing.
+    /// Contact value of Enskog's theory at the packing fraction of the plan.
     pub contact_value: f64,
     /// Haff's cooling time of the start [engine time]; infinite in an elastic gas.
     pub haff_time: f64,
@@ -82,7 +82,7 @@ pub struct CasePlan {
     pub file: Option<StartFile>,
     /// Folder of the case file, for the start file.
     pub folder: PathBuf,
-    /// Warnings for the reader: limits that bind, resolutions that are coarse.
+    /// Warnings for the user: limits that bind, resolutions that are coarse.
     pub warnings: Vec<String>,
     /// Choices of the program, with their reasons.
     pub choices: Vec<String>,
@@ -91,7 +91,7 @@ pub struct CasePlan {
 /// Particles of one species in the units of the engines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeciesPlan {
-    /// Name for tables: as written, or its number from 1.
+    /// Name in tables: as written in the case, or the number of the species from 1.
     pub name: String,
     /// Number of particles.
     pub count: usize,
@@ -120,7 +120,7 @@ pub struct SizeGroup {
     pub density: f64,
 }
 
-/// Engine units in the units of the case.
+/// Sizes of the engine units, in the units of the case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitScale {
     /// Engine unit of length in units of the case.
@@ -170,9 +170,10 @@ pub enum EngineKind {
     EventDriven {
         /// Contact time of the TC model \[engine time\]; 0 is off.
         contact_time: f64,
-        /// Most collisions of the run.
+        /// Largest number of collisions of the run; `None` without a limit.
         collision_limit: Option<u64>,
-        /// Most collisions of a particle in a unit of time, on average over all \[1/engine time\].
+        /// Largest collision rate per particle, on average over all particles \[1/engine time\];
+        /// `None` without a limit.
         collision_rate_limit: Option<f64>,
     },
     /// Monte Carlo in cells.
@@ -404,7 +405,7 @@ impl DerivedQuantity {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{key}: {}allowed: {allowed}", if found.is_empty() { String::new() } else { format!("{found}; ") })]
 pub struct PlanError {
-    /// Dotted key to blame.
+    /// Dotted key of the invalid value.
     pub key: String,
     /// Value found; empty where the value as written says it all.
     pub found: String,

@@ -267,8 +267,8 @@ impl CasePlan {
 }
 
 impl ResolvedGas {
-    /// Returns the gas with velocities of a start file, in the order of species, and the changes of
-    /// them.
+    /// Returns the gas with the velocities of a start file, in the order of species, and the
+    /// sentences on changes by the plan.
     fn with_velocities(self, file: StartFile, changes: Vec<String>) -> Self {
         Self {
             file: Some(start_file::scaled(file, self.scale)),
@@ -293,8 +293,8 @@ fn contact_value(packing: f64) -> f64 {
     kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING))
 }
 
-/// Returns the case with the number of disks that follows from a box in critical lengths, if that
-/// is how it is given.
+/// Returns the case; if its box is given in critical lengths, with the number of disks that
+/// follows.
 fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let domain = case.domain.as_ref();
     let given =
@@ -318,7 +318,8 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     Ok(Cow::Owned(case))
 }
 
-/// Temperature of the start in the units of the case \[energy\]; 1 where a start file has it.
+/// Temperature of the start in the units of the case \[energy\]; 1 where a start file gives the
+/// temperature.
 fn temperature(case: &Case) -> Result<f64, PlanError> {
     if case.start.velocities == VelocitiesSpec::FILE {
         return Ok(1.0);

@@ -14,11 +14,10 @@ use stosszahl_model::{Space, transport};
 use super::boundaries;
 use super::data::{CasePlan, EngineKind, EnginePlan, PlanError, in_space};
 
-/// Most collisions of a particle in a unit of time, over the largest rate that the case lets
-/// expect, where the case says nothing.
+/// Default limit of the collision rate per particle, over the largest rate to expect in the case.
 const NATURAL_RATES: f64 = 1e4;
 
-/// All engines, in their order.
+/// Plans all engines of a case, in the order of the case.
 pub(super) fn all_engines(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanError> {
     let written = plan.case.engine.clone();
     let mut list = Vec::new();
@@ -59,12 +58,12 @@ pub(super) fn all_engines(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanEr
     Ok(list)
 }
 
-/// Simulators in a cell of a flow, where the case says nothing.
+/// Default number of simulators in a cell of a flow.
 const TEN: f64 = 10.0;
-/// Most simulators in all, where the case says nothing: some 100 MB.
+/// Largest default number of simulators in all: some 100 MB.
 const MOST_SIMULATORS: f64 = 1_048_576.0;
 
-/// The scheme of an engine in cells, with its own settings.
+/// Returns the scheme of an engine in cells by the name of the engine; `None` for other engines.
 fn scheme_of(engine: &str) -> Option<Scheme> {
     Scheme::named(engine.strip_prefix("dsmc-")?)
 }
@@ -147,7 +146,8 @@ fn monte_carlo<S: Space>(
     })
 }
 
-/// Where walls and obstacles act on the particles of an engine in cells.
+/// Returns the part of a particle on which walls and obstacles act in an engine in cells: centre or
+/// surface.
 fn clearance(written: &MonteCarloSpec, scheme: Scheme) -> WallClearance {
     match written.wall_contact {
         Some(WallsActOn::Centre) => WallClearance::Centre,
@@ -156,8 +156,8 @@ fn clearance(written: &MonteCarloSpec, scheme: Scheme) -> WallClearance {
     }
 }
 
-/// A radius if an engine of the case keeps surfaces of particles from walls and obstacles, none if
-/// all keep centres.
+/// Returns the largest clearance of the engines of a case: the surface of a particle if any engine
+/// keeps surfaces out of walls and obstacles, else the centre.
 pub(super) fn widest_clearance(case: &Case) -> WallClearance {
     let by_radius = |format: &SchemeFormat| {
         let engine = (format.table)(&case.engine)
@@ -173,7 +173,7 @@ pub(super) fn widest_clearance(case: &Case) -> WallClearance {
 }
 
 impl CasePlan {
-    /// Mean radius of the particles.
+    /// Mean radius of the particles \[length\].
     pub fn mean_radius(&self) -> f64 {
         if let [one] = &self.species[..] {
             return one.radius;
@@ -184,7 +184,8 @@ impl CasePlan {
         sum / self.count() as f64
     }
 
-    /// Whether the box is wider than the shortest wave of shear that grows while the gas cools.
+    /// Returns true if the box is wider than the shortest wave of shear that grows while the gas
+    /// cools.
     pub fn has_unstable_modes(&self) -> bool {
         let widest = self.lengths[0].max(self.lengths[1]);
         self.is_disk_fluid()
@@ -193,7 +194,7 @@ impl CasePlan {
             && widest > self.critical_length()
     }
 
-    /// Length of the shortest wave of shear that grows while the gas cools.
+    /// Length of the shortest wave of shear that grows while the gas cools \[length\].
     pub fn critical_length(&self) -> f64 {
         transport::critical_length(self.packing_fraction, self.contact_value, self.restitution)
     }
@@ -264,7 +265,7 @@ impl CasePlan {
         2_u32.pow(exponent as u32)
     }
 
-    /// Sides of a Monte Carlo cell; zero beyond the dimension.
+    /// Sides of a Monte Carlo cell \[length\]; zero beyond the dimension.
     pub fn cell(&self, parameters: &Parameters) -> [f64; 3] {
         let diameter = 2.0 * self.mean_radius();
         let counts = in_space!(self.dimension, S => cells::<S>(parameters, self, diameter));
@@ -278,13 +279,13 @@ impl CasePlan {
         share * self.count() as f64 * f64::from(parameters.simulators_per_particle)
     }
 
-    /// Radius around the point of contact within which partners are drawn.
+    /// Radius around the point of contact within which partners are drawn \[length\].
     pub fn partner_radius(&self, parameters: &Parameters) -> f64 {
         let (packing, diameter) = (self.packing_fraction, 2.0 * self.mean_radius());
         in_space!(self.dimension, S => parameters.partner_radius::<S>(packing, diameter))
     }
 
-    /// Mean free path by the collision rate of a scheme.
+    /// Mean free path at the collision rate of a scheme \[length\].
     pub fn scheme_path(&self, parameters: &Parameters) -> f64 {
         let (packing, diameter) = (self.packing_fraction, 2.0 * self.mean_radius());
         in_space!(self.dimension, S => parameters.mean_free_path::<S>(packing, diameter))

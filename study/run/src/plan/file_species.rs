@@ -12,7 +12,7 @@ use stosszahl_model::{
 
 use super::data::{PlanError, SizeGroup, SpeciesPlan, UnitScale, in_space};
 
-/// Most species that sizes make; with more sizes, species are types alone.
+/// Largest number of species made from sizes; with more sizes, each type is one species.
 const MOST_SPECIES: usize = 100;
 /// Most types that a file may name.
 const MOST_TYPES: usize = 1000;

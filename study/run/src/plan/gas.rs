@@ -24,6 +24,6 @@ pub(super) struct ResolvedGas {
     pub(super) packing: f64,
     pub(super) scale: UnitScale,
     pub(super) file: Option<StartFile>,
-    /// Changes of the values of the case, in sentences.
+    /// Changes that the plan makes to values of the case, one sentence each.
     pub(super) choices: Vec<String>,
 }

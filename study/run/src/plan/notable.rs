@@ -17,7 +17,8 @@ pub(crate) const RATE_ERROR_IN_A_CELL: f64 = 1.0 / 3.0;
 const RATE_ERROR_OF_ESMC: f64 = 0.3;
 /// Relative error of the kinetic energy over that of the collision rate: late in free cooling K is proportional to the rate to the -2.
 const ENERGY_OVER_RATE: f64 = 2.0;
-/// Simulators in a cell below which profiles along walls or gravity stand for nothing; ten is the default.
+/// Number of simulators in a cell below which profiles along walls or gravity are not reliable; the
+/// default is ten.
 const FEW_IN_FLOWS: f64 = 5.0;
 /// Share of the margin that the stated collision rate of a scheme may take before `check` names it.
 const NOTABLE_RATE: f64 = 0.5;
@@ -32,9 +33,11 @@ const FALLS: f64 = 5.0;
 /// Elastic collisions per particle before the start, by default, for each `sqrt(phi) chi`, the box over the mean free path at a given
 /// number of disks: waves as long as the box of 600 disks, which are the last to be those of a fluid, take so many at packings from 0.2 to 0.44.
 const SOUND: f64 = 10.0;
-/// The least of them; distances up to 1.3 diameters take 4 at any packing.
+/// Smallest default number of elastic collisions per particle before the start; distances up to 1.3
+/// diameters take 4 at any packing.
 const LEAST_EQUILIBRATION: f64 = 10.0;
-/// The most of them: at packings that take more, the crystal is the equilibrium and stays.
+/// Largest default number of elastic collisions per particle before the start: at packings that
+/// take more, the crystal is the equilibrium and stays.
 const MOST_EQUILIBRATION: f64 = 100.0;
 
 impl CasePlan {
@@ -53,8 +56,8 @@ impl CasePlan {
         self.case.start.equilibration.unwrap_or(default)
     }
 
-    /// Whether the velocities of the start are given to particles that elastic collisions have equilibrated: these would make them
-    /// Maxwellian.
+    /// Returns true if the velocities of the start are drawn after the elastic equilibration, which
+    /// would make them Maxwellian.
     pub fn draws_after_equilibration(&self) -> bool {
         let placed = self.case.start.placement == PlacementSpec::File;
         let own = match self.case.start.velocities {
@@ -64,7 +67,8 @@ impl CasePlan {
         own && self.equilibration() > 0.0
     }
 
-    /// Whether the case gives the positions of the start, which elastic collisions would change.
+    /// Returns true if the case gives the positions of the start, which elastic collisions would
+    /// change.
     pub fn starts_as_given(&self) -> bool {
         self.case.start.placement == PlacementSpec::File || self.case.start.region.is_some()
     }
@@ -103,7 +107,7 @@ impl CasePlan {
         list
     }
 
-    /// One gas of exact disks in a shear flow is not spread over threads.
+    /// Warns that one gas of exact disks in a shear flow is not spread over threads.
     fn notable_shear(&self, list: &mut Vec<String>) {
         if self.is_sheared() && self.engines.iter().any(EnginePlan::is_exact) {
             list.push(
@@ -160,7 +164,7 @@ impl CasePlan {
         self.notable_bath(list);
     }
 
-    /// A gas that falls onto a wall, and that nothing heats.
+    /// Warns of a gas that falls onto a wall, and that nothing heats.
     fn notable_fall(&self, list: &mut Vec<String>) {
         let gravity = self.gravity();
         let walls = || {

@@ -8,7 +8,7 @@ use super::data::{CasePlan, PlanError};
 
 /// Packing fractions at which random addition of equal disks and spheres jams: Feder 1980; Torquato, Uche & Stillinger 2006.
 const JAMMED: [f64; 2] = [0.547, 0.384];
-/// The key.
+/// Key of the region in a case file.
 const KEY: &str = "start.region";
 
 /// Region of the start, in the units of the engine.
@@ -21,7 +21,7 @@ pub struct Region {
 }
 
 impl Region {
-    /// Area or volume \[length^D\].
+    /// Area or volume of the region \[length^D\].
     pub fn volume(&self, dimension: usize) -> f64 {
         (0..dimension)
             .map(|axis| self.high[axis] - self.low[axis])
@@ -117,7 +117,7 @@ impl CasePlan {
         PlanError::require(packing <= most, KEY, found, allowed)
     }
 
-    /// Tells that theory is of the gas in the whole box.
+    /// Notes that theory is of the gas in the whole box.
     pub(super) fn notable_region(&self, list: &mut Vec<String>) {
         if let Ok(Some(packing)) = self.packing_of_region() {
             list.push(format!(

@@ -23,9 +23,9 @@ const CLASSES: usize = 8;
 pub(super) struct SizedParticles {
     /// Blocks of like particles, one after the other.
     pub(super) kinds: Vec<Like>,
-    /// Temperature of each block.
+    /// Temperature of each block of like particles.
     temperatures: Vec<f64>,
-    /// Names of the species; absent where its number is the name.
+    /// Names of the species; `None` where the number of the species is the name.
     names: Vec<Option<String>>,
     tracer: Option<usize>,
     /// Number of groups, if each block is one particle.
@@ -300,7 +300,7 @@ impl SizedParticles {
     }
 }
 
-/// Most species that have a law for each pair.
+/// Largest number of species that can have a law for each pair.
 const MOST_IN_PAIRS: usize = 4096;
 
 /// Returns the normal law of a case, in engine units.

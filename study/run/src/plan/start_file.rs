@@ -1,4 +1,4 @@
-//! Gas from a start file: its box, its particles, and the changes of them.
+//! Gas from a start file: its box, its particles, and the changes that the plan makes to them.
 
 use std::path::Path;
 
@@ -28,22 +28,22 @@ const LEAST_DRIFT: f64 = 1e-12;
 const SIDE_TOLERANCE: f64 = 1e-9;
 /// Relative rounding of numbers of single precision: half a unit of the last of 24 bits.
 const SINGLE_PRECISION: f64 = 1.0 / (1 << 24) as f64;
-/// Most pairs that are moved apart.
+/// Largest number of overlapping pairs that are moved apart.
 const MOST_SEPARATIONS: usize = 10_000;
 /// Names of the axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Creates an error about the file or data that go with it.
+/// Creates an error about the key `start.file`.
 fn content(found: String, allowed: impl Into<String>) -> PlanError {
     PlanError::new("start.file", found, allowed)
 }
 
-/// Start file as written, with its name and the changes by the plan.
+/// Start file of a case, with its name and the changes that the plan makes to its particles.
 struct Source<'a> {
     case: &'a Case,
     name: &'a str,
     file: StartFile,
-    /// Changes, as sentences for the reader.
+    /// Changes that the plan makes to the particles of the file, one sentence each for the user.
     changes: Vec<String>,
 }
 
@@ -118,13 +118,13 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
 
 /// Velocities of a start file for particles that are placed otherwise.
 pub(super) struct Dealt {
-    /// Particles by species.
+    /// Particles of the gas, by species.
     pub(super) particles: SizedParticles,
     /// Velocities and spins in the order of species, in the units of the case.
     pub(super) file: StartFile,
     /// Temperature, in the units of the case \[energy\].
     pub(super) temperature: f64,
-    /// Changes, as sentences for the reader.
+    /// Changes that the plan makes to the data of the file, one sentence each for the user.
     pub(super) changes: Vec<String>,
 }
 

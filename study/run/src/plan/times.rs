@@ -2,7 +2,7 @@
 
 use super::data::{CasePlan, PlanError};
 
-/// Most samples of a run.
+/// Largest number of samples of a run.
 const MOST_SAMPLES: f64 = 1e6;
 /// Default number of samples in each factor of ten.
 const PER_DECADE: u64 = 12;

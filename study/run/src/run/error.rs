@@ -49,7 +49,7 @@ pub enum RunError {
     /// Missing replicas, or a part of a run that cannot be read.
     #[error("{0}")]
     Incomplete(String),
-    /// The processes that share a run cannot go on together.
+    /// The processes that share a run cannot continue together.
     #[error("{0}")]
     Processes(String),
     /// No gas of the case can be held by several processes.

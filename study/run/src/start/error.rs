@@ -33,15 +33,15 @@ pub enum StartError {
     /// Lattice, or several sizes, that do not fit.
     #[error("start.placement: {0}")]
     Placement(#[source] PlacementError),
-    /// Overlap of particles, which is an error of the program.
+    /// Overlap of two particles, which is an error of the program.
     #[error("particles {} and {} of the start overlap by {depth}", pair[0], pair[1])]
     Overlap {
-        /// Indices of the pair.
+        /// Indices of the two particles.
         pair: [usize; 2],
-        /// Depth of the overlap.
+        /// Depth of the overlap \[length\].
         depth: f64,
     },
-    /// Plan without such a box.
+    /// Plan without a box in which particles can be placed.
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// Invalid sizes or sides.

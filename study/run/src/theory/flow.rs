@@ -26,7 +26,8 @@ pub fn keeps_energy(plan: &CasePlan) -> bool {
     plan.is_elastic() && !driven && plan.case.walls.all_faces().all(specular) && obstacles && ends
 }
 
-/// Whether a wall gives no energy: it reverses velocities, and does not move where it has friction.
+/// Returns true if a wall conserves the energy of particles: it reverses velocities, and does not
+/// move if it has friction.
 fn keeps(wall: &WallSpec) -> bool {
     let slip = wall.slip.unwrap_or(1.0);
     let slides = wall.sliding.iter().flatten().any(|&v| v != 0.0);
@@ -36,7 +37,7 @@ fn keeps(wall: &WallSpec) -> bool {
         && (slip == 1.0 || !slides)
 }
 
-/// Temperature of rotation at the start.
+/// Temperature of rotation at the start \[energy\].
 fn spin_temperature(plan: &CasePlan) -> f64 {
     let written = plan.case.start.spin_temperature;
     written.map_or(plan.temperature, |t| t / plan.scale.energy)
@@ -87,8 +88,8 @@ pub fn cooling(
     Ok(Some(found))
 }
 
-/// The settled column of an engine: an elastic dilute gas between still walls at the ends of the
-/// second axis, along which gravity points.
+/// Computes the settled column of an engine: an elastic dilute gas between still walls at the ends
+/// of the second axis, along which gravity points.
 ///
 /// # Errors
 /// [`TheoryError`] if its equation cannot be solved.
@@ -162,7 +163,8 @@ pub fn density(
     }
 }
 
-/// The temperature of all walls, if all have the same, none moves and the gas is elastic.
+/// Temperature of the walls \[energy\]; `None` unless all have the same, none moves and the gas is
+/// elastic.
 pub fn wall_temperature(plan: &CasePlan) -> Option<f64> {
     if !plan.is_elastic() || plan.grains.gravity.is_some() || plan.case.bath().is_some() {
         return None;

@@ -1,4 +1,5 @@
-//! Kinetic equations of a gas without positions, group by group.
+//! Kinetic equations of a gas without positions. A group is a species of the plan, and has one or
+//! more classes of particles of like size.
 
 use std::ops::Range;
 
@@ -34,16 +35,16 @@ pub fn fourth_cumulants(plan: &CasePlan) -> Option<[f64; 2]> {
     })
 }
 
-/// The kinetic equations of a plan.
+/// Kinetic equations of the size classes of a plan.
 pub struct Theory<'a> {
     plan: &'a CasePlan,
     mixture: MaxwellianMixture<Law>,
-    /// Temperatures of the classes at the start.
+    /// Temperatures of the size classes at the start \[energy\].
     start: Vec<f64>,
 }
 
 impl<'a> Theory<'a> {
-    /// The kinetic equations of the classes of a plan.
+    /// Creates the kinetic equations of the size classes of a plan.
     ///
     /// # Errors
     /// [`TheoryError`] if a number is out of range, or the gas is packed too densely for its
@@ -60,13 +61,13 @@ impl<'a> Theory<'a> {
         })
     }
 
-    /// The classes of a group.
+    /// Returns the index range of the size classes of a group.
     fn classes_of(&self, group: usize) -> Range<usize> {
         let each = self.plan.classes.len() / self.plan.species.len().max(1);
         group * each..(group + 1) * each
     }
 
-    /// Weighted mean over the classes of a group; the value of the only one, bit by bit.
+    /// Weighted mean over the size classes of a group; for a single class exactly its value.
     fn over_classes(
         &self,
         group: usize,
@@ -81,8 +82,8 @@ impl<'a> Theory<'a> {
         classes.map(|k| weight(k) * value(k)).sum::<f64>() / total
     }
 
-    /// The cooling state that the gas starts in, if it does: cooling rates of all classes within a
-    /// hundredth of each other.
+    /// Returns the homogeneous cooling state if the gas starts in it: cooling rates of all size
+    /// classes within a hundredth of each other.
     pub fn cooling_state(&self) -> Option<CoolingState> {
         let rate = |k| self.mixture.rates(k, &self.start).cooling;
         let rates = || (0..self.start.len()).map(rate);
@@ -129,7 +130,7 @@ impl<'a> Theory<'a> {
         })
     }
 
-    /// Collisions of a particle up to a time \[time\], in the first order.
+    /// Number of collisions of a particle up to a time \[time\], in the first Sonine order.
     ///
     /// # Errors
     /// [`TheoryError`] if theory cannot be followed up to there.
@@ -232,16 +233,16 @@ impl<'a> Theory<'a> {
 /// first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
-    /// Value.
+    /// Value of the quantity.
     pub value: f64,
-    /// Error.
+    /// Change of the value from one Sonine order less; `None` at the first order.
     pub error: Option<f64>,
 }
 
-/// Theory of one group at one time.
+/// Theory of one species at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroupCurve {
-    /// Temperature \[energy\].
+    /// Temperature of the species \[energy\].
     pub temperature: Predicted,
     /// Fourth cumulant of the velocities.
     pub fourth_cumulant: Predicted,
@@ -252,28 +253,29 @@ pub struct GroupCurve {
     /// Relaxation time of the velocity, `m/T` of the diffusion coefficient \[time\]; the mean over
     /// the classes of a group.
     pub relaxation: Predicted,
-    /// `<v(0) . v(t)>/<v(0)^2>`.
+    /// Velocity correlation `<v(0) . v(t)>/<v(0)^2>`.
     pub correlation: Predicted,
 }
 
-/// Theory at one time.
+/// Theory of the gas at one sample time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TheoryPoint {
     /// Energy over the energy of the start.
     pub energy_ratio: Predicted,
     /// Mean number of collisions of a particle, over all particles that collide with each other.
     pub collisions: Predicted,
-    /// Mean squared displacement, on average over the same \[length^2\].
+    /// Mean squared displacement, averaged over all particles that collide with each other
+    /// \[length^2\].
     pub displacement: Predicted,
-    /// Each group.
+    /// Theory of each species.
     pub groups: Vec<GroupCurve>,
 }
 
 /// Predictions at all sample times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TheoryCurves {
-    /// Sonine orders of the velocities.
+    /// Number of Sonine orders of the velocities.
     pub orders: usize,
-    /// Predictions in the order of the sample times; none for a gas that sticks.
+    /// Predictions in the order of the sample times; empty for a gas whose particles stick.
     pub at: Vec<TheoryPoint>,
 }

@@ -7,7 +7,8 @@ use super::{ClusterRecord, Half, Schedule, Sizes};
 use crate::judge::{MeasuredPoint, VerdictRule, against_theory, verdict_note, with_error};
 use crate::plan::CasePlan;
 
-/// Numbers of clusters by size, summed over the times of the steady state, and the number of these.
+/// Sums the numbers of clusters by size over all sample times in the steady state; also returns the
+/// number of these times.
 pub(super) fn all_steady(record: &ClusterRecord) -> (Sizes, u64) {
     let mut sum = Sizes::new();
     for half in &record.steady {
@@ -49,9 +50,9 @@ fn fit(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
     Some([of(0)?, of(1)?])
 }
 
-/// Exponent and inverse cut-off of one distribution: least squares of `ln n_k` on `ln k` and k,
-/// each size with the weight of its count, which is the inverse variance of the logarithm of a
-/// Poisson number.
+/// Fits exponent and inverse cut-off to one size distribution: least squares of `ln n_k` on `ln k`
+/// and k, each size with the weight of its count, which is the inverse variance of the logarithm of
+/// a Poisson number.
 fn fit_one(sizes: &Sizes, [low, high]: [u32; 2]) -> Option<[f64; 2]> {
     let points: Vec<[f64; 4]> = sizes
         .range(low..=high)
@@ -84,7 +85,8 @@ fn fit_one(sizes: &Sizes, [low, high]: [u32; 2]) -> Option<[f64; 2]> {
     (exponent.is_finite() && inverse_cutoff.is_finite()).then_some([exponent, inverse_cutoff])
 }
 
-/// Whether sticking and breaking have come to a balance, and its power law.
+/// Returns verdicts on whether sticking and breaking balance, and on the power law of the steady
+/// cluster sizes.
 pub(super) fn steady_state(
     plan: &CasePlan,
     records: &[&ClusterRecord],

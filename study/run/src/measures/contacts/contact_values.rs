@@ -81,14 +81,14 @@ pub(super) fn table(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2
     table
 }
 
-/// Pair of species of an engine.
+/// Pair of species in one engine, with the theory of its contact value.
 struct Pair {
     species: [usize; 2],
     dimension: usize,
     volume: f64,
-    /// Number of pairs of particles.
+    /// Number of pairs of particles of the two species.
     pairs: f64,
-    /// Enskog's contact value.
+    /// Enskog's contact value χ of the two species; `None` where theory has none.
     chi: Option<f64>,
     /// Factor of g(d+) over the contact value: 1 for an elastic pair.
     factor: Option<f64>,
@@ -131,7 +131,7 @@ impl Pair {
         })
     }
 
-    /// Returns g(d+) by flux.
+    /// Estimates g(d+), the pair correlation at contact, from the flux of colliding pairs.
     fn total(&self, windows: &[FluxWindow]) -> Option<TableEstimate> {
         self.over_norm(windows, &|sums| sums.approaching + sums.separating)
     }

@@ -17,28 +17,29 @@ use stosszahl_model::{Budget, Failure, Interrupt, ParticleSpec, Particles, Simul
 use super::WindowSums;
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Memory of the engine of a twin per disk \[bytes\].
+/// Memory of the engine of an elastic twin per disk \[bytes\].
 pub(super) const BYTES_PER_DISK: f64 = 260.0;
 
 /// Weight, in collisions per disk, of the theoretical collision rate in the estimate of the twin's
 /// rate.
 const PRIOR: f64 = 0.25;
 
-/// Sums of the twin in a window of the gas: contacts and flux.
+/// Sums of the elastic twin in one time window of the gas: contacts and flux.
 pub(super) type TwinWindow = (ContactSums, FluxWindow);
 
-/// Running twin of one replica.
+/// Elastic twin of one replica in progress: exact disks from the same start, without energy loss.
 pub(super) struct ElasticTwin {
     gas: Box<dyn Simulation>,
-    /// Time of the start \[time\].
+    /// Time of the gas at the start of the twin \[time\].
     start: f64,
-    /// Collisions of the gas per time by theory, before there are some \[1/time\].
+    /// Theoretical collision rate of all disks together, the prior of the twin's measured rate
+    /// \[1/time\].
     expected: f64,
-    /// Sums since they were last distributed over the windows.
+    /// Sums over collisions and pairs since they were last added to the time windows.
     sums: WindowSums,
 }
 
-/// Content of a checkpoint of a twin.
+/// Content of a checkpoint of an elastic twin.
 #[derive(Serialize, Deserialize)]
 pub(super) struct SavedTwin {
     engine: ByteBuf,
@@ -54,8 +55,8 @@ pub(super) fn has_twin(plan: &CasePlan, engine: &EnginePlan) -> bool {
 }
 
 impl ElasticTwin {
-    /// Creates the twin of disks at their start, with the collisions of the gas per time by theory
-    /// at temperature 1.
+    /// Creates the elastic twin of disks at their start. `expected` is the theoretical collision
+    /// rate of all disks together at temperature 1 \[1/time\].
     ///
     /// # Errors
     /// [`EventDrivenError`] if the disks overlap.
@@ -77,14 +78,15 @@ impl ElasticTwin {
         })
     }
 
-    /// Takes the sums since the last call, of a sample or of the collisions between two samples.
+    /// Takes the sums since the last call: of pairs at a sample, or of the collisions between two
+    /// samples.
     pub(super) fn take_sums(&mut self) -> TwinWindow {
         let flux = self.sums.flux.windows[0].take_sums();
         (mem::take(&mut self.sums.contacts.windows[0].1), flux)
     }
 
     /// Advances until the twin has had as many collisions as the gas, on average: to the time at
-    /// which its rate so far gives them. So it is looked at between collisions.
+    /// which its rate so far gives them. So the twin is sampled at a time between collisions.
     ///
     /// # Errors
     /// [`Failure`] if the twin cannot be advanced.
@@ -118,7 +120,7 @@ impl ElasticTwin {
         Ok(())
     }
 
-    /// Samples local temperatures and pairs of the twin.
+    /// Samples local temperatures of the twin, and its pairs near contact.
     pub(super) fn sample_twin(&mut self) {
         let particles = self.gas.particles();
         self.sums.contacts.sample_gas(particles.time, &particles);

@@ -13,7 +13,7 @@ use crate::judge::{self, VerdictRule, in_units};
 use crate::measures::fewest_parts;
 use crate::plan::CasePlan;
 
-/// The fields of a flow along a channel.
+/// Fields of a flow along a channel, from the inflow on the left to the open face on the right.
 pub(super) struct Channel<'a> {
     plan: &'a CasePlan,
     view: &'a View<'a>,
@@ -21,7 +21,7 @@ pub(super) struct Channel<'a> {
     cells: Vec<Quantities>,
     columns: usize,
     rows: usize,
-    /// Velocity of the inflow along the channel, in the units of the case.
+    /// Velocity of the inflow along the channel \[length/time\], in the units of the case.
     entering: f64,
     rule: VerdictRule,
 }
@@ -29,7 +29,8 @@ pub(super) struct Channel<'a> {
 /// Fewest cells across a channel that show its layers.
 pub(super) const FEWEST_ROWS: usize = 4;
 
-/// Whether a case is a channel: inflow on the left, an open face on the right, walls below and above, and nothing inside.
+/// Returns true if a case is a channel: inflow through the left face, an open right face, walls
+/// below and above, and no obstacles.
 pub(super) fn is_channel(case: &Case) -> bool {
     let open = *case.walls.face_at(0, 1) == FaceSpec::Word(FaceWord::Open);
     let walled = [0, 1]
@@ -41,18 +42,19 @@ pub(super) fn is_channel(case: &Case) -> bool {
     entering(case).is_some() && open && walled && case.obstacle.is_empty()
 }
 
-/// The inflow on the left.
+/// Returns the inflow through the left face of a case, if it has one.
 fn entering(case: &Case) -> Option<&InflowSpec> {
     case.inflow.iter().find(|inflow| inflow.face == "left")
 }
 
-/// Returns the middle fifth of the cells across.
+/// Returns the middle fifth of the rows of cells across the channel.
 pub(super) fn middle(rows: usize) -> Range<usize> {
     2 * rows / 5..(3 * rows).div_ceil(5)
 }
 
 impl<'a> Channel<'a> {
-    /// The channel of a case, if it is one and its fields are fine enough.
+    /// Creates the channel of a case; `None` if the case is no channel, or its fields have too few
+    /// cells.
     pub(super) fn from_plan(
         plan: &'a CasePlan,
         view: &'a View<'a>,
@@ -88,25 +90,26 @@ impl<'a> Channel<'a> {
         &self.cells[column + self.columns * row]
     }
 
-    /// The middle fifth of the height.
+    /// Rows of cells in the middle fifth of the height.
     fn middle(&self) -> Range<usize> {
         middle(self.rows)
     }
 
-    /// The first and the last eighth of the length.
+    /// Columns of cells in the first and the last eighth of the length.
     fn ends(&self) -> [Range<usize>; 2] {
         let eighth = self.columns / 8;
         [0..eighth, self.columns - eighth..self.columns]
     }
 
-    /// Mean over a block of cells, weighted with the density.
+    /// Mean of a quantity over a rectangle of cells, weighted with the density.
     fn mean(&self, columns: Range<usize>, rows: Range<usize>, quantity: usize) -> TableEstimate {
         let across = self.columns;
         let cells = columns.flat_map(|column| rows.clone().map(move |row| column + across * row));
         self.view.mean(&cells.collect::<Vec<_>>(), quantity)
     }
 
-    /// Last over first eighth, in the middle.
+    /// Formats the ratio of a quantity in the last eighth of the length to the first eighth, in the
+    /// middle of the height.
     fn change(&self, quantity: usize) -> String {
         let [first, last] = self
             .ends()
@@ -128,7 +131,7 @@ impl<'a> Channel<'a> {
         )
     }
 
-    /// Slip at the walls and the layer that they slow down.
+    /// Describes the slip at the walls, and the layer that the walls slow down.
     fn walls(&self) -> String {
         /// Share of the velocity in the middle at which the layer ends.
         const FREE: f64 = 0.99;
@@ -151,7 +154,8 @@ impl<'a> Channel<'a> {
         )
     }
 
-    /// How far the two halves are alike, where they must be.
+    /// Returns the verdict on the symmetry of the lower and upper half of the channel; `None` where
+    /// the case is not symmetric.
     fn symmetry(&self, topic: String) -> Option<VerdictText> {
         let case = &self.plan.case;
         if case.gravity.is_some() || case.walls.bottom != case.walls.top {

@@ -8,7 +8,7 @@ use super::{FieldOptions, channel};
 use crate::measures::course::BlockRange;
 use crate::plan::{CasePlan, EnginePlan};
 
-/// The empty table.
+/// Creates the table `boundary_layers.csv` without rows.
 pub(super) fn table() -> Table {
     let table = table! {
         "boundary_layers", "The layers that the walls of a channel slow down, at one place along it and in one window of time";

@@ -12,7 +12,7 @@ use crate::measures::{PARTS, fewest_parts};
 use crate::plan::{CasePlan, EnginePlan};
 use crate::theory::flow;
 
-/// A figure of each quantity of a table, from its meaning and axis.
+/// Adds a figure of each quantity to a table; `figure` makes it from the vertical axis.
 fn with_figures(mut table: Table, figure: impl Fn(FigureAxis) -> Figure) -> Table {
     let one = |column: &TableColumn| Figure {
         title: column.meaning.clone(),
@@ -30,7 +30,7 @@ fn with_figures(mut table: Table, figure: impl Fn(FigureAxis) -> Figure) -> Tabl
     table
 }
 
-/// The empty table of the cells.
+/// Creates the table `fields.csv` without rows.
 pub(super) fn cells(options: &FieldOptions) -> Table {
     let table = table! {
         "fields", "Fields in one cell and window of time";
@@ -65,7 +65,7 @@ pub(super) fn cells(options: &FieldOptions) -> Table {
     })
 }
 
-/// The empty table of the profiles.
+/// Creates the table `profiles.csv` without rows.
 pub(super) fn profiles(options: &FieldOptions) -> Table {
     let table = table! {
         "profiles", "A profile in one window of time";
@@ -95,7 +95,7 @@ pub(super) fn profiles(options: &FieldOptions) -> Table {
     })
 }
 
-/// Adds the cells of an engine in a window.
+/// Adds the rows of all cells, of one engine in one time window.
 pub(super) fn fill_cells(
     table: &mut Table,
     plan: &CasePlan,
@@ -114,7 +114,7 @@ pub(super) fn fill_cells(
     }
 }
 
-/// Adds the profiles of an engine in a window.
+/// Adds the rows of both profiles, of one engine in one time window.
 pub(super) fn fill_profiles(
     table: &mut Table,
     plan: &CasePlan,

@@ -13,10 +13,11 @@ use crate::measures::fewest_parts;
 use crate::plan::{CasePlan, EnginePlan, in_space};
 use crate::theory::flow;
 
-/// Standard errors by which a packing exceeds the closest one before it is named.
+/// Number of standard errors by which a packing fraction must exceed the closest packing to be
+/// reported.
 const SURE: f64 = 4.0;
 
-/// One row of a table.
+/// Row of a table of fields or profiles.
 #[derive(Clone, Copy)]
 struct Row<'a> {
     table: &'a Table,
@@ -31,7 +32,7 @@ impl Row<'_> {
         }
     }
 
-    /// A quantity and its standard error.
+    /// Returns the quantity in a column, with its standard error.
     fn measured(&self, column: &str) -> TableEstimate {
         let error = self.number(&format!("{column}_se"));
         TableEstimate::with_error(self.number(column).unwrap_or(f64::NAN), error)
@@ -46,7 +47,7 @@ impl Row<'_> {
     }
 }
 
-/// Rows of an engine in a window.
+/// Returns the rows of a table for one engine and one time window.
 fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &BlockRange) -> Vec<Row<'a>> {
     let all = table.rows.iter().map(|cells| Row { table, cells });
     let wanted = |row: &Row<'_>| {
@@ -110,7 +111,8 @@ pub(super) fn field_verdicts(
     list
 }
 
-/// Independent parts behind the errors of the density profiles of an engine.
+/// Number of independent parts of the runs behind the standard errors of an engine's density
+/// profiles.
 fn density_parts(view: &View<'_>) -> usize {
     let along = |along| {
         let places = view.fields(None, along);
@@ -144,7 +146,8 @@ fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &BlockRange) -> V
     }
 }
 
-/// The place where an engine packs particles closer than they can lie, if there is one.
+/// Warns of the position where an engine packs particles more closely than the closest packing;
+/// `None` without one.
 fn overcrowded(plan: &CasePlan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<VerdictText> {
     let closest = plan.closest_packing();
     let of = |species: &str| -> Vec<&Row<'_>> {
@@ -184,15 +187,15 @@ fn overcrowded(plan: &CasePlan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option
     Some(judge::warning(format!("packing, {name}"), sentence))
 }
 
-/// The place of a row of a profile in words.
+/// Formats the position of a row of a profile, such as "x = 3".
 fn place_text(row: &Row<'_>) -> String {
     let axis = if row.says("along", "x") { "x" } else { "y" };
     let at = row.number("at").unwrap_or(f64::NAN);
     format!("{axis} = {}", judge::short(at))
 }
 
-/// The density profiles of two engines. A single place along an axis is the whole box, whose
-/// density nothing changes.
+/// Returns the verdict on the density profiles of two engines. An axis with a single cell is left
+/// out: the density of the whole box is fixed.
 fn profiles_agree(
     pair: [&str; 2],
     rows: &[Vec<Row<'_>>; 2],
@@ -220,7 +223,7 @@ fn profiles_agree(
     found.or_else(|| (places.len() > 2).then(|| judge::verdict_note(topic, unknown)))
 }
 
-/// Verdict on the profile of a settled column.
+/// Returns the verdict on the density profile of a settled column.
 fn barometric(
     plan: &CasePlan,
     engine: &EnginePlan,
@@ -239,8 +242,8 @@ fn barometric(
     judge::profiles(topic, words, &layers, parts, rule)
 }
 
-/// An elastic gas between walls of one temperature, by its mean temperature and its drift along the
-/// first axis.
+/// Returns the verdict on an elastic gas between walls of one temperature: its mean temperature,
+/// and its mean velocity along the first axis.
 fn walls(
     plan: &CasePlan,
     topic: String,

@@ -6,7 +6,7 @@ use stosszahl_results::TableEstimate;
 use crate::measures::course::{self, BlockRange};
 use crate::plan::CasePlan;
 
-/// Number of the quantities of the tables.
+/// Number of quantities in the tables of fields.
 pub(super) const QUANTITIES: usize = 7;
 /// Index of the number density among the quantities.
 pub(super) const DENSITY: usize = 0;
@@ -15,7 +15,7 @@ pub(super) const SPEED: usize = 1;
 /// Index of the granular temperature.
 pub(super) const TEMPERATURE: usize = 3;
 
-/// Places of the quantities in [`Values::list`].
+/// Index of each quantity in [`Values::list`].
 const PLACES: [usize; QUANTITIES] = [0, 1, 2, 4, 5, 6, 7];
 
 /// Units of the quantities, in their order.
@@ -34,17 +34,19 @@ pub(super) fn units(plan: &CasePlan) -> [f64; QUANTITIES] {
     ]
 }
 
-/// Quantities of a place, in the units of the case. Their number of replicas is that of the independent parts behind their errors.
+/// Quantities of one cell or profile position, in the units of the case. `replicas` of each is the
+/// number of independent parts of the runs behind its standard error.
 pub(super) type Quantities = [TableEstimate; QUANTITIES];
 
-/// Averages of one engine over its replicas and a window.
+/// Fields of one engine, averaged over its replicas and a time window.
 pub(super) struct View<'a> {
     averages: ParticleAverages<'a>,
     units: [f64; QUANTITIES],
 }
 
 impl<'a> View<'a> {
-    /// Averages of the sums of all replicas. `free_shares` are those of [`CasePlan::free_shares`].
+    /// Creates the averages from the sums of all replicas. `free_shares` is
+    /// [`CasePlan::free_shares`]: the free share of each cell.
     pub(super) fn new(
         plan: &CasePlan,
         sums: &'a [&'a Sums],
@@ -62,7 +64,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Quantities at each place, of all species or of one.
+    /// Quantities of each cell or profile position, of all species together or of one.
     pub(super) fn fields(&self, species: Option<usize>, along: CellAveraging) -> Vec<Quantities> {
         let found = self.averages.fields(species, along);
         let quantity = |values: &Values, index: usize| values.list()[PLACES[index]];
@@ -96,7 +98,8 @@ impl<'a> View<'a> {
         mean.times(self.units[quantity])
     }
 
-    /// Numbers that follow from the fields of some cells, in engine units.
+    /// Estimates numbers that the function `of` computes from the fields of some cells, in engine
+    /// units.
     pub(super) fn derived<const N: usize>(
         &self,
         cells: &[usize],
