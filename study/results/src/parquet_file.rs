@@ -21,13 +21,13 @@ use crate::table::{Table, TableCell};
 
 /// Type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum SpeciesProperties {
+enum ColumnContent {
     Words,
     Counts,
     Numbers,
 }
 
-impl SpeciesProperties {
+impl ColumnContent {
     /// Returns the type of a column of a table.
     fn of(table: &Table, column: usize) -> Self {
         if table.columns[column].unit.is_empty() {
@@ -81,8 +81,8 @@ impl Table {
     }
 
     fn parquet(&self) -> Result<Vec<u8>, ParquetError> {
-        let kinds: Vec<SpeciesProperties> = (0..self.columns.len())
-            .map(|column| SpeciesProperties::of(self, column))
+        let kinds: Vec<ColumnContent> = (0..self.columns.len())
+            .map(|column| ColumnContent::of(self, column))
             .collect();
         let fields = kinds.iter().zip(&self.columns);
         let fields = fields.map(|(kind, column)| kind.field(&column.name).map(Arc::new));
@@ -108,7 +108,7 @@ impl Table {
                 break;
             };
             match kind {
-                SpeciesProperties::Words => {
+                ColumnContent::Words => {
                     let words = cells.map(|cell| match cell {
                         TableCell::Text(text) if !text.is_empty() => {
                             Some(ByteArray::from(text.as_str()))
@@ -118,7 +118,7 @@ impl Table {
                     let (words, known) = split(words);
                     (column.typed::<ByteArrayType>()).write_batch(&words, Some(&known), None)?;
                 }
-                SpeciesProperties::Counts => {
+                ColumnContent::Counts => {
                     let counts = cells.map(|cell| match cell {
                         TableCell::Count(count) => i64::try_from(*count).ok(),
                         _ => None,
@@ -126,7 +126,7 @@ impl Table {
                     let (counts, known) = split(counts);
                     (column.typed::<Int64Type>()).write_batch(&counts, Some(&known), None)?;
                 }
-                SpeciesProperties::Numbers => {
+                ColumnContent::Numbers => {
                     let (numbers, known) = split(cells.map(TableCell::number));
                     (column.typed::<DoubleType>()).write_batch(&numbers, Some(&known), None)?;
                 }

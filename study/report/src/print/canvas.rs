@@ -21,7 +21,7 @@ pub(crate) enum Segment {
     /// Straight line.
     Line([f64; 2]),
     /// Cubic Bézier curve: two control points and the end.
-    ChartCurve([f64; 2], [f64; 2], [f64; 2]),
+    Curve([f64; 2], [f64; 2], [f64; 2]),
     /// Straight line to the start of the subpath.
     Close,
 }

@@ -156,14 +156,14 @@ impl OutlineBuilder for Outline {
         let (control, end) = (self.point(x1, y1), self.point(x, y));
         let mix = |from: [f64; 2]| [0, 1].map(|i| from[i] + 2.0 / 3.0 * (control[i] - from[i]));
         self.segments
-            .push(Segment::ChartCurve(mix(self.last), mix(end), end));
+            .push(Segment::Curve(mix(self.last), mix(end), end));
         self.last = end;
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
         let [one, two] = [self.point(x1, y1), self.point(x2, y2)];
         self.last = self.point(x, y);
-        self.segments.push(Segment::ChartCurve(one, two, self.last));
+        self.segments.push(Segment::Curve(one, two, self.last));
     }
 
     fn close(&mut self) {
@@ -197,7 +197,7 @@ mod tests {
         let outline = fonts.outline(0, line.glyphs[0].id);
         assert_eq!(outline.last(), Some(&Segment::Close));
         let top = outline.iter().fold(0.0_f64, |top, segment| match segment {
-            Segment::Move(at) | Segment::Line(at) | Segment::ChartCurve(_, _, at) => top.max(at[1]),
+            Segment::Move(at) | Segment::Line(at) | Segment::Curve(_, _, at) => top.max(at[1]),
             Segment::Close => top,
         });
         // 1493 of 2048 units, by the font's own table of names and sizes.

@@ -115,7 +115,7 @@ fn path(
                 let [x, y] = rounded(*at);
                 content.line_to(x, y);
             }
-            Segment::ChartCurve(one, two, at) => {
+            Segment::Curve(one, two, at) => {
                 let [[x1, y1], [x2, y2], [x, y]] = [*one, *two, *at].map(rounded);
                 content.cubic_to(x1, y1, x2, y2, x, y);
             }

@@ -205,10 +205,10 @@ fn circle([x, y]: [f64; 2], radius: f64) -> Vec<Segment> {
     let r = radius;
     vec![
         Segment::Move([x + r, y]),
-        Segment::ChartCurve([x + r, y + k], [x + k, y + r], [x, y + r]),
-        Segment::ChartCurve([x - k, y + r], [x - r, y + k], [x - r, y]),
-        Segment::ChartCurve([x - r, y - k], [x - k, y - r], [x, y - r]),
-        Segment::ChartCurve([x + k, y - r], [x + r, y - k], [x + r, y]),
+        Segment::Curve([x + r, y + k], [x + k, y + r], [x, y + r]),
+        Segment::Curve([x - k, y + r], [x - r, y + k], [x - r, y]),
+        Segment::Curve([x - r, y - k], [x - k, y - r], [x, y - r]),
+        Segment::Curve([x + k, y - r], [x + r, y - k], [x + r, y]),
         Segment::Close,
     ]
 }

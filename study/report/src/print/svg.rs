@@ -78,7 +78,7 @@ fn data(segments: &[Segment], place: impl Fn([f64; 2]) -> [f64; 2]) -> PreEscape
         let _ = match segment {
             Segment::Move(at) => write!(path, "M{}", pair(*at)),
             Segment::Line(at) => write!(path, "L{}", pair(*at)),
-            Segment::ChartCurve(one, two, at) => {
+            Segment::Curve(one, two, at) => {
                 write!(path, "C{} {} {}", pair(*one), pair(*two), pair(*at))
             }
             Segment::Close => write!(path, "Z"),
