@@ -76,7 +76,7 @@ where
             }
             let Some(next) = next else { break };
             if self.is_paused() {
-                self.update_density();
+                self.sort_simulators();
                 // The flight has covered half of the next step.
                 self.time = end + 0.5 * next;
                 self.pause = Some(Pause {
@@ -88,7 +88,7 @@ where
             }
             step = next;
         }
-        self.update_density();
+        self.sort_simulators();
         until <= self.time
     }
 
@@ -205,7 +205,7 @@ where
         let weighs = self.weighs_anew();
         let settled = was_settled || around || across || weighs;
         if settled && !was_settled {
-            self.update_density();
+            self.sort_simulators();
         }
         if weighs {
             self.follow_number();
@@ -355,7 +355,7 @@ where
     }
 
     /// Sorts the simulators of all tiles by cell.
-    fn update_density(&mut self) {
+    fn sort_simulators(&mut self) {
         let grid = &self.grid;
         let arrivals = Arrivals {
             boxes: &self.arriving,

@@ -48,9 +48,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Opens the lists of cells that come into reach as a disk enters another cell in sliding rows:
-    /// along the flow the outermost cell of each row; across it the cells of the next row, and one
-    /// of the row that was left, where three of four cells were in reach before.
+    /// Opens the lists of cells that come into reach as a disk enters another cell in sliding rows.
+    /// Along the flow these are the outermost cell of each row. Across it all cells of the rows
+    /// above and below are opened, though some of the row that was left were in reach before.
     #[inline(always)]
     pub(crate) fn open_beyond_sliding(
         &self,

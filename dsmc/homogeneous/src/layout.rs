@@ -65,6 +65,14 @@ pub(crate) struct Group {
     pub class: u32,
 }
 
+impl Group {
+    /// Puts the index of a particle into the next free slot.
+    fn add_index(&mut self, order: &mut [u32], index: u32) {
+        order[(self.first + self.length) as usize] = index;
+        self.length += 1;
+    }
+}
+
 /// Layout: all classes and groups.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Layout {
@@ -139,8 +147,7 @@ impl Layout {
         for (number, group) in self.groups[..end].iter_mut().enumerate().skip(first) {
             // The last may be too slow: a particle may be faster than the fastest group.
             if group.length < group.capacity && group.square >= square {
-                self.order[(group.first + group.length) as usize] = index;
-                group.length += 1;
+                group.add_index(&mut self.order, index);
                 particle.mark = number as u32;
                 return ProposalValidity::Kept;
             }
@@ -161,8 +168,7 @@ impl Layout {
             && group.square >= square
             && group.length < group.capacity
         {
-            self.order[(group.first + group.length) as usize] = index;
-            group.length += 1;
+            group.add_index(&mut self.order, index);
             particle.mark = own.extra;
             return ProposalValidity::Kept;
         }

@@ -3,6 +3,7 @@
 use stosszahl_model::{ParticleModel, Sizes};
 
 use super::arm::ContactDistance;
+use crate::extrema::larger;
 use crate::grid::Grid;
 use crate::scheme::{PartnerSelection, Scheme};
 
@@ -57,11 +58,7 @@ pub(super) fn ranges<P: ParticleModel>(
     let largest = sizes.largest_radius();
     let longest = largest + mean_radius;
     if scheme.partners() == PartnerSelection::AroundContact {
-        let spread = if sizes.are_equal() {
-            0.0
-        } else {
-            mean_radius.max(largest - mean_radius)
-        };
+        let spread = radius_spread(sizes, mean_radius);
         Ranges {
             point: cells(arm * longest),
             near: cells(radius).clamp(1, all),
@@ -73,6 +70,16 @@ pub(super) fn ranges<P: ParticleModel>(
             point: cells(longest),
             ..Ranges::default()
         }
+    }
+}
+
+/// Largest difference of a radius from the mean one, or a bound on it \[length\]; zero for equal
+/// sizes.
+pub(super) fn radius_spread(sizes: &impl Sizes, mean_radius: f64) -> f64 {
+    if sizes.are_equal() {
+        0.0
+    } else {
+        larger(mean_radius, sizes.largest_radius() - mean_radius)
     }
 }
 

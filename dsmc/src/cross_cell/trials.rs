@@ -6,11 +6,11 @@ use stosszahl_model::{ParticleModel, Sizes, Space, VectorOf};
 use super::lanes::SimdBackend;
 use super::partners::Search;
 use super::rate::Rates;
+use super::search_ranges::radius_spread;
 use super::search_target::Aim;
 use super::tile_collider::{Candidate, Cell, Line, TileCollider, pair_share};
 use crate::boundary::GridBoundaries;
 use crate::density::FreeVolumeFactors;
-use crate::extrema::larger;
 use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, covered};
 use crate::within_cell::CollisionContext;
@@ -183,12 +183,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>, L: SimdBackend> Candid
         };
         let there = worker.patch.cell_of(aim.point);
         // No partner there is fast enough.
-        let spread = if sizes.are_equal() {
-            0.0
-        } else {
-            let mean = kernel.mean_radius;
-            larger(mean, sizes.largest_radius() - mean)
-        };
+        let spread = radius_spread(sizes, kernel.mean_radius);
         let speed = trial.threshold - trial.along - spread * worker.approach_by_flow(normal).abs();
         if worker.patch.is_slow(there, normal, speed) {
             return true;
