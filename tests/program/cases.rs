@@ -138,12 +138,12 @@ fn small_cases_of_each_kind_leave_the_tables_of_their_kind() {
          structure_factor",
         "comparison energy error_budget impact_parameter impact_parameter_pairs impact_parameter_summary \
          mean_squared_displacement pair_correlation partial_pair_correlation partial_structure_factor \
-         partial_temperature replicas steady_state structure_factor",
-        "checks gas mean_squared_displacement replicas species time_averaged_displacement",
-        "checks clusters gas replicas size_distribution",
-        "boundaries fields profiles series species",
-        "boundaries boundary_layers fields profiles series",
-        "boundaries fields profiles series",
+         replicas species steady_state structure_factor",
+        "checks energy mean_squared_displacement replicas species time_averaged_displacement",
+        "checks clusters energy replicas size_distribution",
+        "boundaries energy fields profiles replicas species",
+        "boundaries boundary_layers energy fields profiles replicas",
+        "boundaries energy fields profiles replicas",
         "comparison dissipation energy error_budget green_kubo growth helfand impact_parameter impact_parameter_summary \
          intermediate_scattering pair_correlation replicas shear_decay spectra structure_factor transport velocity_cumulants \
          velocity_distribution",

@@ -436,7 +436,7 @@ fn any_key_can_be_set_and_what_is_said_is_what_was_run() {
     assert_eq!(manifest.case["run"]["until"], 10.0);
     let species = Columns::read(&work.path("out"), "species");
     assert!(species.numbers("time").iter().all(|&time| time <= 10.0));
-    assert_eq!(species.numbers("count")[1], 40.0);
+    assert_eq!(species.numbers("particles")[1], 40.0);
     assert!(work.text("out/report.html").contains("shorter"));
 }
 

@@ -132,7 +132,7 @@ fn species_of_a_file_are_species() {
     let named = |large: bool| format!(",{}", if large { 7 } else { 11 });
     work.write("start.csv", two_sizes(",type", named));
     work.done("run case.toml --out out --set start.velocities=file --set run.until=2");
-    let table = Columns::read(&work.path("out"), "partial_temperature");
+    let table = Columns::read(&work.path("out"), "species");
     let names: BTreeSet<&String> = table.texts("species").iter().collect();
     assert_eq!(names.into_iter().collect::<Vec<_>>(), ["1", "2"]);
     let known: Vec<String> = study::check_case(&overridden(

@@ -330,7 +330,6 @@ until = 6
 simulators_per_particle = 1
 [measure.impact_parameters]
 windows = \"whole-run\"
-[measure.species_temperatures]
 [verdict]
 family_wise_error_rate = 0.2
 ";

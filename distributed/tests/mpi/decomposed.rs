@@ -124,7 +124,6 @@ simulators_per_particle = 1
 times = []
 [measure.frames]
 number = 0
-[measure.series]
 [measure.fields]
 cells = [8, 4]
 blocks = 2
@@ -137,7 +136,7 @@ range = 2
 largest_wave_number = 2
 [measure.velocity_distribution]
 bins = 20
-[measure.species_temperatures]
+[measure.species]
 "#;
 
 /// Measures of structure: those of pairs of species need all particles at one place.
@@ -176,7 +175,7 @@ fn looks_at_a_gas_gather_no_particles() {
     let mixture = MEASURED.replace(STRUCTURE, NO_STRUCTURE);
     let (before, species) = MEASURED.split_once("[[species]]").expect("species");
     let (_, after) = species.split_once("[box]").expect("a box");
-    let single = format!("{before}[box]{after}").replace("[measure.species_temperatures]\n", "");
+    let single = format!("{before}[box]{after}").replace("[measure.species]\n", "");
     let often = format!("{mixture}{OFTEN}");
     for (case, limit) in [
         (mixture, 0.55 * gas),

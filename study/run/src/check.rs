@@ -1,6 +1,5 @@
 //! Summary of a case before it is run: derived quantities, power, cost, choices and warnings.
 
-use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use stosszahl_case::{Case, CaseError, CaseFile, CasePoint, Format};
@@ -111,9 +110,6 @@ impl<'a> Planned<'a> {
             plan,
             measures,
         };
-        planned
-            .require_own_tables()
-            .map_err(|error| refused(point, &error))?;
         let tables = |leading: usize| planned.tables_of(leading);
         question::check_question(&planned.plan, &planned.measures, tables)
             .map_err(|error| refused(point, &error))?;
@@ -127,38 +123,6 @@ impl<'a> Planned<'a> {
         own.filter(|(measure, _)| Some(measure.name()) == name)
             .map(|(_, table)| table)
             .collect()
-    }
-
-    /// Refuses two measures that would write the same table.
-    fn require_own_tables(&self) -> Result<(), PlanError> {
-        let mut owners: BTreeMap<String, &str> = BTreeMap::new();
-        for (measure, table) in self.tables_of_measures() {
-            let name = measure.name();
-            let file = table.file();
-            let Some(other) = owners.insert(file.clone(), name) else {
-                continue;
-            };
-            // The measure that the case names is the one at fault, since it can be removed there.
-            let asked = |name: &str| self.plan.case.measure.contains_key(name);
-            let (here, there) = if asked(name) {
-                (name, other)
-            } else {
-                (other, name)
-            };
-            let default = if asked(there) {
-                ""
-            } else {
-                ", which is made in this case without being named"
-            };
-            return Err(PlanError::new(
-                format!("measure.{here}"),
-                "",
-                format!(
-                    "not together with measure.{there}{default}: both write {file}; leave one out"
-                ),
-            ));
-        }
-        Ok(())
     }
 
     /// Tables that a run will have, without rows. Theory is not solved for them.

@@ -7,13 +7,12 @@ mod collision_log;
 #[cfg(test)]
 mod contact_tests;
 mod contacts;
-mod course;
 mod displacement;
-mod energy;
+pub(crate) mod energy;
 mod error_budget;
 mod fields;
 mod frames;
-mod gas;
+mod gas_series;
 #[cfg(test)]
 mod hydrodynamic_tests;
 mod impact_parameters;
@@ -23,12 +22,12 @@ mod pair_correlation;
 mod positionless_tests;
 #[cfg(test)]
 mod record_tests;
+mod row_columns;
 mod selection;
-pub(crate) mod series;
 mod shear_balance;
 mod snapshots;
 mod species;
-mod species_temperatures;
+mod species_record;
 mod spectra;
 mod steady_state;
 mod stress;
@@ -37,6 +36,7 @@ mod tau;
 #[cfg(test)]
 mod tests;
 mod time_averaged_displacement;
+mod time_blocks;
 #[cfg(test)]
 pub(crate) mod toy;
 mod transport;
@@ -56,6 +56,7 @@ use stosszahl_results::TableEstimate;
 use crate::measure::{self, BadOption, Measure};
 use crate::plan::{CasePlan, EnginePlan, logarithmic};
 
+pub(crate) use gas_series::GasSeries;
 pub use snapshots::extended_xyz;
 pub(crate) use structure_factor::last_structure_factor;
 
@@ -65,12 +66,9 @@ const KEPT_PER_SPECIES: f64 = 80.0;
 /// All measures, in the order of tables and reports.
 pub const ALL: &[&dyn Measure] = &[
     &energy::EnergyMeasure,
-    &series::TimeSeriesMeasure,
     &checks::TheoryComparison,
-    &gas::HomogeneousGasMeasure,
     &species::SpeciesMeasure,
     &species::VelocityCorrelation,
-    &species_temperatures::SpeciesTemperatures,
     &steady_state::SteadyState,
     &stress::StressMeasure,
     &shear_balance::ShearBalance,
@@ -113,7 +111,7 @@ pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn DynReduction>> {
         sum::restore_reduction::<PairCounts>,
         sum::restore_reduction::<frames::FrameReduction>,
         sum::restore_reduction::<frames::ChosenParticles>,
-        sum::restore_reduction::<course::Look>,
+        sum::restore_reduction::<gas_series::GasReduction>,
     ];
     kinds.iter().find_map(|made| made(name, empty))
 }

@@ -19,7 +19,7 @@ use crate::check::Planned;
 use crate::follow::{EngineRun, PartError, RunState};
 use crate::kicks::StochasticDrive;
 use crate::measure::{SampleContext, share_of_others, work_with_companions};
-use crate::measures::series;
+use crate::measures::energy;
 use crate::plan::{CasePlan, RuntimeEstimate};
 use crate::run::RunError;
 use crate::schedule::{ScheduledEvent, schedule_events};
@@ -130,7 +130,7 @@ fn theory(plan: &CasePlan) -> f64 {
     if plan.has_box() {
         plan.partial_temperatures();
         for engine in &plan.engines {
-            let _ = series::cooling(plan, engine);
+            let _ = energy::two_temperature_theory(plan, engine);
         }
     } else {
         let _ = homogeneous::curves(plan);

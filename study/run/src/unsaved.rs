@@ -1,6 +1,5 @@
 //! Runs without files, for the pilot and the frontier, and the quantities they measure.
 
-use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_case::Case;
 use stosszahl_model::{Interrupt, Particles, kinetic};
@@ -8,7 +7,7 @@ use stosszahl_model::{Interrupt, Particles, kinetic};
 use crate::control::Control;
 use crate::follow::{EngineRun, PartError, prepare};
 use crate::measure::{CompletedRun, Measure};
-use crate::measures;
+use crate::measures::{self, GasSeries};
 use crate::plan::{CasePlan, EnginePlan};
 
 /// One replica of a plan, to be run without files.
@@ -79,8 +78,11 @@ pub(crate) fn resized(case: &Case, count: usize, packing_fraction: f64) -> Case 
 
 /// Kinetic energy over that of the start, K/K(0), at all samples but the first.
 pub(crate) fn energies(run: &CompletedRun) -> Vec<f64> {
-    let record = run.record::<Vec<(f64, EnergySample)>>();
-    let energies = record.into_iter().flatten().map(|one| one.1.temperature);
+    let record = run.record::<GasSeries>();
+    let energies = record
+        .into_iter()
+        .flatten()
+        .map(|one| one.total().translation);
     let energies: Vec<f64> = energies.collect();
     let later = energies.iter().skip(1);
     later.map(|energy| energy / energies[0]).collect()

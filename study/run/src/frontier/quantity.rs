@@ -3,7 +3,6 @@
 use std::str::FromStr;
 
 use stosszahl_analysis::accuracy::Known;
-use stosszahl_analysis::energy::EnergySample;
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::windows::CollisionWindow;
 use stosszahl_case::Case;
@@ -11,7 +10,7 @@ use stosszahl_model::transport;
 use toml::{Table, Value};
 
 use crate::measure::CompletedRun;
-use crate::measures::last_structure_factor;
+use crate::measures::{GasSeries, last_structure_factor};
 use crate::plan::{CasePlan, EnginePlan};
 use crate::unsaved::{collision_rate, energies, window};
 
@@ -153,11 +152,10 @@ pub(crate) fn observe(
     run: &CompletedRun,
     whole: bool,
 ) -> Vec<f64> {
-    let last = run
-        .record::<Vec<(f64, EnergySample)>>()
-        .and_then(|all| all.last());
+    let last = run.record::<GasSeries>().and_then(|all| all.last());
     let count = plan.count() * engine.copies();
-    let cumulant = last.map(|(_, sample)| unbiased_cumulant(sample.fourth_cumulant, count));
+    let cumulant =
+        last.map(|sample| unbiased_cumulant(sample.total().fourth_cumulant(plan.dimension), count));
     let structure = last_structure_factor(run).filter(|_| whole);
     let structure = structure.map(|factor| {
         let low = || {

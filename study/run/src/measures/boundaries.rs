@@ -10,7 +10,8 @@ use stosszahl_dsmc::BALANCE;
 use stosszahl_model::simulation::BoundaryFlux;
 use stosszahl_results::{Table, TableEstimate, VerdictText, table};
 
-use super::course::{self, BlockRange, CourseSample, Looking, ReplicaCourse};
+use super::gas_series::{GasSample, GasSampling, GasSeries};
+use super::time_blocks::{self, TimeBlocks};
 use super::{PARTS, fewest_parts, mean_over_replicas};
 use crate::judge::{self, DifferenceUnit, VerdictRule, interval_of, kind_of, title, with_interval};
 use crate::measure::{
@@ -32,7 +33,7 @@ struct BoundaryOptions {
 /// Record of one replica.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
-    course: ReplicaCourse,
+    series: GasSeries,
     /// Ledgers of the boundaries at the end of each block.
     given: Vec<Vec<BoundaryFlux>>,
 }
@@ -48,7 +49,7 @@ impl Record {
 
 fn blocks(plan: &CasePlan) -> usize {
     let options: BoundaryOptions = measure::chosen(plan, BoundaryMeasure.name());
-    course::blocks(plan, options.blocks)
+    time_blocks::blocks(plan, options.blocks)
 }
 
 impl Measure for BoundaryMeasure {
@@ -66,23 +67,21 @@ impl Measure for BoundaryMeasure {
 
     fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         self.read_options(plan)?;
-        course::check_blocks(plan, blocks(plan))
+        time_blocks::check_blocks(plan, blocks(plan))
     }
 
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
-        course::times(plan).split_off(1)
+        time_blocks::times(plan).split_off(1)
     }
 
     fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
-        let (looking, per_block) = (
-            Looking::from_plan(plan),
-            course::per_block(plan, blocks(plan)),
+        let (sampling, per_block) = (
+            GasSampling::from_plan(plan),
+            time_blocks::per_block(plan, blocks(plan)),
         );
         let look = move |record: &mut Record, moment: &mut SampleContext<'_>| {
-            let number = record.course.len();
-            record
-                .course
-                .push(CourseSample::sample_gas(&looking, moment));
+            let number = record.series.len();
+            record.series.push(GasSample::sample_gas(&sampling, moment));
             if number > 0 && number.is_multiple_of(per_block) {
                 record.given.push(moment.simulation.boundary_fluxes());
             }
@@ -137,14 +136,14 @@ struct One<'a> {
     plan: &'a CasePlan,
     engine: &'a EnginePlan,
     records: Vec<&'a Record>,
-    window: BlockRange,
+    window: TimeBlocks,
 }
 
 impl<'a> One<'a> {
     /// Creates the boundary fluxes of all engines, in one common time window.
     fn all_engines(plan: &'a CasePlan, runs: &ReplicaRecords<'a>) -> Vec<Self> {
-        let steady = course::steady::<Record>(plan, runs, |record| &record.course);
-        let window = BlockRange::last(plan, blocks(plan), &steady);
+        let steady = time_blocks::steady::<Record>(plan, runs, |record| &record.series);
+        let window = TimeBlocks::last(plan, blocks(plan), &steady);
         let one = |(engine, records)| Self {
             plan,
             engine,
@@ -157,7 +156,7 @@ impl<'a> One<'a> {
     /// Estimates the mean rate at which a boundary gives a quantity to the gas, per unit of time of
     /// the case.
     fn rate(&self, name: &str, quantity: impl Fn(&BoundaryFlux) -> f64) -> TableEstimate {
-        let BlockRange { blocks, times, .. } = &self.window;
+        let TimeBlocks { blocks, times, .. } = &self.window;
         let block = (times[1] - times[0]) / blocks.len() as f64;
         let part = |replica: usize, part: Range<usize>| {
             let [first, end] = [part.start, part.end].map(|block| blocks.start + block);

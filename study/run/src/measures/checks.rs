@@ -5,7 +5,9 @@
 use stosszahl_analysis::compare::Interval;
 use stosszahl_results::{Table, TableCell, TableEstimate, VerdictKind, VerdictText, table};
 
-use super::gas::{self, GasRecord};
+use super::energy::{self, GasRow};
+use super::gas_series::{GasSample, GasSeries};
+use super::species_record::{self as record, SpeciesRecord};
 use super::time_averaged_displacement as averaged;
 use super::{mean_over_replicas, species};
 use crate::judge::{
@@ -33,7 +35,7 @@ impl Measure for TheoryComparison {
     }
 
     fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
-        gas::homogeneous_only(plan)?;
+        record::homogeneous_only(plan)?;
         self.read_options(plan)
     }
 
@@ -145,8 +147,9 @@ impl Row {
 /// Measured values with their theory, from which the comparisons are made.
 struct Found<'a> {
     plan: &'a CasePlan,
-    records: Vec<&'a GasRecord>,
-    gas: Vec<gas::GasRow>,
+    all_series: Vec<&'a GasSeries>,
+    gas: Vec<GasRow>,
+    displacements: Vec<(f64, TableEstimate)>,
     species: Vec<species::SpeciesRow>,
     averaged: Vec<averaged::PathRow>,
     rule: VerdictRule,
@@ -155,15 +158,17 @@ struct Found<'a> {
 
 impl<'a> Found<'a> {
     fn of(plan: &'a CasePlan, runs: &ReplicaRecords<'a>) -> Self {
-        let records: Vec<&GasRecord> = runs.records_of(0);
+        let records: Vec<&SpeciesRecord> = runs.records_of(0);
+        let all_series: Vec<&GasSeries> = runs.records_of(0);
         let lasts = plan.case.aggregation.is_none();
-        let species = lasts.then(|| species::rows(plan, &records));
+        let species = lasts.then(|| species::homogeneous_rows(plan, &records));
         Self {
             plan,
-            gas: gas::rows(plan, &records),
+            gas: energy::rows(plan, &plan.engines[0], &all_series),
+            displacements: record::whole_displacements(plan, &records),
             species: species.unwrap_or_default(),
             averaged: averaged::rows(plan, &runs.records_of(0)),
-            records,
+            all_series,
             rule: runs.rule(plan),
             absolute_rule: runs.absolute_rule(plan),
         }
@@ -184,17 +189,20 @@ impl<'a> Found<'a> {
                 kind,
             }));
         };
-        let whole = |of: fn(&gas::GasRow) -> &TableEstimate| {
+        let whole = |of: fn(&GasRow) -> &TableEstimate| {
             let later = self.gas.iter().filter(|row| row.time > 0.0);
             later
                 .filter_map(|row| MeasuredPoint::from_estimate(row.time, of(row)))
                 .collect()
         };
-        add(Quantity::Energy, None, whole(|row| &row.energy));
+        add(Quantity::Energy, None, whole(|row| &row.energy_ratio));
         add(Quantity::Collisions, None, whole(|row| &row.collisions));
-        add(Quantity::Displacement, None, whole(|row| &row.displacement));
+        let displaced = self.displacements.iter().filter(|one| one.0 > 0.0);
+        let displaced =
+            displaced.filter_map(|(time, square)| MeasuredPoint::from_estimate(*time, square));
+        add(Quantity::Displacement, None, displaced.collect());
         for (number, species) in self.plan.species.iter().enumerate() {
-            if species.count * self.records.len() < FEWEST {
+            if species.count * self.all_series.len() < FEWEST {
                 continue;
             }
             let own = |of: fn(&species::SpeciesRow) -> &TableEstimate| -> Vec<MeasuredPoint> {
@@ -251,12 +259,12 @@ impl<'a> Found<'a> {
         let last = self.species.last()?.fourth_cumulant;
         let particles = self.plan.count() as f64;
         let mut begin = f64::INFINITY;
-        let means = self.records.iter().map(|record| {
-            let late = record.samples.iter();
-            let late = late.filter(|one| 2.0 * one.collisions as f64 / particles > FORGOTTEN);
+        let means = self.all_series.iter().map(|series| {
+            let late = series.iter();
+            let late = late.filter(|one| 2.0 * one.collisions / particles > FORGOTTEN);
             let values: Vec<f64> = late
                 .inspect(|sample| begin = begin.min(sample.time))
-                .filter_map(|sample| Some(sample.groups.first()?.fourth_cumulant))
+                .map(|sample| sample.total().fourth_cumulant(self.plan.dimension))
                 .collect();
             let count = values.len() as f64;
             (count > 0.0).then(|| values.iter().sum::<f64>() / count)
@@ -281,19 +289,19 @@ impl<'a> Found<'a> {
             return None;
         }
         let until = self.plan.case.run.until;
-        let sum = |record: &&GasRecord| {
-            let samples = &record.samples;
+        let sum = |samples: &&GasSeries| {
             let last = samples.last()?;
             let first = samples.iter().rev().find(|s| s.time <= 0.1001 * until)?;
             let decades = (last.time / first.time).ln();
             let exponent = |a: f64, b: f64| (a / b).ln() / decades;
-            let number = exponent(first.particles as f64, last.particles as f64);
-            let energy = exponent(first.energy, last.energy);
+            let [start, end] = [first, last].map(GasSample::total);
+            let number = exponent(start.number, end.number);
+            let energy = exponent(start.translation, end.translation);
             (first.time > 0.0).then_some(2.0 * number / self.plan.dimension as f64 + energy)
         };
         MeasuredPoint::from_estimate(
             until,
-            &mean_over_replicas(self.records.iter().map(sum)).against(Some(2.0)),
+            &mean_over_replicas(self.all_series.iter().map(sum)).against(Some(2.0)),
         )
     }
 

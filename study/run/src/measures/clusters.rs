@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::format::AggregationSpec;
-use stosszahl_model::{Census, Grouping};
+use stosszahl_model::Census;
 use stosszahl_results::{Figure, FigureAxis, Table, VerdictText, table};
 
-use super::gas::{self, measured};
+use super::species_record::{self as record, measured};
 use crate::judge::warning;
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
@@ -101,7 +101,7 @@ impl Measure for ClusterMeasure {
     }
 
     fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
-        gas::homogeneous_only(plan)?;
+        record::homogeneous_only(plan)?;
         let Some(sticking) = &plan.case.aggregation else {
             return measure::require(false, "", "only with [aggregation]");
         };
@@ -135,7 +135,6 @@ impl Measure for ClusterMeasure {
     fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
         let schedule = Schedule::of(plan);
         Box::new(ClusterProbe {
-            grouping: plan.grouping(),
             steady_times: schedule.steady_times(),
             schedule,
             record: ClusterRecord::default(),
@@ -214,7 +213,6 @@ pub struct ClusterRecord {
 }
 
 struct ClusterProbe {
-    grouping: Grouping,
     schedule: Schedule,
     steady_times: Vec<f64>,
     record: ClusterRecord,
@@ -232,8 +230,9 @@ impl Probe for ClusterProbe {
         };
         let time = moment.time;
         if is_due(&self.schedule.samples, time) {
-            let (energy, _) = gas::moments(&*moment.simulation, self.grouping, &[], &[]);
             let particles = moment.simulation.particle_count();
+            let [twice_energy, _] = moment.moments().means();
+            let energy = 0.5 * particles as f64 * twice_energy;
             let sample = sample(&census, particles, energy, moment.heated);
             self.record.samples.push(sample);
         }
@@ -331,7 +330,7 @@ fn table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
         ("Energy of the clusters", "energy_ratio", "E/E(0)", ""),
         ("Size of the clusters", "mean_monomers", "monomers", size),
     ] {
-        table = table.figure(gas::against_time(
+        table = table.figure(record::against_time(
             title,
             FigureAxis::logarithmic(column, label),
             caption,
@@ -387,7 +386,7 @@ fn size_table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
             .collect();
         size_rows(&mut table, "steady", steady.from, &replicas);
     }
-    let figure = gas::against_time(
+    let figure = record::against_time(
         "Sizes of the clusters",
         FigureAxis::logarithmic("clusters_per_monomer", "clusters of k monomers per monomer"),
         "Numbers of clusters by their monomers, for each monomer of the gas; beyond 16 monomers in bins of ten to a decade.",

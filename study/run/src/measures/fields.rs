@@ -14,7 +14,8 @@ use stosszahl_results::{Table, VerdictText};
 
 use view::View;
 
-use super::course::{self, BlockRange, CourseSample, Looking, ReplicaCourse};
+use super::gas_series::{GasSample, GasSampling, GasSeries};
+use super::time_blocks::{self, TimeBlocks};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, SampleContext, described, keeps_record,
 };
@@ -63,7 +64,7 @@ impl FieldOptions {
     }
 
     fn sums(&self, plan: &CasePlan) -> Result<Sums, stosszahl_analysis::Error> {
-        let blocks = course::blocks(plan, self.blocks);
+        let blocks = time_blocks::blocks(plan, self.blocks);
         let length = plan.engine_time(plan.case.run.until) / blocks as f64;
         Sums::new(self.grid(plan)?, plan.species.len().max(1), blocks, length)
     }
@@ -72,7 +73,7 @@ impl FieldOptions {
 /// Record of one replica.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Record {
-    course: ReplicaCourse,
+    series: GasSeries,
     sums: Sums,
 }
 
@@ -91,8 +92,8 @@ impl Measure for FieldMeasure {
         let options: FieldOptions = measure::options(plan, self.name())?;
         let good = options.cells.iter().all(|count| (1..=1000).contains(count));
         measure::require(good, "cells", "two whole numbers from 1 to 1000")?;
-        let blocks = course::blocks(plan, options.blocks);
-        course::check_blocks(plan, blocks)?;
+        let blocks = time_blocks::blocks(plan, options.blocks);
+        time_blocks::check_blocks(plan, blocks)?;
         let [columns, rows] = options.cells.map(|count| count as usize);
         let few = columns * rows * blocks * plan.species.len() <= MOST_SUMS;
         let allowed = format!("at most {MOST_SUMS} cells times blocks times species");
@@ -105,14 +106,14 @@ impl Measure for FieldMeasure {
     }
 
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
-        course::times(plan).split_off(1)
+        time_blocks::times(plan).split_off(1)
     }
 
     /// Seven sums for each cell, block and species, and two of collisions for each cell and block.
     fn kept_bytes(&self, plan: &CasePlan) -> f64 {
         let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
-        let blocks = course::blocks(plan, options.blocks);
+        let blocks = time_blocks::blocks(plan, options.blocks);
         let sums = 7 * plan.species.len().max(1) + 2;
         cells as f64 * (blocks * sums * size_of::<f64>()) as f64
     }
@@ -128,8 +129,8 @@ impl Measure for FieldMeasure {
     fn new_probe(&self, plan: &CasePlan, engine: &EnginePlan) -> Box<dyn Probe> {
         let options = FieldOptions::of(plan);
         Box::new(Watch {
-            looking: Looking::from_plan(plan),
-            per_block: course::per_block(plan, course::blocks(plan, options.blocks)),
+            sampling: GasSampling::from_plan(plan),
+            per_block: time_blocks::per_block(plan, time_blocks::blocks(plan, options.blocks)),
             lengths: plan.lengths,
             periodic: plan.periodic(),
             carries: match &engine.kind {
@@ -138,7 +139,7 @@ impl Measure for FieldMeasure {
                 EngineKind::Homogeneous(_) => false,
             },
             record: Record {
-                course: ReplicaCourse::new(),
+                series: GasSeries::new(),
                 sums: options.sums(plan).expect("the options are checked"),
             },
         })
@@ -183,7 +184,7 @@ impl Measure for FieldMeasure {
     ) -> Vec<VerdictText> {
         let options = FieldOptions::of(plan);
         let steady = steady(plan, runs);
-        let window = BlockRange::last(plan, course::blocks(plan, options.blocks), &steady);
+        let window = TimeBlocks::last(plan, time_blocks::blocks(plan, options.blocks), &steady);
         let counts = options.cells.map(|count| count as usize);
         let found = runs.each::<Record>(plan).map(|(engine, records)| {
             let sums: Vec<&Sums> = records.iter().map(|record| &record.sums).collect();
@@ -207,21 +208,21 @@ impl Measure for FieldMeasure {
 /// Returns, for each engine, the time from which its gas is steady, in the unit of time of the
 /// case; `None` if it never is.
 fn steady(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Option<f64>> {
-    course::steady::<Record>(plan, runs, |record| &record.course)
+    time_blocks::steady::<Record>(plan, runs, |record| &record.series)
 }
 
 /// Returns the time windows of the case and, last, the window for verdicts.
-fn windows(plan: &CasePlan, options: &FieldOptions, runs: &ReplicaRecords<'_>) -> Vec<BlockRange> {
-    let blocks = course::blocks(plan, options.blocks);
+fn windows(plan: &CasePlan, options: &FieldOptions, runs: &ReplicaRecords<'_>) -> Vec<TimeBlocks> {
+    let blocks = time_blocks::blocks(plan, options.blocks);
     let chosen = options.windows.iter();
     chosen
-        .map(|&times| BlockRange::between_times(plan, blocks, times, false))
-        .chain([BlockRange::last(plan, blocks, &steady(plan, runs))])
+        .map(|&times| TimeBlocks::between_times(plan, blocks, times, false))
+        .chain([TimeBlocks::last(plan, blocks, &steady(plan, runs))])
         .collect()
 }
 
 struct Watch {
-    looking: Looking,
+    sampling: GasSampling,
     per_block: usize,
     lengths: [f64; 3],
     periodic: [bool; 2],
@@ -259,18 +260,18 @@ impl Probe for Watch {
     }
 
     fn on_start(&mut self, moment: &mut SampleContext<'_>) {
-        let sample = CourseSample::sample_gas(&self.looking, moment);
-        self.record.course.push(sample);
+        let sample = GasSample::sample_gas(&self.sampling, moment);
+        self.record.series.push(sample);
     }
 
     fn on_sample(&mut self, moment: &mut SampleContext<'_>) {
-        let Record { course, sums } = &mut self.record;
-        let block = (course.len() - 1) / self.per_block;
-        let (sample, fields) = CourseSample::take_with(&self.looking, moment, Some(sums.sample()));
+        let Record { series, sums } = &mut self.record;
+        let block = (series.len() - 1) / self.per_block;
+        let (sample, fields) = GasSample::take_with(&self.sampling, moment, Some(sums.sample()));
         if let Some(fields) = fields {
             sums.add_sample(block, fields);
         }
-        course.push(sample);
+        series.push(sample);
     }
 
     keeps_record!();

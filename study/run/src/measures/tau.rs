@@ -5,7 +5,7 @@
 
 use stosszahl_results::TableEstimate;
 
-use super::gas::{GasRecord, GasSample, against, measured};
+use super::species_record::{SpeciesRecord, SpeciesSample, against, measured};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, Predicted};
 
@@ -17,13 +17,14 @@ pub(super) fn rate(plan: &CasePlan) -> Option<f64> {
 }
 
 /// `tau_1` at all sample times; empty where it has no rate.
-pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&GasRecord]) -> Vec<TableEstimate> {
+pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&SpeciesRecord]) -> Vec<TableEstimate> {
     let Some(rate) = rate(plan) else {
         return Vec::new();
     };
     let times: Vec<f64> = plan.sample_times();
     let times: Vec<f64> = times.iter().map(|&time| plan.engine_time(time)).collect();
-    let first = |sample: &GasSample| sample.groups.first().map_or(0.0, |group| group.temperature);
+    let first =
+        |sample: &SpeciesSample| sample.groups.first().map_or(0.0, |group| group.temperature);
     let found: Vec<Vec<f64>> = records
         .iter()
         .map(|record| {

@@ -6,7 +6,7 @@ use stosszahl_analysis::replicas::of_sums;
 use stosszahl_model::Grouping;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
-use super::gas::{self, against, measured, pairs};
+use super::species_record::{self as record, against, measured, pairs};
 use super::{mean_over_replicas, species};
 use crate::measure::{
     self, BadOption, Measure, Needs, Probe, ReplicaRecords, SampleContext, described, keeps_record,
@@ -210,9 +210,9 @@ fn compare_with_ensemble(
     plan: &CasePlan,
     rows: &mut [PathRow],
     records: &[&PathAverages],
-    gas: &[&gas::GasRecord],
+    gas: &[&record::SpeciesRecord],
 ) {
-    if !gas::has_displacement(plan) {
+    if !record::has_displacement(plan) {
         return;
     }
     let curves = homogeneous::curves(plan).ok();
@@ -272,13 +272,13 @@ fn table(plan: &CasePlan, rows: &[PathRow]) -> Table {
             row.over_ensemble,
         ));
     }
-    let figure = gas::against_time(
+    let figure = record::against_time(
         "Time-averaged displacement",
         FigureAxis::logarithmic("mean_squared_displacement", "δ²"),
         "Squared displacement over a lag, averaged over all its starts in the run and over paths. In a gas that cools it \
          differs from the mean squared displacement since the start: diffusion ages.",
     );
-    let breaking = gas::against_time(
+    let breaking = record::against_time(
         "Ergodicity breaking",
         FigureAxis::logarithmic("ergodicity_breaking", "<(δ²)²>/<δ²>² − 1"),
         "Variance of the averages of single paths over their squared mean: zero where one long path tells what all do. It grows \

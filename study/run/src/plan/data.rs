@@ -40,7 +40,7 @@ pub struct CasePlan {
     pub(super) steady_state: OnceLock<Option<Moment>>,
     /// Cached value of [`CasePlan::partial_temperatures`].
     pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
-    /// Temperatures of a homogeneous rough gas at the times of the series, at Enskog's rate and at
+    /// Temperatures of a homogeneous rough gas at the sample times, at Enskog's rate and at
     /// that of a dilute gas.
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
     /// Particles, contact laws and field, for the engines.

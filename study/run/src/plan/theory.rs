@@ -249,7 +249,7 @@ impl CasePlan {
     pub fn partial_temperatures(&self) -> Option<&[Vec<f64>]> {
         let solved = self.partial_temperatures.get_or_init(|| {
             let constant = !matches!(self.law, Law::Viscoelastic(_));
-            let free = self.case.bath().is_none();
+            let free = self.case.bath().is_none() && !self.is_sheared();
             let applies = self.is_uniform_box() && !self.is_rough() && free && constant;
             let species = self.species.len();
             if !applies || species < 2 || self.classes.len() != species {

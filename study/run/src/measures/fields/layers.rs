@@ -5,7 +5,7 @@ use stosszahl_results::{Figure, FigureAxis, Table, table};
 
 use super::view::View;
 use super::{FieldOptions, channel};
-use crate::measures::course::BlockRange;
+use crate::measures::time_blocks::TimeBlocks;
 use crate::plan::{CasePlan, EnginePlan};
 
 /// Creates the table `boundary_layers.csv` without rows.
@@ -47,7 +47,7 @@ pub(super) fn fill(
     plan: &CasePlan,
     engine: &EnginePlan,
     grid: &FieldGrid,
-    (window, view): (&BlockRange, &View<'_>),
+    (window, view): (&TimeBlocks, &View<'_>),
 ) {
     let [columns, rows] = grid.counts();
     let (length, speed) = (plan.scale.length, plan.scale.speed());

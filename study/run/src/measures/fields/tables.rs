@@ -7,7 +7,7 @@ use stosszahl_results::{
 
 use super::FieldOptions;
 use super::view::{self, View};
-use crate::measures::course::BlockRange;
+use crate::measures::time_blocks::TimeBlocks;
 use crate::measures::{PARTS, fewest_parts};
 use crate::plan::{CasePlan, EnginePlan};
 use crate::theory::flow;
@@ -101,7 +101,7 @@ pub(super) fn fill_cells(
     plan: &CasePlan,
     engine: &EnginePlan,
     grid: &FieldGrid,
-    (window, view): (&BlockRange, &View<'_>),
+    (window, view): (&TimeBlocks, &View<'_>),
 ) {
     for (cell, found) in view
         .fields(None, CellAveraging::Cells)
@@ -120,7 +120,7 @@ pub(super) fn fill_profiles(
     plan: &CasePlan,
     engine: &EnginePlan,
     grid: &FieldGrid,
-    (window, view): (&BlockRange, &View<'_>),
+    (window, view): (&TimeBlocks, &View<'_>),
 ) {
     let unit = view::units(plan)[view::DENSITY];
     let column = flow::column(plan, engine).ok().flatten();

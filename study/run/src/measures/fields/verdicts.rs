@@ -7,9 +7,9 @@ use stosszahl_results::{Table, TableCell, TableEstimate, VerdictText};
 use super::channel::Channel;
 use super::view::{DENSITY, SPEED, TEMPERATURE, View};
 use crate::judge::{self, DifferenceUnit, VerdictRule, interval_of, kind_of, title};
-use crate::measures::course::BlockRange;
 use crate::measures::energy::void_for;
 use crate::measures::fewest_parts;
+use crate::measures::time_blocks::TimeBlocks;
 use crate::plan::{CasePlan, EnginePlan, in_space};
 use crate::theory::flow;
 
@@ -48,7 +48,7 @@ impl Row<'_> {
 }
 
 /// Returns the rows of a table for one engine and one time window.
-fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &BlockRange) -> Vec<Row<'a>> {
+fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &TimeBlocks) -> Vec<Row<'a>> {
     let all = table.rows.iter().map(|cells| Row { table, cells });
     let wanted = |row: &Row<'_>| {
         let times = ["window_start", "window_end"].map(|name| row.number(name));
@@ -62,7 +62,7 @@ pub(super) fn field_verdicts(
     plan: &CasePlan,
     counts: [usize; 2],
     steady: &[Option<f64>],
-    (window, views): (&BlockRange, &[View<'_>]),
+    (window, views): (&TimeBlocks, &[View<'_>]),
     tables: &[Table],
     rule: &VerdictRule,
 ) -> Vec<VerdictText> {
@@ -121,7 +121,7 @@ fn density_parts(view: &View<'_>) -> usize {
     along(CellAveraging::X).min(along(CellAveraging::Y))
 }
 
-fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &BlockRange) -> VerdictText {
+fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &TimeBlocks) -> VerdictText {
     let until = plan.case.run.until;
     let words = plan.engines.iter().zip(steady).map(|(engine, from)| {
         let name = title(engine.name);

@@ -3,7 +3,7 @@
 use stosszahl_analysis::fields::{CellAveraging, FieldSums as Sums, ParticleAverages, Values};
 use stosszahl_results::TableEstimate;
 
-use crate::measures::course::{self, BlockRange};
+use crate::measures::{gas_series, time_blocks::TimeBlocks};
 use crate::plan::CasePlan;
 
 /// Number of quantities in the tables of fields.
@@ -51,13 +51,13 @@ impl<'a> View<'a> {
         plan: &CasePlan,
         sums: &'a [&'a Sums],
         free_shares: &'a [f64],
-        window: &BlockRange,
+        window: &TimeBlocks,
     ) -> Self {
         Self {
             averages: ParticleAverages {
                 replicas: sums,
                 blocks: window.blocks.clone(),
-                freedom: course::freedom(plan),
+                freedom: gas_series::freedom(plan),
                 free_shares,
             },
             units: units(plan),

@@ -1,0 +1,249 @@
+//! Samples of the whole gas in time, species by species: the record of the measure of the energy and
+//! of those of flows.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use stosszahl_analysis::fields::{self, Freedom, Sighting};
+use stosszahl_model::sum::Totals;
+use stosszahl_model::{Grouping, Particle, ParticleReduction};
+
+use crate::measure::SampleContext;
+use crate::plan::CasePlan;
+
+/// Sample of the whole gas at one time. Energies are sums over all particles; all numbers but the
+/// time are in engine units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GasSample {
+    /// Time of the sample, in the unit of time of the case.
+    pub time: f64,
+    /// Number of physical pair collisions so far: each counts the particles per simulator.
+    pub collisions: f64,
+    /// Potential energy in gravity a: the sum of -m a . r along the axes that end at walls or
+    /// openings.
+    pub potential: f64,
+    /// Sums over the particles of each species.
+    pub species: Vec<SpeciesSums>,
+}
+
+/// Sums over the particles of one species, or over all particles, in engine units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SpeciesSums {
+    /// Number of particles.
+    pub number: f64,
+    /// Sum of the masses.
+    pub mass: f64,
+    /// Sum of the momenta m v.
+    pub momentum: [f64; 3],
+    /// Kinetic energy of translation, the sum of m v^2/2.
+    pub translation: f64,
+    /// Kinetic energy of rotation, the sum of I w^2/2.
+    pub rotation: f64,
+    /// Sum of (m v^2)^2, for the fourth cumulant.
+    pub fourth: f64,
+}
+
+impl SpeciesSums {
+    /// Granular temperature m <(v - u)^2>/D with the mean velocity u; 0 without particles.
+    pub fn temperature(&self, freedom: Freedom) -> f64 {
+        if self.number <= 0.0 {
+            return 0.0;
+        }
+        let square: f64 = self.momentum.iter().map(|p| p * p).sum();
+        (2.0 * self.translation - square / self.mass) / (freedom.dimension as f64 * self.number)
+    }
+
+    /// Temperature of rotation: I <w^2> over the number of spin components. It is 0 without
+    /// particles, and `None` for smooth particles.
+    pub fn spin_temperature(&self, freedom: Freedom) -> Option<f64> {
+        let each = freedom.rotations as f64 * self.number.max(f64::MIN_POSITIVE);
+        (freedom.rotations > 0).then(|| 2.0 * self.rotation / each)
+    }
+}
+
+impl SpeciesSums {
+    /// Fourth cumulant a2 = D <(m v^2)^2>/((D + 2) <m v^2>^2) - 1 of the velocities; 0 for a
+    /// Maxwellian and for particles at rest.
+    pub fn fourth_cumulant(&self, dimension: usize) -> f64 {
+        let (d, square) = (dimension as f64, 2.0 * self.translation);
+        if square > 0.0 {
+            d * self.fourth * self.number / ((d + 2.0) * square * square) - 1.0
+        } else {
+            0.0
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.number += other.number;
+        self.mass += other.mass;
+        for (sum, more) in self.momentum.iter_mut().zip(other.momentum) {
+            *sum += more;
+        }
+        self.translation += other.translation;
+        self.rotation += other.rotation;
+        self.fourth += other.fourth;
+    }
+}
+
+impl GasSample {
+    /// Samples the whole gas.
+    pub fn sample_gas(sampling: &GasSampling, moment: &SampleContext<'_>) -> Self {
+        Self::take_with(sampling, moment, None).0
+    }
+
+    /// Samples the whole gas, and adds its particles to `fields`, if given, in the same pass.
+    pub fn take_with(
+        sampling: &GasSampling,
+        moment: &SampleContext<'_>,
+        fields: Option<fields::FieldSample>,
+    ) -> (Self, Option<fields::FieldSample>) {
+        let gas = &*moment.simulation;
+        let mut look = GasReduction {
+            sampling: *sampling,
+            totals: Totals::new(SUMS * sampling.grouping.groups() + 1),
+            fields,
+        };
+        gas.reduce_particles(&mut look);
+        let values = look.totals.values();
+        let (species, potential) = values.split_at(values.len() - 1);
+        let share = |sums: &[f64]| SpeciesSums {
+            number: sums[0],
+            mass: sums[1],
+            momentum: [sums[2], sums[3], sums[4]],
+            translation: sums[5],
+            rotation: sums[6],
+            fourth: sums[7],
+        };
+        let sample = Self {
+            time: moment.time,
+            collisions: gas.work_counters().collisions as f64 * gas.mean_weight(),
+            potential: potential[0],
+            species: species.chunks(SUMS).map(share).collect(),
+        };
+        (sample, look.fields)
+    }
+
+    /// Sums over the particles of all species.
+    pub fn total(&self) -> SpeciesSums {
+        self.total_of(|_| true)
+    }
+
+    /// Sums over the particles of the species, by number from 0, that `counts` is true for.
+    pub fn total_of(&self, counts: impl Fn(usize) -> bool) -> SpeciesSums {
+        let mut all = SpeciesSums::default();
+        let kept = self.species.iter().enumerate();
+        for (_, share) in kept.filter(|(species, _)| counts(*species)) {
+            all.add(share);
+        }
+        all
+    }
+
+    /// Total energy: translation, rotation, and potential energy in gravity.
+    pub fn energy(&self) -> f64 {
+        let all = self.total();
+        all.translation + all.rotation + self.potential
+    }
+}
+
+/// Parameters of a sample of the whole gas: species and gravity.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct GasSampling {
+    grouping: Grouping,
+    /// Acceleration of gravity along the axes that end at walls or openings, in engine units
+    /// ([`CasePlan::gravity`]).
+    gravity: Vector3<f64>,
+}
+
+impl GasSampling {
+    /// Creates the parameters from a plan.
+    pub fn from_plan(plan: &CasePlan) -> Self {
+        Self {
+            grouping: plan.grouping(),
+            gravity: plan.gravity(),
+        }
+    }
+}
+
+/// Number of sums for each species: the numbers of [`SpeciesSums`].
+const SUMS: usize = 8;
+
+/// Reduction over all particles that makes a sample of the gas.
+#[derive(Serialize, Deserialize)]
+pub struct GasReduction {
+    sampling: GasSampling,
+    /// Sums of each species in turn; the last sum is the potential energy in gravity.
+    totals: Totals,
+    fields: Option<fields::FieldSample>,
+}
+
+impl ParticleReduction for GasReduction {
+    const NAME: &'static str = "series";
+
+    fn add_particle(&mut self, particle: &Particle) {
+        let species = self.sampling.grouping.group(particle.species);
+        let all = self.totals.open();
+        let Particle { weight, mass, .. } = *particle;
+        let height = self.sampling.gravity.dot(&particle.position);
+        let last = all.len() - 1;
+        all[last] += weight * (-mass * height);
+        let sums = &mut all[SUMS * species..][..SUMS];
+        sums[0] += weight;
+        sums[1] += weight * mass;
+        let mut square = 0.0;
+        for (sum, &component) in sums[2..5].iter_mut().zip(particle.velocity.iter()) {
+            *sum += weight * mass * component;
+            square += component * component;
+        }
+        sums[5] += 0.5 * weight * mass * square;
+        sums[6] += 0.5 * weight * (2.0 * particle.spin_energy);
+        sums[7] += weight * (mass * square) * (mass * square);
+        if let Some(fields) = &mut self.fields {
+            let sighting = Sighting {
+                position: [particle.position.x, particle.position.y],
+                velocity: particle.velocity.into(),
+                mass,
+                twice_spin_energy: 2.0 * particle.spin_energy,
+                weight,
+            };
+            fields.add(species, &sighting);
+        }
+    }
+
+    fn close_group(&mut self, group: u32) {
+        self.totals.close();
+        if let Some(fields) = &mut self.fields {
+            fields.close(group);
+        }
+    }
+
+    fn merge_sum(&mut self, other: Self) {
+        self.totals.merge(&other.totals);
+        if let (Some(fields), Some(more)) = (&mut self.fields, other.fields) {
+            fields.merge(more);
+        }
+    }
+}
+
+/// Returns the number of components of velocities and of spins in a case.
+pub fn freedom(plan: &CasePlan) -> Freedom {
+    let rotations = match (plan.grains.rough, plan.dimension) {
+        (None, _) => 0,
+        (Some(_), 2) => 1,
+        (Some(_), _) => 3,
+    };
+    Freedom {
+        dimension: plan.dimension,
+        rotations,
+    }
+}
+
+/// Samples of one replica over the run, from the start on.
+pub type GasSeries = Vec<GasSample>;
+
+/// Smallest number of samples of all replicas; 0 without replicas.
+pub fn shortest(all_series: &[&GasSeries]) -> usize {
+    all_series
+        .iter()
+        .map(|series| series.len())
+        .min()
+        .unwrap_or(0)
+}
