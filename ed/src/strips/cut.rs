@@ -1,4 +1,5 @@
-//! Cuts a gas into strips, renews their halos, and joins the gas again.
+//! Domain decomposition of a disk gas into strips: cuts the gas, exchanges halos between strips,
+//! balances their load, and joins the gas again.
 //!
 //! A disk has one number in all strips: each strip has room for all disks, but holds only some of
 //! them. So disks and their lists are copied unchanged.
@@ -17,10 +18,11 @@ use crate::image_flags::ImageFlags;
 use crate::record::DiskRecord;
 use crate::strip_log::{SEAM, StripLog, StripRows};
 
-/// Fewest rows in a halo: the seam, and four that wrong events may enter.
+/// Least width of a halo in rows of cells: the seam, and four rows in which events may be wrong.
 pub(super) const LEAST_HALO: i32 = 5;
 
-/// Returns the boundaries of `strips` strips of equal height; `None` if the box has too few rows.
+/// Returns the rows of cells at which `strips` strips of equal height begin and end; `None` if the
+/// box has too few rows.
 pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
     let strips = strips as i64;
     let cuts: Vec<i32> = (0..=strips)
@@ -29,8 +31,8 @@ pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
     widest_halo(&cuts).map(|_| cuts)
 }
 
-/// Returns the boundaries of strips moved by half of the way to equal work, if that leaves enough
-/// rows to each.
+/// Returns boundaries of strips, as rows of cells, moved half-way towards equal work of all strips;
+/// unchanged if a strip would get too few rows.
 pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     let each = work.iter().sum::<f64>() / work.len() as f64;
     let mut better = cuts.to_vec();
@@ -54,12 +56,12 @@ pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     }
 }
 
-/// Returns half as many strips, but two at the least; `None` instead of two.
+/// Returns half the number of strips, but at least two; `None` for two strips.
 pub(super) fn fewer(strips: usize) -> Option<usize> {
     (strips > 2).then(|| (strips / 2).max(2))
 }
 
-/// Returns some of the boundaries, for fewer strips.
+/// Returns the boundaries of `strips` strips, selected from those of more strips.
 pub(super) fn fewer_cuts(cuts: &[i32], strips: usize) -> Vec<i32> {
     let before = cuts.len() - 1;
     (0..=strips)
@@ -67,16 +69,16 @@ pub(super) fn fewer_cuts(cuts: &[i32], strips: usize) -> Vec<i32> {
         .collect()
 }
 
-/// Largest number of rows of a halo with which no row is in more than two strips, and none twice in
-/// one; `None` if that is too few.
+/// Returns the largest width of halos in rows of cells such that no row is in more than two strips,
+/// and none twice in one; `None` if that is too narrow.
 pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
     let least = cuts.windows(2).map(|cut| cut[1] - cut[0]).min()?;
     let widest = least / 2 - SEAM;
     (widest >= LEAST_HALO).then_some(widest)
 }
 
-/// Visits the disks in some rows of cells, from list to list. The first disk of a list is requested
-/// from memory 64 lists before its turn, and the second 32.
+/// Calls `visit` for each disk in some rows of cells, cell by cell. The first disk of a cell is
+/// prefetched 64 cells before its turn, and the second 32.
 fn visit_rows<F: Field<Plane>>(
     disks: &DiskSystem<F>,
     rows: impl Iterator<Item = u16>,
@@ -102,14 +104,15 @@ fn visit_rows<F: Field<Plane>>(
     }
 }
 
-/// Returns the disks in some rows of cells.
+/// Returns the numbers of the disks in some rows of cells.
 fn in_rows<F: Field<Plane>>(disks: &DiskSystem<F>, rows: impl Iterator<Item = u16>) -> Vec<u32> {
     let mut numbers = Vec::new();
     visit_rows(disks, rows, |number, _| numbers.push(number));
     numbers
 }
 
-/// Disks of some rows of cells, in the order of their lists, with all their data.
+/// Disks of some rows of cells with all their data, as one strip passes them to another, in the
+/// order of the cell lists.
 pub(super) struct Parcel<P: ParticleModel> {
     numbers: Vec<u32>,
     disks: Vec<DiskRecord>,
@@ -133,7 +136,7 @@ impl<P: ParticleModel> Default for Parcel<P> {
 }
 
 impl<P: ParticleModel<Space = Plane>> Parcel<P> {
-    /// Fills the parcel with some rows of a strip.
+    /// Fills the parcel with all disks of some rows of cells of an engine, with their data.
     fn take_rows<Q: Calendar>(
         &mut self,
         from: &EventDrivenEngine<P, Q>,
@@ -151,7 +154,7 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
         take_rows(&self.numbers, &from.image_flags, &mut self.image_flags);
     }
 
-    /// Adds the parcel to a strip that has no disk in these rows.
+    /// Adds the disks of the parcel to a strip, which must have no disks in these rows of cells.
     fn put_into<Q: Calendar>(&self, strip: &mut EventDrivenEngine<P, Q>) {
         give(&self.numbers, &self.disks, &mut strip.disks.all);
         give(&self.numbers, &self.spins, &mut strip.spins);
@@ -169,8 +172,8 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
     }
 }
 
-/// Copies the values of some disks from the list `all` of all disks to `some`, which stays empty if
-/// `all` is.
+/// Copies the values of the listed disks from `all`, with one value for each disk of the gas, to
+/// `some`. If `all` is empty, so is `some`.
 fn take_rows<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     some.clear();
     if !all.is_empty() {
@@ -178,14 +181,16 @@ fn take_rows<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     }
 }
 
-/// Copies the values `some` of some disks into the list `all` of all disks.
+/// Writes the values `some` of the listed disks into `all`, which has one value for each disk of
+/// the gas.
 fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
     for (&disk, &its) in disks.iter().zip(some) {
         all[disk as usize] = its;
     }
 }
 
-/// Removes disks from a strip; `numbers` holds all disks of some cells.
+/// Removes disks from the cell lists of a strip; `numbers` must hold all disks of the cells
+/// concerned.
 fn forget<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
     for &number in numbers {
         let place = disks.cells.place(disks.home(number), 1, 1);
@@ -194,7 +199,8 @@ fn forget<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
     }
 }
 
-/// Cuts a strip out of a gas, at an engine time.
+/// Creates the engine of one strip: copies the disks of its rows of cells from the whole gas at
+/// engine time `now`.
 pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &EventDrivenEngine<P, Q>,
     place: &StripRows,
@@ -249,11 +255,12 @@ pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
     }
 }
 
-/// Data exchanged between strips, by sender; the memory is reused in all windows.
+/// Parcels of disks that strips send to each other, indexed by sender; their memory is reused in
+/// all time windows.
 pub(super) type HaloExchange<P> = Vec<Vec<Parcel<P>>>;
 
-/// Gives new rows to strips. A strip keeps the rows of its old core; each other row comes from the
-/// strip that had it in its core.
+/// Gives each strip new rows of cells and fills its halos with current disks. A strip keeps the
+/// rows of its old core; all others come from the strip that had them in its core.
 pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
     strips: &mut [EventDrivenEngine<P, Q>],
     places: &[StripRows],
@@ -305,7 +312,8 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
     });
 }
 
-/// Joins a gas from its strips, without its calendar.
+/// Copies the disks of all strips back into the engine of the whole gas, without filling its
+/// calendar.
 pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &mut EventDrivenEngine<P, Q>,
     strips: &[EventDrivenEngine<P, Q>],
@@ -356,8 +364,8 @@ pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
     }
 }
 
-/// Fills `all`, a list with one value for each disk, from the lists of the strips: the value of a
-/// disk comes from the strip that owns it. Does nothing if `all` is empty.
+/// Fills `all`, with one value for each disk, from the lists `of` the strips: each value comes from
+/// the strip that owns the disk. Does nothing if `all` is empty.
 fn gather<E: Sync, T: Copy + Send + Sync>(
     owners: &[u8],
     strips: &[E],
