@@ -81,8 +81,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Opens the linked list of one of the four cells around a disk in the sliding row below (side
-    /// 0) or above (side 1).
+    /// Opens the linked list of one of the four cells around a disk in the sliding row below, `side` 0, or
+    /// above, `side` 1.
     #[inline(always)]
     fn open_one_of_four(
         &self,

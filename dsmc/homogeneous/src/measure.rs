@@ -1,4 +1,4 @@
-//! Moments of a gas without positions, by species.
+//! Moments of velocities and displacements in a gas without positions, by species.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Space, Vector, VectorOf};
@@ -6,14 +6,14 @@ use stosszahl_model::{Sizes, Space, Vector, VectorOf};
 use super::gas::{HomogeneousGas, SmoothPhysics};
 use super::motion::DisplacementRecord;
 
-/// Moments of velocities and displacements of one species, by [`moments`].
+/// Moments of velocities and displacements of one species, computed by [`moments`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesMoments {
-    /// Number of particles.
+    /// Number of particles of the species.
     pub count: usize,
-    /// Temperature `T = m <v^2>/D` \[energy\]; zero if there are none.
+    /// Granular temperature `T = m <v^2>/D` of the species \[energy\]; zero without particles.
     pub temperature: f64,
-    /// Fourth cumulant `a2 = D <v^4>/((D + 2) <v^2>^2) - 1`.
+    /// Fourth velocity cumulant `a2 = D <v^4>/((D + 2) <v^2>^2) - 1` of the species.
     pub fourth_cumulant: f64,
     /// Mean squared displacement, if tracked \[length^2\].
     pub displacement: f64,
@@ -29,7 +29,7 @@ pub struct SpeciesMoments {
     pub velocity_correlation: f64,
 }
 
-/// Computes the moments of every species of the scene, in one pass.
+/// Computes the moments of velocities and displacements of every species, in one pass over the gas.
 ///
 /// `displacement` has the paths and the current time, `start` the velocities at the start, by the
 /// indices of the gas.
@@ -41,8 +41,8 @@ pub fn moments<P: SmoothPhysics>(
     moments_by(gas, |kind| kind as usize, displacement, start)
 }
 
-/// Computes [`moments`] with several species in one group: `group` gives the number of the group of
-/// a species. The temperature of a group is the mean of `m v^2/D`, its cumulant the cumulant of
+/// Computes the moments of velocities and displacements, see [`moments`], for groups of species:
+/// `group` maps a species to its group. Temperature is the mean of `m v^2/D`, the cumulant that of
 /// `sqrt(m) v`.
 pub fn moments_by<P: SmoothPhysics>(
     gas: &HomogeneousGas<P>,
