@@ -1,4 +1,4 @@
-//! Acceptance test of candidate pairs, one implementation per scheme.
+//! Acceptance tests of candidate pairs between cells, one implementation for each collision scheme.
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{ParticleModel, Sizes, Space, VectorOf};
@@ -15,15 +15,15 @@ use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, covered};
 use crate::within_cell::CollisionContext;
 
-/// Acceptance rule of a scheme for candidate pairs.
+/// Acceptance rule for the candidate pairs of a collision scheme.
 ///
 /// Not closures: the compiler might not inline them into the loop, and then they would lack its
 /// vector instructions.
 pub(super) trait CandidateRule<P: ParticleModel, F: DisplacementTracking<P::Space>> {
-    /// Prepares a line of cells before its candidates are drawn.
+    /// Prepares the rule for a line of cells, before its candidates are drawn.
     fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, columns: usize);
 
-    /// Majorant of n chi times the size factor in a cell \[1/length^D\].
+    /// Returns a majorant in a cell of n chi times the size factor of a pair \[1/length^D\].
     fn most(
         &self,
         worker: &TileCollider<'_, '_, '_, P, F>,
@@ -31,8 +31,8 @@ pub(super) trait CandidateRule<P: ParticleModel, F: DisplacementTracking<P::Spac
         column: usize,
     ) -> f64;
 
-    /// Tests one candidate pair and collides it if accepted. Returns `false` if the run was
-    /// interrupted.
+    /// Tests one candidate pair and executes its collision if accepted. Returns `false` if the run
+    /// was interrupted.
     fn meet(
         &mut self,
         worker: &mut TileCollider<'_, '_, '_, P, F>,
@@ -42,8 +42,8 @@ pub(super) trait CandidateRule<P: ParticleModel, F: DisplacementTracking<P::Spac
     ) -> bool;
 }
 
-/// Contact-point rule: partners are sought around the point of contact. The rate is Enskog's for
-/// the density around the simulator or around the point halfway.
+/// Acceptance rule of the contact-point scheme: partners are sought around the point of contact.
+/// The rate is Enskog's for the density around the simulator or around the point halfway.
 pub(super) struct AroundPoints<'a, P: ParticleModel, L> {
     rates: &'a Rates<P::Space>,
     search: Search<'a, P, L>,
