@@ -1,14 +1,14 @@
-//! Collision schemes: which pairs collide, and how often.
+//! Collision schemes of the DSMC: which pairs collide, how often, and how density enters.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Space;
 
-/// Density window: cells over which the packing fraction is averaged.
+/// Window of the local packing fraction: the cells over which it is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Neighbourhood {
-    /// The whole box.
+    /// Window of the whole box: the mean packing fraction.
     Mean,
-    /// The square or cube of (2n + 1)^D cells around a cell.
+    /// Square or cubic window of (2n + 1)^D cells around a cell.
     Cells(u32),
 }
 
@@ -16,88 +16,94 @@ pub enum Neighbourhood {
 /// receives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PartnerDisplacement {
-    /// No displacement.
+    /// No displacement of partners.
     None,
-    /// Displacement by the contact distance d: Alexander, Garcia & Alder, Phys. Rev. Lett. 74, 5212
-    /// (1995), doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then that of elastic
-    /// hard particles, times 2r/(1 + r) for restitution r, which shortens the momentum that is
-    /// carried.
+    /// Displacement of partners by the contact distance d: Alexander, Garcia & Alder, Phys. Rev.
+    /// Lett. 74, 5212 (1995), doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then
+    /// that of elastic hard particles, times 2r/(1 + r) for restitution r, which shortens the
+    /// momentum that is carried.
     Diameter,
-    /// Displacement by d (1 + r)/(2r), which compensates for the shorter momentum. Not for
-    /// restitution 0.
+    /// Displacement of partners by d (1 + r)/(2r), with restitution r, which gives the pressure of
+    /// elastic hard particles. Not for restitution 0.
     Inelastic,
 }
 
-/// Distance at which a wall stops a particle: zero or the particle's radius.
+/// Contact of particles with walls: distance from a wall at which the particle's centre is stopped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WallClearance {
-    /// The wall stops the centre: particles are points for walls, as in the dilute gas.
+    /// A wall stops a particle's centre: particles are points for walls, as in the dilute gas.
     #[default]
     Centre,
-    /// The wall stops the surface: the centre stays one radius away.
+    /// A wall stops a particle's surface: the centre stays one radius away.
     Radius,
 }
 
-/// Selection of the partner of a collision: the algorithm that a scheme uses.
+/// Algorithm by which a scheme selects the partner of a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartnerSelection {
-    /// No partners: particles do not collide.
+    /// No partners: particles do not collide, as in free molecular flow.
     None,
-    /// Any other simulator of the cell.
+    /// Partner is any other simulator of the same cell.
     WithinCell,
-    /// A simulator of the cell at the contact distance along a random line of centres.
+    /// Partner is a simulator of the cell at the contact distance along a random line of centres
+    /// (ESMC).
     ContactCell,
-    /// A simulator that overlaps, in the same cell or a neighbouring one.
+    /// Partner is a simulator that overlaps, in the same cell or a neighbouring one (stochastic
+    /// hard disks).
     Overlap,
-    /// A simulator within a radius around the point of contact, or the nearest to it.
+    /// Partner is a simulator within a radius around the point of contact, or the nearest to it.
     AroundContact,
 }
 
-/// Dependence of the collision rate on density.
+/// Contact value chi of a scheme as a function of density, the factor on the collision rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactLaw {
-    /// chi = 1: the rate of the dilute gas.
+    /// Contact value chi = 1: the collision rate of the dilute gas.
     Dilute,
-    /// chi = V/(V - `V_0`), `V_0` the volume of the particles at random close packing.
+    /// Contact value chi = V/(V - `V_0`), with `V_0` the volume of the particles at random close
+    /// packing.
     FreeVolume,
-    /// chi of [`Space::contact_value`], as in Enskog's theory.
+    /// Contact value chi of [`Space::contact_value`], as in Enskog's theory.
     Enskog,
 }
 
-/// Density window of a scheme: where the packing fraction of its contact value is taken.
+/// Window of the packing fraction from which a scheme takes its contact value: fixed or adaptive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DensityWindow {
-    /// A stated neighbourhood.
+    /// Window with a fixed number of cells.
     Fixed(Neighbourhood),
-    /// A length that follows from the number of simulators per particle: at least three diameters,
-    /// or about one with many simulators.
+    /// Window whose width follows from the number of simulators per particle: at least three
+    /// diameters, or about one with many simulators.
     Adaptive,
 }
 
-/// Properties in which collision schemes differ, also schemes with the same partner selection.
+/// Properties in which collision schemes differ: partners, contact value, density window, and
+/// defaults of parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct SchemeProperties {
-    /// Name in file names and tables.
+    /// Name of the scheme in file names and tables.
     pub name: &'static str,
-    /// Selection of partners.
+    /// Algorithm that selects the partners of collisions.
     pub partners: PartnerSelection,
-    /// Dependence of the collision rate on density.
+    /// Contact value chi as a function of density.
     pub contact: ContactLaw,
-    /// Density window.
+    /// Window of cells in which the packing fraction is taken.
     pub window: DensityWindow,
-    /// Default displacement of partners.
+    /// Default displacement of partners in collisions within a cell.
     pub displacement: PartnerDisplacement,
-    /// Default number of time steps in a mean free time and in a cell crossing.
+    /// Default number of time steps in a mean free time and in the time to cross a cell.
     pub steps_per_cell_crossing: f64,
-    /// Default limit of chi.
+    /// Default upper limit of the contact value chi.
     pub max_contact_value: f64,
-    /// Default clearance of walls: centres of point-like particles, surfaces of hard ones.
+    /// Default contact of particles with walls: by the centre for point-like particles, by the
+    /// surface for hard ones.
     pub clearance: WallClearance,
-    /// True if the uniform shear flow between partners contributes to their approach speed, and
-    /// partners carry momentum over their distance: the contact distance, as in Enskog's theory, or
-    /// the distance of their centres if they overlap. Other partners are treated as points.
+    /// True if the shear flow between partners contributes to their approach speed, and partners
+    /// carry momentum over their distance: the contact distance, as in Enskog's theory, or that of
+    /// their centres if they overlap. Other partners are treated as points.
     pub feels_flow: bool,
-    /// Branch of the random streams of a replica: schemes draw different numbers.
+    /// Branch of a replica's random streams that the scheme uses, so that schemes draw different
+    /// numbers.
     pub random_branch: u64,
 }
 
@@ -109,7 +115,8 @@ pub struct SchemeProperties {
 pub enum Scheme {
     /// No collisions at all: free molecular flow.
     Collisionless,
-    /// Dilute gas, chi = 1. Converges to the Boltzmann equation.
+    /// Boltzmann scheme of a dilute gas, contact value chi = 1. Converges to the Boltzmann
+    /// equation.
     Boltzmann,
     /// Free-volume scheme of Luding, Müller & McNamara (1998).
     ///
