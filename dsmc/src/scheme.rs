@@ -118,32 +118,33 @@ pub enum Scheme {
     /// Boltzmann scheme of a dilute gas, contact value chi = 1. Converges to the Boltzmann
     /// equation.
     Boltzmann,
-    /// Free-volume scheme of Luding, Müller & McNamara (1998).
+    /// Free-volume scheme of Luding, Müller & McNamara (1998): pairs within a cell, at a rate
+    /// raised by the free volume of the cell.
     ///
     /// chi = V/(V - `V_0`), `V_0` the area that the disks of the cell need at random close packing,
     /// 0.82 (spheres: 0.64). 9 % below Enskog at packing 0.25; without a limit it is infinite or
     /// negative in a crowded cell.
     FreeVolume,
-    /// Enskog scheme: chi at the packing around the cell. With many simulators, the local Enskog
-    /// collision rate.
+    /// Enskog scheme: pairs within a cell, with the contact value chi at the packing fraction
+    /// around the cell. With many simulators it has the local Enskog collision rate.
     Enskog(Neighbourhood),
-    /// Enskog Simulation Monte Carlo (Montanero & Santos, Phys. Rev. E 54, 438 (1996),
-    /// doi:10.1103/PhysRevE.54.438).
+    /// Enskog Simulation Monte Carlo, ESMC (Montanero & Santos, Phys. Rev. E 54, 438 (1996),
+    /// doi:10.1103/PhysRevE.54.438): partners from the cell at contact distance.
     ///
     /// A partner is drawn from the cell at distance d from the simulator along a random line of
     /// centres, with probability proportional to the number in that cell and chi halfway. With many
     /// simulators and small cells it solves the Enskog equation.
     Esmc(Neighbourhood),
     /// Stochastic hard-sphere dynamics (Donev, Alder & Garcia, Phys. Rev. Lett. 101, 075902 (2008),
-    /// doi:10.1103/PhysRevLett.101.075902).
+    /// doi:10.1103/PhysRevLett.101.075902): overlapping pairs collide at random.
     ///
     /// Pairs closer than d that approach at `g_n` along their line of centres collide at the rate
     /// `stiffness` D chi `g_n`/d. The gas is a fluid of penetrable particles, with fluctuations and
     /// structure of its own equation of state. At large stiffness it tends to exact hard particles,
     /// its collision rate from below.
     StochasticDisks {
-        /// Relative collision rate of overlapping particles; 1 would give Enskog's rate if they
-        /// overlapped as in the dilute gas.
+        /// Relative collision rate of overlapping simulators; 1 would give Enskog's rate if they
+        /// overlapped as often as in the dilute gas.
         stiffness: f64,
     },
     /// Contact-point scheme: Enskog's rate for the local density, however few the partners
@@ -159,18 +160,19 @@ pub enum Scheme {
     /// With more simulators the density is averaged over about a diameter around the point halfway
     /// to contact. With 16 per disk, S(k d) agrees with exact disks within 5 % up to k d = 1.
     ContactPoint {
-        /// Radius around the point within which all simulators are equally likely; outside it the
-        /// nearest in the cells around is taken \[length\]. `None`: half the diameter, or a quarter
-        /// of the mean free path if that is longer.
+        /// Radius around the point of contact within which all simulators are equally likely
+        /// partners \[length\]; without any, the nearest in the cells around is taken. `None`: half
+        /// the diameter, or a quarter of the mean free path if that is longer.
         radius: Option<f64>,
     },
 }
 
 impl Scheme {
-    /// Contact-point scheme with its default radius: the scheme to compare with exact disks.
+    /// Contact-point scheme with its default partner radius: the scheme to compare with exact
+    /// disks.
     pub const CONTACT_POINT: Self = Self::ContactPoint { radius: None };
 
-    /// All schemes, each with its default settings.
+    /// List of all collision schemes, each with its default settings.
     pub const ALL: [Self; 7] = [
         Self::Collisionless,
         Self::Boltzmann,
@@ -181,7 +183,8 @@ impl Scheme {
         Self::CONTACT_POINT,
     ];
 
-    /// Scheme of a [`Self::name`], with its default settings.
+    /// Returns the collision scheme with a [`Self::name`], in its default settings; `None` for an
+    /// unknown name.
     ///
     /// ```
     /// use stosszahl_dsmc::{Neighbourhood, Scheme};
@@ -193,11 +196,13 @@ impl Scheme {
         Self::ALL.into_iter().find(|scheme| scheme.name() == name)
     }
 
-    /// Properties of the scheme.
+    /// Returns the properties of the scheme: partners, contact value, density window, and defaults
+    /// of parameters.
     pub const fn properties(self) -> SchemeProperties {
-        /// Limit of chi for schemes without a limit of their own: beyond chi at any packing.
+        /// Limit of the contact value chi for schemes without a limit of their own: above chi at
+        /// any packing fraction.
         const UNLIMITED: f64 = 1e3;
-        /// Properties that most schemes within cells share.
+        /// Properties that most schemes with pairs within cells have in common.
         const WITHIN_CELL: SchemeProperties = SchemeProperties {
             name: "",
             partners: PartnerSelection::WithinCell,
@@ -210,13 +215,13 @@ impl Scheme {
             feels_flow: false,
             random_branch: 0,
         };
-        /// Properties that most schemes with partners across cells share.
+        /// Properties that most schemes with partners across cells have in common.
         const CROSS_CELL: SchemeProperties = SchemeProperties {
             displacement: PartnerDisplacement::None,
             feels_flow: true,
             ..WITHIN_CELL
         };
-        /// Properties of schemes of points.
+        /// Properties of schemes for the dilute gas of point-like particles.
         const DILUTE: SchemeProperties = SchemeProperties {
             contact: ContactLaw::Dilute,
             displacement: PartnerDisplacement::None,
@@ -278,7 +283,7 @@ impl Scheme {
         }
     }
 
-    /// The same scheme with other settings; settings that the scheme lacks are ignored.
+    /// Returns the scheme with other settings; settings that the scheme does not have are ignored.
     #[must_use]
     pub fn with_settings(self, settings: SchemeSettings) -> Self {
         match self {
@@ -294,8 +299,8 @@ impl Scheme {
         }
     }
 
-    /// Rate of collisions of overlapping simulators, over that at which dilute ones would have
-    /// Enskog's rate; 1 for schemes without overlap.
+    /// Returns the collision rate of overlapping simulators, relative to that at which dilute ones
+    /// would have Enskog's rate; 1 for schemes without overlap.
     pub(crate) const fn stiffness(self) -> f64 {
         match self {
             Self::StochasticDisks { stiffness } => stiffness,
@@ -303,12 +308,12 @@ impl Scheme {
         }
     }
 
-    /// Name used in file names and tables.
+    /// Returns the name of the scheme in file names and tables.
     pub const fn name(self) -> &'static str {
         self.properties().name
     }
 
-    /// Selection of partners.
+    /// Returns the algorithm by which the scheme selects collision partners.
     pub const fn partners(self) -> PartnerSelection {
         self.properties().partners
     }
@@ -325,12 +330,13 @@ impl Scheme {
         )
     }
 
-    /// Returns true if chi = 1, so that the collision rate is dilute at any density.
+    /// Returns true if the contact value is 1, so that the collision rate is that of the dilute gas
+    /// at any density.
     pub fn is_dilute(self) -> bool {
         self.properties().contact == ContactLaw::Dilute
     }
 
-    /// Factor chi at a packing fraction, before any limit.
+    /// Returns the contact value chi of the scheme at a packing fraction, before any limit.
     pub fn contact_value<S: Space>(self, packing_fraction: f64) -> f64 {
         match self.properties().contact {
             ContactLaw::Dilute => 1.0,
@@ -341,13 +347,14 @@ impl Scheme {
     }
 }
 
-/// Settings that only some schemes have; `None` for the default.
+/// Settings that only some collision schemes have; `None` for the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SchemeSettings {
-    /// Density window of [`Scheme::Enskog`] and [`Scheme::Esmc`].
+    /// Window of the local packing fraction in [`Scheme::Enskog`] and [`Scheme::Esmc`].
     pub neighbourhood: Option<Neighbourhood>,
-    /// Stiffness of [`Scheme::StochasticDisks`].
+    /// Relative collision rate of overlapping simulators in [`Scheme::StochasticDisks`].
     pub stiffness: Option<f64>,
-    /// Partner radius of [`Scheme::ContactPoint`] \[length\].
+    /// Radius of the partner search around the point of contact in [`Scheme::ContactPoint`]
+    /// \[length\].
     pub radius: Option<f64>,
 }
