@@ -1,4 +1,4 @@
-//! Clusters of equal monomers: sizes that change when particles stick together or break.
+//! Clusters of equal monomers as a size distribution, for particles that merge or break.
 
 use std::sync::Arc;
 
@@ -11,13 +11,14 @@ pub struct Clusters {
     radius: f64,
     mass: f64,
     dimension: usize,
-    /// Radii of the smallest clusters, which collide most often \[length\].
+    /// Table of the radii of the smallest clusters, which collide most often, by number of monomers
+    /// \[length\].
     radii: Arc<[f64]>,
-    /// Monomers in each cluster of the start; one each where the list ends.
+    /// Number of monomers in each cluster of the initial state; one where the list ends.
     start: Arc<[u32]>,
 }
 
-/// Radii up to this number of monomers are kept in a table.
+/// Largest number of monomers whose cluster radius is kept in a table.
 const TABLE: u32 = 4096;
 
 impl Clusters {
@@ -56,7 +57,7 @@ impl Clusters {
     }
 }
 
-/// Radius of a compact cluster of k monomers, `R_1 k^(1/D)` \[length\].
+/// Returns the radius of a compact cluster of k monomers, `R_1 k^(1/D)` \[length\].
 fn law(radius: f64, dimension: usize, k: u32) -> f64 {
     let k = f64::from(k);
     radius * if dimension == 2 { k.sqrt() } else { k.cbrt() }

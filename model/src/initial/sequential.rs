@@ -1,4 +1,4 @@
-//! Random sequential addition.
+//! Random sequential addition: disks are placed one by one at random positions without overlap.
 
 use nalgebra::{Vector2, vector};
 use rand::{Rng, RngExt};
@@ -43,7 +43,8 @@ pub fn sequential_addition_of(
     Some(positions)
 }
 
-/// Adds disks in the order of `radii`.
+/// Places disks one by one at random positions without overlap, in the order of `radii`; `None` if
+/// one finds no room, or if interrupted.
 fn add(
     radii: &[f64],
     domain: &Domain<Plane>,
