@@ -357,7 +357,7 @@ impl<S: Space> Density<S> {
         self.unit
     }
 
-    /// Returns true unless the scheme is free molecular flow, without collisions.
+    /// Returns true unless the scheme is that of free molecular flow, without collisions.
     pub(crate) fn collides(&self) -> bool {
         self.scheme.partners() != PartnerSelection::None
     }

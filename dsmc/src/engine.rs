@@ -61,7 +61,7 @@ impl SimulatorIndices {
     }
 }
 
-/// Direct Simulation Monte Carlo of smooth or rough particles.
+/// Engine of the Direct Simulation Monte Carlo of smooth or rough particles in a box.
 ///
 /// `F` selects whether displacements are tracked ([`crate::Tracked`]) or not.
 pub struct DsmcEngine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracked> {
@@ -177,7 +177,7 @@ where
         });
     }
 
-    /// Calls `look` with each simulator and its weight (particles per simulator), in the order of
+    /// Calls `look` for each simulator with its weight (particles per simulator), in the order of
     /// cell numbers.
     pub(crate) fn each(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
         for cell in self.cells_in_order() {
@@ -189,8 +189,8 @@ where
         }
     }
 
-    /// Calls `look` with the index in [`DsmcEngine::state`] of each simulator, the simulator and
-    /// its weight (particles per simulator), in the order of cell numbers.
+    /// Calls `look` for each simulator with its index in [`DsmcEngine::state`] and its weight
+    /// (particles per simulator), in the order of cell numbers.
     pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
         let (mut places, mut order) = (self.places(), 0);
         self.each(|simulator, weight| {

@@ -54,8 +54,8 @@ pub(crate) struct TilePlace<S: Space> {
 }
 
 impl<S: Space> Grid<S> {
-    /// Creates a grid of `counts` cells along each axis, in tiles of about `per_tile` of all
-    /// `simulators`, at least as wide as `reach`.
+    /// Creates a grid of `counts` cells along each axis, grouped in tiles of about `per_tile` of
+    /// all `simulators`. Tiles are at least as wide as `reach` \[length\].
     pub(crate) fn new(
         domain: Domain<S>,
         counts: [usize; 3],
@@ -292,8 +292,8 @@ impl<S: Space> Grid<S> {
         })
     }
 
-    /// Numbers of a tile and of all adjacent tiles, sorted, each once. In a sheared box every tile
-    /// of the row beyond the edge is adjacent, as rows slide past each other.
+    /// Returns the numbers of a tile and of all adjacent tiles, sorted, each once. In a shear flow
+    /// every tile of the row beyond the edge is adjacent, as rows slide past each other.
     pub(crate) fn touching(&self, tile: [u32; 3]) -> Vec<usize> {
         let is_sheared = self.domain.images().shear().is_some();
         let mut numbers = Vec::with_capacity(OFFSETS);

@@ -11,15 +11,15 @@ use crate::scheme::{PartnerDisplacement, PartnerSelection, Scheme, SchemePropert
 /// particle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SimulatorStart {
-    /// Each set is the whole state, shifted by a random vector and with all velocities rotated
-    /// alike at random. This keeps the energy and zero momentum, but the gas is the same only if
-    /// the state is homogeneous and isotropic: patterns of density or flow are blurred. Thermal
-    /// noise is weaker by the number of simulators.
+    /// Independent copies: each set is the whole state, shifted by a random vector and with all
+    /// velocities rotated alike at random. This keeps the energy and zero momentum, but the gas is
+    /// the same only if the state is homogeneous and isotropic: patterns of density or flow are
+    /// blurred. Thermal noise is weaker by the number of simulators.
     Independent,
-    /// Each set keeps the long waves of the state: it is shifted by no more than a neighbourhood of
-    /// some 32 particles, and each velocity relative to the mean of that neighbourhood is rotated
-    /// at random. The long-wave noise of the start, which seeds instabilities, is then that of the
-    /// state.
+    /// Coherent copies: each set keeps the long waves of the state. It is shifted by no more than a
+    /// neighbourhood of some 32 particles, and each velocity relative to the mean of that
+    /// neighbourhood is rotated at random. The long-wave noise of the start, which seeds
+    /// instabilities, is then that of the state.
     Coherent,
 }
 
@@ -47,8 +47,8 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// Default parameters of a scheme: one simulator per particle; displacement by a diameter
-    /// within cells of dense schemes; time steps and limit of chi that the scheme needs.
+    /// Returns the default parameters of a scheme: one simulator per particle; displacement by a
+    /// diameter within cells of dense schemes; time steps and limit of chi that the scheme needs.
     ///
     /// Partners of [`Scheme::ContactPoint`] are uncorrelated only with more simulators: see
     /// [`Parameters::enough_for_chaos`].
@@ -532,8 +532,8 @@ pub enum DsmcError {
 }
 
 impl DsmcError {
-    /// Converts lengths and speeds of the error to the units of a case. Inflows and obstacles are
-    /// stored in these already.
+    /// Converts lengths and speeds of the error to the units of a case, for messages. Inflows and
+    /// obstacles are stored in these already.
     #[must_use]
     pub fn in_units(mut self, units: &MessageUnits) -> Self {
         let scale =

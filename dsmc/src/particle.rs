@@ -6,8 +6,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, ParticleModel, Sizes, Space, SpinOf, Vector, VectorOf};
 
-/// Type-level choice whether displacements are tracked. It changes the data of a simulator by
-/// nothing or one vector.
+/// Compile-time choice whether displacements of simulators are tracked: a simulator stores one
+/// vector more, or nothing.
 pub trait DisplacementTracking<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// Displacement data stored in a simulator: a vector, or nothing.
     type DisplacementMark: Copy
@@ -64,7 +64,7 @@ pub struct Simulator<V, T, M, W> {
     pub tag: T,
     /// Displacement since tracking began \[length\], or an empty value if untracked.
     pub mark: M,
-    /// Angular velocity \[1/time\], or an empty value for smooth particles.
+    /// Angular velocity of the simulator \[1/time\], or an empty value for smooth particles.
     pub spin: W,
 }
 

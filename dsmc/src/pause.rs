@@ -1,8 +1,8 @@
 //! Pause of a DSMC run between two time steps, and resumption to the same bytes.
 
-/// Pause between two time steps, in the middle of a free flight, where all simulators have the same
-/// time. If the advance continues to the same end time, the next step equals the step of a run
-/// without the pause.
+/// Pause of a run between two time steps, in the middle of a free flight, where all simulators have
+/// the same time. If the advance continues to the same end time, the next step equals the step of a
+/// run without the pause.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pause {
     /// End time of the advance that was paused \[time\].

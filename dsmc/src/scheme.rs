@@ -113,7 +113,7 @@ pub struct SchemeProperties {
 /// pairs within a cell; the last three draw partners by position, at about a contact distance d.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Scheme {
-    /// No collisions at all: free molecular flow.
+    /// Free molecular flow: no collisions at all.
     Collisionless,
     /// Boltzmann scheme of a dilute gas, contact value chi = 1. Converges to the Boltzmann
     /// equation.

@@ -93,8 +93,8 @@ where
         until <= self.time
     }
 
-    /// Returns true if the run was asked to stop; for a decomposed gas, as all processes know since
-    /// the last step.
+    /// Returns true if the run was asked to stop; in a decomposed gas, if all processes have been
+    /// told so in the last step.
     fn ends(&mut self) -> bool {
         match &self.share {
             Some(share) if !share.ends => return false,
@@ -104,8 +104,8 @@ where
         self.stop.ends()
     }
 
-    /// Returns true if the run was asked to pause; for a decomposed gas, as all processes know
-    /// since the last step.
+    /// Returns true if the run was asked to pause; in a decomposed gas, if all processes have been
+    /// told so in the last step.
     fn is_paused(&self) -> bool {
         match &self.share {
             Some(share) => share.pauses,

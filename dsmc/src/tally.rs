@@ -27,10 +27,10 @@ pub struct CollisionCounters {
     pub limited_collisions: u64,
     /// Sum over collisions of the distance between the partners' centres \[length\].
     pub separation: f64,
-    /// Sum over collisions of `w ((r_i - r_j) . dp + dr_i . p_i' + dr_j . p_j')` \[energy\], with
-    /// simulator weight w, momentum dp gained by the first, and displacements dr of both: the
-    /// momentum that collisions carry, so that `Z = 1 + virial/(D N T t)` for N particles at
-    /// constant T.
+    /// Virial of all collisions \[energy\]: the sum of `w ((r_i - r_j) . dp + dr_i . p_i' + dr_j .
+    /// p_j')`, with simulator weight w, momentum dp gained by the first, and displacements dr of
+    /// both. It is the momentum that collisions carry, so that `Z = 1 + virial/(D N T t)` for N
+    /// particles at constant T.
     pub virial: f64,
     /// Number of cross-cell candidates for which no partner was within range.
     pub missed: u64,
@@ -46,7 +46,8 @@ pub struct CollisionCounters {
 pub struct CellCount {
     /// Number of collisions of particles in the cell: those of simulators, times their weight.
     pub collisions: f64,
-    /// Contribution of the cell to [`CollisionCounters::virial`] \[energy\].
+    /// Virial of the collisions in the cell, its contribution to [`CollisionCounters::virial`]
+    /// \[energy\].
     pub virial: f64,
 }
 

@@ -30,7 +30,7 @@ pub(crate) type Migrant<P, F> = DepartedSimulator<SimulatorOf<P, F>>;
 /// or by tile number if they flew farther.
 pub(crate) struct SendBuffer<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     near: Vec<Migrant<P, F>>,
-    /// For each offset to an adjacent tile, the index in `near` after its last simulator.
+    /// Index in `near` after the last simulator for each offset to an adjacent tile.
     ends: [u32; OFFSETS],
     pub(crate) far: Vec<(u32, Migrant<P, F>)>,
 }

@@ -119,7 +119,7 @@ struct Pair<V> {
     /// Velocity of the first simulator relative to the second \[length/time\]; in a shear flow that
     /// they feel, at their positions at contact.
     relative: V,
-    /// Unit vector from the second to the first at contact.
+    /// Unit vector along the line of centres, from the second simulator to the first at contact.
     normal: V,
     /// Approach speed of the pair along `normal` \[length/time\].
     approach: f64,

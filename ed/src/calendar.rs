@@ -72,7 +72,7 @@ pub trait EventTimes {
     }
 }
 
-/// Priority queue of the next events of disks.
+/// Event calendar: a priority queue of the next events of all disks.
 ///
 /// Nothing is ever removed but by [`Calendar::pop`]: an entry is stale when its disk's next event
 /// is at another time. A calendar may drop stale entries, or announce them; the caller can
@@ -151,7 +151,7 @@ impl Calendar for Sorted {
     }
 }
 
-/// Calendar of events in a ring of time buckets.
+/// Event calendar as a ring of time buckets, each with the disks whose next event falls into it.
 ///
 /// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that
 /// names disks but no times, so that filing an event waits for nothing: the line is only written

@@ -79,11 +79,13 @@ pub(crate) struct CellLists {
     /// True if cells are wider than the limit up to which differences of squared separations are
     /// accurate; contact times then use another formula.
     wide: bool,
-    /// Contribution of a column to the index of a cell in memory; two columns before the first
-    /// and two after the last are their periodic images, or the column beyond the wall.
+    /// Contribution of each column to the memory index of a cell, which is the sum of two. Two
+    /// entries before the first column and two after the last are its periodic images, or the empty
+    /// column beyond a wall.
     columns: Vec<u32>,
-    /// Contribution of a row to the index of a cell in memory; two rows before the first and two
-    /// after the last are their periodic images, or the row beyond the wall.
+    /// Contribution of each row to the memory index of a cell, which is the sum of two. Two entries
+    /// before the first row and two after the last are its periodic images, or the empty row beyond
+    /// a wall.
     rows: Vec<u32>,
     firsts: Vec<u32>,
 }

@@ -24,7 +24,7 @@ pub enum DissipationRule {
 pub struct EventCounters {
     /// Number of collisions between two disks.
     pub collisions: u64,
-    /// Number of candidate pairs whose contact was predicted.
+    /// Number of candidate pairs tested for a contact.
     pub predictions: u64,
     /// Number of events pushed into the event calendar.
     pub pushes: u64,

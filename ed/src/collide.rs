@@ -134,9 +134,9 @@ where
         }
     }
 
-    /// Records a collision with its relative velocity before, line of centres and the momentum that
-    /// the first disk gained, in the engine's units. Never inlined: the loop over events keeps its
-    /// registers without an observer.
+    /// Passes a collision to the recorder, with relative velocity before, line of centres and
+    /// momentum gained by the first disk, all in engine units. Never inlined: the loop over events
+    /// keeps its registers without an observer.
     #[cold]
     #[inline(never)]
     fn record(

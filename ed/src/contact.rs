@@ -3,7 +3,7 @@
 
 use nalgebra::Vector2;
 
-/// Returns the time until two disks in free flight touch, or `None` if they never do.
+/// Returns the time until two disks in free flight touch; `None` if they never do.
 ///
 /// With the separation r, the relative velocity g, b = r . g and c = r^2 - d^2, contact is at
 /// t = c/(-b + sqrt(b^2 - g^2 c)), the root that loses no digits at slow approach. Receding pairs

@@ -21,7 +21,7 @@ use crate::sliding_rows::SlidingRows;
 /// All disks of a gas with their law of flight, and the cell lists in which they are found.
 pub(crate) struct DiskSystem<F> {
     pub(crate) all: Vec<DiskRecord>,
-    /// Law of motion between events: straight, under gravity, or in a shear flow.
+    /// Law of free flight of disks: straight, under gravity, or in a shear flow.
     pub(crate) motion: FlightMotion<F>,
     pub(crate) cells: CellLists,
     /// Rows of cells that slide over each other with a shear flow.
@@ -221,8 +221,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         self.levels.is_some()
     }
 
-    /// Returns true if two touching disks slide along each other: they approach no faster than the
-    /// direction of their separation is rounded. `b` is r . g of their separation and relative
+    /// Returns true if two touching disks slide along each other: their normal approach is slower
+    /// than rounding of the line of centres allows to tell. `b` is r . g of separation and relative
     /// velocity.
     #[cold]
     fn is_sliding(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {

@@ -48,7 +48,8 @@ enum Order {
     Memory,
 }
 
-/// Event-driven dynamics of disks in a box: periodic, or between walls and around obstacles.
+/// Engine of the event-driven dynamics of disks in a box: periodic, or between walls and around
+/// obstacles.
 ///
 /// An engine lives for one leg of a run, a number of collisions: [`EventDrivenEngine::checkpoint`]
 /// and a new engine start the next leg with a fresh epoch and the disks sorted in memory. As the
@@ -84,7 +85,7 @@ pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) speed: f64,
     /// Absolute time at which the engine time is zero \[time\].
     pub(crate) epoch: f64,
-    /// Current engine time: absolute time since `epoch`, times `speed`.
+    /// Current engine time: absolute time since `epoch`, times the unit of speed.
     pub(crate) now: f64,
     /// Absolute time of the gas \[time\]; exactly the requested one once it is reached.
     pub(crate) time: f64,
@@ -360,7 +361,7 @@ where
         (self.epoch + self.now / self.speed).min(until.max(self.time))
     }
 
-    /// Returns the box at the current time: in a shear flow, its images slide.
+    /// Returns the box at the current time; in a shear flow its periodic images slide.
     pub(crate) fn domain_now(&self) -> Domain<Plane> {
         let mut domain = self.domain;
         domain.advance(self.now / self.speed);

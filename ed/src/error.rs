@@ -247,8 +247,8 @@ impl EventDrivenError {
         )
     }
 
-    /// Converts times, lengths and speeds of the error to the units of a case. Errors of obstacles
-    /// are in these units already.
+    /// Converts times, lengths and speeds of the error to the units of a case, for messages. Errors
+    /// of obstacles are in these units already.
     #[must_use]
     pub fn in_units(mut self, units: &MessageUnits) -> Self {
         match &mut self {

@@ -1,4 +1,5 @@
-//! A hierarchy of grids, for disks of very different sizes.
+//! Hierarchy of grids with cells of doubling widths, for the search for contacts between disks of
+//! very different sizes.
 //!
 //! All disks are placed by the cells of the finest grid, and cross from one of these into the next.
 //! A disk that is larger than such a cell is listed in the first coarser grid, each of twice the
@@ -26,8 +27,8 @@ use crate::cells::{CellCoordinates, CellLists};
 /// width.
 const MOST_LEVELS: u32 = 12;
 
-/// Factor on the best width for all disks: diameters that do not fit into that many widths are
-/// worth grids of their own.
+/// Ratio of the largest diameter to the best single width of cells above which a hierarchy of
+/// several grids is used.
 const WORTH: f64 = 2.5;
 
 /// Hierarchy of coarser grids for larger disks, and the level of each disk.

@@ -6,8 +6,8 @@ use stosszahl_model::{Domain, ParticleModel, Plane, State};
 
 use crate::error::EventDrivenError;
 
-/// Number of times a disk has left the box on the right and at the top, less that on the left and
-/// at the bottom.
+/// Image flags of a disk: the number of times it has left the box on the right and at the top, less
+/// that on the left and at the bottom.
 pub(crate) type ImageFlags = [i32; 2];
 
 /// Returns the image flags of an unwrapped position: the number of box sides along each axis that

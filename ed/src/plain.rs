@@ -23,7 +23,7 @@ pub struct Event {
     pub pair: [usize; 2],
 }
 
-/// Partners of a contact: indices of two disks, or of a disk and a boundary.
+/// Partners of a contact: two disks, or a disk and a wall or obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactPartners {
     /// Contact of two disks, by their indices in the state, the smaller first.

@@ -11,9 +11,9 @@ use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
 use crate::record::DiskRecord;
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Prefetches data for the disks of a bucket of the calendar that is `ahead` buckets from its
-    /// turn and ends at the engine time `end`: four buckets ahead their records, then partners and
-    /// cells around, then the first disks of these cells.
+    /// Prefetches data for the disks of a bucket of the calendar, `ahead` buckets before its turn;
+    /// the bucket ends at the engine time `end`. Four buckets ahead it requests their records, then
+    /// partners and cells around, then the first disks of these cells.
     #[inline(always)]
     pub(crate) fn prefetch(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut PrefetchPlan) {
         const { assert!(AHEAD == 4) };

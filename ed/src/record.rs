@@ -5,7 +5,8 @@ use nalgebra::Vector2;
 
 use crate::cells::{CellCoordinates, NONE};
 
-/// Record of a disk in one cache line. Times and speeds are in the engine's own units.
+/// Record of a disk in one cache line: position, velocity, clock, predicted contact and cell. Times
+/// and speeds are in engine units.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct DiskRecord {

@@ -1,4 +1,5 @@
-//! Rows of cells that slide over each other with a uniform shear flow.
+//! Rows of cells that slide over each other with a uniform shear flow, joined by Lees-Edwards
+//! boundaries.
 //!
 //! Each row of cells moves with the flow at half its height, and velocities of disks are relative
 //! to their row: close to the peculiar velocities, however high the box is. Within its row a disk
@@ -20,7 +21,7 @@ use crate::cells::{CellCoordinates, CellLists};
 pub(crate) enum Seam {
     /// Boundary between two rows of the box.
     Inside,
-    /// Periodic boundary between the last row and the image of the first.
+    /// Periodic boundary between the last row of the box and the image of the first.
     Around,
 }
 

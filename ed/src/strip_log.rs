@@ -75,7 +75,7 @@ pub(crate) struct SeamRecord<S> {
     pub(crate) rebounds: Option<u32>,
     pub(crate) winding: Option<ImageFlags>,
     /// Hash of all disks in the cells around the disk, if the event belongs to a disk on the other
-    /// side of the edge.
+    /// side of the strip boundary; else 0.
     pub(crate) candidates: u64,
 }
 

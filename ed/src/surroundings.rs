@@ -22,7 +22,7 @@ pub(crate) const FACES: usize = 4;
 pub struct DiskBoundaries {
     /// Walls at the faces of the box; faces without a wall are periodic.
     pub walls: Walls<Plane>,
-    /// Obstacles inside the box.
+    /// Obstacles inside the box, in addition to walls at its faces.
     pub obstacles: Vec<Obstacle>,
     /// Random streams of rebounds from diffuse walls.
     pub streams: Streams,
@@ -99,7 +99,7 @@ struct Near {
     end: u32,
 }
 
-/// Side or corner of an obstacle, or of one of its periodic images.
+/// Edge or corner of an obstacle that a disk can touch, or of one of its periodic images.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     obstacle: u32,

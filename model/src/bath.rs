@@ -110,8 +110,8 @@ impl Bath {
         }
     }
 
-    /// Returns the random changes of velocity \[length/time\] in kick number `number`, by the index
-    /// of the particle; the third component is 0 in two dimensions.
+    /// Returns the random velocity change \[length/time\] of each particle in the kick of the bath
+    /// with the number `number`; the third component is 0 in two dimensions.
     ///
     /// `copies` is the number of gases that stand one after the other: the first gets the
     /// kicks of a single gas. White noise keeps the momentum of each copy by itself. With N

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use crate::invalid::InvalidValue;
 use crate::sizes::Sizes;
 
-/// Clusters of k compact monomers: mass `k m_1`, radius `R_1 k^(1/D)`. The tag is k itself.
+/// Sizes of compact clusters of k equal monomers: mass `k m_1`, radius `R_1 k^(1/D)`. The size tag
+/// is k itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clusters {
     radius: f64,

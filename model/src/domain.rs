@@ -1,4 +1,4 @@
-//! Simulation box of a gas, periodic along some or all of its axes.
+//! Simulation box of a gas, periodic along some or all of its axes, at rest or in a shear flow.
 
 use serde::{Deserialize, Serialize};
 
@@ -65,7 +65,7 @@ impl<S: Space> Domain<S> {
         Ok(sheared)
     }
 
-    /// Returns the map of periodic images.
+    /// Returns the map of periodic images of the box.
     #[inline]
     pub fn images(&self) -> &Images<S> {
         &self.images

@@ -118,7 +118,8 @@ impl ExactSum {
         (kept + u128::from(up)) as f64 * power(lowest + cut)
     }
 
-    /// Returns the index of `chunk` in the buffer, grown so that `count` chunks fit from there.
+    /// Returns the index in the buffer of the superaccumulator's chunk `chunk`, after growing the
+    /// buffer so that `count` chunks fit from there.
     #[inline(always)]
     fn chunk_index(&mut self, chunk: usize, count: usize) -> usize {
         if self.chunks.is_empty() {

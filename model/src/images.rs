@@ -37,9 +37,9 @@ impl Shear {
 /// Displacement and relative velocity of a periodic image of a particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Image<V> {
-    /// Position of the image less the position of the original \[length\].
+    /// Displacement of the image from the original particle \[length\].
     pub position: V,
-    /// Velocity of the image less the velocity of the original \[length/time\]; zero for peculiar
+    /// Velocity of the image relative to the original particle \[length/time\]; zero for peculiar
     /// velocities.
     pub velocity: V,
 }

@@ -25,7 +25,8 @@ impl InvalidValue {
         }
     }
 
-    /// Returns the number `found` if it is allowed, an error otherwise.
+    /// Returns the number `found` of a quantity if it is allowed, and the error that it is invalid
+    /// otherwise.
     ///
     /// # Errors
     /// [`InvalidValue`] unless `is_allowed`.
@@ -42,7 +43,8 @@ impl InvalidValue {
         }
     }
 
-    /// Returns a finite number above zero, an error otherwise.
+    /// Returns the number `found` of a quantity if it is finite and above zero, and the error that
+    /// it is invalid otherwise.
     ///
     /// # Errors
     /// [`InvalidValue`] for all others.

@@ -153,8 +153,8 @@ pub fn haff_collisions(dimension: usize, restitution: f64, time_over_haff: f64) 
     2.0 * dimension as f64 / rate * (1.0 + 3.0 * a2 / 16.0).mul_add(time_over_haff, 1.0).ln()
 }
 
-/// Rate at which disks forget their velocity, `nu = omega (1 + r)/2` in units of sqrt(T/m)/d: by it
-/// the velocity correlation of a gas in a steady state begins to decay. The self-diffusion
+/// Rate at which disks forget their velocity, `nu = omega (1 + r)/2` in units of sqrt(T/m)/d. The
+/// velocity correlation of a gas in a steady state begins to decay at this rate. The self-diffusion
 /// coefficient in first Sonine order is `D = T/(m nu)` (Bodrova & Osinsky 2024 for mixtures in
 /// three dimensions; here for equal disks).
 ///

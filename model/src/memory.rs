@@ -69,7 +69,7 @@ pub fn reserved<T>(capacity: usize) -> Vec<T> {
     vector
 }
 
-/// Returns a vector of `count` copies of a value, allocated by [`reserved`].
+/// Returns a vector of `count` copies of a value, with memory on large pages as by [`reserved`].
 pub fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
     let mut vector = reserved(count);
     vector.resize(count, value);

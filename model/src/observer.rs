@@ -116,7 +116,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Returns true if the observer needs collisions.
+    /// Returns true if the observer of this recorder needs collisions.
     #[inline(always)]
     pub fn looks(&self) -> bool {
         self.looks

@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 pub struct Particle {
     /// Position of the centre \[length\], inside the box; the origin in gases without positions.
     pub position: Vector3<f64>,
-    /// Velocity of the centre \[length/time\].
+    /// Velocity of the particle's centre \[length/time\].
     pub velocity: Vector3<f64>,
-    /// Angular velocity \[1/time\]; zero for smooth particles.
+    /// Angular velocity of the particle \[1/time\]; zero for smooth particles.
     pub spin: Vector3<f64>,
     /// Radius of the particle \[length\]; of one particle that a simulator stands for.
     pub radius: f64,
@@ -20,7 +20,7 @@ pub struct Particle {
     pub spin_energy: f64,
     /// Number of the particle's species, from 0.
     pub species: u32,
-    /// Number of particles that a simulator stands for; 1 in exact dynamics.
+    /// Number of particles that a simulator stands for; 1 in event-driven dynamics.
     pub weight: f64,
 }
 

@@ -22,9 +22,9 @@ pub trait ParticleModel: Clone + Debug + Send + Sync + 'static {
     /// Law of free flight between collisions: straight, under gravity, or in a shear flow.
     type Field: Field<Self::Space>;
 
-    /// Returns the tangential contact law.
+    /// Returns the tangential contact law of the particles.
     fn surface(&self) -> &Self::Surface;
-    /// Returns the normal contact law.
+    /// Returns the normal contact law of the particles.
     fn restitution(&self) -> &Self::Restitution;
     /// Returns the radii, masses and species of the particles.
     fn sizes(&self) -> &Self::Sizes;

@@ -29,7 +29,7 @@ pub enum Purpose {
     Collisions = 5,
     /// Random kicks of a thermal bath; addressed by the number of the kick and the particle.
     StochasticDrive = 6,
-    /// Pair selection and contacts of a gas without positions.
+    /// Selection and contacts of pairs in a gas without positions.
     Pairs = 7,
     /// Rebounds of particles from diffuse walls.
     Walls = 8,

@@ -13,7 +13,8 @@ pub struct RecentContacts {
     /// Fewest particles that make up half of all participations in the latest contacts, by index,
     /// the most frequent first.
     pub busiest: Vec<usize>,
-    /// Position of the first particle of `busiest` \[length\].
+    /// Position of the particle with the most contacts among the latest, the first of `busiest`
+    /// \[length\].
     pub place: [f64; 3],
 }
 

@@ -3,13 +3,13 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Energy balance of a gas in uniform shear flow: the energy of peculiar motion and spin is the
+/// Energy balance of a gas in uniform shear flow. The energy of peculiar motion and spin is the
 /// energy supplied, plus the work `-a P_xy V` of the stress over time, less the energy dissipated,
 /// exactly and at any density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShearWork {
-    /// Energy at the start plus the energy that drives have added since \[energy\]; `None` before
-    /// the start.
+    /// Energy at the start plus the energy that thermostats or baths have added since \[energy\];
+    /// `None` before the start.
     pub supplied: Option<f64>,
     /// Work of the kinetic part of the stress, the integral over time of `-a sum m c_x c_y` with
     /// shear rate a and peculiar velocity c \[energy\].

@@ -286,17 +286,18 @@ pub trait Simulation: Send {
     /// Sets an interrupt that breaks off [`Self::advance`]; it is checked several times a second.
     fn set_stop_flag(&mut self, interrupt: &Interrupt);
 
-    /// Sets an interrupt that ends [`Self::advance`] early, between two collisions or steps: the
-    /// gas is then whole and can be advanced again. A pause changes no number: the next advance to
-    /// the same time ends with the bytes of a run without a pause, unless the gas is changed in
-    /// between. A checkpoint of a paused Monte Carlo gas continues with other random numbers.
+    /// Sets a pause flag that ends [`Self::advance`] early, between two collisions or steps: the
+    /// gas is then consistent and can be advanced again. A pause changes no number: the next
+    /// advance to the same time ends with the bytes of a run without a pause, unless the gas is
+    /// changed in between. A checkpoint of a paused Monte Carlo gas continues with other random
+    /// numbers.
     fn set_pause_flag(&mut self, pause: &Interrupt);
 
-    /// Sets the number of threads among which [`Self::advance`] may share its work, where that
-    /// pays. No number depends on it. Monte Carlo always uses all threads of the pool.
+    /// Sets the number of threads among which [`Self::advance`] may divide its work, where that is
+    /// faster. Results do not depend on it. Monte Carlo always uses all threads of the pool.
     fn use_threads(&mut self, _threads: usize) {}
 
-    /// Returns true if the interrupt broke an advance off. The state of the gas is then invalid,
+    /// Returns true if the interrupt broke off an advance. The state of the gas is then invalid,
     /// and it advances no further: a run resumes from the last checkpoint.
     fn is_interrupted(&self) -> bool;
 

@@ -21,8 +21,7 @@ const HEADER: usize = 8 + 4 + 8 + 32 + 32;
 /// Size of the buffer for writing a snapshot file \[bytes\].
 const BUFFER: usize = 1 << 16;
 
-/// Identifier of the run of a snapshot: a hash of the case and of all other inputs that decide its
-/// numbers.
+/// Fingerprint of a run: a hash of the case and of all other inputs that decide its numbers.
 pub type Fingerprint = [u8; 32];
 
 /// BLAKE3 hash of the payload of a snapshot.

@@ -11,7 +11,8 @@ use serde::de::DeserializeOwned;
 
 use crate::kinetic::{self, spheres};
 
-/// Vector arithmetic that the engines and measurements need; met by `nalgebra`'s static vectors.
+/// Vector arithmetic that engines and measurements need; implemented by `nalgebra`'s static
+/// vectors.
 pub trait Vector:
     Copy
     + Debug
@@ -68,7 +69,7 @@ pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     type Turn: Copy;
     /// Type of angular velocities: one component in two dimensions, three in three.
     type Spin: Vector;
-    /// Number of components of an angular velocity.
+    /// Number of components of an angular velocity: 1 in two dimensions, 3 in three.
     const ROTATIONS: usize;
     /// Moment of inertia of a solid disk or sphere over m R^2: 1/2 or 2/5.
     const INERTIA: f64;

@@ -152,9 +152,9 @@ impl Sizes for Species {
     }
 }
 
-/// Map from the species numbers of an engine to the species of the case. Copies of a gas have
-/// species numbers of their own, and in a gas of continuous sizes each particle has one, in the
-/// order of sizes.
+/// Map from an engine's species numbers to the species of the case. Copies of a gas have species
+/// numbers of their own, and in a gas of continuous sizes each particle has one, in the order of
+/// sizes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Grouping {
     groups: usize,

@@ -88,7 +88,7 @@ pub fn restore_reduction<T: ParticleReduction + 'static>(
     Some(Box::new(sum))
 }
 
-/// A short array of order-independent sums (superaccumulators), one per slot.
+/// Short array of order-independent sums (superaccumulators) over particles, one for each slot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Totals {
     sums: Vec<ExactSum>,

@@ -269,7 +269,7 @@ impl<S: Space> Surface<S> for Rough {
     }
 }
 
-/// Returns the part of a vector that is perpendicular to a unit vector.
+/// Returns the tangential part of a vector, perpendicular to the unit vector `normal`.
 #[inline]
 fn tangential<V: Vector>(vector: V, normal: V) -> V {
     vector - normal * vector.inner(&normal)

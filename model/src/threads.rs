@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-/// Runs a piece of work for each item, in one thread or several, and returns the results in order.
+/// Calls `work` for each item, in one thread or in parallel, and returns the results in order.
 ///
 /// Threads share the numbers of items and call the work by pointer. An item should be worth some
 /// thousand particles.

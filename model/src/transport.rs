@@ -19,11 +19,12 @@ use crate::kinetic;
 /// sqrt(m T)/d.
 pub const DILUTE_VISCOSITY: f64 = 0.282_094_791_773_878_14;
 
-/// Viscosity of dilute elastic disks in all Sonine orders over that in first order (Gass 1971).
+/// Ratio of the viscosity of dilute elastic disks in all Sonine orders to that in first order (Gass
+/// 1971).
 pub const VISCOSITY_ORDERS: f64 = 1.022;
 
-/// Self-diffusion of elastic disks in three Sonine orders over that in first order; two orders give
-/// 43/42.
+/// Ratio of the self-diffusion coefficient of elastic disks in three Sonine orders to that in first
+/// order; two orders give 43/42.
 pub const DIFFUSION_ORDERS: f64 = 1.027;
 
 /// Number of space dimensions in all formulas of this module, two.

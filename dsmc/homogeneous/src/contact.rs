@@ -54,12 +54,13 @@ pub struct CollidingParticles<V> {
     pub line: V,
 }
 
-/// Change that a [`ContactRule`] made to a pair: none, a bounce, or other particles in its place.
+/// Outcome of a contact by a [`ContactRule`]: no change, a bounce, or other particles in place of
+/// the pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactOutcome {
     /// The pair passed without any change.
     Passed,
-    /// The pair bounced.
+    /// The pair bounced: its velocities changed by the collision law.
     Bounced {
         /// True for the first and the second particle if its velocity changed.
         changed: [bool; 2],
@@ -73,7 +74,7 @@ pub enum ContactOutcome {
     },
 }
 
-/// Rule for a pair at contact: bounce, aggregation or fragmentation.
+/// Rule for the contact of a pair in a gas without positions: bounce, aggregation or fragmentation.
 pub trait ContactRule<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
     /// True if the rule makes particles merge or break, so that particles appear and vanish.
     const SIZES_CHANGE: bool;

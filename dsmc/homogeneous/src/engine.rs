@@ -18,7 +18,7 @@ use stosszahl_model::interrupt::Interruption;
 
 /// Number of pair proposals drawn ahead as one batch.
 const BATCH: usize = 64;
-/// Number of proposals whose particles are prefetched while earlier ones are processed.
+/// Number of pair proposals whose particles are prefetched while earlier ones are processed.
 const AHEAD: usize = 24;
 
 /// Monte Carlo engine of a gas without positions. See the [module](super).
@@ -116,7 +116,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         self.stop.on(interrupt);
     }
 
-    /// Sets an interrupt that ends an advance with [`StopReason::Paused`], after at most some dozen
+    /// Sets a pause flag that ends an advance with [`StopReason::Paused`], after at most some dozen
     /// proposals or a quarter for each particle. The next advance to the same time continues as
     /// without a pause; a checkpoint of the paused gas continues with other random numbers.
     pub fn set_pause_flag(&mut self, pause: &Interrupt) {
@@ -151,7 +151,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         Ok(())
     }
 
-    /// Advances until a time, or for a number of collisions, whichever comes first.
+    /// Advances the gas until a time \[time\], or by a number of collisions, whichever comes first.
     ///
     /// The random stream is addressed by the number of advances before. So a run gives the same
     /// bytes if it is stopped and resumed between two advances, and other bytes if its time is

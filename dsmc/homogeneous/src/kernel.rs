@@ -12,14 +12,14 @@ use stosszahl_model::kinetic;
 pub enum PairCorrelationFactor {
     /// Contact value 1 for all pairs: the Boltzmann gas.
     Dilute,
-    /// Contact values of a mixture: Santos, Yuste & López de Haro, Mol. Phys. 96, 1 (1999) in the
-    /// plane, with the equal-disk value of [`kinetic::contact_value`]; Boublík (1970) and Mansoori
-    /// et al. (1971) in space.
+    /// Contact values of Enskog's theory for a mixture: Santos, Yuste & López de Haro, Mol. Phys.
+    /// 96, 1 (1999) in the plane, with the equal-disk value of [`kinetic::contact_value`]; Boublík
+    /// (1970) and Mansoori et al. (1971) in space.
     Enskog,
 }
 
-/// Collision rate of a pair over its relative speed, `k(a, b) = sum_st M_st a^s b^t`, for radii a
-/// and b.
+/// Collision kernel of a homogeneous gas: the collision rate of a pair over its relative speed,
+/// `k(a, b) = sum_st M_st a^s b^t`, for radii a and b.
 ///
 /// For one unordered pair, `k g` is its rate \[1/time\]: `2 chi (a + b) g/V` in two dimensions and
 /// `pi chi (a + b)^2 g/V` in three. Both contact values of [`PairCorrelationFactor`] leave k a

@@ -48,7 +48,8 @@ impl AsMut<ClassBounds> for Class {
     }
 }
 
-/// Low-rank selection: classes of size with one speed bound each, found in trees of sums.
+/// Low-rank selection of candidate pairs: size classes with one speed bound each, drawn by weight
+/// from trees of sums.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LowRank {
     classes: Vec<Class>,

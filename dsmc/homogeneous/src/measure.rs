@@ -15,17 +15,20 @@ pub struct SpeciesMoments {
     pub temperature: f64,
     /// Fourth velocity cumulant `a2 = D <v^4>/((D + 2) <v^2>^2) - 1` of the species.
     pub fourth_cumulant: f64,
-    /// Mean squared displacement, if tracked \[length^2\].
+    /// Mean squared displacement of the species \[length^2\]; zero unless displacements are
+    /// tracked.
     pub displacement: f64,
-    /// Mean fourth power of the displacement, `<R^4>`, if tracked \[length^4\].
+    /// Mean fourth power of the displacement R of the species, `<R^4>` \[length^4\]; zero unless
+    /// displacements are tracked.
     pub displacement_fourth: f64,
-    /// Mean `<R . v>`, if displacements are tracked \[length^2/time\]; D times the diffusion
-    /// coefficient in the diffusive regime.
+    /// Mean `<R . v>` of displacement R and velocity v \[length^2/time\], zero unless displacements
+    /// are tracked; D times the diffusion coefficient in the diffusive regime.
     pub displacement_velocity: f64,
-    /// Mean `<(R . v)^2>`, if displacements are tracked \[length^4/time^2\].
+    /// Mean `<(R . v)^2>` of displacement R and velocity v \[length^4/time^2\]; zero unless
+    /// displacements are tracked.
     pub displacement_velocity_square: f64,
-    /// Velocity correlation `<v(0) . v(t)>`, if the initial velocities are given
-    /// \[length^2/time^2\].
+    /// Velocity correlation `<v(0) . v(t)>` of the species \[length^2/time^2\]; zero unless the
+    /// initial velocities are given.
     pub velocity_correlation: f64,
 }
 

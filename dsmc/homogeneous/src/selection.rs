@@ -60,7 +60,8 @@ pub trait SelectionMethod<P: SmoothPhysics>: Clone + Serialize + DeserializeOwne
     /// Draws one pair proposal; the proposal rate must be above zero.
     fn draw_proposal(&self, stream: &mut impl Rng) -> Self::Draw;
 
-    /// Prefetches the memory that [`SelectionMethod::prefetch_particles`] reads.
+    /// Prefetches the table entries of a pair proposal that [`SelectionMethod::prefetch_particles`]
+    /// reads.
     #[inline]
     fn prefetch_index(&self, _draw: &Self::Draw) {}
 

@@ -60,7 +60,7 @@ pub struct HomogeneousSettings<'a> {
     pub volume: f64,
     /// Contact value of the pair correlation by which density raises collision rates.
     pub contact: PairCorrelationFactor,
-    /// Temperature of each species at the start \[energy\].
+    /// Granular temperature of each species at the start \[energy\].
     pub temperatures: &'a [f64],
     /// Shape of the velocity distribution of each species at the start.
     pub velocities: VelocityDistribution,

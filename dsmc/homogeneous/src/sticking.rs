@@ -62,8 +62,8 @@ pub enum TestOrder {
 pub struct AggregationRule {
     /// Threshold below which the two particles of a pair merge.
     pub stick: Threshold,
-    /// Threshold above which pairs with three monomers or more break into monomers; two monomers
-    /// bounce.
+    /// Threshold above which pairs of clusters with three monomers or more break into monomers; two
+    /// monomers bounce.
     pub shatter: Threshold,
     /// Order in which the two thresholds are tested, if both conditions hold.
     pub order: TestOrder,

@@ -6,12 +6,13 @@ use serde::{Deserialize, Serialize};
 /// them changes, so rounding does not accumulate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SumTree {
-    /// Partial sums: node 1 is the root, the leaves are the upper half.
+    /// Partial sums of the weights in a binary tree: node 1 is the root, the leaves are the upper
+    /// half.
     nodes: Vec<f64>,
 }
 
 impl SumTree {
-    /// Creates a tree of `count` weights, all zero.
+    /// Creates a tree of partial sums of `count` weights, all zero.
     pub fn new(count: usize) -> Self {
         Self {
             nodes: vec![0.0; 2 * count.next_power_of_two()],

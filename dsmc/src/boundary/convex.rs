@@ -35,7 +35,7 @@ impl CutLine {
         (point - self.point).dot(&self.normal)
     }
 
-    /// Returns the line with front and back exchanged.
+    /// Returns the dividing line with its front and back sides exchanged.
     fn reversed(&self) -> Self {
         Self::facing(self.point, -self.normal)
     }

@@ -47,7 +47,7 @@ impl Inflow<Volume> {
     }
 }
 
-/// Largest number of simulators that a start or an inflow may bring into the box.
+/// Largest number of simulators that an initial state or an inflow may bring into the box.
 pub(crate) const MOST_SIMULATORS: f64 = (1_u64 << 30) as f64;
 
 /// Inflow with its derived quantities: mass and radius of its particles, and flux through the face.

@@ -16,8 +16,8 @@ use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 /// floor touches it infinitely often in finite time; it is set to rest instead, and counted.
 const MOST_TOUCHES: u32 = 1000;
 
-/// Slope at which a particle that slides along an obstacle rises from it, so that rounding does not
-/// lead inside.
+/// Slope at which a particle that slides along an obstacle moves away from it, so that rounding
+/// does not lead inside.
 const UPWARDS: f64 = 1e-12;
 
 /// Free flight of one simulator with boundaries: particle model, boundary conditions, start time
@@ -100,7 +100,8 @@ struct Motion<'a, 'b, P: ParticleModel> {
 }
 
 impl<P: ParticleModel> BoundaryFlight<'_, P> {
-    /// Moves a simulator to the end of the flight. Returns `false` if it left through an open face.
+    /// Moves a simulator to the end of its free flight, with rebounds from walls and obstacles.
+    /// Returns `false` if it left through an open face.
     pub(crate) fn travel<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,

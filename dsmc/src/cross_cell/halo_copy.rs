@@ -626,7 +626,8 @@ impl<P: ParticleModel> HaloCopy<P> {
     }
 }
 
-/// Floor of a small number `x`; for a whole number, possibly one less.
+/// Returns the floor of a small number `x` quickly, by a rounding constant; for a whole number,
+/// possibly one less.
 #[inline(always)]
 fn floor(x: f64) -> i64 {
     i64::from(((x - 0.5) + ROUNDER).to_bits() as i32)

@@ -44,7 +44,8 @@ impl CellRow<'_> {
 /// Result of a search around a point: particles within the radius, and the nearest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SearchResult {
-    /// Bit mask of the particles within the radius, lane by lane and line by line.
+    /// Bit mask of the particles within the search radius, one bit for each SIMD lane of each line
+    /// of cells.
     pub(super) near: u32,
     /// Number of the particle nearest to the point, in the order of the bit mask.
     pub(super) nearest: usize,

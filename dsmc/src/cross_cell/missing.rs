@@ -52,9 +52,8 @@ const EACH: f64 = 8.0;
 /// neighbourhood is below 1e-4.
 const MOST: f64 = 8192.0;
 
-/// Number of simulators in a ball whose mean square distance from the centre equals the mean square
-/// distance of the nearest simulator, within 4
-/// %.
+/// Number of simulators in a ball whose points are, in mean square, as far from its centre as the
+/// nearest simulator is, within 4 %.
 const NEAREST: f64 = 2.0;
 
 /// Largest structure factor S at which linear response is used, found in a freezing fluid.

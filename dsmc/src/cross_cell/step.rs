@@ -65,8 +65,8 @@ where
         reports
     }
 
-    /// Computes the largest χ, the largest speeds and the kinetic energy of a tile, for the next
-    /// time step.
+    /// Computes bounds of a tile before collisions: the largest contact value χ, and for the next
+    /// time step the largest speeds and the kinetic energy.
     fn bounds<F: DisplacementTracking<P::Space>>(&self, tile: &mut Tile<P, F>) -> TileBounds {
         let mut bounds = TileBounds { chi: 0.0 };
         let mut stock = StepBounds::default();

@@ -57,7 +57,8 @@ pub(super) struct Cell<S: Space> {
     /// Area or volume of the particles in the density neighbourhood of the cell, in units of the
     /// largest particle's.
     pub(super) units: f64,
-    /// Corrections of the density for the volume that boundaries take from the neighbourhood.
+    /// Free-volume factors of the density neighbourhood of the cell, for the volume that boundaries
+    /// take.
     pub(super) crowding: FreeVolumeFactors,
     /// Packing fraction of the density neighbourhood of the cell.
     pub(super) packing: f64,
@@ -94,19 +95,19 @@ pub(super) struct Candidate<V> {
     chance: f64,
     /// Line of centres as it was drawn, a unit vector whose sign is not yet chosen.
     line: V,
-    /// Distance of the centres at contact, for a partner of the mean radius \[length\].
+    /// Distance of the two centres at contact \[length\], for a partner of the mean radius.
     pub(super) distance: f64,
     /// Velocity of the simulator when direction and threshold were chosen \[length/time\]: they are
     /// chosen again if it has changed.
     pub(super) velocity: V,
     /// Unit vector from the simulator towards its partner.
     pub(super) normal: V,
-    /// Speed of the simulator along `normal`, relative to the flow at a partner of the mean radius
-    /// \[length/time\].
+    /// Speed of the simulator along `normal` \[length/time\], relative to the shear flow at a
+    /// partner of the mean radius.
     pub(super) along: f64,
-    /// Acceptance threshold for the normal approach speed \[length/time\].
+    /// Normal approach speed above which the candidate pair is accepted \[length/time\].
     pub(super) threshold: f64,
-    /// Upper bound of the normal approach speed \[length/time\].
+    /// Upper bound of the normal approach speed of the candidate pair \[length/time\].
     majorant: f64,
 }
 
@@ -444,9 +445,9 @@ pub(super) fn pair_share<P: ParticleModel>(
     kernel.pair_factor(chi, packing, diameters) / (P::Space::cross_section(largest) * chi)
 }
 
-/// Draws a line of centres k whose density is the sum of `sides` times `|k_i|`. One axis is chosen
-/// in proportion to its side; the component along it has the density `|k_i|`. In three dimensions
-/// its square is then uniform, in two dimensions the other component is.
+/// Draws a random line of centres k whose density is the sum of `sides` times `|k_i|`. One axis is
+/// chosen in proportion to its side; the component along it has the density `|k_i|`. In three
+/// dimensions its square is then uniform, in two dimensions the other component is.
 #[inline(always)]
 pub(super) fn line_of_centres<S: Space>(sides: S::Vector, stream: &mut impl Rng) -> S::Vector {
     let pick = total::<S>(sides) * stream.random::<f64>();

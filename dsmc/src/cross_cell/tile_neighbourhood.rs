@@ -100,7 +100,7 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         self.tiles.iter().map(|tile| tile.simulators.len())
     }
 
-    /// Returns a copy of the simulator at a location.
+    /// Returns a copy of the simulator at a location in the neighbourhood of tiles.
     #[inline(always)]
     pub(super) fn read(&self, at: At) -> SimulatorOf<P, F> {
         self.tile(at.tile).simulators[at.index as usize]

@@ -515,8 +515,8 @@ where
         (f64::from(place.halo - SEAM) / self.settings.depth).powi(2)
     }
 
-    /// Returns the largest number of collisions per disk in a time window that almost surely ends
-    /// before the collision with the number `last`.
+    /// Returns the largest number of collisions per disk for a time window that almost surely ends
+    /// before the run's collision number `last`.
     fn window_limit(whole: &EventDrivenEngine<P, Q>, last: u64) -> f64 {
         let to_go = (last - whole.tally.collisions) as f64;
         AIM * (to_go - DEVIATIONS * to_go.sqrt()) / whole.names.len() as f64

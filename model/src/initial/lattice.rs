@@ -20,12 +20,14 @@ pub struct Lattice {
     lengths: [f64; 2],
 }
 
-/// Returns the square-like lattice with the largest shortest distance that holds `count` disks.
+/// Returns, of all square-like lattices in the box with sites for `count` disks, the one with the
+/// widest spacing.
 pub fn square(count: usize, domain: &Domain<Plane>) -> Lattice {
     best(count, domain, "square", false)
 }
 
-/// Returns the hexagon-like lattice with the largest shortest distance that holds `count` disks.
+/// Returns, of all hexagon-like lattices in the box with sites for `count` disks, the one with the
+/// widest spacing.
 pub fn hexagonal(count: usize, domain: &Domain<Plane>) -> Lattice {
     best(count, domain, "hexagonal", true)
 }
@@ -86,7 +88,7 @@ impl Lattice {
         }
     }
 
-    /// Checks that the lattice holds `count` disks that do not overlap.
+    /// Checks that `count` disks of a diameter fit on the sites of the lattice without overlap.
     ///
     /// # Errors
     /// [`PlacementError::TooDense`] if it does not.

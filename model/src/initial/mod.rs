@@ -95,7 +95,7 @@ pub fn place_disks(
     lattice(arrangement, count, domain).occupy(count, diameter, domain, &mut stream)
 }
 
-/// Checks that equal disks fit on the lattice of an arrangement; a disordered one takes the
+/// Checks that equal disks fit on the lattice of an arrangement; a disordered one stands for the
 /// hexagonal lattice. Places no disk, so that it costs no memory.
 ///
 /// # Errors

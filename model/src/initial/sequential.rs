@@ -11,8 +11,8 @@ use crate::space::Plane;
 /// at 0.45 about a hundred trials a disk are needed.
 pub const SEQUENTIAL_LIMIT: f64 = 0.45;
 
-/// Adds disks one by one at uniformly random places where they overlap none; `None` when a disk
-/// finds no place in 10^6 trials (a small box may jam early), or when it is interrupted.
+/// Places equal disks one by one at uniformly random positions where they overlap no other; `None`
+/// if a disk finds no position in 10^6 trials (a small box may jam early), or if interrupted.
 pub fn sequential_addition(
     count: usize,
     diameter: f64,
@@ -23,9 +23,9 @@ pub fn sequential_addition(
     add(&vec![0.5 * diameter; count], domain, stream, interrupt)
 }
 
-/// Adds disks of the given radii one by one at random positions without overlap: large disks first,
-/// which would find no room among small ones. Returns positions in the order of the radii; `None`
-/// if a disk finds no room.
+/// Places disks of the given radii one by one at random positions without overlap: large disks
+/// first, which would find no room among small ones. Returns positions in the order of the radii;
+/// `None` if a disk finds no room.
 pub fn sequential_addition_of(
     radii: &[f64],
     domain: &Domain<Plane>,

@@ -57,13 +57,14 @@ macro_rules! laws {
 }
 
 laws! {
-    /// Constant restitution, at every approach speed.
+    /// Constant coefficient of restitution, the same at every approach speed.
     Constant(Constant),
     /// Viscoelastic restitution, which falls with the approach speed.
     Viscoelastic(Viscoelastic),
-    /// Constant restitution, with a speed that every contact adds.
+    /// Delta model: constant restitution with a speed that every contact adds.
     Delta(DeltaModel),
-    /// Constant restitution, with elastic contacts below a threshold of the approach speed.
+    /// Threshold model: constant restitution, with elastic contacts below a threshold of the
+    /// approach speed.
     Threshold(ThresholdModel),
     /// One normal contact law for each pair of species.
     Pairs(PerPair<Law>),

@@ -121,7 +121,8 @@ impl Feature {
         }
     }
 
-    /// Returns the unit vector from the feature towards a point that touches it.
+    /// Returns the unit normal vector of the feature at a point that touches it, pointing from the
+    /// feature to the point.
     pub fn normal(&self, point: Vector2<f64>) -> Vector2<f64> {
         match self {
             Self::Edge(edge) => {

@@ -1,4 +1,5 @@
-//! Times at which a particle in straight or parabolic flight reaches a plane.
+//! Contact times of a particle in straight or parabolic flight with a plane wall, at rest or
+//! vibrating, in closed form.
 
 use super::vibration::Vibration;
 

@@ -24,7 +24,8 @@ use crate::domain::Domain;
 use crate::invalid::InvalidValue;
 use crate::space::{Plane, Space, Volume};
 
-/// Names of the faces of a box, lower and upper, by axis.
+/// Names of the faces of a box, lower and upper, for each axis: left, right, bottom, top, back,
+/// front.
 pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back", "front"]];
 
 /// Plane wall at a face of the box: its law, sliding velocity and vibration.
@@ -82,8 +83,8 @@ pub enum Face<S: Space> {
     Periodic,
     /// Wall, from which particles rebound.
     Wall(Wall<S>),
-    /// Open face: particles that leave are removed. Monte Carlo only, since exact dynamics keeps
-    /// its disks.
+    /// Open face: particles that leave are removed. Monte Carlo only, since event-driven dynamics
+    /// keeps its disks.
     Open,
 }
 
@@ -91,7 +92,7 @@ pub enum Face<S: Space> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WallError {
-    /// An axis is periodic on one side only.
+    /// One face of an axis is periodic, but the opposite one is not.
     #[error(
         "axis {axis}: one face is periodic and the opposite one is not; allowed are both or none"
     )]

@@ -20,7 +20,8 @@ pub enum Rebound {
     Restitutive {
         /// Coefficient of normal restitution of the wall, 0 to 1.
         restitution: f64,
-        /// Tangential velocity of the contact after it over that before, from -1 to 1.
+        /// Tangential velocity of the contact after a rebound from the wall over that before, from
+        /// -1 to 1; 1 is no friction.
         slip: f64,
     },
     /// Diffuse wall: the particle forgets how it came and leaves with the flux of a Maxwellian at
