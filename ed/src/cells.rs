@@ -69,9 +69,9 @@ pub fn crossings_per_collision(
 pub(crate) struct CellLists {
     counts: [u16; 2],
     periodic: [bool; 2],
-    /// Number of columns and of rows for the minimum image along each axis: of a step of more than
-    /// half as many cells the other way round is shorter. Larger than any step along an axis with
-    /// walls.
+    /// Number of columns and of rows along each periodic axis, for the minimum image: a step of
+    /// more than half of them is shorter the other way round. Larger than any step along an axis
+    /// with walls.
     around: [i32; 2],
     width: Vector2<f64>,
     lengths: Vector2<f64>,

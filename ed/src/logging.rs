@@ -59,8 +59,8 @@ where
         }
     }
 
-    /// Logs an event so near the edge of a strip that it may matter to the neighbouring strip:
-    /// hashes by row, and records of changed disks in the seam.
+    /// Logs an event so near the boundary of a strip that it may matter to the neighbouring strip:
+    /// hashes by row, and records of changed disks in the rows next to the boundary.
     #[cold]
     #[inline(never)]
     fn log_near(&mut self, changed: [u32; 2]) {
@@ -143,8 +143,9 @@ where
         }
     }
 
-    /// Returns the seam record of a disk after an event: its current state for comparison with the
-    /// neighbouring strip. With `is_beyond`, it includes a hash of the disks around.
+    /// Returns the record of a disk after an event near a strip boundary: its current state for
+    /// comparison with the neighbouring strip. With `is_beyond`, it includes a hash of the disks
+    /// around.
     fn trace(&self, who: u32, is_beyond: bool) -> SeamRecord<SpinOf<P>> {
         let disk = &self.disks.all[who as usize];
         // A partner that has collided since may be anywhere, and counts as absent.

@@ -48,7 +48,7 @@ impl StripRows {
 pub(crate) struct StripEdge<S> {
     /// Number of the first row of cells above the boundary between two strips.
     pub(crate) row: i32,
-    /// Records of disks after each event in the seam, the rows next to the boundary, in order of
+    /// Records of disks after each event in the rows next to the boundary (the seam), in order of
     /// time.
     pub(crate) seam: Vec<SeamRecord<S>>,
     /// Hash of the events in each row of cells, from the farthest simulated row below the boundary

@@ -64,7 +64,7 @@ pub enum ContactOutcome {
     Bounced {
         /// True for the first and the second particle if its velocity changed.
         changed: [bool; 2],
-        /// Result of the normal collision law: restitution and dissipated energy.
+        /// Result of the normal collision law: coefficient of restitution and added speed.
         law: Separation,
     },
     /// The pair is removed; the particles that replace it are appended to the list of particles.

@@ -18,7 +18,8 @@ use crate::image_flags::ImageFlags;
 use crate::record::DiskRecord;
 use crate::strip_log::{SEAM, StripLog, StripRows};
 
-/// Least width of a halo in rows of cells: the seam, and four rows in which events may be wrong.
+/// Least width of a halo in rows of cells: the row that neighbouring strips compare, and four rows
+/// in which events may be wrong.
 pub(super) const LEAST_HALO: i32 = 5;
 
 /// Returns the rows of cells at which `strips` strips of equal height begin and end; `None` if the

@@ -13,7 +13,7 @@ use crate::engine::EventDrivenEngine;
 use crate::strip_log::{LoggedContact, SEAM, StripEdge, StripLog};
 
 /// Returns how far wrong events came into the halos at a boundary between two strips, as a fraction
-/// of the halo beyond the seam.
+/// of the halo beyond the row that both strips compare.
 pub(super) fn entered<S>(lower: &StripEdge<S>, upper: &StripEdge<S>) -> f64 {
     let halo = lower.rows.len() / 2;
     let parts = |row: &usize| lower.rows[*row] != upper.rows[*row];

@@ -61,8 +61,8 @@ use cut::{HaloExchange, LEAST_HALO};
 /// logs and idle threads.
 const COST: f64 = 0.009;
 
-/// Initial estimate of the halo width, in rows of cells beyond the seam, for a time window of one
-/// collision per disk.
+/// Initial estimate of the halo width for a time window of one collision per disk, in rows of cells
+/// beyond the row that neighbouring strips compare.
 const FIRST_DEPTH: f64 = 20.0;
 
 /// Factor by which the estimated halo width shrinks after a window in which wrong events did not
@@ -82,8 +82,8 @@ const ASKED: usize = 10_000;
 /// there if a later window is wrong.
 const MOST_BEHIND: usize = 4;
 
-/// Initial limit for how far wrong events may come into a halo, as a fraction of its width beyond
-/// the seam: one window in some hundreds is then wrong.
+/// Initial limit for how far wrong events may come into a halo, as a fraction of its width: one
+/// window in some hundreds is then wrong.
 const ENTERED: f64 = 0.6;
 /// Factor on the permitted depth of wrong events in a halo after a rejected time window.
 const ENTERED_AFTER_WRONG: f64 = 0.8;
@@ -123,10 +123,11 @@ pub struct StripSettings {
     pub twice: u64,
     /// Number of events in rejected time windows, all strips together.
     pub lost: u64,
-    /// Halo width, in rows of cells beyond the seam, that a time window of one collision per disk
-    /// needs; for n collisions per disk it is √n times as wide.
+    /// Halo width that a time window of one collision per disk needs, in rows of cells beyond the
+    /// row that neighbouring strips compare; for n collisions per disk it is √n times as wide.
     depth: f64,
-    /// Permitted depth of wrong events in a halo, as a fraction of its width beyond the seam.
+    /// Permitted depth of wrong events in a halo, as a fraction of its width beyond the row that
+    /// neighbouring strips compare.
     entered: f64,
     /// Collision rate of the gas, in collisions per unit of engine time: of the last time window,
     /// or estimated.
@@ -180,9 +181,10 @@ impl CommittedState {
 /// Outcome of the comparison of neighbouring strips after a time window.
 enum Outcome {
     /// The time window is accepted; wrong events came this far into a halo, as a fraction of its
-    /// width beyond the seam.
+    /// width.
     Kept(f64),
-    /// The time window is rejected: wrong events crossed a halo, and histories in a seam differ.
+    /// The time window is rejected: wrong events crossed a halo, and event histories of
+    /// neighbouring strips differ at their boundary.
     Wrong,
     /// The time window had more collisions than the log or the advance allows.
     TooMany,
@@ -652,8 +654,9 @@ where
         (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
     }
 
-    /// Compares the histories of neighbouring strips in their seams after a time window, and
-    /// returns its outcome. `left` is the number of collisions that remain of the advance.
+    /// Compares the event histories of neighbouring strips in the rows next to their boundaries
+    /// after a time window, and returns its outcome. `left` is the number of collisions that remain
+    /// of the advance.
     fn examine(strips: &[EventDrivenEngine<P, Q>], left: u64) -> Outcome {
         let windows: Vec<&StripLog<P>> = strips
             .iter()
