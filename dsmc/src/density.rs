@@ -60,11 +60,12 @@ pub(crate) struct Density<S: Space> {
     mean: Option<f64>,
     mean_packing: f64,
     counts: [usize; 3],
-    /// Covered units in the part of the density window along the first axis, for each cell; whole
-    /// numbers up to 2^24 are exact. Empty for single-cell windows.
+    /// Area or volume of particles, in units of a largest particle, in the part of the density
+    /// window along the first axis, for each cell; whole numbers up to 2^24 are exact. Empty for
+    /// single-cell windows.
     lines: Vec<f32>,
-    /// Units, areas or volumes of a largest particle, covered in the whole density window of each
-    /// cell.
+    /// Area or volume that particles cover in the whole density window of each cell, in units of a
+    /// largest particle.
     sums: Vec<f32>,
     /// True for each axis along which the box is not periodic, so that density windows end at its
     /// faces.
@@ -274,7 +275,8 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Sets the covered units in the windows that obstacles cut; call after [`Density::update`].
+    /// Sets the area that particles cover in the windows that obstacles cut, in units of a largest
+    /// particle; call after [`Density::update`].
     pub(crate) fn update_windows(&mut self, mut units: impl FnMut(WindowMember, u32) -> f64) {
         let Some(windows) = &mut self.cut_windows else {
             return;
@@ -362,8 +364,9 @@ impl<S: Space> Density<S> {
         self.scheme.partners() != PartnerSelection::None
     }
 
-    /// Recomputes the covered units in the density windows of all cells. `fill` writes the units of
-    /// one line of cells along the first axis, given the number of the line.
+    /// Recomputes the area or volume that particles cover in the density windows of all cells, in
+    /// units of a largest particle. `fill` writes that of each cell in one line of cells along the
+    /// first axis, given the number of the line.
     pub(crate) fn update(&mut self, parallel: bool, fill: &(dyn Fn(usize, &mut [f32]) + Sync)) {
         let (columns, reach, bounded) = (self.counts[0], self.reach[0], self.bounded[0]);
         let weighing = self.weighing;
@@ -439,8 +442,8 @@ impl<S: Space> Density<S> {
         });
     }
 
-    /// Returns the covered units in the density window of a cell; in a single-cell window, `own`,
-    /// the units of the cell itself.
+    /// Returns the area or volume that particles cover in the density window of a cell, in units of
+    /// a largest particle; in a single-cell window `own`, that of the cell itself.
     #[inline(always)]
     pub(crate) fn around(&self, cell: [u32; 3], own: f64) -> f64 {
         if !self.looks_around() {
@@ -451,9 +454,10 @@ impl<S: Space> Density<S> {
         f64::from(self.sums[x + columns * (y + rows * z)])
     }
 
-    /// Returns the covered units in the density window of a cell `step` away from a simulator's
-    /// cell, without the simulator itself. For offsets within the half width, boxes without
-    /// boundaries, and windows of several cells.
+    /// Returns the area or volume that particles cover, in units of a largest particle, in the
+    /// density window of the cell `step` away from a simulator's cell, without the simulator
+    /// itself. For offsets within the half width, boxes without boundaries, and windows of several
+    /// cells.
     #[inline(always)]
     pub(crate) fn others(&self, cell: [u32; 3], step: [i64; 3]) -> f64 {
         let own = self.share_of(step.map(|step| step.unsigned_abs() as usize));
@@ -534,8 +538,9 @@ impl<S: Space> Density<S> {
         self.crowding[x + self.counts[0] * (y + self.counts[1] * z)]
     }
 
-    /// Returns the contact value chi of a cell whose own particles cover `own` units, true if chi
-    /// is at its limit, and the packing fraction (0 for the dilute gas).
+    /// Returns the contact value chi of a cell, true if chi is at its limit, and the packing
+    /// fraction (0 for the dilute gas). The cell's own particles cover `own`, in units of a largest
+    /// particle.
     #[inline]
     pub(crate) fn contact_value(&self, cell: [u32; 3], own: f64) -> (f64, bool, f64) {
         if let Some(chi) = self.mean {
@@ -559,8 +564,8 @@ impl<S: Space> Density<S> {
         self.value_of(units)
     }
 
-    /// Returns contact value, limit flag and packing fraction, as [`Density::contact_value`], for
-    /// covered units in a window without boundaries.
+    /// Returns contact value, limit flag and packing fraction, as [`Density::contact_value`], for a
+    /// window without boundaries in which particles cover `units`, in units of a largest particle.
     #[inline]
     pub(crate) fn value_of(&self, units: f64) -> (f64, bool, f64) {
         if let Some(chi) = self.mean {
@@ -577,7 +582,8 @@ impl<S: Space> Density<S> {
         (chi.min(self.limit), chi >= self.limit, units * self.unit)
     }
 
-    /// Returns true if the contact value chi is at its limit for this number of covered units.
+    /// Returns true if the contact value chi is at its limit in a window in which particles cover
+    /// `units`, in units of a largest particle.
     #[inline]
     pub(crate) fn is_limited(&self, units: f64) -> bool {
         (self.mean.is_some() || units as usize >= self.table.len()) && self.value_of(units).1

@@ -27,14 +27,16 @@ pub(crate) enum WindowCentre {
     SubCell(usize),
 }
 
-/// All density windows that obstacles cut, with covered units and free area.
+/// All density windows that obstacles cut, with the area that particles cover in them and their
+/// free area.
 pub(crate) struct CutWindows {
     members: Vec<WindowMember>,
     windows: Vec<CutWindow<usize>>,
     /// Index of the density window around each sub-cell of all split cells.
     of_sub_cells: Vec<usize>,
     layers: CellLayers,
-    /// Covered units in each density window, layer after layer of cells.
+    /// Area that particles cover in each density window, in units of a largest particle, layer
+    /// after layer of cells.
     units: Vec<f64>,
     /// Free area in each density window, layer after layer \[cells\].
     rooms: Vec<f64>,
@@ -104,8 +106,8 @@ impl CutWindows {
         }
     }
 
-    /// Sets the covered units of all density windows from those of cells and sub-cells, given layer
-    /// by layer.
+    /// Sets the areas that particles cover in all density windows from those of cells and
+    /// sub-cells, given layer by layer, in units of a largest particle.
     pub(super) fn set_units(&mut self, units: &mut dyn FnMut(WindowMember, u32) -> f64) {
         self.units = self.sums(units);
     }
@@ -137,8 +139,8 @@ impl CutWindows {
             .collect()
     }
 
-    /// Returns the cells with a cut density window, each with covered units and free area \[cells\]
-    /// of its window.
+    /// Returns the cells with a cut density window, each with the area that particles cover in its
+    /// window, in units of a largest particle, and the window's free area \[cells\].
     pub(super) fn cells(&self) -> impl Iterator<Item = ([u32; 3], f64, f64)> + '_ {
         let places = (0..self.layers.count as u32).flat_map(|layer| {
             self.windows
@@ -154,8 +156,8 @@ impl CutWindows {
             })
     }
 
-    /// Returns the covered units per cell of free area in the density window of a sub-cell; 0
-    /// without free area.
+    /// Returns the area that particles cover per cell of free area in the density window of a
+    /// sub-cell, in units of a largest particle; 0 without free area.
     pub(super) fn density(&self, sub_cell: usize, layer: u32) -> f64 {
         let place = self.of_sub_cells[sub_cell] + self.windows.len() * layer as usize;
         if self.rooms[place] > 0.0 {
