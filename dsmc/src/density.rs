@@ -126,7 +126,11 @@ pub(crate) struct DensityInput {
 
 /// Returns half width \[cells\] and weights of a scheme's density window; `None` for the mean of
 /// the whole box, or where density does not matter.
-fn window(scheme: Scheme, gas: &DensityInput, dimension: usize) -> Option<(u32, DensityKernel)> {
+fn density_window(
+    scheme: Scheme,
+    gas: &DensityInput,
+    dimension: usize,
+) -> Option<(u32, DensityKernel)> {
     let (cell, diameter) = (gas.width, gas.diameter);
     let reach = match scheme.properties().window {
         _ if scheme.is_dilute() => return None,
@@ -152,7 +156,7 @@ fn window(scheme: Scheme, gas: &DensityInput, dimension: usize) -> Option<(u32, 
 impl<S: Space> Density<S> {
     pub(crate) fn new(scheme: Scheme, gas: &DensityInput) -> Self {
         let counts = gas.counts.map(|count| count as usize);
-        let wanted = window(scheme, gas, S::DIMENSION);
+        let wanted = density_window(scheme, gas, S::DIMENSION);
         let (cells, mut weighing) = wanted.unwrap_or((0, DensityKernel::Flat));
         let reach = [0, 1, 2].map(|axis| {
             let wanted = if axis < S::DIMENSION {
@@ -177,7 +181,7 @@ impl<S: Space> Density<S> {
         let mean = wanted
             .is_none()
             .then(|| scheme.contact_value::<S>(gas.packing_fraction));
-        let unit = gas.unit / (gas.cell * block(weighing, reach));
+        let unit = gas.unit / (gas.cell * sum_of_weights(weighing, reach));
         let table = if mean.is_some() { 0 } else { LARGEST_TABLE };
         let table = (0..table)
             .map(|count| scheme.contact_value::<S>(f64::from(count) * unit))
@@ -268,7 +272,7 @@ impl<S: Space> Density<S> {
             self.crowding = vec![FreeVolumeFactors::NONE; self.counts.iter().product()];
         }
         let [columns, rows, _] = self.counts;
-        let cells = block(self.weighing, self.reach);
+        let cells = sum_of_weights(self.weighing, self.reach);
         for ([x, y, z], _, room) in windows.cells() {
             let cell = x as usize + columns * (y as usize + rows * z as usize);
             self.crowding[cell].bodies = if room > 0.0 { cells / room } else { 1.0 };
@@ -318,7 +322,7 @@ impl<S: Space> Density<S> {
     /// Returns the sum of the cell weights in a density window: for equal weights its number of
     /// cells.
     pub(crate) fn cells_around(&self) -> f64 {
-        block(self.weighing, self.reach)
+        sum_of_weights(self.weighing, self.reach)
     }
 
     /// Returns the mean of the cell weights w in a density window, weighted by w: sum of w^2 over
@@ -409,12 +413,12 @@ impl<S: Space> Density<S> {
                     continue;
                 }
                 let deep = weighing.along(depth, z.abs_diff(depth));
-                let layer = wrapped(layer + z, depth, layers);
+                let layer = wrapped_index(layer + z, depth, layers);
                 for y in 0..=2 * reach {
                     if bounded[1] && is_outside(row + y, reach, rows) {
                         continue;
                     }
-                    let first = columns * (wrapped(row + y, reach, rows) + rows * layer);
+                    let first = columns * (wrapped_index(row + y, reach, rows) + rows * layer);
                     let counts = (deep * weighing.along(reach, y.abs_diff(reach))) as f32;
                     let line = &lines[first..first + columns];
                     // An image above begins at this column of its original, and one below at the
@@ -516,7 +520,8 @@ impl<S: Space> Density<S> {
         let shifted = |axis: usize| {
             (cell[axis] as usize + self.counts[axis]).wrapping_add_signed(step[axis] as isize)
         };
-        let around = |axis: usize, at: usize| wrapped(at, self.counts[axis], self.counts[axis]);
+        let around =
+            |axis: usize, at: usize| wrapped_index(at, self.counts[axis], self.counts[axis]);
         let (columns, rows) = (self.counts[0], self.counts[1]);
         let row = shifted(1);
         let mut column = around(0, shifted(0));
@@ -602,7 +607,7 @@ impl<S: Space> Density<S> {
 
 /// Returns the sum of the cell weights in a window with the given half widths: for equal weights
 /// its number of cells.
-fn block(weighing: DensityKernel, reach: [usize; 3]) -> f64 {
+fn sum_of_weights(weighing: DensityKernel, reach: [usize; 3]) -> f64 {
     let along = |reach: usize| match weighing {
         DensityKernel::Flat => 2 * reach + 1,
         DensityKernel::Triangle => (reach + 1) * (reach + 1),
@@ -619,7 +624,7 @@ fn is_outside(shifted: usize, reach: usize, count: usize) -> bool {
 /// Returns the index `shifted - reach` wrapped around a ring of `count` entries, for `reach` up to
 /// `count`.
 #[inline]
-fn wrapped(shifted: usize, reach: usize, count: usize) -> usize {
+fn wrapped_index(shifted: usize, reach: usize, count: usize) -> usize {
     let at = shifted + count - reach;
     let at = if at >= count { at - count } else { at };
     if at >= count { at - count } else { at }

@@ -120,7 +120,7 @@ where
                     mut mark,
                     spin,
                 } = *simulator;
-                let way = way::<P>(field, velocity, duration);
+                let way = flight_displacement::<P>(field, velocity, duration);
                 field.move_particle(&mut position, &mut velocity, duration);
                 F::add_displacement(&mut mark, way);
                 let mut inside = true;
@@ -295,7 +295,7 @@ where
         let [low, high] = clear?;
         let mut moved = *simulator;
         let field = flight.scene.field();
-        let way = way::<P>(field, moved.velocity, flight.duration);
+        let way = flight_displacement::<P>(field, moved.velocity, flight.duration);
         field.move_particle(&mut moved.position, &mut moved.velocity, flight.duration);
         F::add_displacement(&mut moved.mark, way);
         let (from, to, place) = (simulator.position, moved.position, &self.place);
@@ -385,7 +385,11 @@ where
 
 /// Returns the displacement of a particle in a free flight \[length\].
 #[inline(always)]
-fn way<P: ParticleModel>(field: &P::Field, velocity: VectorOf<P>, duration: f64) -> VectorOf<P> {
+fn flight_displacement<P: ParticleModel>(
+    field: &P::Field,
+    velocity: VectorOf<P>,
+    duration: f64,
+) -> VectorOf<P> {
     if P::Field::FREE {
         velocity * duration
     } else {

@@ -167,10 +167,10 @@ impl Parameters {
         radius.unwrap_or_else(|| {
             let path = self.mean_free_path::<S>(packing_fraction, diameter);
             let half = 0.5 * diameter;
-            let held = shell::<S>(packing_fraction, diameter, half);
+            let held = particles_in_shell::<S>(packing_fraction, diameter, half);
             let copies = f64::from(self.simulators_per_particle);
             let around =
-                copies * density::<S>(packing_fraction, diameter) * S::particle_volume(half);
+                copies * number_density::<S>(packing_fraction, diameter) * S::particle_volume(half);
             let least = half * (CHOICE / around).powf(1.0 / S::DIMENSION as f64);
             let narrow = (half * SHELL / held).max(least).min(half);
             narrow.max(0.25 * path)
@@ -183,7 +183,7 @@ impl Parameters {
         match self.scheme.partners() {
             PartnerSelection::AroundContact => {
                 // One or two simulators per cell, or the search radius.
-                let density = density::<S>(packing_fraction, diameter);
+                let density = number_density::<S>(packing_fraction, diameter);
                 let each = 1.5 / (density * f64::from(self.simulators_per_particle));
                 let radius = self.partner_radius::<S>(packing_fraction, diameter);
                 each.powf(1.0 / S::DIMENSION as f64).max(radius)
@@ -200,7 +200,7 @@ impl Parameters {
     /// \[[`Scheme::ContactPoint`]\]; at least 1, since the nearest is taken if there is none.
     pub fn partners<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let radius = self.partner_radius::<S>(packing_fraction, diameter);
-        let each = shell::<S>(packing_fraction, diameter, radius);
+        let each = particles_in_shell::<S>(packing_fraction, diameter, radius);
         (f64::from(self.simulators_per_particle) * each).max(1.0)
     }
 
@@ -298,15 +298,15 @@ impl Parameters {
 }
 
 /// Returns the number density of particles at a packing fraction \[1/length^D\].
-fn density<S: Space>(packing_fraction: f64, diameter: f64) -> f64 {
+fn number_density<S: Space>(packing_fraction: f64, diameter: f64) -> f64 {
     packing_fraction.max(1e-12) / S::particle_volume(0.5 * diameter)
 }
 
 /// Returns the mean number of particles in the shell that holds the possible partners of a
 /// particle: at the contact distance, plus or minus `radius` \[length\].
-fn shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
+fn particles_in_shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
     let outer = S::particle_volume(diameter + radius);
-    density::<S>(packing_fraction, diameter)
+    number_density::<S>(packing_fraction, diameter)
         * (outer - S::particle_volume((diameter - radius).max(0.0)))
 }
 

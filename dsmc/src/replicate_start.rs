@@ -53,7 +53,7 @@ pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         let bodies: Vec<ParticleState<P>> = match &flow {
             _ if copy == 0 => state.bodies.clone(),
             Some(flow) => flow.copy(scene, state, &mut stream),
-            None => independent(scene, state, &mut stream),
+            None => independent_copy(scene, state, &mut stream),
         };
         let bodies = bodies.into_iter().enumerate();
         simulators.extend(bodies.map(|(index, body)| Simulator {
@@ -69,7 +69,7 @@ pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 
 /// Returns an independent copy of a state: shifted by a random vector, with all velocities rotated
 /// at random.
-fn independent<P: ParticleModel>(
+fn independent_copy<P: ParticleModel>(
     scene: &P,
     state: &State<P>,
     stream: &mut impl Rng,

@@ -213,7 +213,7 @@ where
         boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
     ) -> Result<Self, DsmcError> {
-        let domain = slid(domain, checkpoint.offset)?;
+        let domain = displaced_images(domain, checkpoint.offset)?;
         Self::build(
             scene, parameters, domain, checkpoint, boundaries, streams, None,
         )
@@ -255,7 +255,7 @@ where
             .packing_fraction(weight / volume)
             .max(boundaries.densest(scene.sizes()));
         let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
-        let grid = grid(
+        let grid = create_grid(
             &parameters,
             domain,
             parameters.cells(&domain, packing_fraction, mean_diameter),
@@ -446,7 +446,7 @@ impl<P: ParticleModel> Entry<'_, P> {
 
 /// Creates the grid of cells and tiles of a run, for a contact distance `diameter` and a `radius`
 /// of the partner search \[length\].
-fn grid<S: Space>(
+fn create_grid<S: Space>(
     parameters: &Parameters,
     domain: Domain<S>,
     counts: [usize; 3],
@@ -520,7 +520,7 @@ pub(crate) fn check_choices<P: ParticleModel>(
 
 /// Returns the box with its periodic images above and below displaced by `offset` \[length\], in a
 /// shear flow.
-fn slid<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, DsmcError> {
+fn displaced_images<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, DsmcError> {
     let shear = domain.images().shear();
     Ok(domain.sheared(shear.map(|shear| Shear { offset, ..shear }))?)
 }

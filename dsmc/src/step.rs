@@ -252,7 +252,7 @@ where
         };
         if self.parameters.scheme.is_cross_cell() {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
-            let (peers, rates) = (peers(self.share.as_ref()), self.rates.as_ref());
+            let (peers, rates) = (tile_peers(self.share.as_ref()), self.rates.as_ref());
             let halo_copies = &self.halo_copies;
             for (number, report) in
                 kernel.collide_across(tiles, peers, rates, arm, tally, halo_copies)
@@ -522,7 +522,7 @@ where
 }
 
 /// Returns the interface to other processes for cross-cell collisions; `None` for a single process.
-fn peers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+fn tile_peers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     share: Option<&Subdomain<P::Space>>,
 ) -> Option<&dyn TilePeers<P, F>> {
     if PROCESSES {

@@ -99,7 +99,7 @@ pub trait Calendar: Sized + Send + Sync {
 }
 
 /// Returns the next events of all disks that have one, as calendar entries.
-fn entries(agenda: &impl EventTimes) -> impl Iterator<Item = CalendarEntry> {
+fn all_entries(agenda: &impl EventTimes) -> impl Iterator<Item = CalendarEntry> {
     (0..agenda.disks())
         .map(|disk| CalendarEntry {
             time: agenda.time(disk),
@@ -129,7 +129,7 @@ pub struct Sorted(BTreeSet<CalendarEntry>);
 
 impl Calendar for Sorted {
     fn new(agenda: &impl EventTimes, _now: f64) -> Self {
-        Self(entries(agenda).collect())
+        Self(all_entries(agenda).collect())
     }
 
     fn push(&mut self, entry: CalendarEntry) {

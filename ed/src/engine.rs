@@ -220,7 +220,7 @@ where
         let pull = scene.field().acceleration().norm();
         let slip = scene.field().shear_rate().abs() * diameter;
         let speed = unit_of_speed(&state, (pull * diameter).sqrt().max(slip));
-        let shear_work = begun(shear_work, &scene, which, &state);
+        let shear_work = begin_balance(shear_work, &scene, which, &state);
         let sizes = scene.sizes();
         let name = |index: usize| which.map_or(index as u32, |which| which[index]);
         let body = |index: usize| {
@@ -248,7 +248,7 @@ where
         } else {
             ledgers
         };
-        let counts = bounded.then(|| counted(&rebounds, &order));
+        let counts = bounded.then(|| counts_by_disk(&rebounds, &order));
         let ages = |&index: &u32| match last_contact.get(index as usize) {
             Some(last) => (last - state.time) * speed,
             None => f64::NEG_INFINITY,
@@ -259,9 +259,10 @@ where
         };
         let image_flags = image_flags::follow(&state, &image_flags, &order)?;
         let unit = typical_time(&disks, diameter, pull / speed / speed);
-        let horizon = horizon(unit, disks.cells.width().max() / diameter);
+        let horizon = restart_horizon(unit, disks.cells.width().max() / diameter);
         let spins = if P::Surface::ROUGH {
-            let spin = |&index: &u32| scaled::<P>(state.bodies[index as usize].spin, 1.0 / speed);
+            let spin =
+                |&index: &u32| converted_spin::<P>(state.bodies[index as usize].spin, 1.0 / speed);
             order.iter().map(spin).collect()
         } else {
             Vec::new()
@@ -407,7 +408,7 @@ where
             let position = self.disks.wrapped_position(disk as u32, self.now);
             let velocity = self.disks.velocity(disk as u32, self.now) * self.speed;
             let mut body = ParticleState::new(domain.wrap(position), velocity);
-            body.spin = scaled::<P>(self.spin(disk as u32), self.speed);
+            body.spin = converted_spin::<P>(self.spin(disk as u32), self.speed);
             body
         };
         State {
@@ -571,7 +572,7 @@ where
 
 /// Returns the energy balance of a shear flow at the start of an engine: the energy of the gas
 /// counts as supplied, unless the balance has begun before.
-fn begun<P: ParticleModel<Space = Plane>>(
+fn begin_balance<P: ParticleModel<Space = Plane>>(
     mut work: ShearWork,
     scene: &P,
     which: Option<&[u32]>,
@@ -632,7 +633,7 @@ fn typical_time<F: Field<Plane>>(disks: &DiskSystem<F>, diameter: f64, pull: f64
 
 /// Returns the engine time at which an engine restarts at the latest; infinite if no disk moves.
 /// `cell` is the width of a cell in diameters.
-fn horizon(unit: f64, cell: f64) -> f64 {
+fn restart_horizon(unit: f64, cell: f64) -> f64 {
     if unit > 0.0 {
         HORIZON.max(HORIZON_CELLS * cell) * unit
     } else {
@@ -642,13 +643,13 @@ fn horizon(unit: f64, cell: f64) -> f64 {
 
 /// Returns the counts of contacts with walls in the engine's order of disks, from those in the
 /// order of the state; zeros if there are none.
-fn counted(counts: &[u32], names: &[u32]) -> Vec<u32> {
+fn counts_by_disk(counts: &[u32], names: &[u32]) -> Vec<u32> {
     let count = |&name: &u32| counts.get(name as usize).copied().unwrap_or(0);
     names.iter().map(count).collect()
 }
 
 /// Returns an angular velocity converted to another unit, by a factor.
-fn scaled<P: ParticleModel<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
+fn converted_spin<P: ParticleModel<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
     <P::Surface as Surface<Plane>>::scale_spin(spin, factor)
 }
 

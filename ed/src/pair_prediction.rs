@@ -64,8 +64,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let (a, b) = (&self.all[first as usize], &self.all[second as usize]);
         let width = self.cells.width();
         let frames = StillPair {
-            x: positions([a.position[0], b.position[0]], width[0], right),
-            y: positions([a.position[1], b.position[1]], width[1], up),
+            x: relative_to_columns([a.position[0], b.position[0]], width[0], right),
+            y: relative_to_columns([a.position[1], b.position[1]], width[1], up),
         };
         self.earliest_of_pair(lists, &frames, shared, [first, second], sizes, tags)
     }
@@ -128,7 +128,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
             // No contact after the candidate's own next contact, when that disk searches again.
             let time = time | f64x2::splat(candidate.contact - clock).simd_lt(time);
             let earlier = time.simd_lt(limit);
-            limit = lesser(time, limit);
+            limit = lesser_lanes(time, limit);
             best = earlier.bitselect(f64x2::splat(f64::from_bits(u64::from(disk))), best);
         }
         let (limit, best) = (
@@ -193,7 +193,7 @@ impl PairFrames for StillPair {
 /// Returns the lesser number in each lane; that of `second` if the first is NaN, on every
 /// processor.
 #[inline(always)]
-fn lesser(first: f64x2, second: f64x2) -> f64x2 {
+fn lesser_lanes(first: f64x2, second: f64x2) -> f64x2 {
     let (first, second) = (first.to_array(), second.to_array());
     let lesser = |lane: usize| {
         if first[lane] < second[lane] {
@@ -208,7 +208,7 @@ fn lesser(first: f64x2, second: f64x2) -> f64x2 {
 /// Returns one coordinate of two disks relative to the corners of four columns (or rows) around
 /// both. A disk has three columns around it, from its `begin` on; NaN for the fourth.
 #[inline(always)]
-fn positions(here: [f64; 2], width: f64, begin: [usize; 2]) -> [[f64; 2]; SIDE] {
+fn relative_to_columns(here: [f64; 2], width: f64, begin: [usize; 2]) -> [[f64; 2]; SIDE] {
     let mut relative = [[f64::NAN; 2]; SIDE];
     for of in 0..2 {
         let begin = begin[of] % 2;

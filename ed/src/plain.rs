@@ -91,10 +91,10 @@ pub fn run_between<P: ParticleModel<Space = Plane>>(
             body.position = state.domain.wrap(body.position);
         }
         match next.met {
-            ContactPartners::Disks(pair) => meet(scene, state, pair, next.line),
+            ContactPartners::Disks(pair) => collide_disks(scene, state, pair, next.line),
             ContactPartners::Boundary(disk, what) => {
                 let number = rebounds[disk];
-                rebound(scene, state, boundaries, [disk, number], what, next.line);
+                rebound_disk(scene, state, boundaries, [disk, number], what, next.line);
                 rebounds[disk] += 1;
             }
         }
@@ -209,7 +209,7 @@ fn next_boundary<P: ParticleModel<Space = Plane>>(
 
 /// Executes the collision of disks i and j in the reference dynamics: sets their velocities and
 /// spins. `line` is the line of centres.
-fn meet<P: ParticleModel<Space = Plane>>(
+fn collide_disks<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     [i, j]: [usize; 2],
@@ -244,7 +244,7 @@ fn meet<P: ParticleModel<Space = Plane>>(
 
 /// Executes the contact of a disk with a wall or an obstacle in the reference dynamics. `number`
 /// counts the disk's earlier contacts, which address its random numbers.
-fn rebound<P: ParticleModel<Space = Plane>>(
+fn rebound_disk<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     boundaries: &DiskBoundaries,

@@ -173,11 +173,14 @@ impl EngineBuilder<'_> {
     ) -> Result<Box<dyn Simulation>, EventDrivenError> {
         let (checkpoint, stops, origin) = match self.from {
             Source::Start(start) => {
-                let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;
+                let domain = self
+                    .boundaries
+                    .walls
+                    .domain(to_plane(start.lengths.into()))?;
                 let domain = domain.in_flow(self.shear, start.time)?;
                 let body = |particle: &Particle| ParticleState {
-                    position: flat(particle.position),
-                    velocity: flat(particle.velocity),
+                    position: to_plane(particle.position),
+                    velocity: to_plane(particle.velocity),
                     spin: <P::Surface as Surface<Plane>>::spin_of(particle.spin),
                 };
                 let state = State {
@@ -224,7 +227,7 @@ impl EngineBuilder<'_> {
 }
 
 /// Returns the x and y components of a three-dimensional vector.
-fn flat(vector: Vector3<f64>) -> Vector2<f64> {
+fn to_plane(vector: Vector3<f64>) -> Vector2<f64> {
     vector.xy()
 }
 
@@ -548,7 +551,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
     fn add_velocities(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
         self.drive(|bodies| {
             for (body, change) in bodies.iter_mut().zip(changes) {
-                body.velocity += flat(*change);
+                body.velocity += to_plane(*change);
             }
         });
         Ok(())

@@ -99,7 +99,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let mut shared = 0_u32;
         for (row, spans) in spans.iter().enumerate() {
             let [(one, count, _), (other, others, _)] = *spans;
-            let ranges = ranges([(one, count), (other, others)], i32::from(columns));
+            let ranges = column_ranges([(one, count), (other, others)], i32::from(columns));
             let start = ranges[0].start.min(ranges[1].start);
             let end = ranges[0].end.max(ranges[1].end);
             if end - start > COLUMNS as i32 {
@@ -144,7 +144,10 @@ impl<F: Field<Plane>> DiskSystem<F> {
 /// begin of the first span that is not empty. `columns` is the number of columns in the periodic
 /// box.
 #[inline(always)]
-fn ranges([(one, count), (other, others)]: [(i32, i32); 2], columns: i32) -> [Range<i32>; 2] {
+fn column_ranges(
+    [(one, count), (other, others)]: [(i32, i32); 2],
+    columns: i32,
+) -> [Range<i32>; 2] {
     if count == 0 || others == 0 {
         return [0..count, 0..others];
     }

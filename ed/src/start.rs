@@ -104,7 +104,9 @@ pub(crate) fn check_boundaries(
         if state {
             continue;
         }
-        let room = domain.lengths()[axis] - reach(walls, axis, 0) - reach(walls, axis, 1);
+        let room = domain.lengths()[axis]
+            - largest_displacement(walls, axis, 0)
+            - largest_displacement(walls, axis, 1);
         if room < diameter {
             return Err(EventDrivenError::NoRoom {
                 axis,
@@ -125,7 +127,7 @@ pub(crate) fn check_boundaries(
 
 /// Returns how far a vibrating wall moves into the box, its amplitude \[length\]; 0 for a wall at
 /// rest.
-fn reach(walls: &Walls<Plane>, axis: usize, side: usize) -> f64 {
+fn largest_displacement(walls: &Walls<Plane>, axis: usize, side: usize) -> f64 {
     let vibration = walls.wall(axis, side).and_then(|wall| wall.vibration);
     vibration.map_or(0.0, |vibration| vibration.amplitude())
 }

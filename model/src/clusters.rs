@@ -47,7 +47,9 @@ impl Clusters {
             0.0,
             "at least 1",
         )?;
-        let radii = (0..TABLE).map(|k| law(radius, dimension, k)).collect();
+        let radii = (0..TABLE)
+            .map(|k| cluster_radius(radius, dimension, k))
+            .collect();
         Ok(Self {
             radius,
             mass,
@@ -59,7 +61,7 @@ impl Clusters {
 }
 
 /// Returns the radius of a compact cluster of k monomers, `R_1 k^(1/D)` \[length\].
-fn law(radius: f64, dimension: usize, k: u32) -> f64 {
+fn cluster_radius(radius: f64, dimension: usize, k: u32) -> f64 {
     let k = f64::from(k);
     radius * if dimension == 2 { k.sqrt() } else { k.cbrt() }
 }
@@ -88,7 +90,7 @@ impl Sizes for Clusters {
         self.radii
             .get(tag as usize)
             .copied()
-            .unwrap_or_else(|| law(self.radius, self.dimension, tag))
+            .unwrap_or_else(|| cluster_radius(self.radius, self.dimension, tag))
     }
     #[inline]
     fn mass(&self, tag: u32) -> f64 {

@@ -115,7 +115,7 @@ impl ExactSum {
         let (kept, lost) = (leading >> cut, leading & ((1 << cut) - 1));
         let half = 1_u128 << (cut - 1);
         let up = lost > half || lost == half && (rest || kept & 1 == 1);
-        (kept + u128::from(up)) as f64 * power(lowest + cut)
+        (kept + u128::from(up)) as f64 * power_of_two(lowest + cut)
     }
 
     /// Returns the index in the buffer of the superaccumulator's chunk `chunk`, after growing the
@@ -175,7 +175,7 @@ impl Extend<f64> for ExactSum {
 }
 
 /// Returns 2^exponent, for exponents from -1074 to 1023.
-fn power(exponent: i32) -> f64 {
+fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(match exponent {
         -1074..-1022 => 1 << (exponent + 1074),
         _ => ((exponent + 1023) as u64) << 52,
@@ -201,7 +201,7 @@ mod tests {
         let mut all: Vec<f64> = (0..200)
             .map(|_| {
                 let exponent = draw.random_range(-widest..widest);
-                (draw.random::<f64>() - 0.5) * power(exponent)
+                (draw.random::<f64>() - 0.5) * power_of_two(exponent)
             })
             .collect();
         let cancelling: Vec<f64> = all.iter().step_by(2).map(|one| -one).collect();
@@ -305,7 +305,7 @@ mod tests {
         }
         assert_eq!(
             all.value(),
-            f64::from_bits(0x3fef_ffff_ffff_ffff) * power(40)
+            f64::from_bits(0x3fef_ffff_ffff_ffff) * power_of_two(40)
         );
     }
 }

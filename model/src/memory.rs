@@ -15,20 +15,20 @@
 /// twenty are under way.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
-    request::<T, 2>(slice, index);
+    prefetch_into::<T, 2>(slice, index);
 }
 
 /// Prefetches an element of a slice that is needed next into the first-level cache; [`prefetch`]
 /// uses the second.
 #[inline(always)]
 pub fn prefetch_next<T>(slice: &[T], index: usize) {
-    request::<T, 3>(slice, index);
+    prefetch_into::<T, 3>(slice, index);
 }
 
 /// Prefetches an element of a slice into the cache of the given level: `CACHE` is 3 for the first
 /// and 2 for the second, as processors number them.
 #[inline(always)]
-fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
+fn prefetch_into<T, const CACHE: i32>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         let element = slice.as_ptr().wrapping_add(index);

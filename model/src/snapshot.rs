@@ -144,12 +144,12 @@ pub fn write_snapshot<T: Serialize>(
     run: &Fingerprint,
     content: &T,
 ) -> Result<Checksum, SnapshotError> {
-    when_complete(path, |file| fill(path, file, run, content))
+    when_complete(path, |file| write_content(path, file, run, content))
 }
 
 /// Writes header and payload of a snapshot into an open file, which will become `path`; returns the
 /// checksum of the payload.
-fn fill<T: Serialize>(
+fn write_content<T: Serialize>(
     path: &Path,
     file: &mut File,
     run: &Fingerprint,
@@ -344,7 +344,7 @@ mod tests {
             .open("/dev/full")
             .expect("a device");
         let long = vec![1_u64; 3 * BUFFER];
-        let failed = when_complete(&path, |_| fill(&path, &mut full, &[7; 32], &long));
+        let failed = when_complete(&path, |_| write_content(&path, &mut full, &[7; 32], &long));
         let said = failed.expect_err("a full disk").to_string();
         assert!(said.contains("No space left"), "{said}");
         assert_eq!(read_snapshot::<u64>(&path, &[7; 32]).expect("read"), 1);

@@ -369,7 +369,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
                 for side in 0..2 {
                     if changed[side] {
                         let standing = self.selection.velocity_changed(&mut self.gas, pair[side]);
-                        worst = worse(worst, standing);
+                        worst = more_severe(worst, standing);
                     }
                 }
                 worst
@@ -384,7 +384,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
                 let mut worst = ProposalValidity::Kept;
                 for index in from..self.gas.particles.len() {
                     let standing = self.selection.particle_added(&mut self.gas, index as u32);
-                    worst = worse(worst, standing);
+                    worst = more_severe(worst, standing);
                     if worst == ProposalValidity::Outdated {
                         break;
                     }
@@ -435,7 +435,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
 }
 
 /// Returns the more severe of two effects on the proposals drawn ahead.
-fn worse(one: ProposalValidity, other: ProposalValidity) -> ProposalValidity {
+fn more_severe(one: ProposalValidity, other: ProposalValidity) -> ProposalValidity {
     match (one, other) {
         (ProposalValidity::Outdated, _) | (_, ProposalValidity::Outdated) => {
             ProposalValidity::Outdated

@@ -111,12 +111,12 @@ fn speed_key(square: f64) -> u64 {
 
 /// Returns the next floating-point number below a squared speed; zero for zero.
 #[inline]
-fn below(square: f64) -> f64 {
+fn next_below(square: f64) -> f64 {
     f64::from_bits(square.to_bits().saturating_sub(1))
 }
 
 /// Returns the squared speed at the upper edge of the group with a speed key \[length^2/time^2\].
-fn edge(key: u64) -> f64 {
+fn upper_edge(key: u64) -> f64 {
     f64::from_bits((key + 1) << SPEED_SHIFT)
 }
 
@@ -137,7 +137,7 @@ impl Layout {
         class: u32,
         square: f64,
     ) -> ProposalValidity {
-        let bin = bin(below(square), self.base);
+        let bin = bin(next_below(square), self.base);
         let first = self.bins[class as usize * WINDOW as usize + bin] as usize;
         let end = self.classes[class as usize].groups_end as usize;
         debug_assert!(
@@ -246,7 +246,7 @@ pub(crate) fn arrange<P: SmoothPhysics>(layout: &mut Layout, gas: &mut Homogeneo
     let mut fastest = 0.0;
     for _ in 0..2 {
         layout.base = (layout.top + u64::from(HEADROOM) + 1).saturating_sub(u64::from(WINDOW));
-        fastest = count(layout, gas);
+        fastest = count_by_speed(layout, gas);
         let found = speed_key(fastest);
         let near = found.abs_diff(layout.top) < u64::from(HEADROOM);
         layout.top = found;
@@ -255,7 +255,7 @@ pub(crate) fn arrange<P: SmoothPhysics>(layout: &mut Layout, gas: &mut Homogeneo
         }
     }
     open_groups(layout, fastest);
-    file(layout, gas);
+    fill_slots(layout, gas);
 }
 
 /// Creates the size classes of a gas sorted by radius; where particles merge or break, also classes
@@ -341,7 +341,7 @@ fn bin(square: f64, base: u64) -> usize {
 }
 
 /// Counts the particles of each size class by speed; returns the largest squared speed.
-fn count<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) -> f64 {
+fn count_by_speed<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) -> f64 {
     layout.bins.clear();
     layout
         .bins
@@ -394,7 +394,7 @@ fn open_groups(layout: &mut Layout, fastest: f64) {
             if taken + free == 0 {
                 continue;
             }
-            let square = edge(layout.base + bin as u64);
+            let square = upper_edge(layout.base + bin as u64);
             let last = bin + 1 == WINDOW as usize;
             let square = match () {
                 // A gas at rest has no rate at all.
@@ -428,7 +428,7 @@ fn open_groups(layout: &mut Layout, fastest: f64) {
 }
 
 /// Stores the index of every particle in a slot of its group of speed.
-fn file<P: SmoothPhysics>(layout: &mut Layout, gas: &mut HomogeneousGas<P>) {
+fn fill_slots<P: SmoothPhysics>(layout: &mut Layout, gas: &mut HomogeneousGas<P>) {
     for (number, class) in layout.classes.iter().enumerate() {
         let groups = &layout.bins[number * WINDOW as usize..][..WINDOW as usize];
         for index in class.start..class.start + class.count {

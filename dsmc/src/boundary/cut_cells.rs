@@ -243,7 +243,7 @@ impl CutCell {
         let bodies = ClosedRegion::new(obstacles, &near, 0.0);
         let free = |part: &ConvexPolygon| bodies.free_area(part, DEPTH, &mut |_, _| ()) > 0.0;
         let is_free: Vec<bool> = parts.iter().map(free).collect();
-        let (sub_cells, count) = unite(&parts, &is_free, &edges, thin);
+        let (sub_cells, count) = unite_parts(&parts, &is_free, &edges, thin);
         let sub_cell = || SubCell {
             share: 0.0,
             inside: 0.5 * (corners[0] + corners[1]),
@@ -421,7 +421,7 @@ impl CellDivision {
 /// Unites convex parts to sub-cells where no edge of an obstacle crosses their common hull. Returns
 /// the sub-cell index of each part and the number of sub-cells, which is also the index of solid
 /// parts.
-fn unite(
+fn unite_parts(
     parts: &[ConvexPolygon],
     is_free: &[bool],
     edges: &[[Point; 2]],

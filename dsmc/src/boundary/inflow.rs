@@ -239,7 +239,7 @@ fn crossing_speed(drift: f64, spread: f64, stream: &mut impl Rng) -> f64 {
         let gaussian = z * PI.sqrt() / (z * PI.sqrt() + 0.5);
         loop {
             if stream.random::<f64>() >= gaussian {
-                return unit * (z + exponential(stream).sqrt());
+                return unit * (z + draw_exponential(stream).sqrt());
             }
             let normal: f64 = StandardNormal.sample(stream);
             let y = normal * std::f64::consts::FRAC_1_SQRT_2;
@@ -251,10 +251,10 @@ fn crossing_speed(drift: f64, spread: f64, stream: &mut impl Rng) -> f64 {
     let steep = -2.0 * z;
     loop {
         let (v, share) = if steep < 1.5 {
-            let v = exponential(stream).sqrt();
+            let v = draw_exponential(stream).sqrt();
             (v, -steep * v)
         } else {
-            let v = (exponential(stream) + exponential(stream)) / steep;
+            let v = (draw_exponential(stream) + draw_exponential(stream)) / steep;
             (v, -v * v)
         };
         if stream.random::<f64>() < share.exp() {
@@ -264,7 +264,7 @@ fn crossing_speed(drift: f64, spread: f64, stream: &mut impl Rng) -> f64 {
 }
 
 /// Draws an exponentially distributed random number, x > 0 with density exp(-x).
-fn exponential(stream: &mut impl Rng) -> f64 {
+fn draw_exponential(stream: &mut impl Rng) -> f64 {
     // 1 - u is above zero.
     -(1.0 - stream.random::<f64>()).ln()
 }

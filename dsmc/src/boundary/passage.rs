@@ -161,7 +161,7 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
             let mut stream = self.inflow.stream_at(address);
             for _ in 0..draw_whole(mean, &mut stream) {
                 let mut simulator = source.draw::<F>(self.scene, corners, &mut stream);
-                let after = self.duration * uniform(&mut stream);
+                let after = self.duration * draw_uniform(&mut stream);
                 enter::<P, F>(
                     self.scene,
                     &simulator,
@@ -178,7 +178,7 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
 }
 
 /// Draws a random number uniformly from 0 to 1.
-fn uniform(stream: &mut impl rand::Rng) -> f64 {
+fn draw_uniform(stream: &mut impl rand::Rng) -> f64 {
     rand::RngExt::random(stream)
 }
 

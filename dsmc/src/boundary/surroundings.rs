@@ -110,7 +110,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
             sources,
             obstacles,
             cuts: None,
-            factors: factors(grid, &boundaries.weights),
+            factors: weight_factors(grid, &boundaries.weights),
             weights: boundaries.weights.clone(),
             columns: [const { Vec::new() }; 3],
             bodies: [const { Vec::new() }; 3],
@@ -142,12 +142,12 @@ impl<P: ParticleModel> GridBoundaries<P> {
                 let wall = self.walls.wall(axis, side);
                 wall.map_or(0.0, |wall| clearance + wall.displacement(time))
             });
-            self.columns[axis] = columns(grid, axis, insets);
+            self.columns[axis] = open_columns(grid, axis, insets);
             let reach = [0, 1].map(|side| {
                 let wall = self.walls.wall(axis, side);
                 wall.map_or(0.0, |_| insets[side] - self.mean_radius)
             });
-            self.bodies[axis] = columns(grid, axis, reach);
+            self.bodies[axis] = open_columns(grid, axis, reach);
         }
         let limits = self.limits(time);
         let clearance = self.clearance(self.mean_radius);
@@ -321,12 +321,12 @@ impl<P: ParticleModel> GridBoundaries<P> {
 
     /// Returns the index of the region of simulator weights that contains a cell.
     pub(crate) fn region(&self, grid: &Grid<P::Space>, cell: [u32; 3]) -> usize {
-        self.weights.block(middle(grid.counts(), cell))
+        self.weights.block(cell_centre(grid.counts(), cell))
     }
 
     /// Replaces the simulator weights of all regions, and the weight factors of cells.
     pub(crate) fn set_weights(&mut self, grid: &Grid<P::Space>, weights: SimulatorWeights) {
-        self.factors = factors(grid, &weights);
+        self.factors = weight_factors(grid, &weights);
         self.weights = weights;
     }
 
@@ -342,7 +342,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         let cut = self.cuts.as_ref().and_then(|(cuts, _)| cuts.get(cell));
         let room = match cut {
             Some(cut) => cut.room() * share_of(&self.columns[2], cell[2]),
-            None => product(&self.columns, cell),
+            None => product_of_shares(&self.columns, cell),
         };
         room.max(LEAST_ROOM)
     }
@@ -350,7 +350,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
     /// Returns the fraction of a cell's volume that particle bodies can cover between walls; above
     /// one where bodies stick out of the box.
     pub(crate) fn body_room(&self, cell: [u32; 3]) -> f64 {
-        product(&self.bodies, cell).max(LEAST_ROOM)
+        product_of_shares(&self.bodies, cell).max(LEAST_ROOM)
     }
 
     /// Returns true if the centre of a particle with this radius may be at a position, as far as
@@ -590,7 +590,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
 
 /// Returns the product of the free fractions of a cell's column, row and layer; an empty list
 /// counts as 1.
-fn product(columns: &[Vec<f64>; 3], cell: [u32; 3]) -> f64 {
+fn product_of_shares(columns: &[Vec<f64>; 3], cell: [u32; 3]) -> f64 {
     let shares = columns.iter().zip(cell);
     shares.map(|(shares, at)| share_of(shares, at)).product()
 }
@@ -603,7 +603,7 @@ fn share_of(shares: &[f64], at: u32) -> f64 {
 /// Returns the fraction of each column (or row, layer) of cells along an axis that is at least
 /// `insets` away from its two faces. Negative insets extend the outermost columns beyond the box.
 /// Empty if both are zero.
-fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> {
+fn open_columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> {
     if insets == [0.0; 2] {
         return Vec::new();
     }
@@ -622,7 +622,7 @@ fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> 
 }
 
 /// Returns the weight factor of each cell of the grid; empty if weights are uniform.
-fn factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
+fn weight_factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
     if weights.is_uniform() {
         return Vec::new();
     }
@@ -631,7 +631,7 @@ fn factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
     for z in 0..layers {
         for y in 0..rows {
             for x in 0..columns {
-                factors.push(weights.factor_at(middle(grid.counts(), [x, y, z])));
+                factors.push(weights.factor_at(cell_centre(grid.counts(), [x, y, z])));
             }
         }
     }
@@ -639,6 +639,6 @@ fn factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
 }
 
 /// Returns the centre of a cell, as fractions of the box sides.
-fn middle(counts: [u32; 3], cell: [u32; 3]) -> [f64; 3] {
+fn cell_centre(counts: [u32; 3], cell: [u32; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| (f64::from(cell[axis]) + 0.5) / f64::from(counts[axis]))
 }

@@ -304,7 +304,7 @@ impl<P: ParticleModel> HaloCopy<P> {
             let cell = self.starts.len() as u32 - 1;
             // Two columns overlap with this one; a coordinate at an edge may be rounded to either
             // side.
-            let middle = floor(seen as f64 - shift * self.scale[0]);
+            let middle = fast_floor(seen as f64 - shift * self.scale[0]);
             for column in middle - 1..=middle + 2 {
                 let boxes = column.div_euclid(columns);
                 let there = [(column - boxes * columns) as u32, row.0, layer.0];
@@ -316,7 +316,7 @@ impl<P: ParticleModel> HaloCopy<P> {
                 for index in source.starts[local]..source.starts[local + 1] {
                     let member = &source.simulators[index as usize];
                     let position = member.position + shift;
-                    if floor(position[0] * self.scale[0]) != seen {
+                    if fast_floor(position[0] * self.scale[0]) != seen {
                         continue;
                     }
                     for axis in 0..P::Space::DIMENSION {
@@ -370,7 +370,7 @@ impl<P: ParticleModel> HaloCopy<P> {
     pub(super) fn cell_of(&self, point: VectorOf<P>) -> usize {
         let mut cell = 0;
         for axis in (0..P::Space::DIMENSION).rev() {
-            let at = floor(point[axis] * self.scale[axis]) - self.first[axis];
+            let at = fast_floor(point[axis] * self.scale[axis]) - self.first[axis];
             cell = cell * self.sides[axis] + at as usize;
         }
         cell
@@ -387,7 +387,7 @@ impl<P: ParticleModel> HaloCopy<P> {
             let ends = self
                 .spread
                 .map(|excess| aim.point[axis] + aim.along[axis] * excess);
-            let at = |x: f64| floor(x * self.scale[axis]) - self.first[axis];
+            let at = |x: f64| fast_floor(x * self.scale[axis]) - self.first[axis];
             // Between walls the radius may be far wider than the box.
             let (middle, cells) = (at(aim.point[axis]), cells as i64);
             let low = at(smaller(ends[0], ends[1]) - radius).max(middle - cells);
@@ -404,7 +404,7 @@ impl<P: ParticleModel> HaloCopy<P> {
     pub(super) fn steps_to(&self, cell: [u32; 3], point: VectorOf<P>) -> [i64; 3] {
         [0, 1, 2].map(|axis| {
             if axis < P::Space::DIMENSION {
-                floor(point[axis] * self.scale[axis]) - i64::from(cell[axis])
+                fast_floor(point[axis] * self.scale[axis]) - i64::from(cell[axis])
             } else {
                 0
             }
@@ -629,6 +629,6 @@ impl<P: ParticleModel> HaloCopy<P> {
 /// Returns the floor of a small number `x` quickly, by a rounding constant; for a whole number,
 /// possibly one less.
 #[inline(always)]
-fn floor(x: f64) -> i64 {
+fn fast_floor(x: f64) -> i64 {
     i64::from(((x - 0.5) + ROUNDER).to_bits() as i32)
 }

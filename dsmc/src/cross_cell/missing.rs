@@ -104,7 +104,7 @@ struct Wave {
 impl CorrelationHole {
     pub(super) fn new<S: Space>(window: &Window) -> Self {
         let waves = window.waves::<S>();
-        let table = (0..=PACKINGS).map(|entry| window.lacks::<S>(packing(entry), &waves));
+        let table = (0..=PACKINGS).map(|entry| window.lacks::<S>(packing_of_entry(entry), &waves));
         Self {
             table: table.collect(),
         }
@@ -116,7 +116,7 @@ impl CorrelationHole {
     pub(super) fn at(&self, packing: f64) -> [f64; 2] {
         let place = (packing / LARGEST).clamp(0.0, 1.0).sqrt() * PACKINGS as f64;
         let entry = (place as usize).min(PACKINGS - 1);
-        let ends = [entry, entry + 1].map(self::packing);
+        let ends = [entry, entry + 1].map(self::packing_of_entry);
         let part = (packing.clamp(0.0, LARGEST) - ends[0]) / (ends[1] - ends[0]);
         let [low, high] = [self.table[entry], self.table[entry + 1]];
         [0, 1].map(|which| low[which] + part * (high[which] - low[which]))
@@ -124,12 +124,12 @@ impl CorrelationHole {
 }
 
 /// Returns the packing fraction of an entry in the table of the correlation hole.
-fn packing(entry: usize) -> f64 {
+fn packing_of_entry(entry: usize) -> f64 {
     LARGEST * (entry as f64 / PACKINGS as f64).powi(2)
 }
 
 /// Returns the radius of a disk or ball with the given area or volume \[length\].
-fn radius<S: Space>(volume: f64) -> f64 {
+fn ball_radius<S: Space>(volume: f64) -> f64 {
     (volume / S::particle_volume(1.0)).powf(1.0 / S::DIMENSION as f64)
 }
 
@@ -154,15 +154,17 @@ impl Window {
     /// Returns evenly spaced wave numbers for the integrals over density correlations, with the
     /// Fourier transforms of the neighbourhood.
     fn waves<S: Space>(&self) -> Vec<Wave> {
-        let [block, cell] = [self.block, self.cell].map(radius::<S>);
+        let [block, cell] = [self.block, self.cell].map(ball_radius::<S>);
         let longest = self.diameter.max(self.radius);
         let step = PI / (EACH * longest.max(2.0 * block));
         let count = (LOBES / longest / step).ceil().min(MOST) as usize;
         let wave = |number: usize| {
             let k = (number as f64 + 0.5) * step;
-            let around = ball::<S>(k * block);
+            let around = ball_transform::<S>(k * block);
             let (window, square, place) = match self.weighing {
-                DensityKernel::Flat => (around * ball::<S>(k * cell), around * around, 1.0),
+                DensityKernel::Flat => {
+                    (around * ball_transform::<S>(k * cell), around * around, 1.0)
+                }
                 DensityKernel::Triangle => {
                     let [window, square] = self.triangle(k);
                     (window, square, libm::j0(0.5 * k * self.diameter))
@@ -222,11 +224,11 @@ impl Window {
         let zero = S::structure_factor_at_zero(packing);
         let slope = (1.0 / zero - 1.0) / excess - 1.0;
         let simulators = self.copies * packing / S::particle_volume(0.5 * self.diameter);
-        let spread = self.radius.max(radius::<S>(NEAREST / simulators));
+        let spread = self.radius.max(ball_radius::<S>(NEAREST / simulators));
         let [mut missing, mut variance, mut all] = [0.0; 3];
         for wave in waves {
             let [arm, half, spread] = [self.diameter, 0.5 * self.diameter, spread]
-                .map(|length| ball::<S>(wave.k * length));
+                .map(|length| ball_transform::<S>(wave.k * length));
             let carried = match self.weighing {
                 DensityKernel::Flat => (1.0 + slope * wave.window) * arm * spread,
                 DensityKernel::Triangle => {
@@ -249,7 +251,7 @@ impl Window {
 
 /// Returns the Fourier transform of a disk or ball over its volume, at `x`, the wave number times
 /// the radius.
-fn ball<S: Space>(x: f64) -> f64 {
+fn ball_transform<S: Space>(x: f64) -> f64 {
     if x < 1e-2 {
         // The next term is below 1e-9.
         1.0 - x * x / (2.0 * (S::DIMENSION as f64 + 2.0))
@@ -306,7 +308,7 @@ mod tests {
             let block: f64 = k.map(|k| sinc(0.5 * k * side)).iter().product();
             let blur: f64 = k.map(|k| sinc(0.5 * k * cell)).iter().product();
             let [arm, halfway, spread] =
-                [1.0, 0.5, of.spread].map(|length| ball::<Plane>(size * length));
+                [1.0, 0.5, of.spread].map(|length| ball_transform::<Plane>(size * length));
             let slope = 1.0 / zero - 1.0 - near;
             let (counts, place, pushed) = match of.weighing {
                 DensityKernel::Flat => (block, 1.0, slope * block * blur * arm * spread),

@@ -47,7 +47,7 @@ pub fn all_gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     while step < size {
         let count = step.min(size - step);
         let (to, from) = ((me + size - step) % size, (me + step) % size);
-        let came = ranks.exchange(vec![(to, pack(&known[..count]))], &[from]);
+        let came = ranks.exchange(vec![(to, pack_messages(&known[..count]))], &[from]);
         known.extend(came.iter().flat_map(|one| unpack(one)));
         step *= 2;
     }
@@ -138,7 +138,7 @@ pub fn broadcast(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<u8> {
 }
 
 /// Concatenates several messages, each with its length, into one.
-fn pack(messages: &[Vec<u8>]) -> Vec<u8> {
+fn pack_messages(messages: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(messages.iter().map(|one| one.len() + 8).sum());
     for message in messages {
         bytes.extend_from_slice(&(message.len() as u64).to_le_bytes());

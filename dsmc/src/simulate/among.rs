@@ -77,13 +77,13 @@ fn lead(
     let header = led.as_ref().ok().map(|led| &led.header);
     broadcast(&**ranks, to_bytes(&header));
     let led = led?;
-    agree(&**ranks, Ok(()))?;
+    share_errors(&**ranks, Ok(()))?;
     (led.gas)()
 }
 
 /// Exchanges errors between all processes: returns the error of this process, else that of the
 /// first process with one.
-fn agree(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError> {
+fn share_errors(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError> {
     let why = mine.as_ref().err().map(ToString::to_string);
     let all = all_gather(ranks, to_bytes(&why));
     mine?;
@@ -131,10 +131,10 @@ pub fn serve_domain(
     });
     match begin(gas, source, &Serve(ranks.clone(), interrupt.clone(), make)) {
         Ok(served) => {
-            agree(&**ranks, Ok(()))?;
+            share_errors(&**ranks, Ok(()))?;
             served()
         }
-        Err(error) => agree(&**ranks, Err(error)),
+        Err(error) => share_errors(&**ranks, Err(error)),
     }
 }
 
@@ -197,7 +197,7 @@ fn begin_among<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         return Ok(());
     };
     let read = cells.engine.read_shards(&list, &beside);
-    agree(&**ranks, read)
+    share_errors(&**ranks, read)
 }
 
 /// Computes the sum of squared displacements over the simulators of all processes. All processes

@@ -157,11 +157,11 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
 
     /// Adds the disks of the parcel to a strip, which must have no disks in these rows of cells.
     fn put_into<Q: Calendar>(&self, strip: &mut EventDrivenEngine<P, Q>) {
-        give(&self.numbers, &self.disks, &mut strip.disks.all);
-        give(&self.numbers, &self.spins, &mut strip.spins);
-        give(&self.numbers, &self.last_contact, &mut strip.last_contact);
-        give(&self.numbers, &self.rebounds, &mut strip.rebounds);
-        give(&self.numbers, &self.image_flags, &mut strip.image_flags);
+        scatter_values(&self.numbers, &self.disks, &mut strip.disks.all);
+        scatter_values(&self.numbers, &self.spins, &mut strip.spins);
+        scatter_values(&self.numbers, &self.last_contact, &mut strip.last_contact);
+        scatter_values(&self.numbers, &self.rebounds, &mut strip.rebounds);
+        scatter_values(&self.numbers, &self.image_flags, &mut strip.image_flags);
         // Reverse order, because the list adds at its front.
         for &disk in self.numbers.iter().rev() {
             let place = strip.disks.cells.place(strip.disks.home(disk), 1, 1);
@@ -184,7 +184,7 @@ fn take_rows<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
 
 /// Writes the values `some` of the listed disks into `all`, which has one value for each disk of
 /// the gas.
-fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
+fn scatter_values<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
     for (&disk, &its) in disks.iter().zip(some) {
         all[disk as usize] = its;
     }
@@ -192,7 +192,7 @@ fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
 
 /// Removes disks from the cell lists of a strip; `numbers` must hold all disks of the cells
 /// concerned.
-fn forget<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
+fn remove_disks<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
     for &number in numbers {
         let place = disks.cells.place(disks.home(number), 1, 1);
         disks.cells.set_first(place, NONE);
@@ -295,7 +295,7 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
             }
             let rows = (0..).zip(&window.is_foreign).filter(|(_, its)| **its);
             gone = in_rows(&strip.disks, rows.map(|(row, _)| row));
-            forget(&mut strip.disks, &gone);
+            remove_disks(&mut strip.disks, &gone);
         }
         for parcel in parcels {
             parcel.put_into(strip);
@@ -347,14 +347,14 @@ pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
             *place = owner as u8;
         }
     });
-    gather(&owners, strips, &mut whole.spins, |strip| &strip.spins);
-    gather(&owners, strips, &mut whole.last_contact, |strip| {
+    gather_values(&owners, strips, &mut whole.spins, |strip| &strip.spins);
+    gather_values(&owners, strips, &mut whole.last_contact, |strip| {
         &strip.last_contact
     });
-    gather(&owners, strips, &mut whole.rebounds, |strip| {
+    gather_values(&owners, strips, &mut whole.rebounds, |strip| {
         &strip.rebounds
     });
-    gather(&owners, strips, &mut whole.image_flags, |strip| {
+    gather_values(&owners, strips, &mut whole.image_flags, |strip| {
         &strip.image_flags
     });
     for strip in strips {
@@ -367,7 +367,7 @@ pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
 
 /// Fills `all`, with one value for each disk, from the lists `of` the strips: each value comes from
 /// the strip that owns the disk. Does nothing if `all` is empty.
-fn gather<E: Sync, T: Copy + Send + Sync>(
+fn gather_values<E: Sync, T: Copy + Send + Sync>(
     owners: &[u8],
     strips: &[E],
     all: &mut [T],

@@ -84,7 +84,7 @@ impl<'a> Logs<'a> {
             before += begin;
             &log[begin..log.partition_point(|its| its.now <= time)]
         });
-        let simultaneous = merged(simultaneous.collect());
+        let simultaneous = merge_logs(simultaneous.collect());
         simultaneous[index - before].1
     }
 
@@ -94,19 +94,19 @@ impl<'a> Logs<'a> {
         let has_some =
             |part: &&Vec<&[LoggedContact]>| part.iter().any(|log| log.iter().any(&counts));
         let part = self.parts.iter().rev().find(has_some)?;
-        let mut contacts = merged(part.clone()).into_iter().rev();
+        let mut contacts = merge_logs(part.clone()).into_iter().rev();
         contacts.find(|(_, contact)| counts(contact))
     }
 
     /// Returns the contacts of all strips in order of time, sorted by all threads, one list for
     /// each span.
     fn merge_contacts(&self) -> Vec<Vec<Logged>> {
-        each_of(true, self.parts.iter(), |_, part| merged(part.clone()))
+        each_of(true, self.parts.iter(), |_, part| merge_logs(part.clone()))
     }
 }
 
 /// Merges the logs of several strips into one list in order of time.
-fn merged(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
+fn merge_logs(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
     let mut all = Vec::with_capacity(logs.iter().map(|log| log.len()).sum());
     loop {
         let mut first: Option<Logged> = None;
@@ -179,7 +179,7 @@ pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
         let contacts = logs.merge_contacts();
         let contacts = contacts.iter().flatten();
         if recorder.looks() {
-            observe(contacts.clone(), observed, recorder);
+            pass_collisions(contacts.clone(), observed, recorder);
         }
         for (strip, contact) in contacts {
             if contact.pair[1] == NONE
@@ -198,7 +198,7 @@ pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
     true
 }
 /// Passes the collisions of all strips to an observer, in order of time.
-fn observe<'a>(
+fn pass_collisions<'a>(
     contacts: impl Iterator<Item = &'a Logged>,
     observed: &[Vec<Collision>],
     recorder: &mut Recorder<'_>,
@@ -242,7 +242,7 @@ mod tests {
                 })
                 .collect();
             let logs: Vec<&[LoggedContact]> = logs.iter().map(Vec::as_slice).collect();
-            let all = merged(logs.clone());
+            let all = merge_logs(logs.clone());
             let found = Logs::new(&logs);
             assert_eq!(found.len(), all.len());
             assert_eq!(found.merge_contacts().concat(), all);

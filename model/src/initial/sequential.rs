@@ -20,7 +20,7 @@ pub fn sequential_addition(
     stream: &mut impl Rng,
     interrupt: &Interrupt,
 ) -> Option<Vec<Vector2<f64>>> {
-    add(&vec![0.5 * diameter; count], domain, stream, interrupt)
+    place_in_order(&vec![0.5 * diameter; count], domain, stream, interrupt)
 }
 
 /// Places disks of the given radii one by one at random positions without overlap: large disks
@@ -35,7 +35,7 @@ pub fn sequential_addition_of(
     let mut order: Vec<usize> = (0..radii.len()).collect();
     order.sort_by(|&a, &b| radii[b].total_cmp(&radii[a]));
     let sorted: Vec<f64> = order.iter().map(|&index| radii[index]).collect();
-    let found = add(&sorted, domain, stream, interrupt)?;
+    let found = place_in_order(&sorted, domain, stream, interrupt)?;
     let mut positions = vec![Vector2::zeros(); radii.len()];
     for (index, position) in order.into_iter().zip(found) {
         positions[index] = position;
@@ -45,7 +45,7 @@ pub fn sequential_addition_of(
 
 /// Places disks one by one at random positions without overlap, in the order of `radii`; `None` if
 /// one finds no room, or if interrupted.
-fn add(
+fn place_in_order(
     radii: &[f64],
     domain: &Domain<Plane>,
     stream: &mut impl Rng,

@@ -220,9 +220,9 @@ impl Round {
         };
         let reach = radius + self.radius;
         let time = if flight.acceleration == Vector2::zeros() {
-            straight(&flight, reach)
+            time_of_straight_flight(&flight, reach)
         } else {
-            bent(&flight, reach, limit)
+            time_of_parabolic_flight(&flight, reach, limit)
         };
         let time = time.filter(|&time| time < limit)?;
         let arm = flight.position_at(time);
@@ -236,7 +236,7 @@ impl Round {
 ///
 /// With b = r . v < 0 and c = r^2 - R^2, t = c/(-b + sqrt(v^2 R^2 - (r x v)^2)): the root that
 /// loses no digits at slow approach, with the discriminant that loses none from afar.
-fn straight(flight: &FlyingParticle, reach: f64) -> Option<f64> {
+fn time_of_straight_flight(flight: &FlyingParticle, reach: f64) -> Option<f64> {
     let (arm, velocity) = (flight.position, flight.velocity);
     let b = arm.dot(&velocity);
     if b >= 0.0 {
@@ -256,7 +256,7 @@ fn straight(flight: &FlyingParticle, reach: f64) -> Option<f64> {
 ///
 /// The first time at which f(t) = r(t)^2 - R^2 falls through zero. With f' = 2 r . v, f'' = 2
 /// (v^2 + r . a), f''' = 6 v . a.
-fn bent(flight: &FlyingParticle, reach: f64, limit: f64) -> Option<f64> {
+fn time_of_parabolic_flight(flight: &FlyingParticle, reach: f64, limit: f64) -> Option<f64> {
     let (arm, velocity, pull) = (flight.position, flight.velocity, flight.acceleration);
     let b = arm.dot(&velocity);
     let (speed, weight) = (velocity.norm(), pull.norm());
@@ -266,7 +266,7 @@ fn bent(flight: &FlyingParticle, reach: f64, limit: f64) -> Option<f64> {
     let end = limit.min(2.0 * gone);
     if !end.is_finite() {
         // Straight flight, where the acceleration is too weak to be resolved.
-        return straight(flight, reach);
+        return time_of_straight_flight(flight, reach);
     }
     if distance - reach > (speed + 0.5 * weight * end) * end {
         return None;

@@ -158,7 +158,7 @@ impl Shape {
                 }
             }
             Self::Solid(points) => {
-                for (a, b) in sides(points) {
+                for (a, b) in polygon_sides(points) {
                     stops.push(a.x);
                     let crossed = heights.map(|y| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
                     stops.extend(crossed.into_iter().filter(|x| x.is_finite()));
@@ -182,7 +182,8 @@ impl Shape {
                 let height = |(a, b): (Vector2<f64>, Vector2<f64>)| {
                     a.y + (b.y - a.y) * (x - a.x) / (b.x - a.x)
                 };
-                let mut heights: Vec<f64> = sides(points).filter(crosses).map(height).collect();
+                let mut heights: Vec<f64> =
+                    polygon_sides(points).filter(crosses).map(height).collect();
                 heights.sort_by(f64::total_cmp);
                 intervals.extend(heights.chunks_exact(2).map(|pair| [pair[0], pair[1]]));
             }
@@ -191,7 +192,9 @@ impl Shape {
 }
 
 /// Returns the sides of a polygon, each as its first and its last corner.
-fn sides(points: &[Vector2<f64>]) -> impl Iterator<Item = (Vector2<f64>, Vector2<f64>)> + '_ {
+fn polygon_sides(
+    points: &[Vector2<f64>],
+) -> impl Iterator<Item = (Vector2<f64>, Vector2<f64>)> + '_ {
     let next = points.iter().cycle().skip(1);
     points.iter().zip(next).map(|(a, b)| (*a, *b))
 }
@@ -263,12 +266,12 @@ impl Line<'_> {
         let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
         let value = |angle: f64| half * angle.sin() * self.free(middle - half * angle.cos());
         let all = [0.0, std::f64::consts::PI];
-        halved(&value, all, gauss(&value, all), tolerance, HALVINGS)
+        integrate_by_halves(&value, all, gauss_rule(&value, all), tolerance, HALVINGS)
     }
 }
 
 /// Integrates a function between two ends by Gauss's rule with eight points.
-fn gauss(value: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
+fn gauss_rule(value: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let pair = |[node, weight]: [f64; 2]| {
         weight * (value(middle - half * node) + value(middle + half * node))
@@ -278,7 +281,7 @@ fn gauss(value: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
 
 /// Integrates a function between two ends by repeated halving, until the halves agree with the
 /// `whole` within a tolerance.
-fn halved(
+fn integrate_by_halves(
     value: &impl Fn(f64) -> f64,
     [from, to]: [f64; 2],
     whole: f64,
@@ -287,11 +290,12 @@ fn halved(
 ) -> f64 {
     let middle = 0.5 * (from + to);
     let ends = [[from, middle], [middle, to]];
-    let parts = ends.map(|ends| gauss(value, ends));
+    let parts = ends.map(|ends| gauss_rule(value, ends));
     if (parts[0] + parts[1] - whole).abs() <= tolerance || halvings == 0 {
         return parts[0] + parts[1];
     }
-    let half = |side: usize| halved(value, ends[side], parts[side], tolerance, halvings - 1);
+    let half =
+        |side: usize| integrate_by_halves(value, ends[side], parts[side], tolerance, halvings - 1);
     half(0) + half(1)
 }
 

@@ -147,16 +147,18 @@ impl Obstacle {
                 centre: *centre,
                 radius: *radius,
             })],
-            ObstacleShape::Segment { ends } => edges(&points, ends[..].iter(), true)?,
-            ObstacleShape::Polyline { points: given } => edges(&points, given.iter(), true)?,
+            ObstacleShape::Segment { ends } => polyline_features(&points, ends[..].iter(), true)?,
+            ObstacleShape::Polyline { points: given } => {
+                polyline_features(&points, given.iter(), true)?
+            }
             ObstacleShape::Polygon { points: given } => {
                 let closed = given.iter().chain(&given[..1]);
                 // Counter-clockwise, so that the outside is to the right.
                 if signed_area(given) > 0.0 {
-                    edges(&points, closed, false)?
+                    polyline_features(&points, closed, false)?
                 } else {
                     let backwards: Vec<_> = closed.copied().rev().collect();
-                    edges(&points, backwards.iter(), false)?
+                    polyline_features(&points, backwards.iter(), false)?
                 }
             }
         };
@@ -164,7 +166,7 @@ impl Obstacle {
             .reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])])
             .unwrap_or_default();
         Ok(Self {
-            hair: HAIR * extent(&points),
+            hair: HAIR * largest_coordinate(&points),
             outline,
             rebound,
             features,
@@ -346,7 +348,8 @@ impl Obstacles {
         };
         let [least, most] = flight.bounds(limit);
         // Reach with a margin against rounding.
-        let reach = (radius.max(self.hair) * (1.0 + 1e-9)).max(HAIR * extent(&[least, most]));
+        let reach =
+            (radius.max(self.hair) * (1.0 + 1e-9)).max(HAIR * largest_coordinate(&[least, most]));
         let reach = Vector::new(reach, reach);
         let (least, most): (Vector, Vector) = (least.into(), most.into());
         let mut first: Option<(usize, Hit)> = None;
@@ -407,7 +410,7 @@ fn check_numbers(outline: &ObstacleShape) -> Result<Vec<Vector2<f64>>, ObstacleE
 }
 
 /// Returns the largest absolute coordinate of points \[length\].
-fn extent(points: &[Vector2<f64>]) -> f64 {
+fn largest_coordinate(points: &[Vector2<f64>]) -> f64 {
     points.iter().map(Vector2::amax).fold(0.0, f64::max)
 }
 
@@ -421,13 +424,13 @@ fn signed_area(points: &[Vector2<f64>]) -> f64 {
 
 /// Returns the edges and corners of a polyline through points, as features that particles can
 /// touch.
-fn edges<'a>(
+fn polyline_features<'a>(
     all: &[Vector2<f64>],
     points: impl Iterator<Item = &'a Vector2<f64>>,
     both_sides: bool,
 ) -> Result<Vec<Feature>, ObstacleError> {
     let points: Vec<Vector2<f64>> = points.copied().collect();
-    let least = FINEST * extent(all);
+    let least = FINEST * largest_coordinate(all);
     let mut edges = Vec::with_capacity(points.len());
     for (edge, ends) in points.windows(2).enumerate() {
         let along = ends[1] - ends[0];

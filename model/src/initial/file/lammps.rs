@@ -34,14 +34,14 @@ pub(super) fn read_dump(source: &SourceFile<'_>, text: &str) -> Result<StartFile
                 let expected = "`ITEM: NUMBER OF ATOMS` and `ITEM: BOX BOUNDS` before";
                 return Err(source.error(line, "`ITEM: ATOMS`", expected));
             };
-            return atoms(source, (line, columns), &domain, count, &mut lines);
+            return read_atoms(source, (line, columns), &domain, count, &mut lines);
         } else if item.starts_with("ITEM: NUMBER OF ATOMS") {
             let (line, number) = lines.next().unwrap_or((line + 1, ""));
             let parsed = number.trim().parse::<usize>().ok();
             let refused = || source.error(line, format!("`{number}`"), "the number of atoms");
             count = Some(parsed.ok_or_else(refused)?);
         } else if let Some(ends) = item.strip_prefix("ITEM: BOX BOUNDS") {
-            domain = Some(bounds(source, line, ends, &mut lines)?);
+            domain = Some(read_bounds(source, line, ends, &mut lines)?);
         } else if item.starts_with("ITEM:") {
             // The time, its number of step, the units.
             lines.next();
@@ -52,7 +52,7 @@ pub(super) fn read_dump(source: &SourceFile<'_>, text: &str) -> Result<StartFile
 }
 
 /// Reads the bounds of the box from a LAMMPS dump; `faces` holds the words on its periodic axes.
-fn bounds<'a>(
+fn read_bounds<'a>(
     source: &SourceFile<'_>,
     header: usize,
     faces: &str,
@@ -104,7 +104,7 @@ fn bounds<'a>(
 }
 
 /// Reads the atoms of a LAMMPS dump, after the line with the names of their columns.
-fn atoms<'a>(
+fn read_atoms<'a>(
     source: &SourceFile<'_>,
     (header, names): (usize, &str),
     domain: &DumpBox,

@@ -26,7 +26,7 @@ const STYLES: &str = "`Atoms # sphere` (id type diameter density x y z) or `Atom
 
 /// Reads an initial state from the text of a LAMMPS data file.
 pub(super) fn read_data(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
-    let (head, sections) = parts(text);
+    let (head, sections) = split_sections(text);
     let last = text.lines().count().max(1);
     let bounds = Bounds::of(source, &head, last)?;
     let absent = |what: &str| source.error(last, "the end of the file", what);
@@ -85,7 +85,7 @@ pub(super) fn read_data(source: &SourceFile<'_>, text: &str) -> Result<StartFile
 }
 
 /// Splits a LAMMPS data file into the rows of its head, and its sections by name.
-fn parts(text: &str) -> (Vec<Row<'_>>, HashMap<String, Section<'_>>) {
+fn split_sections(text: &str) -> (Vec<Row<'_>>, HashMap<String, Section<'_>>) {
     let (mut head, mut sections) = (Vec::new(), HashMap::<String, Section<'_>>::new());
     let mut name = String::new();
     // The first line is a remark.
