@@ -148,8 +148,8 @@ where
         )
     }
 
-    /// Starts an engine from simulators in the order of memory. `checked` is the number of
-    /// particles of the state, which must lie where boundaries allow.
+    /// Starts an engine from simulators in the order of memory. The first `checked` of them must
+    /// lie where boundaries allow.
     fn begin(
         scene: &P,
         parameters: Parameters,
@@ -219,8 +219,8 @@ where
         )
     }
 
-    /// Builds an engine from a checkpoint. `fresh` is the number of particles in the initial state
-    /// if it is a start, `None` if it resumes.
+    /// Builds an engine from a checkpoint. For a start, `fresh` is the number of simulators whose
+    /// positions are checked; `None` for a run that resumes.
     fn build(
         scene: &P,
         parameters: Parameters,

@@ -63,8 +63,8 @@ impl Draws {
 enum FlightEvent {
     /// Contact with the wall or open face of an axis and a side.
     Contact(usize, usize),
-    /// Release from the vibrating wall on which the simulator rests along an axis, when the wall
-    /// decelerates.
+    /// Release from the vibrating wall on which the simulator rests along an axis, at the time when
+    /// the wall turns.
     Release(usize),
     /// Crossing of the periodic face of an axis and a side.
     Wrap(usize, usize),
@@ -309,8 +309,8 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         }
     }
 
-    /// Moves the simulator freely for a time, along the walls on which it rests, and adds its
-    /// displacement and the impulse of supports to the ledgers.
+    /// Moves the simulator freely for a time \[time\], along the walls on which it rests. The
+    /// impulse by which walls and obstacles support it goes to their ledgers.
     fn drift<F: DisplacementTracking<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,

@@ -18,18 +18,22 @@ const PACKINGS: usize = 32;
 /// as many for neighbourhoods cut by walls, where partners are all on one side.
 const CLASSES: usize = 2 * PACKINGS;
 
-/// Number of latest collisions over which the mean deviation of the partner distance is averaged.
+/// Number of latest collisions over which the mean distance of partners beyond their search point
+/// is averaged.
 const MEMORY: f64 = 5e4;
 
-/// Weight of the initial estimate, zero deviation of the partner distance, in collisions.
+/// Weight in collisions of the initial estimate, that partners are at their search point on
+/// average.
 const PRIOR: f64 = 300.0;
 
 /// Adaptive distance from a simulator to the point around which its partner is sought, for each
-/// class of packing fraction: the contact distance less the mean deviation of partners.
+/// class of packing fraction: the contact distance, less the mean distance of partners beyond that
+/// point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ContactDistance {
-    /// Mean partner distance beyond the contact distance \[contact distances\], and the number of
-    /// collisions it is averaged over, for each class of packing fraction.
+    /// Mean distance of partners beyond their search point, along the line of centres \[contact
+    /// distances\], and the number of collisions it is averaged over, for each class of packing
+    /// fraction.
     classes: Vec<[f64; 2]>,
 }
 
@@ -91,8 +95,8 @@ impl ContactDistance {
     /// distances\].
     pub(crate) const LONGEST: f64 = 1.1;
 
-    /// Updates the mean deviation of partner distances from the collisions of a time step, all made
-    /// with the current distance [`Self::reach`].
+    /// Updates the mean distance of partners beyond their search point from the collisions of a
+    /// time step, all made with the current distance [`Self::reach`].
     pub(crate) fn learn<'a>(&mut self, steps: impl Iterator<Item = &'a Distances>) {
         let mut sums = [[0.0; 2]; CLASSES];
         for &(class, sum, count) in steps.flat_map(|distances| &distances.0) {
