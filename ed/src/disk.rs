@@ -381,8 +381,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         disk.partner_count = select_unpredictable(known, count, VOID);
     }
 
-    /// Returns the earliest contact of a disk with disks of the finest grid, as wait and partner,
-    /// and the number of candidates tested. `FAR` is true for wide cells.
+    /// Returns the earliest contact of a disk, if before its predicted one, with disks of the
+    /// finest grid, as wait and partner, and the number of candidates tested. `FAR` is true for
+    /// wide cells.
     #[inline(always)]
     fn search_cells<S: Sizes, const FAR: bool>(
         &self,
@@ -400,9 +401,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         self.earliest::<S, FAR>(lists, candidates, who, sizes, tags)
     }
 
-    /// Returns the earliest contact of a disk with disks in all grids of the hierarchy, as wait and
-    /// partner, and the number of candidates tested. Pairs of two disks of the finest level are
-    /// left to [`Self::search_cells`].
+    /// Returns the earliest contact of a disk, if before its predicted one, with disks in all grids
+    /// of the hierarchy, as wait and partner, and the number of candidates tested. Pairs of two
+    /// disks of the finest level are left to [`Self::search_cells`].
     fn search_levels<S: Sizes>(
         &self,
         candidates: &mut Candidates,
